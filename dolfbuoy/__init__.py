@@ -1,0 +1,22 @@
+"""dolfbuoy: simulation of a tethered buoy with FEniCSx.
+
+    from dolfbuoy import load_scene, simulate, solve_static
+    record = simulate(load_scene("short"), time={"end": 5.0})
+
+The model and the reading of the paper's ambiguous places are described in the README and in the docstrings of
+`dolfbuoy.forms`.
+"""
+
+from .errors import InputError, SolveError
+
+__version__ = "0.1.0"
+__all__ = ["InputError", "SolveError", "load_scene", "simulate", "solve_static"]
+
+
+def __getattr__(name):
+    """The interface is imported at first use: `import dolfbuoy` alone does not start MPI."""
+    if name in ("load_scene", "simulate", "solve_static"):
+        from . import api
+
+        return getattr(api, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,179 @@
+"""The only file that knows which dolfinx is installed.
+
+Decided once, by version number, when this module is imported.  No algorithm differs between versions: the
+functions below hide names, signatures and nothing else.
+"""
+
+import logging
+import os
+from contextlib import contextmanager
+from pathlib import Path
+
+# Must be set before the libraries behind numpy and PETSc start their threads; the user's own value is kept.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+# The functions below hand these constructors the arguments of either version.
+import dolfinx
+import numpy as np
+import ufl
+from dolfinx import cpp as _cpp
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+from mpi4py import MPI
+from petsc4py import PETSc
+
+#: dolfinx versions that the tests have passed on, with the Debian release that ships them.
+SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13"}
+
+VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
+LEGACY = VERSION < (0, 8)  # UFL elements, dolfinx.cpp objects without a Python layer
+
+if not LEGACY:
+    import basix.ufl
+
+#: Options of every compiled form.  Forms are compiled once per machine and kept in the cache of dolfinx.
+JIT_OPTIONS = {"cffi_extra_compile_args": ["-O3", "-g0"], "timeout": 600}
+
+
+def supported() -> bool:
+    """Whether the installed dolfinx is one of `SUPPORTED`."""
+    return VERSION in SUPPORTED
+
+
+def jit_cache() -> Path:
+    """Folder in which dolfinx keeps compiled forms."""
+    from dolfinx import jit
+
+    options = (jit.get_parameters if LEGACY else jit.get_options)({})
+    return Path(options["cache_dir"])
+
+
+def interval_mesh(comm, nodes):
+    """Mesh of the line through `nodes` (increasing, the same on every rank), split over the ranks of `comm`."""
+    nodes = np.asarray(nodes, dtype=np.float64).reshape(-1, 1)
+    cells = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))]).astype(np.int64)
+    if comm.rank != 0:  # the root's mesh is distributed; the others bring nothing
+        nodes, cells = nodes[:0], cells[:0]
+    if LEGACY:
+        cell = ufl.Cell("interval", geometric_dimension=1)
+        return dmesh.create_mesh(comm, cells, nodes, ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1)))
+    return dmesh.create_mesh(comm, cells, nodes, basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
+
+
+def element(mesh, family, degree, size=1):
+    """Element of `size` components on an interval mesh."""
+    if LEGACY:
+        if size == 1:
+            return ufl.FiniteElement(family, mesh.ufl_cell(), degree)
+        return ufl.VectorElement(family, mesh.ufl_cell(), degree, dim=size)
+    discontinuous = family == "DG"
+    shape = () if size == 1 else (size,)
+    return basix.ufl.element("Lagrange", "interval", degree, shape=shape, discontinuous=discontinuous)
+
+
+def mixed_element(elements):
+    """Mixed element."""
+    return ufl.MixedElement(elements) if LEGACY else basix.ufl.mixed_element(elements)
+
+
+def function_space(mesh, element):
+    """Function space of an element."""
+    with _quiet_compiler():
+        return fem.FunctionSpace(mesh, element, jit_params=JIT_OPTIONS) if LEGACY else fem.functionspace(mesh, element)
+
+
+def space_on_dofmap(mesh, space, index_map, cell_dofs, block_size):
+    """A space with the element of `space` but numbered by `cell_dofs` (one row per local cell)."""
+    rows, columns = cell_dofs.shape
+    offsets = np.arange(0, rows * columns + 1, columns, dtype=np.int32)
+    adjacency = _cpp.graph.AdjacencyList_int32(np.ascontiguousarray(cell_dofs, dtype=np.int32).ravel(), offsets)
+    old = space._cpp_object.dofmap
+    dofmap = _cpp.fem.DofMap(old.dof_layout, index_map, block_size, adjacency, block_size)
+    if LEGACY:
+        cpp_space = _cpp.fem.FunctionSpace(mesh._mesh, space._cpp_object.element, dofmap)
+        return fem.FunctionSpace(mesh, space.ufl_element(), cpp_space)
+    cpp_space = _cpp.fem.FunctionSpace_float64(mesh._cpp_object, space._cpp_object.element, dofmap)
+    return fem.FunctionSpace(mesh, space.ufl_element(), cpp_space)
+
+
+def local_index_map(size):
+    """Numbering of `size` blocks that live on this rank alone."""
+    return _cpp.common.IndexMap(MPI.COMM_SELF, size)
+
+
+@contextmanager
+def _quiet_compiler():
+    """Building an extension module reports every compiler call through the root logger."""
+    level = logging.root.level
+    logging.root.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        logging.root.setLevel(level)
+
+
+def compile_form(form):
+    """Compile a UFL form, or find it in the cache."""
+    options = {"jit_params" if LEGACY else "jit_options": JIT_OPTIONS}
+    with _quiet_compiler():
+        return fem.form(form, **options)
+
+
+def cpp_form(form):
+    """The object that the C++ assemblers take."""
+    return form if LEGACY else form._cpp_object
+
+
+def scatter_forward(function):
+    """Send the values of owned dofs to the ranks that have them as ghosts."""
+    function.x.scatter_forward()
+
+
+pack_constants = _cpp.fem.pack_constants
+pack_coefficients = _cpp.fem.pack_coefficients
+assemble_vector = _cpp.fem.assemble_vector
+assemble_matrix = _cpp.fem.petsc.assemble_matrix
+
+
+def versions() -> dict[str, str]:
+    """Versions of what a result depends on."""
+    import platform
+
+    import petsc4py
+
+    return {
+        "python": platform.python_version(),
+        "dolfinx": dolfinx.__version__,
+        "ufl": ufl.__version__ if hasattr(ufl, "__version__") else "unknown",
+        "petsc": ".".join(str(n) for n in PETSc.Sys.getVersion()),
+        "petsc4py": petsc4py.__version__,
+        "numpy": np.__version__,
+        "mpi": MPI.Get_library_version().split(",")[0].strip("\x00 \n"),
+    }
+
+
+def cell_dofs(space):
+    """Dofs of every owned cell, one row per cell (blocks for a blocked space)."""
+    cells = space.mesh.topology.index_map(1).size_local
+    dofmap = space._cpp_object.dofmap
+    if LEGACY:
+        return np.array(dofmap.list().array).reshape(-1, dofmap.dof_layout.num_dofs)[:cells]
+    return np.asarray(dofmap.map())[:cells]
+
+
+def cell_ends(mesh):
+    """Coordinates of the two ends of every owned cell of an interval mesh, smaller first."""
+    cells = mesh.topology.index_map(1).size_local
+    nodes = mesh.geometry.dofmap.array.reshape(-1, 2) if LEGACY else mesh.geometry.dofmap
+    ends = mesh.geometry.x[np.asarray(nodes)[:cells], 0]
+    return np.sort(ends, axis=1)
+
+
+def end_tags(mesh, first, last):
+    """Facet tags 1 at the coordinate `first`, 2 at `last`."""
+    found = [dmesh.locate_entities_boundary(mesh, 0, lambda x, at=at: np.isclose(x[0], at)) for at in (first, last)]
+    facets = np.concatenate(found).astype(np.int32)
+    values = np.concatenate([np.full(len(f), tag, dtype=np.int32) for tag, f in enumerate(found, start=1)])
+    order = np.argsort(facets)
+    mesh.topology.create_connectivity(0, 1)
+    return dmesh.meshtags(mesh, 0, facets[order], values[order])

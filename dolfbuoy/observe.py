@@ -1,0 +1,144 @@
+"""What is recorded of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
+
+import time as clock
+
+import numpy as np
+
+from . import compat
+from .system import Contribution, Part
+
+
+class Observer:
+    """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0."""
+
+    def __init__(self, problem):
+        self.problem, self.comm = problem, problem.comm
+        self._wet = None
+        if problem.buoy and problem.scene.sea:
+            form = problem.buoy.wet_hull_form()
+            self._wet_part = Part("wet hull", _function_of(form), 0)
+            self._wet = Contribution(form, self._wet_part)
+
+    def values(self, end_tension):
+        """Quantities of this instant, names as in results.SERIES (without time and solver)."""
+        problem, values = self.problem, {}
+        if problem.cable:
+            values["end_tension"] = end_tension
+            values["tension_top"] = float(np.linalg.norm(end_tension))
+            values["tension_anchor"] = problem.anchor_tension()
+        if problem.scene.buoy:
+            mine = self._buoy_values() if problem.buoy else None
+            values.update(mine if self.comm.size == 1 else self.comm.bcast(mine, root=problem.buoy_rank))
+        return values
+
+    def _buoy_values(self):
+        problem = self.problem
+        y = problem.system.u[problem.state_part.slice]
+        q4 = y[6:10] if problem.dynamic else y[3:7]
+        values = {"buoy_position": y[:3].copy(), "buoy_orientation": q4.copy(), "cone_angle": cone_angle(q4)}
+        if problem.dynamic:
+            values |= {"linear_momentum": y[3:6].copy(), "angular_momentum": y[10:13].copy()}
+        if problem.mooring_slice:
+            mooring = problem.system.u[problem.mooring_slice]
+            values |= {"mooring_point": mooring[:3].copy(), "mooring_force": mooring[3:].copy()}
+        if self._wet:
+            values |= self._wet_hull()
+        return values
+
+    def _wet_hull(self):
+        b = np.zeros(7)
+        self.problem.buoy.state.x.array[:] = self.problem.system.u[self.problem.state_part.slice]
+        self._wet.update_constants()
+        self._wet.add_to_vector(b)
+        mass, length = b[0], b[4]
+        dry = mass <= 1e-9 * self.problem.buoy.mass.mass
+        return {
+            "displaced_mass": mass,
+            "buoyancy_center": b[1:4] / mass
+            if not dry
+            else self.problem.system.u[self.problem.state_part.slice][:3].copy(),
+            "submerged_length": length,
+            "submerged_diameter": b[5] / length if not dry else 0.0,
+            "surface_elevation": b[6],
+        }
+
+    def fixed(self):
+        """Arc lengths of nodes and cells, in order, on rank 0 (empty dict on the others and without a cable)."""
+        cable = self.problem.cable
+        if cable is None:
+            return {}
+        s = self._gather(cable.node_s[: cable.owned_nodes])
+        middle = self._gather(cable.cell_ends.mean(axis=1))
+        if self.comm.rank != 0:
+            return {}
+        self._node_order, self._cell_order = np.argsort(s, kind="stable"), np.argsort(middle, kind="stable")
+        return {"s": s[self._node_order], "s_cell": middle[self._cell_order]}
+
+    def frame(self):
+        """Shape and element tensions in order from the anchor, on rank 0; call `fixed` before."""
+        cable, u = self.problem.cable, self.problem.system.u
+        position = self._gather(u[cable.node_dofs[: cable.owned_nodes]])
+        tension = self._gather(cable.mean_tension(u))
+        if self.comm.rank != 0:
+            return {}
+        return {"cable_position": position[self._node_order], "cable_tension": tension[self._cell_order]}
+
+    def _gather(self, array):
+        if self.comm.size == 1:
+            return np.array(array)
+        parts = self.comm.gather(np.ascontiguousarray(array), root=0)
+        return np.concatenate(parts) if parts is not None else None
+
+
+def _function_of(form):
+    """A stand-in with the numbering of a linear form's test space."""
+    from dolfinx import fem
+
+    return fem.Function(form.arguments()[0].ufl_function_space())
+
+
+def cone_angle(q4) -> float:
+    """Angle between the vertical and the axis R(q4) e3 [deg], accurate near 0 and 180."""
+    a, b, c, d = q4 / np.linalg.norm(q4)
+    across = 2 * np.hypot(b * d + a * c, c * d - a * b)
+    return float(np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d)))
+
+
+def effects(scene) -> list[str]:
+    """Names of the effects that a scene calls for, hence of what is compiled."""
+    names = []
+    c, b = scene.cable, scene.buoy
+    if c:
+        names.append("inextensible cable" if np.isinf(c.axial_stiffness) else "elastic cable")
+        names += [label for label, on in (("mean strain", c.strain == "element-average"),) if on]
+    if b:
+        names.append("buoy")
+    if scene.sea:
+        names.append("hydrostatics")
+        if c:
+            names += _named(c, "cable", ("added_mass", "normal_drag", "tangential_drag"))
+        if b:
+            names += _named(b, "buoy", ("added_mass", "normal_drag", "axial_added_mass", "axial_drag"))
+    if b:
+        names += _named(b, "buoy", ("rotational_damping",))
+    names += [name.replace("_", " ") for name in ("waves", "current", "wind", "external_force") if getattr(scene, name)]
+    if c and scene.waves and c.tangential_froude_krylov:
+        names.append("cable tangential Froude-Krylov")
+    return names
+
+
+def _named(section, owner, keys):
+    return [f"{owner} {key.replace('_', ' ')}" for key in keys if getattr(section, key)]
+
+
+def attributes(problem) -> dict:
+    """Global attributes of a record."""
+    versions = {f"version_{name}": value for name, value in compat.versions().items()}
+    return {
+        "title": problem.scene.title,
+        "unknowns": problem.system.unknowns,
+        "effects": ", ".join(effects(problem.scene)),
+        "ranks": problem.comm.size,
+        "created": clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime()),
+        **versions,
+    }

@@ -1,0 +1,153 @@
+"""A scene as one nonlinear system: the cable on all ranks, the buoy on the rank that owns the cable's upper end."""
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from .buoy_model import BuoyModel
+from .cable_model import TOP, CableModel
+from .system import Block, Part, System
+
+
+class Problem:
+    """Cable, buoy and the system that couples them.
+
+    Unknowns of a rank: [cable | mooring (6) | state of the buoy (13, statics 7)], each only if the scene has it.
+    """
+
+    def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
+        self.scene, self.dynamic, self.comm = scene, dynamic, comm
+        self.cable = CableModel(comm, scene, dynamic) if scene.cable else None
+        self.buoy_rank = self._find_buoy_rank()
+        comm.barrier()  # forms of the cable are compiled by all ranks together, those of the buoy by one
+        self.buoy = BuoyModel(scene, dynamic) if scene.buoy and comm.rank == self.buoy_rank else None
+        parts, residuals = self._parts()
+        direct = "petsc" if dynamic else "mumps"
+        solver = scene.solver
+        self.system = System(
+            comm, parts, residuals, self._blocks(), *self._order(), direct, solver.petsc, solver.step_tolerance
+        )
+
+    def _find_buoy_rank(self):
+        if self.cable is None:
+            return 0
+        tags = self.cable.ends
+        owned = tags.indices[tags.values == TOP] < self.cable.mesh.topology.index_map(0).size_local
+        holders = self.comm.allgather(bool(np.any(owned)))
+        return holders.index(True)
+
+    def _parts(self):
+        parts, residuals, offset = [], [], 0
+        self.cable_part = self.mooring_part = self.state_part = None
+        if self.cable:
+            self.cable_part = Part("cable", self.cable.w, 0)
+            parts.append(self.cable_part)
+            residuals.append((self.cable_part, self.cable.residual(self.cable_part.test, self.dynamic)))
+            offset = self.cable_part.size
+            if self.cable.mooring is not None:
+                part = Part("mooring", self.cable.mooring, offset)
+                parts.append(part)
+                residuals.append((part, self.cable.attachment(part.test)))
+        self.mooring_slice = slice(offset, offset + 6) if self.scene.cable and self.scene.buoy else None
+        if self.buoy:
+            if self.mooring_slice:
+                self.mooring_part = Part("mooring on the axis", self.buoy.mooring, offset)
+                parts.append(self.mooring_part)
+                offset += 6
+            self.state_part = Part("buoy", self.buoy.state, offset)
+            parts.append(self.state_part)
+            residuals.extend(self.buoy.residuals(self.state_part, self.mooring_part))
+        return parts, residuals
+
+    def _blocks(self):
+        blocks, force = [], self.typical_force
+        if self.cable:
+            blocks += self.cable.blocks(force)
+        if self.scene.buoy:
+            if self.buoy:
+                length = self.scene.cable.length if self.scene.cable else None
+                mooring = self.mooring_slice.start if self.mooring_slice else None
+                mine = self.buoy.blocks(self.state_part.offset, mooring, length, force)
+                self.comm.bcast([b.name for b in mine], root=self.buoy_rank)
+            else:  # the same names on every rank, for messages
+                names = self.comm.bcast(None, root=self.buoy_rank)
+                mine = [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
+            blocks += mine
+        return blocks
+
+    @property
+    def typical_force(self) -> float:
+        """Size of a tension in this scene [N], for scaling."""
+        scene, sizes = self.scene, [1e-6]
+        if scene.cable:
+            c = scene.cable
+            sizes += [abs(self.cable.weight_per_length) * c.length, c.line_density * c.length]
+            if c.top is not None:
+                sizes.append(float(np.linalg.norm(c.top.force)))
+        if scene.buoy:
+            sizes.append(scene.buoy.mass * scene.gravity)
+        return max(sizes)
+
+    def _order(self):
+        """Elimination order of the free owned unknowns, and the ghosts' (local, global) numbers."""
+        order, ghosts = np.zeros(0, int), None
+        if self.cable:
+            order = self.cable.elimination_order()
+        if self.buoy:
+            order = np.concatenate([order, np.arange(self.state_part.slice.start, self.state_part.slice.stop)])
+            if self.mooring_slice:
+                order = np.concatenate([order, np.arange(self.mooring_slice.start, self.mooring_slice.stop)])
+        if self.cable and self.comm.size > 1:
+            ghosts = self._ghost_numbers(order)
+        return order, ghosts
+
+    def _ghost_numbers(self, order):
+        first = self.comm.scan(len(order)) - len(order)
+        n = self.cable.space.dofmap.index_map.size_local
+        number = fem.Function(self.cable.space)
+        number.x.array[:] = -1
+        mine = order < n
+        number.x.array[order[mine]] = first + np.flatnonzero(mine)
+        number.x.scatter_forward()
+        ghosts = np.arange(n, self.cable_part.size)
+        return ghosts, number.x.array[ghosts].astype(np.int64)
+
+    # -- time --------------------------------------------------------------------------------------------------------
+
+    def set_time(self, t):
+        """Advance everything that is given as a function of time; constrained values go into `system.u`."""
+        for model in (self.cable, self.buoy):
+            if model is not None:
+                model.sea.set_time(t)
+        if self.cable:
+            self.cable.constrain(self.system.u, t)
+
+    # -- numbers ------------------------------------------------------------------------------------------------------
+
+    def smallest_tension(self) -> float:
+        """Smallest element mean of T [N], over all ranks."""
+        means = self.cable.mean_tension(self.system.u)
+        return self.comm.allreduce(means.min() if len(means) else np.inf, op=MPI.MIN)
+
+    def end_tension(self, fresh=True):
+        """T_bnd, the force that holds the cable's top end [N], on every rank.
+
+        Of a fixed or prescribed top it is the reaction: the residual of Eq. (11)_1 at the end node.  With
+        fresh = False the residual is the one that Newton evaluated last.
+        """
+        if self.mooring_slice:
+            mine = -self.system.u[self.mooring_slice][3:] if self.buoy else None
+            return self.comm.bcast(mine, root=self.buoy_rank)
+        if self.cable.top_kind == "free":
+            return np.array(self.scene.cable.top.force)
+        residual = self.system.evaluate() if fresh else self.system.last_residual
+        mine = residual[self.cable.top_dofs] if len(self.cable.top_dofs) else np.zeros(3)
+        return self.comm.allreduce(mine, op=MPI.SUM)
+
+    def anchor_tension(self) -> float:
+        """T_h(0) [N], on every rank."""
+        values = self.comm.allgather(self.cable.anchor_tension(self.system.u))
+        return next(v for v in values if not np.isnan(v))
+
+    def destroy(self):
+        self.system.destroy()

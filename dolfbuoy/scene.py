@@ -1,0 +1,404 @@
+"""What a scene calls for: typed, bounded sections read from TOML.
+
+A section that is missing is an effect that is off.  An unknown key, a wrong type or a value out of range is an
+`InputError` of one sentence that names the key, the value and what is allowed.  SI units; degrees only where the
+key says so.
+"""
+
+import itertools
+import math
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from .errors import InputError
+
+Positive = Annotated[float, Field(gt=0)]
+NonNegative = Annotated[float, Field(ge=0)]
+Vector = Annotated[tuple[float, float, float], Field(strict=False)]
+Quaternion = Annotated[tuple[float, float, float, float], Field(strict=False)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+
+
+class Section(BaseModel):
+    """A table of the scene file."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
+
+
+class Sea(Section):
+    """Water.  Without it the scene is dry: no hydrostatics, no Morison forces, no waves, no current."""
+
+    depth: Positive
+    density: Positive = 1025.0
+
+
+class Top(Section):
+    """Upper end of a cable without a buoy."""
+
+    kind: Literal["fixed", "prescribed", "free"]
+    position: Vector | None = None
+    force: Vector = (0.0, 0.0, 0.0)
+    amplitude: Vector | None = None
+    period: Positive | None = None
+    phase_deg: float = 0.0
+    ramp: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if self.kind != "free" and self.position is None:
+            raise ValueError(f"kind '{self.kind}' needs a position")
+        if self.kind == "prescribed" and (self.amplitude is None or self.period is None):
+            raise ValueError("kind 'prescribed' needs amplitude and period")
+        if self.kind != "prescribed" and (self.amplitude is not None or self.period is not None or self.ramp):
+            raise ValueError("amplitude, period and ramp go with kind 'prescribed' only")
+        if self.kind != "free" and self.force != (0.0, 0.0, 0.0):
+            raise ValueError("force goes with kind 'free' only")
+        return self
+
+
+class Cable(Section):
+    """The cable and its finite elements."""
+
+    length: Positive
+    line_density: Positive
+    diameter: Positive | None = None
+    axial_stiffness: Annotated[float, Field(gt=0, allow_inf_nan=True)] = math.inf
+    elements: Annotated[int, Field(gt=0)] | list[Pair] = 20
+    grading: Positive = 1.0
+    position_degree: Annotated[int, Field(ge=1, le=8)] = 1
+    tension_degree: Annotated[int, Field(ge=0, le=7)] = 0
+    added_mass: float = 0.0
+    normal_drag: NonNegative = 0.0
+    tangential_drag: NonNegative = 0.0
+    tangential_froude_krylov: bool = True
+    anchor: Vector | None = None
+    strain: Literal["exact", "element-average"] = "exact"
+    strain_form: Literal["paper", "energy"] = "paper"
+    top: Top | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if math.isnan(self.axial_stiffness):
+            raise ValueError("axial_stiffness must be a positive number or inf")
+        if self.tension_degree >= self.position_degree:
+            raise ValueError(
+                f"tension_degree = {self.tension_degree} must be lower than position_degree = {self.position_degree} "
+                "(Eq. (13): other pairs are unstable)"
+            )
+        if isinstance(self.elements, list):
+            lengths, counts = zip(*self.elements, strict=True) if self.elements else ((), ())
+            if not lengths or min(lengths) <= 0 or min(counts) < 1 or any(n != int(n) for n in counts):
+                raise ValueError("elements as a list must hold [length, number of elements] of each segment")
+            if abs(sum(lengths) - self.length) > 1e-9 * self.length:
+                raise ValueError(
+                    f"the segments of elements add up to {sum(lengths)} m, not to length = {self.length} m"
+                )
+        return self
+
+
+class PointMass(Section):
+    """A mass on the axis of the buoy."""
+
+    mass: Positive
+    height: float
+
+
+class Buoy(Section):
+    """A rigid body of revolution; heights are measured along the axis from the keel."""
+
+    hull: list[Pair] | None = None
+    mass: Positive
+    center_of_mass: float | None = None
+    inertia: list[Positive] | None = None
+    point_masses: list[PointMass] = []
+    mooring_height: float = 0.0
+    added_mass: float = 0.0
+    normal_drag: NonNegative = 0.0
+    axial_added_mass: NonNegative = 0.0
+    axial_drag: NonNegative = 0.0
+    rotational_damping: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if self.hull is not None:
+            heights, diameters = [h for h, _ in self.hull], [d for _, d in self.hull]
+            if len(heights) < 2 or any(b < a for a, b in itertools.pairwise(heights)) or heights[-1] <= heights[0]:
+                raise ValueError("hull must be [[height, diameter], ...] with heights from the keel up")
+            if min(diameters) < 0 or max(diameters) == 0:
+                raise ValueError("hull diameters must not be negative, nor all zero")
+            if abs(heights[0]) > 1e-12:
+                raise ValueError(f"hull must start at height 0, the keel, not at {heights[0]}")
+        if self.inertia is not None and len(self.inertia) not in (2, 3):
+            raise ValueError("inertia must be [transverse, axial] or [Ixx, Iyy, Izz]")
+        if self.hull is None and (self.inertia is None or self.center_of_mass is None):
+            raise ValueError("a buoy without hull needs inertia and center_of_mass")
+        return self
+
+
+class Waves(Section):
+    """A regular Airy wave: give amplitude or height."""
+
+    amplitude: NonNegative | None = None
+    height: NonNegative | None = None
+    period: Positive
+    wavelength: Positive | None = None
+    direction_deg: float = 0.0
+    phase_deg: float = 0.0
+    ramp: NonNegative = 0.0
+    stretching: Literal["wheeler", "vertical", "none"] = "wheeler"
+
+    @model_validator(mode="after")
+    def _one_size(self):
+        if (self.amplitude is None) == (self.height is None):
+            raise ValueError("give either amplitude or height")
+        return self
+
+    @property
+    def size(self) -> float:
+        """Amplitude [m]."""
+        return self.amplitude if self.amplitude is not None else self.height / 2
+
+
+class Current(Section):
+    """A steady current; in a table the speeds stand in place of `speed`."""
+
+    speed: NonNegative | None = None
+    direction_deg: float = 0.0
+    profile: Literal["uniform", "power"] | list[Pair] = "uniform"
+    exponent: Annotated[float, Field(gt=0, le=1)] = 1 / 7
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if isinstance(self.profile, list):
+            z = [p[0] for p in self.profile]
+            if len(z) < 2 or any(b <= a for a, b in itertools.pairwise(z)):
+                raise ValueError("profile must be [[z, speed], ...] with at least two rows and z increasing")
+            if self.speed is not None:
+                raise ValueError("speed does not go with a table: the speeds stand in profile")
+        elif self.speed is None:
+            raise ValueError("speed is missing")
+        return self
+
+
+class Wind(Section):
+    """Wind on the buoy, Eq. (2)."""
+
+    speed_10m: NonNegative
+    direction_deg: float = 0.0
+    drag_coefficient: NonNegative = 1.0
+    area: Positive
+    height: float
+    air_density: Positive = 1.225
+
+
+class ExternalForce(Section):
+    """A constant force at a point of the axis (default: C)."""
+
+    force: Vector
+    height: float | None = None
+
+
+class Initial(Section):
+    """How a run starts."""
+
+    kind: Literal["equilibrium", "straight", "polyline"] = "equilibrium"
+    points: list[Vector] | None = None
+    buoy_position: Vector | None = None
+    buoy_orientation: Quaternion | None = None
+    buoy_velocity: Vector | None = None
+    buoy_angular_velocity: Vector | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if (self.kind == "polyline") != (self.points is not None):
+            raise ValueError("points go with kind 'polyline', and it needs them")
+        if self.points is not None and len(self.points) < 2:
+            raise ValueError("points must hold at least two points")
+        if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
+            raise ValueError("buoy_orientation must not be the zero quaternion")
+        return self
+
+
+class Time(Section):
+    """Time integration."""
+
+    end: NonNegative
+    step: Positive
+    scheme: Literal["backward-euler"] = "backward-euler"
+    output_every: Positive | None = None
+
+
+class Solver(Section):
+    """Nonlinear solver; `petsc` holds PETSc options of the SNES, for example {snes_monitor = true}."""
+
+    petsc: dict[str, Any] = {}
+    step_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-9
+    quadrature_degree: Annotated[int, Field(ge=1, le=30)] | None = None
+    hull_cells: Annotated[int, Field(ge=1, le=1000)] = 16
+    hull_quadrature_degree: Annotated[int, Field(ge=1, le=30)] = 7
+
+
+class Scene(Section):
+    """A complete scene."""
+
+    title: str = ""
+    gravity: NonNegative = 9.81
+    sea: Sea | None = None
+    cable: Cable | None = None
+    buoy: Buoy | None = None
+    waves: Waves | None = None
+    current: Current | None = None
+    wind: Wind | None = None
+    external_force: ExternalForce | None = None
+    initial: Initial = Initial()
+    time: Time | None = None
+    solver: Solver = Solver()
+
+    @model_validator(mode="after")
+    def _sections(self):
+        def need(section, other, why):
+            if getattr(self, section) is not None and getattr(self, other) is None:
+                raise ValueError(f"[{section}] needs [{other}]: {why}")
+
+        if self.cable is None and self.buoy is None:
+            raise ValueError("the scene has neither [cable] nor [buoy]: nothing would move")
+        need("waves", "sea", "there is no water")
+        need("current", "sea", "there is no water")
+        need("wind", "buoy", "it acts on the buoy only")
+        need("external_force", "buoy", "it acts on the buoy only")
+        if self.cable is not None:
+            if (self.cable.top is None) == (self.buoy is None):
+                raise ValueError("[cable.top] and [buoy] exclude each other, and a cable needs one of them")
+            if self.sea is not None and self.cable.diameter is None:
+                raise ValueError("cable.diameter is missing: the sea needs it")
+            if self.initial.kind == "straight" and self.buoy is None and self.cable.top.position is None:
+                raise ValueError("initial.kind 'straight' needs cable.top.position, the end of the straight line")
+        if self.sea is not None and self.buoy is not None and self.buoy.hull is None:
+            raise ValueError("buoy.hull is missing: the sea needs it")
+        return self
+
+    @property
+    def anchor(self) -> tuple[float, float, float]:
+        """Position of s = 0."""
+        if self.cable.anchor is not None:
+            return self.cable.anchor
+        return (0.0, 0.0, -self.sea.depth if self.sea else 0.0)
+
+    def to_dict(self) -> dict:
+        """Every value that differs from "absent", defaults included: what reproduces this scene."""
+        return _without_none(self.model_dump())
+
+    def save(self, path: str | Path) -> None:
+        """Write the complete scene as TOML."""
+        Path(path).write_text(tomli_w.dumps(self.to_dict()))
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """Name -> file of the scenes that come with dolfbuoy."""
+    folder = resources.files("dolfbuoy") / "scenes"
+    return {Path(str(f)).stem: Path(str(f)) for f in sorted(folder.iterdir(), key=str) if f.name.endswith(".toml")}
+
+
+def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
+    """Read and check a scene: a shipped name, a path, a dict of sections, or a Scene.
+
+    Overrides: nested dicts (`time={"end": 5}`), or keys with dots or double underscores (`time__end=5`).
+    Raises InputError with one sentence.
+    """
+    return build_scene(_read(scene), overrides)
+
+
+def build_scene(data: dict, overrides: dict | None = None) -> Scene:
+    """Scene from a dict of sections and overrides; raises InputError."""
+    for key, value in (overrides or {}).items():
+        data = _merge(data, key.replace("__", ".").split("."), value)
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        raise InputError(_sentence(error)) from None
+
+
+def parse_assignment(text: str) -> tuple[str, Any]:
+    """`section.key=value` of the command line, the value in TOML (a bare word is a string)."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise InputError(f"--set {text}: must have the form section.key=value.")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def _read(scene) -> dict:
+    if isinstance(scene, Scene):
+        return scene.to_dict()
+    if isinstance(scene, dict):
+        return scene
+    shipped, path = shipped_scenes(), Path(scene)
+    if str(scene) in shipped:
+        path = shipped[str(scene)]
+    elif not path.is_file():
+        raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
+    try:
+        return tomllib.loads(path.read_text())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"Scene file {path} is not valid TOML: {error}.") from None
+
+
+def _merge(data: dict, keys: list[str], value) -> dict:
+    """A copy of `data` with `value` under the nested `keys`; a dict is merged, None removes the key."""
+    head, rest = keys[0], keys[1:]
+    old = data.get(head)
+    if rest:
+        if old is not None and not isinstance(old, dict):
+            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
+        value = _merge(old or {}, rest, value)
+    elif isinstance(value, dict) and isinstance(old, dict):
+        merged = old
+        for key, item in value.items():
+            merged = _merge(merged, [key], item)
+        value = merged
+    result = {k: v for k, v in data.items() if k != head}
+    return result if value is None else {**result, head: value}
+
+
+def _without_none(value):
+    if isinstance(value, dict):
+        return {k: _without_none(v) for k, v in value.items() if v is not None}
+    if isinstance(value, list | tuple):
+        return [_without_none(v) for v in value]
+    return value
+
+
+def _sentence(error: ValidationError) -> str:
+    """The first thing that is wrong, as one sentence with key, value and what is allowed."""
+    first = error.errors()[0]
+    location = [str(part) for part in first["loc"] if not _is_type_tag(part)]
+    key, message = ".".join(location) or "scene", first["msg"]
+    if first["type"] == "extra_forbidden":
+        return f"Unknown key {key}; allowed here: {', '.join(_fields(location[:-1]))}."
+    if first["type"] == "missing":
+        return f"Missing key {key}."
+    if first["type"] == "value_error":
+        return f"{key}: {message.removeprefix('Value error, ')}."
+    return f"{key} = {first['input']!r}: {message[0].lower()}{message[1:]}."
+
+
+def _is_type_tag(part) -> bool:
+    """Pydantic names the member of a union it tried; that is no key of the file."""
+    return isinstance(part, str) and ("[" in part or "-" in part or part in ("int", "float", "constrained"))
+
+
+def _fields(location) -> list[str]:
+    model: Any = Scene
+    for name in location:
+        annotation = model.model_fields[name].annotation if name in getattr(model, "model_fields", {}) else None
+        candidates = [annotation, *getattr(annotation, "__args__", ())]
+        candidates += [a for c in candidates for a in getattr(c, "__args__", ())]
+        model = next((c for c in candidates if isinstance(c, type) and issubclass(c, Section)), model)
+    return sorted(model.model_fields)

@@ -1,0 +1,160 @@
+"""How a run starts: from equilibrium, or from a given shape and pose."""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from .errors import InputError
+from .problem import Problem
+from .scene import Top
+from .statics import check_feasible, shape_and_mass, solve_equilibrium
+
+
+@dataclass
+class Start:
+    """Initial values on this rank; the cable's arrays are numbered as its dofs."""
+
+    at_rest: bool = True
+    cable: np.ndarray | None = None
+    cable_velocity: np.ndarray | None = None
+    end_tension: np.ndarray | None = None
+    mooring: np.ndarray | None = None
+    position: np.ndarray | None = None
+    quaternion: np.ndarray | None = None
+    velocity: np.ndarray | None = None
+    angular_velocity: np.ndarray | None = None
+
+    @property
+    def rotation(self):
+        return rotation_of(self.quaternion)
+
+
+def rotation_of(q4):
+    """Rotation matrix of a quaternion (q0, q)."""
+    return Rotation.from_quat([*q4[1:], q4[0]]).as_matrix()
+
+
+def initial_state(scene, comm) -> Start:
+    """Start of a run.  Raises InputError for what cannot be."""
+    initial = scene.initial
+    check_feasible(scene)
+    if initial.kind == "equilibrium" and not _pose_given(scene):
+        start = _from_equilibrium(solve_equilibrium(scene, comm))
+    elif scene.cable is None:
+        start = _from_equilibrium(solve_equilibrium(scene, comm))
+        start.at_rest = False
+    else:
+        start = _from_shape(scene, comm)
+    _set_buoy(start, scene)
+    return start
+
+
+def _pose_given(scene):
+    initial = scene.initial
+    return scene.buoy is not None and (initial.buoy_position or initial.buoy_orientation) is not None
+
+
+def _from_equilibrium(problem) -> Start:
+    u = problem.system.u
+    start = Start()
+    if problem.cable:
+        start.cable = u[problem.cable_part.slice].copy()
+        start.cable_velocity = np.zeros_like(start.cable)
+        start.end_tension = problem.end_tension()
+    if problem.mooring_slice:
+        start.mooring = u[problem.mooring_slice].copy()
+    if problem.buoy:
+        pose = u[problem.state_part.slice]
+        start.position, start.quaternion = pose[:3].copy(), pose[3:].copy()
+    problem.destroy()
+    return start
+
+
+def _from_shape(scene, comm) -> Start:
+    """Cable along a straight line or polyline, or at rest below a buoy whose pose is given."""
+    start = Start(at_rest=False)
+    r_O = None
+    if scene.buoy:
+        start.position, start.quaternion, r_O = _given_pose(scene)
+    if scene.initial.kind == "equilibrium":
+        top = Top(kind="fixed", position=tuple(float(x) for x in r_O))
+        cable = scene.cable.model_copy(update={"top": top})
+        alone = scene.model_copy(update={"cable": cable, "buoy": None, "wind": None, "external_force": None})
+        held = _from_equilibrium(solve_equilibrium(alone, comm))
+        start.cable, start.end_tension = held.cable, held.end_tension
+    else:
+        problem = Problem(scene, dynamic=False, comm=comm)
+        points = _points(scene, r_O)
+        start.cable = np.zeros(problem.cable_part.size)
+        problem.cable.set_shape(start.cable, _along(points, scene.cable), lambda s: np.zeros_like(s))
+        start.end_tension = np.zeros(3)
+        problem.destroy()
+    start.cable_velocity = np.zeros_like(start.cable)
+    if scene.buoy:
+        T_O = -np.asarray(start.end_tension)
+        start.mooring = np.concatenate([r_O, T_O])
+    return start
+
+
+def _given_pose(scene):
+    """(r_C, q4, r_O) from the section [initial]."""
+    initial = scene.initial
+    if initial.buoy_position is None:
+        raise InputError("Missing key initial.buoy_position: it is needed for this start of a moored buoy.")
+    q4 = np.array(initial.buoy_orientation or (1.0, 0.0, 0.0, 0.0))
+    q4 = q4 / np.linalg.norm(q4)
+    mass = shape_and_mass(scene)[1]
+    r_C = np.array(initial.buoy_position)
+    r_O = r_C + rotation_of(q4) @ [0.0, 0.0, scene.buoy.mooring_height - mass.height]
+    return r_C, q4, r_O
+
+
+def _set_buoy(start, scene):
+    """Pose and velocities that the scene gives, over those of the equilibrium."""
+    if scene.buoy is None:
+        return
+    initial = scene.initial
+    if start.position is not None or scene.cable is None:
+        if initial.buoy_position is not None:
+            start.position = np.array(initial.buoy_position)
+        if initial.buoy_orientation is not None:
+            q4 = np.array(initial.buoy_orientation)
+            start.quaternion = q4 / np.linalg.norm(q4)
+    start.velocity = np.array(initial.buoy_velocity or (0.0, 0.0, 0.0))
+    start.angular_velocity = np.array(initial.buoy_angular_velocity or (0.0, 0.0, 0.0))
+    if initial.buoy_velocity is not None or initial.buoy_angular_velocity is not None:
+        start.at_rest = False
+
+
+def _points(scene, r_O):
+    """Points of the initial line, from the anchor to the top."""
+    initial, cable = scene.initial, scene.cable
+    end = r_O if r_O is not None else (None if cable.top.position is None else np.array(cable.top.position))
+    if initial.kind == "straight":
+        points = [np.array(scene.anchor), end]
+    else:
+        points = [np.array(p) for p in initial.points]
+        if np.linalg.norm(points[0] - scene.anchor) > 1e-6 * cable.length:
+            raise InputError(f"initial.points: the first point must be the anchor {list(scene.anchor)}.")
+        held = r_O is not None or cable.top.kind != "free"
+        if held and np.linalg.norm(points[-1] - end) > 1e-6 * cable.length:
+            raise InputError(f"initial.points: the last point must be the top of the cable {[float(x) for x in end]}.")
+    total = sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(points))
+    if np.isinf(cable.axial_stiffness) and abs(total - cable.length) > 1e-6 * cable.length:
+        raise InputError(
+            f"initial.kind = '{initial.kind}': the line is {total:.8g} m long, but an inextensible cable must keep its "
+            f"cable.length = {cable.length:.8g} m."
+        )
+    if total == 0:
+        raise InputError("initial.points: the line has no length.")
+    return points
+
+
+def _along(points, cable):
+    """s -> point on the polyline, arc length proportional to s."""
+    points = np.array(points)
+    corners = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    corners *= cable.length / corners[-1]
+    return lambda s: np.column_stack([np.interp(s, corners, points[:, k]) for k in range(3)])

@@ -1,0 +1,256 @@
+"""Equilibrium of a scene: of a cable between two points or under an end force, and of a moored or free buoy."""
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+from . import catenary
+from .cable_model import top_position
+from .errors import InputError, SolveError
+from .hydrostatics import float_upright
+from .meshes import HullShape
+from .problem import MPI, Problem
+from .rigid import mass_properties
+from .sea_state import heading
+
+
+def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
+    """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
+
+    Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
+    """
+    check_feasible(scene)
+    if scene.cable is None:
+        return _free_buoy(scene, comm)
+    problem = Problem(scene, dynamic=False, comm=comm)
+    if scene.buoy is None:
+        _start_cable(problem, _cable_start(scene, problem.cable.weight_per_length))
+        _newton(problem)
+    else:
+        _moored_buoy(problem)
+    return problem
+
+
+def check_feasible(scene) -> None:
+    """Refuse what cannot be: an inextensible cable that is too short, a buoy that sinks, a mass that is not positive.
+
+    Raises InputError with one sentence.
+    """
+    _check_effective_mass(scene)
+    cable = scene.cable
+    if cable is not None and cable.top is not None and cable.top.kind != "free" and math.isinf(cable.axial_stiffness):
+        amplitude = np.array(cable.top.amplitude or (0.0, 0.0, 0.0))
+        chord = np.array(cable.top.position) - np.array(scene.anchor)
+        longest = max(np.linalg.norm(chord + amplitude * f) for f in (-1.0, 0.0, 1.0))
+        if longest > cable.length * (1 + 1e-12):
+            raise InputError(
+                f"cable.length = {cable.length} m is too short: the top is up to {longest:.6g} m from the anchor, "
+                "and an inextensible cable (axial_stiffness = inf) cannot stretch."
+            )
+    if scene.buoy is not None and scene.sea is not None:
+        _check_floats(scene)
+
+
+def _check_effective_mass(scene):
+    rho_w = scene.sea.density if scene.sea else 0.0
+    c, b = scene.cable, scene.buoy
+    if c is not None and rho_w:
+        effective = c.line_density + c.added_mass * rho_w * math.pi * c.diameter**2 / 4
+        if effective <= 0:
+            raise InputError(
+                f"cable.added_mass = {c.added_mass}: the effective mass {effective:.6g} kg/m of the cable is not "
+                "positive (added_mass is C_A = C_M - 1)."
+            )
+    if b is not None and rho_w and b.added_mass < 0:
+        shape, mass = shape_and_mass(scene)
+        effective = mass.mass + b.added_mass * rho_w * shape.volume()
+        if effective <= 0:
+            raise InputError(
+                f"buoy.added_mass = {b.added_mass}: the effective mass {effective:.6g} kg of the submerged buoy is not "
+                "positive (added_mass is C_A = C_M - 1)."
+            )
+
+
+def hanging_weight(scene) -> float:
+    """Weight in water of the cable that hangs from the buoy when it floats above the anchor [N] (0 if it floats)."""
+    if scene.cable is None:
+        return 0.0
+    c, sea = scene.cable, scene.sea
+    displaced = sea.density * math.pi * c.diameter**2 / 4 if sea else 0.0
+    w = (c.line_density - displaced) * scene.gravity
+    height = max(-scene.anchor[2], 0.0) if sea else c.length
+    return max(w, 0.0) * min((c.length + height) / 2, c.length)
+
+
+def shape_and_mass(scene):
+    """(HullShape or None, MassProperties) of the scene's buoy."""
+    shape = HullShape(tuple(scene.buoy.hull)) if scene.buoy.hull else None
+    return shape, mass_properties(scene.buoy, shape)
+
+
+def _check_floats(scene):
+    if scene.gravity:
+        shape, mass = shape_and_mass(scene)
+        float_upright(shape, mass, scene.sea.density, scene.gravity, hanging_weight(scene), scene.buoy.mooring_height)
+
+
+# -- cable alone -------------------------------------------------------------------------------------------------------
+
+
+def _cable_start(scene, w):
+    """Closed-form shape without current: between its ends, or under its end force."""
+    c = scene.cable
+    if c.top.kind == "free":
+        return catenary.under_end_force(scene.anchor, c.top.force, c.length, w, c.axial_stiffness)
+    end = top_position(c.top, 0.0)
+    distance = np.linalg.norm(end - np.array(scene.anchor))
+    if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
+        raise InputError(
+            f"cable.length = {c.length} m equals the distance of its ends: an inextensible cable is exactly taut "
+            "there and its tension is undetermined; give a finite axial_stiffness or a longer cable."
+        )
+    return catenary.between(scene.anchor, end, c.length, w, c.axial_stiffness)
+
+
+def _start_cable(problem, shape):
+    floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
+    problem.cable.set_shape(problem.system.u, shape.position, lambda s: np.maximum(shape.tension(s), floor))
+    problem.set_time(0.0)
+
+
+def _newton(problem):
+    problem.iterations = problem.system.solve()
+
+
+# -- buoy --------------------------------------------------------------------------------------------------------------
+
+
+def _free_buoy(scene, comm):
+    """A buoy without cable floats upright in still water; steady loads across would carry it away for ever."""
+    calm = scene.model_copy(update={"current": None, "wind": None, "external_force": None, "waves": None})
+    problem = Problem(calm, dynamic=False, comm=comm)
+    if problem.buoy:
+        height = 0.0
+        if scene.sea is not None and scene.gravity:
+            shape, mass = shape_and_mass(scene)
+            height = mass.height - float_upright(shape, mass, scene.sea.density, scene.gravity).draft
+        pose = np.array([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0])
+        problem.system.u[problem.state_part.slice] = pose
+        problem.buoy.reference.x.array[:] = pose
+    if scene.sea is not None and scene.gravity:
+        _newton(problem)
+    else:
+        problem.system.publish()
+        problem.iterations = 0
+    return problem
+
+
+def _moored_buoy(problem):
+    """Newton from the catenary under the estimated loads; if that fails, pseudo-transient continuation."""
+    scene = problem.scene
+    if scene.sea is None:
+        shape, r_O, q4 = _hanging_start(scene, problem.cable.weight_per_length)
+    else:
+        shape, r_O, q4 = _floating_start(scene, problem.cable.weight_per_length)
+    _start_cable(problem, shape)
+    _start_buoy(problem, shape, r_O, q4)
+    try:
+        _newton(problem)
+    except SolveError:
+        _start_cable(problem, shape)
+        _start_buoy(problem, shape, r_O, q4)
+        _continue(problem)
+
+
+def _start_buoy(problem, shape, r_O, q4):
+    if not problem.buoy:
+        return
+    u, buoy = problem.system.u, problem.buoy
+    R = Rotation.from_quat([*q4[1:], q4[0]]).as_matrix()
+    pose = np.concatenate([r_O - R @ buoy.offset.value, q4])
+    u[problem.state_part.slice] = pose
+    L = problem.scene.cable.length
+    H, V = shape.H, float(shape.vertical(L))
+    u[problem.mooring_slice] = np.concatenate([r_O, -(H * shape.along + np.array([0.0, 0.0, V]))])
+    buoy.reference.x.array[:] = pose
+
+
+def _continue(problem, growth=4.0, steps=60):
+    """Pseudo-transient continuation: rest, a heavy body relaxed in steps theta that grow, and Newton at the end."""
+    system, theta, iterations = problem.system, 0.1, 0
+    for _ in range(steps):
+        saved = system.u.copy()
+        if problem.buoy:
+            problem.buoy.relaxation.value = theta**-2 if theta < 1e4 else 0.0
+            problem.buoy.reference.x.array[:] = saved[problem.state_part.slice]
+        try:
+            iterations += system.solve()
+        except SolveError:
+            theta /= growth**1.5
+            if theta < 1e-4:
+                raise
+            continue
+        if theta >= 1e4:
+            problem.iterations = iterations
+            return
+        theta *= growth
+    raise SolveError(f"the equilibrium was not reached in {steps} steps of pseudo-transient continuation")
+
+
+def _hanging_start(scene, w):
+    """A body that hangs from a cable in air, its mooring point up."""
+    shape = catenary.under_end_force(
+        scene.anchor, [0.0, 0.0, -scene.buoy.mass * scene.gravity], scene.cable.length, w, scene.cable.axial_stiffness
+    )
+    return shape, shape.position(np.array([scene.cable.length]))[0], np.array([0.0, 1.0, 0.0, 0.0])
+
+
+def _floating_start(scene, w):
+    """Upright buoy on a cable whose end force is estimated from the loads."""
+    c, (hull, mass) = scene.cable, shape_and_mass(scene)
+    anchor, g = np.array(scene.anchor), scene.gravity or 1.0
+    H_vector = _horizontal_load(scene, hull)
+    H = max(float(np.hypot(*H_vector[:2])), 1e-3 * abs(w) * c.length, 1e-3 * mass.mass * g * 1e-3)
+    along = H_vector / np.linalg.norm(H_vector) if np.any(H_vector) else np.array([1.0, 0.0, 0.0])
+
+    def top_of(V):
+        return catenary.under_end_force(anchor, H * along + [0, 0, V], c.length, w, c.axial_stiffness)
+
+    def gap(V):
+        """Height of the cable's end above the mooring point of a buoy that carries V."""
+        load = min(max(mass.mass + V / g, 0.0), scene.sea.density * hull.volume() * (1 - 1e-9))
+        draft = brentq(lambda d: scene.sea.density * hull.volume(d) - load, 0.0, hull.height)
+        z_mooring = -draft + scene.buoy.mooring_height
+        return float(top_of(V).position(np.array([c.length]))[0, 2]) - z_mooring
+
+    low, high = -abs(w) * c.length - mass.mass * g, abs(w) * c.length + scene.sea.density * hull.volume() * g
+    V = brentq(gap, low, high) if gap(low) < 0 < gap(high) else high
+    shape = top_of(V)
+    return shape, shape.position(np.array([c.length]))[0], np.array([1.0, 0.0, 0.0, 0.0])
+
+
+def _horizontal_load(scene, hull):
+    """Estimate of the horizontal force on buoy and half the cable [N]."""
+    total = np.zeros(3)
+    if scene.external_force:
+        total[:2] += scene.external_force.force[:2]
+    if scene.wind:
+        w = scene.wind
+        z = max(w.height, 0.1)
+        total += (
+            0.5
+            * w.drag_coefficient
+            * w.air_density
+            * w.area
+            * (w.speed_10m * (z / 10) ** (1 / 7)) ** 2
+            * heading(w.direction_deg)
+        )
+    if scene.current:
+        c, cable, rho = scene.current, scene.cable, scene.sea.density
+        speed = c.speed if c.speed is not None else max(s for _, s in c.profile)
+        area = scene.buoy.normal_drag * hull.max_diameter * hull.height / 2
+        area += cable.normal_drag * cable.diameter * cable.length / 2
+        total += 0.5 * rho * area * speed**2 * heading(c.direction_deg)
+    return total

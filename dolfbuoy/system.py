@@ -1,0 +1,380 @@
+"""Blocks and forms become one nonlinear system that PETSc SNES solves.
+
+A `Part` is a Function together with the place of its dofs among the unknowns of this rank; the same unknowns may
+appear as parts on two meshes (the mooring point and force, on the cable and on the hull's axis).  Residual forms are
+added up by the part that they test; the Jacobian is their derivative with respect to every part on the same mesh.
+
+Constrained dofs (an anchored end) are simply not unknowns: PETSc is given the index -1 for them and drops their rows
+and columns.  Unknowns and rows are scaled by typical sizes, so that metres, newtons and newton-metre-seconds meet in
+one norm.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import ufl
+from petsc4py import PETSc
+from ufl.algorithms import expand_derivatives
+
+from . import compat
+from .errors import SolveError
+
+
+@dataclass
+class Part:
+    """Unknowns `offset ... offset + n` of this rank as the dofs of `function`."""
+
+    name: str
+    function: object
+    offset: int
+    test: object = field(init=False)
+    trial: object = field(init=False)
+
+    def __post_init__(self):
+        space = self.function.function_space
+        self.test, self.trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+        self.size = len(self.function.x.array)
+        self.slice = slice(self.offset, self.offset + self.size)
+
+
+@dataclass
+class Block:
+    """Unknowns of one kind, for scaling and for messages.
+
+    `unknown` is their typical size; a residual row counts as `rest + moving * gamma**order`, gamma = 1/dt-like.
+    """
+
+    name: str
+    dofs: np.ndarray  # local indices
+    unknown: float
+    rest: float
+    moving: float = 0.0
+    order: int = 1
+
+    def residual_size(self, gamma):
+        return self.rest + self.moving * gamma**self.order
+
+
+class Contribution:
+    """One compiled form and where it adds to the local residual or to the matrix."""
+
+    def __init__(self, form, row, column=None):
+        self.form = compat.compile_form(form)  # kept alive: the C++ object refers to it
+        self.cpp = compat.cpp_form(self.form)
+        self.row, self.column = row, column
+        spaces = [p.function.function_space for p in (row, column) if p is not None]
+        self._unrolled = any(s.dofmap.index_map_bs > 1 for s in spaces)  # the matrix knows no blocks
+        self.update_constants()
+
+    def update_constants(self):
+        """Read the form's constants again (once per solve: time, step and phase of the wave are among them)."""
+        self.constants = compat.pack_constants(self.cpp)
+
+    def add_to_vector(self, b):
+        compat.assemble_vector(b[self.row.slice], self.cpp, self.constants, compat.pack_coefficients(self.cpp))
+
+    def add_to_matrix(self, A):
+        compat.assemble_matrix(A, self.cpp, self.constants, compat.pack_coefficients(self.cpp), [], self._unrolled)
+
+
+class System:
+    """Residual and Jacobian of a set of parts, and the damped Newton method that solves them.
+
+    comm: of the whole problem.  parts: this rank's parts.  residuals: list of (part, linear form).  blocks: cover all
+    local unknowns.  order: free local unknowns owned by this rank, in the order of the matrix.  ghosts: (local index,
+    global index) arrays of unknowns owned elsewhere.  direct: PETSc solver package for the factorisation;
+    "petsc" (natural ordering, no pivoting) falls back to "mumps" when a solve is not accurate.
+    """
+
+    def __init__(
+        self, comm, parts, residuals, blocks, order, ghosts=None, direct="mumps", options=None, tolerance=1e-9
+    ):
+        self.comm, self.parts, self.blocks = comm, parts, blocks
+        self.size = max((p.offset + p.size for p in parts), default=0)
+        self.u = np.zeros(self.size)  # physical values of the local unknowns
+        self._b = np.zeros(self.size)
+        self.tolerance, self.options = tolerance, dict(options or {})
+        self.iterations_total = self.fallbacks = 0
+        self.residuals = [Contribution(form, part) for part, form in residuals]
+        self.jacobians = self._differentiate(residuals)
+        self._number(order, ghosts)
+        self._create_matrix()
+        self.direct = direct if comm.size == 1 else "mumps"
+        self._create_snes()
+        self.set_scales(1.0)
+
+    # -- set-up -----------------------------------------------------------------------------------------------------
+
+    def _differentiate(self, residuals):
+        jacobians = []
+        for row, form in residuals:
+            for column in self.parts:
+                if column.function not in form.coefficients():
+                    continue
+                derivative = ufl.derivative(form, column.function, column.trial)
+                if not expand_derivatives(derivative).empty():
+                    jacobians.append(Contribution(derivative, row, column))
+        return jacobians
+
+    def _number(self, order, ghosts):
+        """Global numbering of the free unknowns: rank after rank, `order` within a rank."""
+        first = self.comm.scan(len(order)) - len(order)
+        self.unknowns = self.comm.allreduce(len(order))
+        global_index = np.full(self.size, -1, dtype=PETSc.IntType)
+        global_index[order] = first + np.arange(len(order))
+        self.ghosts = np.zeros(0, dtype=np.int64)
+        if ghosts is not None:
+            local, number = ghosts
+            free = number >= 0
+            self.ghosts = local[free]
+            global_index[self.ghosts] = number[free]
+        self.order = np.asarray(order)
+        self.visible = np.concatenate([self.order, self.ghosts]).astype(np.int64)
+        self.lgmap = PETSc.LGMap().create(global_index, comm=self.comm)
+        self._global_index = global_index
+
+    def _create_matrix(self):
+        n, N = len(self.order), self.unknowns
+        A = PETSc.Mat().create(self.comm)
+        A.setSizes([[n, N], [n, N]])
+        A.setType("aij")
+        A.setLGMap(self.lgmap, self.lgmap)
+        width = self._row_widths()
+        A.setPreallocationNNZ((width, width) if self.comm.size > 1 else width)
+        A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        self.A = A
+        self._views = {}
+        for c in self.jacobians:  # the cable's own block comes first, with local indices equal to its dofs
+            key = (c.row.slice.start, c.row.size, c.column.slice.start, c.column.size)
+            if key not in self._views:
+                rows, columns = (np.arange(p.slice.start, p.slice.stop, dtype=PETSc.IntType) for p in (c.row, c.column))
+                self._views[key] = A.getLocalSubMatrix(
+                    PETSc.IS().createGeneral(rows, comm=PETSc.COMM_SELF),
+                    PETSc.IS().createGeneral(columns, comm=PETSc.COMM_SELF),
+                )
+            c.view = self._views[key]
+        for i in self._global_index[self.order]:  # a diagonal entry even where the form has none, for the factorisation
+            A.setValue(i, i, 0.0, addv=PETSc.InsertMode.ADD_VALUES)
+        for c in self.jacobians:  # fixes the pattern; the values mean nothing yet
+            c.add_to_matrix(c.view)
+        A.assemble()
+
+    def _row_widths(self):
+        """Upper bound of the entries in each row: every local element tensor that touches it."""
+        width = np.ones(self.size, dtype=PETSc.IntType)
+        seen = set()
+        for c in self.jacobians:
+            key = (c.row.offset, c.row.name, c.column.offset, c.column.name)
+            if key in seen:
+                continue
+            seen.add(key)
+            cells = 2 if c.column.function.function_space.dofmap.bs == 1 else 1
+            width[c.row.slice] += min(cells * _dofs_per_cell(c.column.function.function_space), c.column.size)
+        return np.minimum(width[self.order], self.unknowns)
+
+    def _create_snes(self):
+        x = self._vector()
+        self.x, self._f = x, x.duplicate()
+        self._ghosted = None
+        if self.comm.size > 1:
+            ghosts = self._global_index[self.ghosts]
+            self._ghosted = PETSc.Vec().createGhost(ghosts, (len(self.order), self.unknowns), comm=self.comm)
+        self._row_scale, self._unknown_scale = x.duplicate(), x.duplicate()
+        snes = PETSc.SNES().create(self.comm)
+        snes.setFunction(self._residual, self._f)
+        snes.setJacobian(self._jacobian, self.A)
+        snes.setType("newtonls")
+        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
+        snes.setConvergenceTest(self._converged)
+        self.snes = snes
+        self._set_direct_solver(self.direct)
+
+    def _set_direct_solver(self, package):
+        ksp = self.snes.getKSP()
+        ksp.reset()
+        pc = ksp.getPC()
+        pc.setType("lu")
+        pc.setFactorSolverType(package)
+        if package == "petsc":
+            pc.setFactorOrdering("natural")
+        # Richardson on an exact factorisation: one solve, a look at its residual, refinement if it is not small.
+        ksp.setType("richardson")
+        ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
+        ksp.setTolerances(rtol=1e-8, atol=0, max_it=5)
+        self._apply_options()
+
+    def _apply_options(self):
+        """Line search and the scene's own PETSc options, under a prefix that is gone from the database afterwards."""
+        prefix, db = f"dolfbuoy_{id(self)}_", PETSc.Options()
+        options = {"snes_linesearch_type": "bt", **self.options}
+        self.snes.setOptionsPrefix(prefix)
+        for key, value in options.items():
+            db[prefix + key] = value
+        self.snes.setFromOptions()
+        for key in options:
+            del db[prefix + key]
+
+    def _vector(self):
+        x = PETSc.Vec().create(self.comm)
+        x.setSizes([len(self.order), self.unknowns])
+        x.setUp()
+        return x
+
+    # -- callbacks --------------------------------------------------------------------------------------------------
+
+    def _read(self, x):
+        """Unknowns of SNES -> physical values -> Functions of the forms (copies: nothing shares memory)."""
+        if self._ghosted is None:
+            values = x.array_r
+        else:
+            x.copy(self._ghosted)
+            self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+            with self._ghosted.localForm() as local:
+                values = local.array_r.copy()
+        self.u[self.visible] = values * self._xs
+        self.publish()
+
+    def publish(self):
+        """Copy `u` into the parts' Functions."""
+        for part in self.parts:
+            part.function.x.array[:] = self.u[part.slice]
+
+    def evaluate(self):
+        """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical]."""
+        self._b[:] = 0
+        for contribution in self.residuals:
+            contribution.add_to_vector(self._b)
+        return self._b
+
+    @property
+    def last_residual(self):
+        """Local residual of the latest evaluation, which after `solve` is the one at the solution [physical]."""
+        return self._b
+
+    def _residual(self, snes, x, f):
+        self._read(x)
+        self._scaled_residual(f)
+
+    def _scaled_residual(self, f):
+        b = self.evaluate()
+        if self._ghosted is None:
+            f.setArray(b[self.order] * self._fs)
+            return
+        g = self._ghosted
+        with g.localForm() as local:
+            local.setArray(b[self.visible])
+        g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        f.setArray(g.array_r * self._fs)
+
+    def _jacobian(self, snes, x, J, P):
+        self._read(x)
+        self.assemble_jacobian()
+        P.diagonalScale(self._row_scale, self._unknown_scale)
+        if J != P:
+            J.assemble()
+
+    def assemble_jacobian(self):
+        """The Jacobian at the present Functions, unscaled, in `A`."""
+        self.A.zeroEntries()
+        for contribution in self.jacobians:
+            contribution.add_to_matrix(contribution.view)
+        self.A.assemble()
+
+    def _converged(self, snes, iteration, norms):
+        """Stop when the error that the next increment would remove is below `tolerance` of the typical sizes.
+
+        The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds it.
+        """
+        if not np.isfinite(norms[2]):
+            return PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
+        if iteration == 0:
+            self._last_increment = None
+            return PETSc.SNES.ConvergedReason.ITERATING
+        increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
+        ratio = 1.0 if self._last_increment is None else min(1.0, increment / max(self._last_increment, 1e-300))
+        self._last_increment = increment
+        if increment * ratio <= self.tolerance:
+            return PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE
+        if iteration >= snes.getTolerances()[3]:
+            return PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT
+        return PETSc.SNES.ConvergedReason.ITERATING
+
+    # -- use --------------------------------------------------------------------------------------------------------
+
+    def set_scales(self, gamma):
+        """Scale unknowns and rows for a step with d/dt ~ gamma."""
+        xs, fs = np.ones(self.size), np.ones(self.size)
+        for block in self.blocks:
+            xs[block.dofs] = block.unknown
+            fs[block.dofs] = 1 / block.residual_size(gamma)
+        self._xs, self._fs = xs[self.visible], fs[self.order]
+        self._row_scale.setArray(self._fs)
+        self._unknown_scale.setArray(xs[self.order])
+
+    def solve(self):
+        """Damped Newton from the values in `u`; returns the number of iterations.
+
+        `u` holds the solution afterwards, or what it held before if SolveError is raised.
+        """
+        before = self.u.copy()
+        for contribution in [*self.residuals, *self.jacobians]:
+            contribution.update_constants()
+        iterations, reason = self._run(before)
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.direct == "petsc":
+            self.fallbacks += 1
+            self._set_direct_solver("mumps")
+            more, reason = self._run(before)
+            iterations += more
+            self._set_direct_solver(self.direct)
+        self.iterations_total += iterations
+        if reason < 0 and not self._stalled_at_rounding(reason):
+            message = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
+            self.u[:] = before
+            self.publish()
+            raise SolveError(message)
+        self._read(self.x)
+        return iterations
+
+    def _run(self, start):
+        self.u[:] = start
+        self.x.setArray(start[self.order] / self._xs[: len(self.order)])
+        self.snes.solve(None, self.x)
+        return self.snes.getIterationNumber(), self.snes.getConvergedReason()
+
+    def _stalled_at_rounding(self, reason):
+        """The line search found nothing better because the residual is rounding noise already."""
+        if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH or self._last_increment is None:
+            return False
+        return self._last_increment <= 100 * self.tolerance
+
+    def residual_by_block(self):
+        """Largest scaled residual of every block at the present Functions."""
+        self._scaled_residual(self._f)
+        scaled = np.zeros(self.size)
+        scaled[self.order] = np.abs(self._f.array_r)
+        largest = {b.name: (scaled[b.dofs].max() if len(b.dofs) else 0.0) for b in self.blocks}
+        return {name: self.comm.allreduce(value, op=compat.MPI.MAX) for name, value in largest.items()}
+
+    def worst_block(self):
+        """Name of the block with the largest scaled residual."""
+        sizes = self.residual_by_block()
+        return max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
+
+    def destroy(self):
+        """Give PETSc's objects back (sweeps make many systems)."""
+        views = list(self._views.values())
+        for item in [self.snes, *views, self.A, self.x, self._f, self._row_scale, self._unknown_scale, self.lgmap]:
+            item.destroy()
+        if self._ghosted is not None:
+            self._ghosted.destroy()
+
+
+def _dofs_per_cell(space):
+    dofmap = space.dofmap
+    return len(dofmap.cell_dofs(0)) * dofmap.bs if dofmap.index_map.size_local else 0
+
+
+def reason_name(reason):
+    """PETSc's name of a SNES reason."""
+    names = {v: k for k, v in vars(PETSc.SNES.ConvergedReason).items() if isinstance(v, int)}
+    return names.get(reason, str(reason))

@@ -1,0 +1,66 @@
+"""The buoy as a rigid body: Euler's equations (8) and the equilibrium that they leave at rest."""
+
+from ufl import as_vector, cross, dot, inner
+
+from .rotation import apply_inverse_inertia, conjugate, prolong, quaternion_product, rotation_matrix
+
+
+def translation(r_C_t, p, mass, test):
+    """(8)_1: r_C_t = p/M_b."""
+    return inner(r_C_t - p / mass, test)
+
+
+def linear_momentum(p_t, force, test):
+    """(8)_2: p_t = F, with the part of F that acts at points; strips are added on the axis."""
+    return inner(p_t - force, test)
+
+
+def orientation(q4_t, q4, L_C, inertia, test):
+    """(8)_3: q4_t = 1/2 Q(I_C^{-1} L_C) o q4."""
+    omega = apply_inverse_inertia(rotation_matrix(q4), inertia, L_C)
+    return inner(q4_t - 0.5 * quaternion_product(prolong(omega), q4), test)
+
+
+def angular_momentum(L_C_t, torque, test):
+    """(8)_4: L_C_t = tau_C."""
+    return inner(L_C_t - torque, test)
+
+
+def point_torque(q4, body_offset, force):
+    """(R(q4) x0) x F: torque about C of a force at the body point x0 from C.
+
+    The lever is written through the body offset and never as r_O - r_C: FFCx 0.5 cannot compile the derivative
+    of the latter, which cancels to a literal.
+    """
+    return cross(rotation_matrix(q4) * body_offset, force)
+
+
+def axial_damping(q4, L_C, inertia, coefficient):
+    """-c (omega . d) d: linear damping of the rotation about the axis d [N m]."""
+    R = rotation_matrix(q4)
+    d = R * as_vector([0.0, 0.0, 1.0])
+    omega = apply_inverse_inertia(R, inertia, L_C)
+    return -coefficient * dot(omega, d) * d
+
+
+def turn(q4, q4_ref):
+    """Rotation vector from q4_ref to q4 for small angles, 2 vec(q4 o conj(q4_ref))/|q4_ref|^2 (world frame)."""
+    delta = quaternion_product(q4, conjugate(q4_ref))
+    return 2 / dot(q4_ref, q4_ref) * as_vector([delta[1], delta[2], delta[3]])
+
+
+def equilibrium(r_C, q4, force, torque, reference, mass, inertia_scale, relaxation, gauge, tests):
+    """F = 0, tau_C = 0, |q4| = 1 for the pose (r_C, q4), with pseudo-inertia for continuation.
+
+    The loads leave the rotation about the axis undetermined, and their torque about the axis is identically zero:
+    `gauge` (a stiffness [N m]) fills exactly that one equation with "no turn about the axis against the reference".
+    With `relaxation` > 0 [1/s^2] the terms M (r_C - r_C*) and I (turn) lead from the reference pose (r_C*, q4*)
+    towards a stable equilibrium; at 0 nothing of them is left.
+    """
+    r_ref, q_ref = reference
+    test_force, test_norm, test_torque = tests
+    angle = turn(q4, q_ref)
+    d = rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
+    balance = inner(relaxation * mass * (r_C - r_ref) - force, test_force)
+    rotation = inner(relaxation * inertia_scale * angle + gauge * dot(angle, d) * d - torque, test_torque)
+    return balance + rotation + inner(dot(q4, q4) - 1, test_norm)

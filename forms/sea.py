@@ -1,0 +1,132 @@
+"""The water: Airy waves with stretching above still water, and currents.
+
+World frame, z = 0 at still water level, sea bed at z = -depth.  The elevation is
+eta = a cos(theta), theta = k . x - omega t + phase.
+"""
+
+from typing import NamedTuple
+
+from ufl import as_vector, conditional, cos, exp, lt, max_value, min_value, sin
+
+
+class Wave(NamedTuple):
+    """A regular wave; every entry is a UFL scalar but `stretching`, which is a choice made when the form is built."""
+
+    amplitude: object  #: a, ramp included [m]
+    wavenumber: object  #: k [1/m]
+    frequency: object  #: omega [rad/s]
+    time_phase: object  #: phase - omega t [rad]
+    cos_direction: object
+    sin_direction: object
+    depth: object  #: h [m]
+    stretching: str = "wheeler"
+
+
+class Flow(NamedTuple):
+    """Undisturbed water at a point: elevation [m], velocity [m/s], acceleration due to waves [m/s^2] or None."""
+
+    elevation: object
+    velocity: object
+    acceleration: object
+
+
+def phase(wave, x):
+    """theta = k . x - omega t + phase."""
+    along = wave.cos_direction * x[0] + wave.sin_direction * x[1]
+    return wave.wavenumber * along + wave.time_phase
+
+
+def elevation(wave, x):
+    """eta(x, t) [m]."""
+    return wave.amplitude * cos(phase(wave, x))
+
+
+def stretched(wave, z, eta):
+    """Height at which the linear kinematics are read for a point at height z under the elevation eta.
+
+    "wheeler" maps [-h, eta] onto [-h, 0], "vertical" reads everything above z = 0 at z = 0, "none"
+    extrapolates the exponentials of linear theory.
+    """
+    if wave.stretching == "wheeler":
+        return min_value(wave.depth * (z - eta) / (wave.depth + eta), 0.0)
+    if wave.stretching == "vertical":
+        return min_value(z, 0.0)
+    return z
+
+
+def depth_decay(wave, z):
+    """(cosh k(z+h), sinh k(z+h)) / sinh kh, in decaying exponentials that cannot overflow in deep water."""
+    k, h = wave.wavenumber, wave.depth
+    down, up = exp(k * z), exp(-k * (z + 2 * h))
+    bottom = 1 - exp(-2 * k * h)
+    return (down + up) / bottom, (down - up) / bottom
+
+
+def wave_flow(wave, x):
+    """Elevation, velocity and local acceleration of the water particles of an Airy wave at x."""
+    eta, theta = elevation(wave, x), phase(wave, x)
+    Sc, Ss = depth_decay(wave, stretched(wave, x[2], eta))
+    a, om = wave.amplitude, wave.frequency
+    horizontal = a * om * Sc
+    v = as_vector(
+        [
+            wave.cos_direction * horizontal * cos(theta),
+            wave.sin_direction * horizontal * cos(theta),
+            a * om * Ss * sin(theta),
+        ]
+    )
+    acceleration = om * as_vector(
+        [
+            wave.cos_direction * horizontal * sin(theta),
+            wave.sin_direction * horizontal * sin(theta),
+            -a * om * Ss * cos(theta),
+        ]
+    )
+    return Flow(eta, v, acceleration)
+
+
+def uniform_current(velocity):
+    """The same current everywhere: x -> velocity."""
+    return lambda x: velocity
+
+
+def power_law_current(velocity, depth, exponent):
+    """x -> velocity (1 + z/depth)^exponent, velocity at and above still water.
+
+    The last thousandth of the depth is cut off, where the exact profile has an infinite slope.
+    """
+
+    def profile(x):
+        height = max_value(min_value(1 + x[2] / depth, 1.0), 1e-3)
+        return velocity * height**exponent
+
+    return profile
+
+
+def tabulated_current(direction, z, speed):
+    """x -> direction * s(z), s piecewise linear through (z_i, speed_i), z_i increasing, constant beyond the ends."""
+
+    def profile(x):
+        s = speed[0]
+        for z0, z1, s0, s1 in zip(z, z[1:], speed, speed[1:], strict=False):
+            inside = min_value(max_value((x[2] - z0) / (z1 - z0), 0.0), 1.0)
+            s = s + (s1 - s0) * inside
+        return direction * s
+
+    return profile
+
+
+def flow(x, wave=None, current=None):
+    """The undisturbed water at x: v_a = v_w + v_c.  An absent part is None, not zero; no sea motion at all gives a
+    Flow of three Nones (elevation None means still water)."""
+    eta = velocity = acceleration = None
+    if wave is not None:
+        eta, velocity, acceleration = wave_flow(wave, x)
+    if current is not None:
+        velocity = current(x) if velocity is None else velocity + current(x)
+    return Flow(eta, velocity, acceleration)
+
+
+def linear_below(x, x0, value):
+    """`value` above x0, its linear fall to zero at x = 0, zero below: removes an infinite slope at 0."""
+    return conditional(lt(x, x0), max_value(x, 0.0) / x0, 1.0) * value

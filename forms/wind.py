@@ -1,0 +1,18 @@
+"""Wind on the part of the buoy above the water, Eq. (2)."""
+
+from ufl import max_value
+
+from .sea import linear_below
+
+#: Height below which the profile's infinite slope at the water is replaced by a straight line [m].
+SMOOTHING_HEIGHT = 1e-3
+
+
+def wind_force(z, direction, speed_10m, C_wind, rho_air, A_T):
+    """F_wind = 1/2 C rho_air A_T |v| v with v = v10 (z/10)^(1/7), z the height above the water [N].
+
+    Zero at and below z = 0; exact above one millimetre.
+    """
+    z0 = SMOOTHING_HEIGHT
+    squared_profile = linear_below(z, z0, (max_value(z, z0) / 10) ** (2 / 7))
+    return 0.5 * C_wind * rho_air * A_T * speed_10m**2 * squared_profile * direction

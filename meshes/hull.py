@@ -1,0 +1,84 @@
+"""A hull of revolution given by stations (height above keel, diameter), straight in between."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_GAUSS = np.polynomial.legendre.leggauss(5)
+
+
+@dataclass(frozen=True)
+class HullShape:
+    """Stations from the keel up; a repeated height is a step in diameter."""
+
+    stations: tuple[tuple[float, float], ...]
+
+    @property
+    def heights(self):
+        return np.array([h for h, _ in self.stations])
+
+    @property
+    def radii(self):
+        return np.array([d for _, d in self.stations]) / 2
+
+    @property
+    def height(self) -> float:
+        """Height of the top above the keel [m]."""
+        return float(self.heights[-1])
+
+    @property
+    def max_diameter(self) -> float:
+        return float(2 * self.radii.max())
+
+    def segments(self):
+        """(height0, height1, radius0, radius1) of every frustum of positive height."""
+        h, r = self.heights, self.radii
+        return [(a, b, ra, rb) for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False) if b > a]
+
+    def nodes(self, cells):
+        """Ends of about `cells` axis cells; every station is one of them."""
+        nodes = [0.0]
+        for a, b, _, _ in self.segments():
+            count = max(1, round(cells * (b - a) / self.height))
+            nodes.extend(np.linspace(a, b, count + 1)[1:])
+        return np.array(nodes)
+
+    def radius(self, zeta, inside):
+        """R(zeta) [m] of the frustum that contains the height `inside` (decides at a step)."""
+        zeta, inside = np.broadcast_arrays(np.asarray(zeta, float), inside)
+        result = np.zeros(zeta.shape)
+        for a, b, ra, rb in self.segments():
+            here = (inside > a) & (inside < b)
+            result[here] = (ra + (rb - ra) * (zeta - a) / (b - a))[here]
+        return result
+
+    def integrate(self, function, top=None):
+        """Integral over heights from the keel to `top` of function(height, radius); exact up to degree 9."""
+        total = 0.0
+        for a, b, ra, rb in self.segments():
+            end = b if top is None else min(b, top)
+            if end <= a:
+                break
+            x = a + (end - a) * (_GAUSS[0] + 1) / 2
+            total = total + (end - a) / 2 * np.sum(_GAUSS[1] * function(x, ra + (rb - ra) * (x - a) / (b - a)), axis=-1)
+        return total
+
+    def volume(self, draft=None):
+        """Volume below the height `draft` of the upright hull [m^3] (of all of it by default)."""
+        return float(self.integrate(lambda z, r: np.pi * r**2, draft))
+
+    def centroid(self, draft=None):
+        """Height of the centroid of that volume above the keel (KB) [m]."""
+        return float(self.integrate(lambda z, r: np.pi * r**2 * z, draft)) / self.volume(draft)
+
+    def waterplane_radius(self, draft):
+        """Radius of the water plane of the upright hull [m]."""
+        inside = np.clip(draft, 1e-9 * self.height, (1 - 1e-9) * self.height)
+        return float(self.radius(draft, inside)) if 0 <= draft <= self.height else 0.0
+
+    def solid_inertia(self):
+        """(transverse, axial) moments of inertia of the solid hull about its centroid per mass [m^2]."""
+        c, volume = self.centroid(), self.volume()
+        axial = self.integrate(lambda z, r: np.pi * r**4 / 2) / volume
+        transverse = self.integrate(lambda z, r: np.pi * r**4 / 4 + np.pi * r**2 * (z - c) ** 2) / volume
+        return float(transverse), float(axial)
