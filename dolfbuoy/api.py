@@ -101,7 +101,8 @@ class Recorder:
             return
         sim = self.simulation
         self.record.attributes |= {
-            "failed_steps": sim.failed_steps,
+            "failed_steps": sim.control.failed,
+            "rejected_steps": sim.control.rejected,
             "quaternion_drift": sim.quaternion_drift,
             "linear_solver_fallbacks": sim.system.fallbacks,
         }

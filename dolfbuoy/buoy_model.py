@@ -199,6 +199,13 @@ class BuoyModel:
         length = self.shape.height if self.shape else 1.0
         return length, self.mass.mass * g, length, np.sqrt(g * length)
 
+    @property
+    def state_sizes(self):
+        """Typical sizes of the 13 numbers (r_C, p, q_4, L_C), for relative errors."""
+        length, _, _, speed = self._sizes()
+        spin = max(self.mass.inertia) * speed / length
+        return np.repeat([length, self.mass.mass * speed, 1.0, spin], [3, 3, 4, 3])
+
     def blocks(self, offset, mooring_offset, cable_length=None, force=0.0):
         """Blocks of the 19 (or 13) numbers; with their places among the local unknowns."""
         length, weight, arm, speed = self._sizes()
@@ -223,5 +230,6 @@ class BuoyModel:
             ]
         if self.mooring is not None:
             blocks.append(Block("mooring point r_O", at(mooring_offset, 3), reach, reach))
-            blocks.append(Block("mooring force T_O", at(mooring_offset + 3, 3), force, reach))
+            mass = self.mass.mass
+            blocks.append(Block("mooring force T_O", at(mooring_offset + 3, 3), force, reach, rounding=mass * reach))
         return blocks

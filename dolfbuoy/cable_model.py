@@ -190,7 +190,7 @@ class CableModel:
         tension = np.concatenate([self.T_dofs.ravel(), np.zeros(0, int) if self.mean_dofs is None else self.mean_dofs])
         return [
             Block("cable position", self.node_dofs.ravel(), L, force, self.section.line_density * h * L, 2),
-            Block("cable tension", tension, force, h),
+            Block("cable tension", tension, force, h, rounding=self.section.line_density * h * L),
         ]
 
     def set_shape(self, u, position, tension):

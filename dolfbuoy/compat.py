@@ -92,7 +92,9 @@ def space_on_dofmap(mesh, space, index_map, cell_dofs, block_size):
     if LEGACY:
         cpp_space = _cpp.fem.FunctionSpace(mesh._mesh, space._cpp_object.element, dofmap)
         return fem.FunctionSpace(mesh, space.ufl_element(), cpp_space)
-    cpp_space = _cpp.fem.FunctionSpace_float64(mesh._cpp_object, space._cpp_object.element, dofmap)
+    cpp_space = _cpp.fem.FunctionSpace_float64(
+        mesh._cpp_object, space._cpp_object.element, dofmap, space._cpp_object.value_shape
+    )
     return fem.FunctionSpace(mesh, space.ufl_element(), cpp_space)
 
 
@@ -104,12 +106,12 @@ def local_index_map(size):
 @contextmanager
 def _quiet_compiler():
     """Building an extension module reports every compiler call through the root logger."""
-    level = logging.root.level
-    logging.root.setLevel(logging.WARNING)
+    level = logging.root.manager.disable
+    logging.disable(logging.INFO)
     try:
         yield
     finally:
-        logging.root.setLevel(level)
+        logging.disable(level)
 
 
 def compile_form(form):

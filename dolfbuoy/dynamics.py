@@ -5,11 +5,12 @@ from mpi4py import MPI
 
 from .errors import InputError, SolveError
 from .problem import Problem
-from .schemes import SCHEMES, Predictor, Series
+from .schemes import BackwardEuler, Predictor, Series, make_scheme
 from .start import initial_state
+from .stepping import AdaptiveControl, StepControl
 
-#: A failing step is halved at most this often.
-MAX_HALVINGS = 12
+#: Components p and L_C of the buoy's state (r_C, p, q_4, L_C).
+_MOMENTA = np.isin(np.arange(13), [3, 4, 5, 10, 11, 12])
 
 
 class Simulation:
@@ -22,14 +23,23 @@ class Simulation:
         if scene.time is None:
             raise InputError("Missing section [time]: a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
-        self.scheme = SCHEMES[scene.time.scheme]()
+        self.scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         start = initial_state(scene, comm)
         self.problem = Problem(scene, dynamic=True, comm=comm)
         self.system, self.cable, self.buoy = self.problem.system, self.problem.cable, self.problem.buoy
-        self.failed_steps, self.quaternion_drift, self.iterations = 0, 0.0, 0
+        self.quaternion_drift, self.iterations = 0.0, 0
+        self.control = self._make_control()
         self._load(start)
 
     # -- set-up -----------------------------------------------------------------------------------------------------
+
+    def _make_control(self):
+        time = self.scene.time
+        if time.tolerance is None:
+            return StepControl(time.step)
+        smallest = time.min_step or 1e-4 * time.step
+        largest = time.max_step or min(100 * time.step, max(time.end / 10, time.step))
+        return AdaptiveControl(time.step, self.scheme.order, smallest, largest)
 
     def _load(self, start):
         """Put the initial state into the unknowns, make it consistent, and start the series of past values."""
@@ -61,35 +71,38 @@ class Simulation:
         if self.cable:
             r = u[self.problem.cable_part.slice]
             self.series["r"] = Series(r, velocity)
-            self.series["v"] = Series(velocity, np.zeros_like(r))
+            self.series["v"] = Series(velocity, np.zeros_like(r), lagged=True)
         if self.buoy:
             y = u[self.problem.state_part.slice]
-            self.series["y"] = Series(y, np.zeros_like(y))
+            self.series["y"] = Series(y, np.zeros_like(y), lagged=_MOMENTA)
 
     def _make_consistent(self, u0):
         """Velocity projected onto the constraint, then tension and acceleration that go with it.
 
-        Two backward-Euler steps of a thousandth of the time step from the same positions: the first one ends with the
-        admissible velocity that is nearest in kinetic energy, the second one with tension and acceleration, up to
-        terms of the size of that small step.
+        Two tiny backward-Euler steps from the same positions: the first one ends with the admissible velocity that is
+        nearest in kinetic energy, the second one with tension and acceleration, up to terms of the size of that step.
+        What both added to the velocity is taken off again.
         """
-        scheme, self.scheme = self.scheme, SCHEMES["backward-euler"]()
-        h = 1e-3 * self.scene.time.step
-        for _ in range(2):
+        scheme, self.scheme = self.scheme, BackwardEuler()
+        h = max(1e-3 * self.scene.time.step, 1e-5)  # not smaller: rounding in the tension grows like 1/h^2
+        cable, state = self.problem.cable_part, self.problem.state_part
+        for passed in (1, 2):
             self.system.u[:] = u0
             self._prepare(h)
             self.problem.set_time(0.0)
             self.system.solve()
             rates = {name: rate.copy() for name, rate in self._rates().items()}
-            solved = self.system.u.copy()
+            solved, gained = self.system.u.copy(), (0.0, 2 * h)[passed - 1]
             if self.cable:
-                self.series["v"] = Series(rates["r"], rates["v"])
-                self.series["r"] = Series(u0[self.problem.cable_part.slice], rates["r"])
+                velocity = rates["r"] - gained * rates["v"]
+                self.series["r"] = Series(u0[cable.slice], velocity)
+                self.series["v"] = Series(velocity, rates["v"], lagged=True)
+                self.series["r"].second = rates["v"]
                 u0[self._tension_dofs()] = solved[self._tension_dofs()]
             if self.buoy:
-                y0, y1 = u0[self.problem.state_part.slice], solved[self.problem.state_part.slice]
-                y0[3:6], y0[10:13] = y1[3:6], y1[10:13]
-                self.series["y"] = Series(y0, rates["y"])
+                y = u0[state.slice]
+                y[_MOMENTA] = solved[state.slice][_MOMENTA] - gained * rates["y"][_MOMENTA]
+                self.series["y"] = Series(y, rates["y"], lagged=_MOMENTA)
                 if self.problem.mooring_slice:
                     u0[self.problem.mooring_slice][3:] = solved[self.problem.mooring_slice][3:]
         self.end_tension = self.problem.end_tension() if self.cable else None
@@ -105,6 +118,8 @@ class Simulation:
 
     def _prepare(self, step):
         """Hand gamma and history of a step to the forms."""
+        for series in self.series.values():
+            self.scheme.begin(step, series)
         gamma = 1 / step
         if self.cable:
             c = self.cable
@@ -130,63 +145,98 @@ class Simulation:
             rates["y"] = self.buoy.gamma.value * u[self.problem.state_part.slice] + self.buoy.history.x.array
         return rates
 
-    def step(self, h):
-        """One step of size h [s]; returns Newton's iterations.  Raises SolveError and leaves the state as it was."""
-        before = self.system.u.copy()
+    def step(self, h, judge=None):
+        """One step of size h [s]; returns Newton's iterations.
+
+        judge: called with h and the local error, says whether the step counts; None is returned if it does not.
+        Raises SolveError and leaves the state as it was.
+        """
+        before, kept = self.system.u.copy(), {name: series.state() for name, series in self.series.items()}
         t = self.t + h
         self._prepare(h)
         self.system.u[:] = self.predictor.at(t)
         self.problem.set_time(t)
+        counts = False
         try:
             iterations = self.system.solve()
-        except SolveError:
-            self.system.u[:] = before
-            raise
-        self._accept(t, self._rates())
+            rates = self._rates()
+            counts = judge is None or judge(h, self._local_error(rates))
+        finally:
+            if not counts:
+                self.system.u[:] = before
+                for name, state in kept.items():
+                    self.series[name].restore(state)
+        if not counts:
+            return None
+        self._accept(t, rates)
         return iterations
 
+    def _local_error(self, rates):
+        """Largest local error of position and velocity over the tolerance; None without a tolerance or without a past.
+
+        Milne's device: the scheme's rule and the extrapolation of its past are of the same order, and their difference
+        shows the derivative that both errors contain.  Positions count relative to the length of the cable or the
+        size of the buoy, velocities relative to sqrt(g length).
+        """
+        tolerance, order = self.scene.time.tolerance, self.scheme.order
+        if tolerance is None:
+            return None
+        predicted = {name: series.extrapolated(order) for name, series in self.series.items()}
+        if any(value is None for value in predicted.values()):
+            return None
+        largest, g, u = 0.0, max(self.scene.gravity, 1.0), self.system.u
+        if self.cable:
+            nodes, L = self.cable.node_dofs, self.scene.cable.length
+            difference_r = (u[self.problem.cable_part.slice] - predicted["r"])[nodes]
+            difference_v = (rates["r"] - predicted["v"])[nodes]
+            largest = max(np.abs(difference_r).max() / L, np.abs(difference_v).max() / np.sqrt(g * L))
+        if self.buoy:
+            difference = np.abs(u[self.problem.state_part.slice] - predicted["y"])
+            largest = max(largest, (difference / self.buoy.state_sizes).max())
+        constant = self.scheme.error_constant
+        return self.comm.allreduce(largest, op=MPI.MAX) * constant / (1 + constant) / tolerance
+
     def _accept(self, t, rates):
-        u, keep = self.system.u, self.scheme.keep
+        u, accept = self.system.u, self.scheme.accept
         self.end_tension = self.problem.end_tension(fresh=False) if self.cable else None
         if self.cable:
             r = u[self.problem.cable_part.slice]
-            self.series["r"].push(r, rates["r"], keep)
-            self.series["v"].push(rates["r"], rates["v"], keep)
+            accept(self.series["r"], r, rates["r"])
+            accept(self.series["v"], rates["r"], rates["v"])
         if self.buoy:
             y = u[self.problem.state_part.slice]
             length = np.linalg.norm(y[6:10])
             self.quaternion_drift = max(self.quaternion_drift, abs(length - 1))
             y[6:10] /= length
-            self.series["y"].push(y, rates["y"], keep)
+            accept(self.series["y"], y, rates["y"])
         self.predictor.add(t, u)
         self.t = t
 
-    def advance(self, target, nominal):
-        """To the time `target` in steps of at most `nominal`; yields (step, iterations) after each.
-
-        A step that fails is halved, and doubled again after each success.
-        """
-        h = nominal
+    def advance(self, target):
+        """To the time `target`; yields (step, iterations) after each step that counts."""
+        control, nominal = self.control, self.scene.time.step
+        judge = control.judge
         while target - self.t > 1e-9 * nominal:
-            remaining = target - self.t
-            h = min(h, remaining)
-            if remaining - h < 1e-6 * nominal:
-                h = remaining
+            h = control.propose(target - self.t)
             try:
-                iterations = self.step(h)
+                iterations = self.step(h, judge)
             except SolveError as error:
-                self.failed_steps += 1
-                if h <= nominal * 2.0**-MAX_HALVINGS:
-                    raise SolveError(f"At t = {self.t:.6g} s, step {h:.3g} s: {error}.") from None
-                h /= 2
+                try:
+                    control.fail(h, str(error))
+                except SolveError as final:
+                    raise SolveError(f"At t = {self.t:.6g} s, step {h:.3g} s: {final}.") from None
                 continue
-            self.iterations += iterations
-            yield h, iterations
-            h = min(2 * h, nominal)
+            if iterations is not None:
+                self.iterations += iterations
+                yield h, iterations
 
     def run(self):
-        """Steps to the end of the scene; yields (step, iterations) after each."""
-        end, nominal = self.scene.time.end, self.scene.time.step
-        count = int(np.ceil(end / nominal - 1e-9))
+        """Steps to the end of the scene; yields (step, iterations) after each.
+
+        Milestones are the multiples of the step, or with a tolerance those of output_every.
+        """
+        time = self.scene.time
+        interval = time.step if time.tolerance is None else (time.output_every or time.end / 200 or 1.0)
+        count = int(np.ceil(time.end / interval - 1e-9))
         for k in range(1, count + 1):
-            yield from self.advance(min(k * nominal, end), nominal)
+            yield from self.advance(min(k * interval, time.end))

@@ -229,7 +229,11 @@ class Time(Section):
 
     end: NonNegative
     step: Positive
-    scheme: Literal["backward-euler"] = "backward-euler"
+    scheme: Literal["backward-euler", "bdf2", "generalized-alpha"] = "backward-euler"
+    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = 0.8
+    tolerance: Annotated[float, Field(gt=0, lt=1)] | None = None
+    min_step: Positive | None = None
+    max_step: Positive | None = None
     output_every: Positive | None = None
 
 

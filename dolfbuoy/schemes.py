@@ -4,37 +4,168 @@
 
 Velocity and acceleration of the cable are the same rule applied twice, v = gamma r + h_r and
 a = gamma v + h_v = gamma^2 r + gamma h_r + h_v, so that v is eliminated and one compiled form serves every scheme.
-Constraints hold at t_(n+1).
+Constraints hold at t_(n+1).  The problem is a differential-algebraic system of index 3: its tension is a second
+derivative in disguise, which is why starts and changes of step are handled with care here.
 """
+
+from math import comb
 
 import numpy as np
 
 
 class Series:
-    """Past values of one array-valued quantity, newest first, and its rate at the newest time."""
+    """Past values of one array-valued quantity at equal steps, newest first.
 
-    def __init__(self, value, rate):
-        self.values = [np.array(value)]
-        self.rate = np.array(rate)
+    lagged: mask (or bool) of the components that are themselves rates made by the scheme (velocities, momenta).  Such
+    values carry the scheme's own error, which belongs to its step; `resample` carries them over to another step.
+    """
+
+    def __init__(self, value, rate, lagged=False):
+        self.values, self.rate, self.lagged = [np.array(value)], np.array(rate), lagged
+        self.previous_rate = self.rate
+        self.second = np.zeros_like(self.rate)  # of y at the start, where it is known
+        self.auxiliary, self.step = None, None
 
     def push(self, value, rate, keep):
+        """A new value, and its rate, one step later."""
+        self.previous_rate = self.rate
         self.values = [np.array(value), *self.values[: keep - 1]]
         self.rate = np.array(rate)
 
+    def state(self):
+        """What a step that is given up has to bring back."""
+        return self.values, self.step, self.auxiliary
 
-class BackwardEuler:
-    """y_t = (y - y_n)/dt: order 1, the scheme of the paper (30)."""
+    def restore(self, state):
+        self.values, self.step, self.auxiliary = state
 
-    name = "backward-euler"
-    order = 1
-    keep = 1  # past values that the rule needs
+    def extrapolated(self, order):
+        """Value one step ahead on the polynomial of this order; None while the past is too short."""
+        if len(self.values) <= order:
+            return None
+        weights = [(-1) ** j * comb(order + 1, j + 1) for j in range(order + 1)]
+        return sum(w * y for w, y in zip(weights, self.values, strict=False))
+
+    def extrapolated_past(self, step, count):
+        """Fill up to `count` values as if y had been linear before the start."""
+        missing = range(len(self.values), count)
+        self.values = [*self.values, *(self.values[0] - j * step * self.rate for j in missing)]
+
+    def resample(self, step, order, lag):
+        """Carry the values over to another step, along the polynomial through them; a longer step leaves fewer.
+
+        Values of lagged components are y - lag step^order y^(order) for a smooth y; the term is exchanged too.
+        Without this a change from h0 to h1 puts an error of (h0 + h1)/(2 h1) into the next tension of backward Euler.
+        """
+        h0, h1, m = self.step, step, len(self.values)
+        change = lag * (h0**order - h1**order)
+        if m <= order:  # too few values for the derivative: the rate is all there is
+            shift = change * self.rate if order == 1 else 0.0
+            shift = np.where(self.lagged, shift, 0.0)
+            self.values = [y - j * (h1 - h0) * self.rate + shift for j, y in enumerate(self.values)]
+            return
+        nodes = -np.arange(m, dtype=float)
+        coefficients = np.linalg.solve(np.vander(nodes, increasing=True), np.array(self.values))
+        powers = np.arange(m)
+        factor = np.array([np.prod(np.arange(p - order + 1, p + 1)) if p >= order else 0.0 for p in powers]) / h0**order
+        values = []
+        for x in (x for x in nodes * h1 / h0 if x >= nodes[-1] - 1e-9):  # never beyond the oldest value
+            value = x**powers @ coefficients
+            derivative = (factor * x ** np.maximum(powers - order, 0)) @ coefficients
+            values.append(value + np.where(self.lagged, change * derivative, 0.0))
+        self.values = values
+
+
+class Scheme:
+    """A rule for rates.
+
+    order; keep: past values held; lag: leading error of a rate, y_t - lag h^order y^(order+1); error_constant: of the
+    local error, relative to h^(order+1) y^(order+1).
+    """
+
+    name: str
+    order: int
+    keep: int
+    lag: float
+    error_constant: float
+
+    def begin(self, step, series):
+        """Make the series ready for a step of this size."""
+        if series.step is not None and abs(series.step - step) > 1e-12 * step:
+            series.resample(step, self.order, self.lag)
+        series.step = step
 
     def rule(self, step, series):
-        """(gamma, history) of the rate of a Series for the coming step."""
+        """(gamma, history) of the rate for the coming step."""
+        raise NotImplementedError
+
+    def accept(self, series, value, rate):
+        """The step was taken."""
+        series.push(value, rate, self.keep)
+
+
+class BackwardEuler(Scheme):
+    """y_t = (y - y_n)/dt: order 1, L-stable, the scheme of the paper, Eq. (30)."""
+
+    name, order, keep, lag, error_constant = "backward-euler", 1, 3, 0.5, 0.5
+
+    def rule(self, step, series):
         return 1 / step, -series.values[0] / step
 
 
-SCHEMES = {"backward-euler": BackwardEuler}
+class BDF2(Scheme):
+    """y_t = (3 y - 4 y_n + y_(n-1))/(2 dt): order 2, L-stable."""
+
+    name, order, keep, lag, error_constant = "bdf2", 2, 5, 1 / 3, 2 / 9
+
+    def begin(self, step, series):
+        series.extrapolated_past(step, 2)
+        super().begin(step, series)
+
+    def rule(self, step, series):
+        return 1.5 / step, (-2 * series.values[0] + 0.5 * series.values[1]) / step
+
+
+class GeneralizedAlpha(Scheme):
+    """Generalized-alpha of first order [Jansen, Whiting, Hulbert 2000], with all equations at t_(n+1).
+
+    An auxiliary rate b carries the averages, so that y_t itself satisfies the equations at t_(n+1) [Arnold, Bruels
+    2007]:
+
+        alpha_m b_(n+1) + (1 - alpha_m) b_n = alpha_f y_t,(n+1) + (1 - alpha_f) y_t,n
+        y_(n+1) = y_n + dt ((1 - gamma) b_n + gamma b_(n+1)),   gamma = 1/2 + alpha_m - alpha_f.
+
+    `spectral_radius` is the amplification of the fastest motions: 1 keeps them, 0 removes them in a step.  b stands for
+    y_t at t_n + (alpha_m - alpha_f) dt.
+    """
+
+    name, order, keep, lag, error_constant = "generalized-alpha", 2, 3, 0.0, 1 / 6
+
+    def __init__(self, spectral_radius=0.8):
+        self.alpha_m = 0.5 * (3 - spectral_radius) / (1 + spectral_radius)
+        self.alpha_f = 1 / (1 + spectral_radius)
+        self.gamma = 0.5 + self.alpha_m - self.alpha_f
+
+    def begin(self, step, series):
+        ahead = self.alpha_m - self.alpha_f
+        if series.auxiliary is None:
+            series.auxiliary = series.rate + ahead * step * series.second
+        elif abs(series.step - step) > 1e-12 * step:
+            series.resample(step, self.order, self.lag)
+            second = (series.rate - series.previous_rate) / series.step
+            series.auxiliary = series.auxiliary + ahead * (step - series.step) * second
+        series.step = step
+
+    def rule(self, step, series):
+        am, af, g = self.alpha_m, self.alpha_f, self.gamma
+        b, rate = series.auxiliary, series.rate
+        slope = am / (af * g * step)
+        return slope, -slope * series.values[0] + ((1 - am - am * (1 - g) / g) * b - (1 - af) * rate) / af
+
+    def accept(self, series, value, rate):
+        g = self.gamma
+        series.auxiliary = ((value - series.values[0]) / series.step - (1 - g) * series.auxiliary) / g
+        super().accept(series, value, rate)
 
 
 class Predictor:
@@ -49,8 +180,12 @@ class Predictor:
 
     def at(self, t):
         """Value extrapolated to t."""
-        weights = [
-            np.prod([(t - tj) / (ti - tj) for tj in self.times if tj != ti]) if len(self.times) > 1 else 1.0
-            for ti in self.times
-        ]
+        weights = [np.prod([(t - tj) / (ti - tj) for tj in self.times if tj != ti]) for ti in self.times]
         return sum(w * v for w, v in zip(weights, self.values, strict=True))
+
+
+def make_scheme(name, spectral_radius=0.8):
+    """Scheme by the name that a scene gives it."""
+    if name == GeneralizedAlpha.name:
+        return GeneralizedAlpha(spectral_radius)
+    return {s.name: s for s in (BackwardEuler, BDF2)}[name]()

@@ -42,6 +42,8 @@ class Block:
     """Unknowns of one kind, for scaling and for messages.
 
     `unknown` is their typical size; a residual row counts as `rest + moving * gamma**order`, gamma = 1/dt-like.
+    Rounding in the positions reaches these unknowns as `rounding * gamma**2` times the machine's epsilon: forces are
+    second derivatives of positions here.
     """
 
     name: str
@@ -50,6 +52,12 @@ class Block:
     rest: float
     moving: float = 0.0
     order: int = 1
+    rounding: float = 0.0
+
+    def unknown_size(self, gamma, tolerance):
+        """Typical size, enlarged so that `tolerance` times it is not below the rounding noise."""
+        noise = 100 * np.finfo(float).eps * self.rounding * gamma**2
+        return max(self.unknown, noise / tolerance)
 
     def residual_size(self, gamma):
         return self.rest + self.moving * gamma**self.order
@@ -305,7 +313,7 @@ class System:
         """Scale unknowns and rows for a step with d/dt ~ gamma."""
         xs, fs = np.ones(self.size), np.ones(self.size)
         for block in self.blocks:
-            xs[block.dofs] = block.unknown
+            xs[block.dofs] = block.unknown_size(gamma, self.tolerance)
             fs[block.dofs] = 1 / block.residual_size(gamma)
         self._xs, self._fs = xs[self.visible], fs[self.order]
         self._row_scale.setArray(self._fs)

@@ -1,0 +1,177 @@
+"""What a naval engineer looks at before a run: derived numbers of a scene, and where its model leaves its range."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .hydrostatics import float_upright
+from .observe import effects
+from .sea_state import dispersion_wavenumber, wavenumber
+from .statics import check_feasible, hanging_weight, shape_and_mass, solve_equilibrium
+
+
+@dataclass
+class Report:
+    """effects: what is compiled.  numbers: (name, value, unit, remark).  periods: name -> s.  warnings: sentences."""
+
+    effects: list[str]
+    numbers: list[tuple[str, float, str, str]] = field(default_factory=list)
+    periods: dict[str, float] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    def add(self, name, value, unit="", remark=""):
+        self.numbers.append((name, float(value), unit, remark))
+
+
+def check(scene) -> Report:
+    """Derived numbers and warnings; solves for the equilibrium if the scene starts from it.
+
+    Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
+    """
+    check_feasible(scene)
+    report = Report(effects(scene))
+    if scene.cable:
+        _cable(scene, report)
+    if scene.buoy and scene.sea and scene.gravity:
+        _buoy(scene, report)
+    if scene.waves:
+        _waves(scene, report)
+    if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
+        _equilibrium(scene, report)
+    return report
+
+
+def remaining_amplitude(period, scene) -> float:
+    """Fraction of a free motion's amplitude that the scheme leaves at the end of the run.
+
+    Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
+    """
+    x = 2 * math.pi / period * scene.time.step
+    return (1 + x * x) ** (-0.5 * scene.time.end / scene.time.step)
+
+
+def _cable(scene, report):
+    c = scene.cable
+    displaced = scene.sea.density * math.pi * c.diameter**2 / 4 if scene.sea else 0.0
+    w = (c.line_density - displaced) * scene.gravity
+    where = "in water" if scene.sea else "in air"
+    report.add(f"cable weight {where} per metre", w, "N/m")
+    report.add(f"cable weight {where}", w * c.length, "N")
+    if w < 0:
+        report.warnings.append("The cable is lighter than water: it floats up.")
+    if math.isfinite(c.axial_stiffness):
+        report.periods["cable, first axial (fixed ends)"] = 2 * c.length * math.sqrt(c.line_density / c.axial_stiffness)
+        h = c.length / c.elements if isinstance(c.elements, int) else min(a / n for a, n in c.elements)
+        bound = h / (2 * math.sqrt(3)) * math.sqrt(c.line_density / c.axial_stiffness)
+        remark = "C = 1; for P1, smaller for higher degrees" if c.position_degree > 1 else "C = 1"
+        report.add("explicit step limit of Eq. (24)", bound, "s", remark)
+    else:
+        report.add("explicit step limit of Eq. (24)", 0.0, "s", "inextensible: no explicit step at all")
+
+
+def _buoy(scene, report):
+    shape, mass = shape_and_mass(scene)
+    b, rho_w, g = scene.buoy, scene.sea.density, scene.gravity
+    report.add("buoy mass with point masses", mass.mass, "kg")
+    report.add("centre of mass C above keel", mass.height, "m")
+    free = float_upright(shape, mass, rho_w, g)
+    pull = hanging_weight(scene)
+    moored = float_upright(shape, mass, rho_w, g, pull, b.mooring_height)
+    report.add("draft, free", free.draft, "m")
+    report.add("GM, free", free.GM, "m")
+    if scene.cable:
+        report.add("draft with the weight of the cable", moored.draft, "m")
+        report.add("GM with the weight of the cable", moored.GM, "m", "restoring lever per weight of the buoy")
+    if moored.GM <= 0:
+        report.warnings.append(f"GM = {moored.GM:.3g} m is not positive: the upright buoy is unstable and heels over.")
+    heave_mass = mass.mass + b.added_mass * moored.displaced_mass
+    heave_mass += b.axial_added_mass * rho_w * 2 / 3 * math.pi * shape.radius(0.0, 1e-9 * shape.height) ** 3
+    if moored.heave_stiffness > 0:
+        report.periods["buoy, heave"] = 2 * math.pi * math.sqrt(heave_mass / moored.heave_stiffness)
+    if moored.GM > 0:
+        lever = mass.height - moored.KB
+        added = b.added_mass * moored.displaced_mass
+        inertia = mass.inertia[0] + added * lever**2 * mass.mass / (mass.mass + added)
+        report.periods["buoy, pitch"] = 2 * math.pi * math.sqrt(inertia / (mass.mass * g * moored.GM))
+
+
+def _waves(scene, report):
+    w, h, g = scene.waves, scene.sea.depth, scene.gravity
+    k, omega = wavenumber(scene), 2 * math.pi / w.period
+    wavelength = 2 * math.pi / k
+    report.periods["wave"] = w.period
+    report.add("wavelength", wavelength, "m", "given" if w.wavelength else "from the dispersion relation")
+    if w.wavelength and g:
+        exact = 2 * math.pi / dispersion_wavenumber(w.period, h, g)
+        mismatch = wavelength / exact - 1
+        remark = f"the period gives {exact:.4g} m; omega^2/(g k tanh kh) = {omega**2 / (g * k * math.tanh(k * h)):.5g}"
+        report.add("dispersion mismatch of wavelength", 100 * mismatch, "%", remark)
+        if abs(mismatch) > 0.1:
+            report.warnings.append(f"The wavelength differs from the dispersion relation's by {100 * mismatch:.1f} %.")
+    breaking = 0.142 * math.tanh(k * h)
+    steepness = 2 * w.size / wavelength
+    report.add("wave steepness H/lambda", steepness, "", f"breaking at {breaking:.4g} (Miche)")
+    if steepness > breaking:
+        report.warnings.append(f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.")
+    if scene.buoy:
+        diameter = shape_and_mass(scene)[0].max_diameter
+        ratio = diameter / wavelength
+        report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
+        if ratio >= 0.2:
+            report.warnings.append(f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
+        _keulegan_carpenter(report, "buoy", scene, k, diameter)
+    if scene.cable:
+        _keulegan_carpenter(report, "cable", scene, k, scene.cable.diameter)
+
+
+def _keulegan_carpenter(report, name, scene, k, diameter):
+    speed = 2 * math.pi / scene.waves.period * scene.waves.size / math.tanh(k * scene.sea.depth)
+    report.add(f"Keulegan-Carpenter number of the {name}", speed * scene.waves.period / diameter, "", "at the surface")
+
+
+def _equilibrium(scene, report):
+    problem = solve_equilibrium(scene)
+    u = problem.system.u
+    if problem.cable:
+        T_bnd = problem.end_tension()
+        report.add("equilibrium: tension at the top", np.linalg.norm(T_bnd), "N")
+        report.add("equilibrium: tension at the anchor", problem.anchor_tension(), "N")
+        _shape_warnings(scene, problem, report)
+        _cable_periods(scene, problem, report)
+    if problem.buoy and problem.cable:
+        x, y, z = u[problem.state_part.slice][:3]
+        offset = math.hypot(x - scene.anchor[0], y - scene.anchor[1])
+        report.add("equilibrium: offset of C from the anchor", offset, "m")
+        report.add("equilibrium: C above still water", z, "m")
+    problem.destroy()
+
+
+def _shape_warnings(scene, problem, report):
+    u, cable = problem.system.u, problem.cable
+    smallest = problem.smallest_tension()
+    if smallest <= 0:
+        report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
+    if scene.sea:
+        lowest = u[cable.node_dofs][:, 2].min() + scene.sea.depth
+        if lowest < -1e-6 * scene.cable.length:
+            report.warnings.append(
+                f"At rest the cable hangs up to {-lowest:.3g} m below the sea bed, which this model does not know."
+            )
+        slack = scene.cable.length - math.dist(scene.anchor, (scene.anchor[0], scene.anchor[1], 0.0))
+        if scene.buoy and slack > 0 and lowest >= -1e-6 * scene.cable.length:
+            report.warnings.append(
+                f"The cable is {slack:.3g} m longer than the water is deep: without load it hangs below its anchor."
+            )
+
+
+def _cable_periods(scene, problem, report):
+    """Transverse modes of a taut cable, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
+    c, cable = scene.cable, problem.cable
+    added = scene.sea.density * math.pi * c.diameter**2 / 4 * c.added_mass if scene.sea else 0.0
+    T, h = cable.mean_tension(problem.system.u), np.diff(cable.cell_ends, axis=1)[:, 0]
+    if T.min() <= 0:
+        return
+    travel = float(np.sum(h * np.sqrt((c.line_density + added) / T)))
+    for n in (1, 2):
+        report.periods[f"cable, transverse {n} (taut, fixed ends)"] = 2 * travel / n

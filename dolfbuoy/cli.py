@@ -1,0 +1,240 @@
+"""Command line: parse, call, print."""
+
+import signal
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from .errors import InputError, SolveError
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    help="Simulation of a tethered buoy with FEniCSx.\n\nExample: dolfbuoy run short",
+)
+out, err = Console(), Console(stderr=True)
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")]
+SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change the scene.")]
+OutOption = Annotated[Path | None, typer.Option("--out", help="Folder of the results [default: results/NAME].")]
+
+
+def _load(scene, assignments, **overrides):
+    from .scene import load_scene, parse_assignment
+
+    overrides |= dict(parse_assignment(text) for text in assignments or [])
+    return load_scene(scene, **overrides)
+
+
+def _folder(scene, folder):
+    return folder if folder is not None else Path("results") / Path(scene).stem
+
+
+def _rank():
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD.rank
+
+
+def _table(title, *columns):
+    table = Table(title=title, title_justify="left", show_edge=False, pad_edge=False)
+    for name in columns:
+        table.add_column(name, justify="right" if name in ("value", "after the run") else "left")
+    return table
+
+
+@app.command("list")
+def list_scenes():
+    """Shipped scenes.  Example: dolfbuoy list"""
+    from .scene import load_scene, shipped_scenes
+
+    table = _table("Shipped scenes", "name", "title")
+    for name in shipped_scenes():
+        table.add_row(name, load_scene(name).title)
+    out.print(table)
+
+
+@app.command()
+def check(scene: SceneArgument, assign: SetOption = None):
+    """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
+    from .check import check as examine
+    from .check import remaining_amplitude
+
+    loaded = _load(scene, assign)
+    report = examine(loaded)
+    out.print(f"[bold]{loaded.title or scene}[/bold]\neffects: {', '.join(report.effects)}\n")
+    table = _table("Derived numbers", "quantity", "value", "unit", "remark")
+    for name, value, unit, remark in report.numbers:
+        table.add_row(name, f"{value:.5g}", unit, remark)
+    out.print(table)
+    if report.periods:
+        columns = ["period", "value", "unit"] + (["after the run"] if loaded.time else [])
+        table = _table("\nPeriods, and the amplitude that the scheme and its step leave of a free motion", *columns)
+        for name, period in report.periods.items():
+            rest = [f"{100 * remaining_amplitude(period, loaded):.1f} %"] if loaded.time else []
+            table.add_row(name, f"{period:.5g}", "s", *rest)
+        out.print(table)
+    for warning in report.warnings:
+        out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
+
+
+@app.command()
+def static(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
+    """Equilibrium without waves, written to static.nc.  Example: dolfbuoy static short --out calm"""
+    from .api import solve_static
+
+    folder = _folder(scene, folder)
+    record = solve_static(_load(scene, assign), out=folder)
+    if _rank() == 0:
+        table = _table(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
+        for variable in record.data_vars.values():
+            if variable.ndim == 0 or variable.dims == ("xyz",):
+                value = " ".join(f"{v:.6g}" for v in variable.values.ravel())
+                table.add_row(variable.attrs["long_name"], value, variable.attrs["units"])
+        out.print(table)
+        if record.attrs.get("smallest_tension_N", 1.0) <= 0:
+            out.print("[yellow]Warning:[/yellow] the equilibrium has compressed elements (T <= 0).")
+
+
+@app.command()
+def run(
+    scene: SceneArgument,
+    folder: OutOption = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run [s].")] = None,
+    assign: SetOption = None,
+    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw the figures.")] = True,
+):
+    """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
+    from .api import simulate
+
+    loaded = _load(scene, assign, **({} if t_end is None else {"time.end": t_end}))
+    folder = _folder(scene, folder)
+    bar = _Bar(loaded)
+    try:
+        with bar:
+            record = simulate(loaded, out=folder, progress=bar.update)
+    except KeyboardInterrupt:
+        raise Interrupted(folder) from None
+    if _rank() != 0:
+        return
+    _print_summary(record, loaded, folder)
+    if plot:
+        _draw(folder)
+
+
+@app.command()
+def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")]):
+    """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
+    if not (folder / "results.nc").is_file():
+        raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
+    _draw(folder)
+
+
+@app.command()
+def doctor():
+    """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
+    from . import compat
+    from .doctor import examine
+
+    table = _table("Versions", "package", "version")
+    for name, version in compat.versions().items():
+        table.add_row(name, version)
+    out.print(table)
+    out.print(f"compiled forms are kept in {compat.jit_cache()}\n", soft_wrap=True)
+    results = examine()
+    for name, passed, found in results:
+        out.print(f"{'[green]ok[/green]    ' if passed else '[red]FAILED[/red]'} {name}: {found}", soft_wrap=True)
+    if not all(passed for _, passed, _ in results):
+        raise typer.Exit(1)
+
+
+def _draw(folder):
+    from .figures import draw_all
+    from .paraview import export
+
+    files = [*draw_all(folder), *export(folder)]
+    out.print(f"{len(files)} files in {folder / 'figures'} and {folder / 'paraview'}")
+
+
+class _Bar:
+    """Progress of a run on rank 0: simulated time, speed against real time, Newton iterations per step."""
+
+    def __init__(self, scene):
+        self.end = scene.time.end if scene.time else 0.0
+        self.visible = _rank() == 0
+        self.steps = self.iterations = 0
+        self.progress = Progress(
+            TextColumn("t = {task.completed:.2f} of {task.total:g} s"),
+            BarColumn(bar_width=20),
+            TextColumn("{task.fields[speed]:.1f} x real time, {task.fields[newton]:.2f} Newton/step"),
+            TimeRemainingColumn(compact=True),
+            console=err,
+            disable=not self.visible,
+        )
+
+    def __enter__(self):
+        self.progress.__enter__()
+        self.task = self.progress.add_task("", total=self.end, speed=0.0, newton=0.0)
+        return self
+
+    def update(self, simulation, iterations):
+        self.steps += 1
+        self.iterations += iterations
+        elapsed = self.progress.tasks[0].elapsed or 0.0
+        speed = simulation.t / elapsed if elapsed > 0 else 0.0
+        newton = self.iterations / self.steps
+        self.progress.update(self.task, completed=simulation.t, speed=speed, newton=newton)
+
+    def __exit__(self, *exception):
+        return self.progress.__exit__(*exception)
+
+
+def _print_summary(record, scene, folder):
+    from .summary import summary
+
+    table = _table(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
+    for name, value, unit in summary(record, scene):
+        table.add_row(name, value, unit)
+    out.print(table)
+
+
+class Interrupted(Exception):
+    """Ctrl-C or SIGTERM in the middle of a run; holds the folder of the results."""
+
+
+def _interrupt(signum, frame):
+    raise KeyboardInterrupt
+
+
+def main():
+    """Entry point: every way to end, and its exit code."""
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        app(standalone_mode=True)
+    except InputError as error:
+        _fail(f"Error: {error}", 2)
+    except SolveError as error:
+        _fail(f"The solve failed. {error}", 1)
+    except Interrupted as stop:
+        _fail(f"Interrupted; what was computed until now is in {stop}.", 130)
+
+
+def _fail(message, code):
+    from mpi4py import MPI
+
+    comm = MPI.COMM_WORLD
+    if comm.rank == 0:
+        err.print(message, soft_wrap=True, highlight=False, markup=False)
+    if comm.size > 1 and code != 2:
+        comm.Abort(code)  # the other ranks may be waiting in a solve
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

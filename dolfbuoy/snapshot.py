@@ -1,0 +1,397 @@
+"""A picture of the whole system at one instant: cable, hull, water, its velocity, forces, point masses."""
+
+import math
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from .meshes import HullShape
+from .paraview import hull_surface, pose
+from .rigid import mass_properties
+from .sea_state import heading, ramp, wavenumber
+
+#: Width of a text column and of a page [inch].
+COLUMN, PAGE = 3.5, 7.0
+
+#: How every figure looks; see `matplotlib.rc_context`.
+STYLE = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "legend.handlelength": 1.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.6,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "axes.grid": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.5,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.0,
+    "figure.facecolor": "white",
+    "savefig.dpi": 200,
+    "svg.hashsalt": "dolfbuoy",
+}
+
+#: Colours of Okabe and Ito, which the colour-blind can tell apart.
+COLORS = {
+    "blue": "#0072B2",
+    "red": "#D55E00",
+    "green": "#009E73",
+    "sky": "#56B4E9",
+    "orange": "#E69F00",
+    "ink": "#222222",
+    "sand": "#C9B68C",
+}
+
+
+def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
+    """An empty figure of that size [inch], outside pyplot."""
+    figure = Figure(figsize=(width, height), constrained_layout=constrained)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+class Water:
+    """Elevation and velocity of the undisturbed water of a scene in numpy: the twin of forms.sea."""
+
+    def __init__(self, scene):
+        self.waves, self.current, self.depth = scene.waves, scene.current, scene.sea.depth
+        if self.waves:
+            self.k, self.omega = wavenumber(scene), 2 * math.pi / self.waves.period
+            self.heading = heading(self.waves.direction_deg)
+
+    def elevation(self, x: np.ndarray, t: float) -> np.ndarray:
+        """eta [m] above the points x (..., 3) at time t [s]."""
+        x = np.asarray(x, dtype=float)
+        return self._amplitude(t) * np.cos(self._phase(x, t)) if self.waves else np.zeros(x.shape[:-1])
+
+    def velocity(self, x: np.ndarray, t: float) -> np.ndarray:
+        """v_a = v_w + v_c [m/s] at the points x (..., 3)."""
+        x = np.asarray(x, dtype=float)
+        velocity = np.zeros(x.shape)
+        if self.waves:
+            velocity += self._wave_velocity(x, t)
+        if self.current:
+            velocity += self._current_speed(x[..., 2])[..., None] * heading(self.current.direction_deg)
+        return velocity
+
+    def _amplitude(self, t):
+        return self.waves.size * ramp(t, self.waves.ramp)
+
+    def _phase(self, x, t):
+        return self.k * (x @ self.heading) - self.omega * t + math.radians(self.waves.phase_deg)
+
+    def _stretched(self, z, eta):
+        if self.waves.stretching == "wheeler":
+            return np.minimum(self.depth * (z - eta) / (self.depth + eta), 0.0)
+        return np.minimum(z, 0.0) if self.waves.stretching == "vertical" else z
+
+    def _wave_velocity(self, x, t):
+        z, theta = self._stretched(x[..., 2], self.elevation(x, t)), self._phase(x, t)
+        down, up = np.exp(self.k * z), np.exp(-self.k * (z + 2 * self.depth))
+        speed = self._amplitude(t) * self.omega / (1 - math.exp(-2 * self.k * self.depth))
+        horizontal = speed * (down + up) * np.cos(theta)
+        vertical = speed * (down - up) * np.sin(theta)
+        return horizontal[..., None] * self.heading + vertical[..., None] * np.array([0.0, 0.0, 1.0])
+
+    def _current_speed(self, z):
+        current = self.current
+        if isinstance(current.profile, list):
+            return np.interp(z, *np.array(current.profile).T)
+        if current.profile == "uniform":
+            return np.full(np.shape(z), current.speed)
+        return current.speed * np.clip(1 + z / self.depth, 1e-3, 1.0) ** current.exponent
+
+
+@dataclass
+class Instant:
+    """What is known of a run at one time."""
+
+    scene: object
+    time: float
+    cable: np.ndarray | None  #: nodes (n, 3)
+    r_C: np.ndarray | None
+    R: np.ndarray | None
+
+    def __post_init__(self):
+        self.water = Water(self.scene) if self.scene.sea else None
+        buoy = self.scene.buoy if self.r_C is not None else None
+        self.shape = HullShape(tuple(buoy.hull)) if buoy and buoy.hull else None
+        self.center = mass_properties(buoy, self.shape).height if buoy else None
+        self.masses = [self.at(p.height) for p in buoy.point_masses] if buoy else []
+
+    def at(self, height: float) -> np.ndarray:
+        """Place of the point of the buoy's axis at `height` above the keel."""
+        return self.r_C + self.R[:, 2] * (height - self.center)
+
+    @property
+    def heights(self) -> list[float]:
+        """Heights above the keel of everything on the buoy's axis."""
+        buoy = self.scene.buoy
+        heights = [self.center, buoy.mooring_height, *(p.height for p in buoy.point_masses)]
+        return heights + ([0.0, self.shape.height] if self.shape else [])
+
+    @property
+    def buoy_size(self) -> float:
+        """Largest dimension of the buoy [m]."""
+        width = self.shape.max_diameter if self.shape else 0.0
+        return max(max(self.heights) - min(self.heights), width) or 1.0
+
+    @property
+    def direction_deg(self) -> float:
+        """Heading of the vertical plane that shows the water's motion."""
+        for section in (self.scene.waves, self.scene.current):
+            if section:
+                return section.direction_deg
+        return 0.0
+
+    def in_hull(self, x: np.ndarray) -> np.ndarray:
+        """Whether the points (..., 3) are inside the hull."""
+        if self.shape is None:
+            return np.zeros(x.shape[:-1], dtype=bool)
+        body = (x - self.r_C) @ self.R
+        height = body[..., 2] + self.center
+        return np.hypot(body[..., 0], body[..., 1]) < self.shape.radius(height, height)
+
+    def forces(self):
+        """(label, point of application, force [N], colour) of what pushes the buoy from outside."""
+        found, scene = [], self.scene
+        if self.r_C is not None and scene.external_force:
+            point = self.r_C if scene.external_force.height is None else self.at(scene.external_force.height)
+            found.append(("external force", point, np.array(scene.external_force.force), COLORS["red"]))
+        if self.r_C is not None and scene.wind:
+            point = self.at(scene.wind.height)
+            found.append(("wind force", point, self._wind_force(point), COLORS["green"]))
+        return [f for f in found if np.linalg.norm(f[2]) > 0]
+
+    def _wind_force(self, point):
+        wind = self.scene.wind
+        z = max(point[2] - (self.water.elevation(point, self.time) if self.water else 0.0), 0.0)
+        pressure = 0.5 * wind.air_density * wind.speed_10m**2 * (z / 10) ** (2 / 7)
+        return wind.drag_coefficient * wind.area * pressure * heading(wind.direction_deg)
+
+
+def instant(record, scene, time: float | None = None) -> Instant:
+    """The recorded frame nearest to `time` (default: the last one)."""
+    times = record.frame.values if "frame" in record else record.time.values
+    i = len(times) - 1 if time is None else int(np.abs(times - time).argmin())
+    cable = record.cable_position.values[i] if "cable_position" in record else None
+    r_C, R = pose(record, times[i]) if "buoy_position" in record else (None, None)
+    return Instant(scene, float(times[i]), cable, r_C, R)
+
+
+@matplotlib.rc_context(STYLE)
+def snapshot(record, scene, time: float | None = None) -> Figure:
+    """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
+    the buoy.  Lengths have equal scale in all directions."""
+    now = instant(record, scene, time)
+    boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
+    figure = new_figure(PAGE if len(boxes) == 2 else COLUMN, 3.9, constrained=False)
+    for i, box in enumerate(boxes):
+        axes = figure.add_axes((i / len(boxes), 0.10, 1 / len(boxes), 0.85), projection="3d", computed_zorder=False)
+        fastest = _draw(axes, now, box)
+        _finish(axes, now, box)
+        if i == 0:
+            whole = fastest
+    figure.suptitle(f"t = {now.time:.4g} s", y=0.98)
+    handles = _legend(now, fastest if now.cable is None else whole)
+    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 4 if len(boxes) == 2 else 2))
+    return figure
+
+
+# -- what is seen ----------------------------------------------------------------------------------------------------
+
+
+def _whole(now):
+    """Box (2, 3) of lower and upper corner around everything; None without a cable."""
+    if now.cable is None:
+        return None
+    points = [*now.cable]
+    if now.r_C is not None:
+        points += [now.at(h) for h in now.heights]
+    points = np.array(points)
+    low, high = points.min(axis=0), points.max(axis=0)
+    span = (high - low).max()
+    low[2] -= 0.04 * span
+    high[2] += 0.06 * span
+    if now.water:
+        crest = now.scene.waves.size if now.scene.waves else 0.0
+        if -now.water.depth > low[2] - 0.25 * span:
+            low[2] = -now.water.depth
+        if crest > low[2] and high[2] + 0.25 * span > 0:
+            high[2] = max(high[2], 1.2 * crest)
+    half = np.maximum((high - low) / 2 + [0.08 * span, 0.08 * span, 0], [0.22 * span, 0.22 * span, 0])
+    middle = (high + low) / 2
+    return np.array([middle - half, middle + half])
+
+
+def _detail(now):
+    """Box around the buoy; None without one."""
+    if now.r_C is None:
+        return None
+    middle = (now.at(max(now.heights)) + now.at(min(now.heights))) / 2
+    half = now.buoy_size * np.array([1.05, 1.05, 0.95])
+    return np.array([middle - half, middle + half])
+
+
+# -- parts of the picture ----------------------------------------------------------------------------------------------
+
+
+def _draw(axes, now, box):
+    """Everything, from back to front; returns the greatest speed of the water that is shown [m/s]."""
+    fastest = 0.0
+    if now.water:
+        _draw_bed(axes, now, box)
+        fastest = _draw_velocity(axes, now, box)
+    if now.cable is not None:
+        x = _inside(now.cable, box)
+        axes.plot(*x.T, color=COLORS["ink"], lw=1.2, zorder=3)
+        if (now.cable[0] > box[0] - 1e-9).all() and (now.cable[0] < box[1] + 1e-9).all():
+            axes.plot(*now.cable[:1].T, "s", color=COLORS["ink"], ms=3.5, zorder=3)
+    _draw_surfaces(axes, now, box)
+    for _, point, force, color in now.forces():
+        arrow = force / np.linalg.norm(force) * 0.28 * (box[1] - box[0]).min()
+        axes.quiver(*point, *arrow, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
+    if now.masses:
+        mast = np.array([now.at(h) for h in (max(now.heights), min(now.center, max(now.heights)))])
+        axes.plot(*mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
+        size = 4.5 if (box[1] - box[0]).max() < 6 * now.buoy_size else 2.0
+        axes.plot(*np.array(now.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
+    return fastest
+
+
+def _draw_bed(axes, now, box):
+    if -now.water.depth < box[0, 2] - 1e-9 * now.water.depth:
+        return
+    (x0, y0, _), (x1, y1, _) = box
+    z = -now.water.depth
+    corners = [[(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)]]
+    axes.add_collection3d(Poly3DCollection(corners, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
+
+
+def _draw_velocity(axes, now, box):
+    """Arrows in the vertical plane through the buoy, or the middle of the cable; returns the greatest speed."""
+    if now.scene.waves is None and now.scene.current is None:
+        return 0.0
+    along = heading(now.direction_deg)
+    middle = (box[0] + box[1]) / 2 if now.r_C is None else now.r_C
+    reach = np.min(np.where(along != 0, (box[1] - box[0]) / 2 / np.where(along != 0, np.abs(along), 1.0), np.inf)[:2])
+    s = np.linspace(-0.92, 0.92, 9) * reach
+    base = np.array([*((box[0] + box[1]) / 2)[:2], 0.0])
+    base += along * 0 + np.array([-along[1], along[0], 0.0]) * ((middle - base) @ [-along[1], along[0], 0.0])
+    x = base + s[:, None] * along
+    eta = now.water.elevation(x, now.time)
+    top = np.minimum(eta, box[1, 2])
+    fraction = np.linspace(0.03, 0.97, max(4, round(4.5 * (box[1, 2] - box[0, 2]) / reach)))
+    z = top[:, None] - fraction * (top - box[0, 2])[:, None]
+    points = np.concatenate([np.repeat(x[:, None, :2], len(fraction), axis=1), z[..., None]], axis=-1).reshape(-1, 3)
+    points = points[(points[:, 2] > box[0, 2]) & ~now.in_hull(points)]
+    velocity = now.water.velocity(points, now.time)
+    speed = np.linalg.norm(velocity, axis=1)
+    if not len(speed) or speed.max() == 0:
+        return 0.0
+    points, velocity = points[speed > 0.02 * speed.max()], velocity[speed > 0.02 * speed.max()]
+    arrows = velocity * (1.1 * (s[1] - s[0]) / speed.max())
+    axes.quiver(*points.T, *arrows.T, color=COLORS["blue"], lw=0.6, arrow_length_ratio=0.35, zorder=2)
+    return float(speed.max())
+
+
+def _draw_surfaces(axes, now, box):
+    """Water and hull in one collection, so that each hides what is behind it."""
+    polygons, colors = [], []
+    if now.water and box[1, 2] > 0:
+        x = _water_patches(now, box)
+        polygons += list(x)
+        colors.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.40), (len(x), 1)))
+    if now.shape:
+        x = _hull_patches(now)
+        polygons += list(x)
+        colors.append(_shaded(x, COLORS["orange"]))
+    if polygons:
+        collection = Poly3DCollection(polygons, facecolors=np.concatenate(colors), linewidths=0, zorder=4)
+        collection.set_antialiased(False)
+        axes.add_collection3d(collection)
+
+
+def _water_patches(now, box):
+    span = (box[1] - box[0])[:2].max()
+    length = 2 * math.pi / now.water.k if now.scene.waves else np.inf
+    n = int(np.clip(10 * span / length, 36, 60))
+    x, y = np.meshgrid(*(np.linspace(box[0, i], box[1, i], n + 1) for i in (0, 1)), indexing="ij")
+    grid = np.stack([x, y, np.zeros_like(x)], axis=-1)
+    grid[..., 2] = now.water.elevation(grid, now.time)
+    patches = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
+    return patches[~now.in_hull(patches.mean(axis=1))]
+
+
+def _hull_patches(now):
+    points, quads = hull_surface(now.shape.stations, now.center, around=40, cell=now.buoy_size / 14)
+    return (now.r_C + points @ now.R.T)[quads]
+
+
+def _shaded(patches, color):
+    """Colours of the patches in light from above and one side."""
+    normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    light = 0.72 + 0.28 * np.abs(normal @ np.array([0.36, -0.48, 0.8]))
+    rgba = np.tile(matplotlib.colors.to_rgba(color), (len(patches), 1))
+    rgba[:, :3] *= light[:, None]
+    return rgba
+
+
+def _inside(x, box):
+    """The part of a polyline inside the box, finely divided."""
+    if ((x >= box[0]) & (x <= box[1])).all():
+        return x
+    s = np.linspace(0, len(x) - 1, 200 * len(x))
+    fine = np.stack([np.interp(s, np.arange(len(x)), c) for c in x.T], axis=-1)
+    return fine[((fine >= box[0]) & (fine <= box[1])).all(axis=1)]
+
+
+def equal_scale(axes, box: np.ndarray, zoom: float = 1.0) -> None:
+    """Show the box (lower corner, upper corner) with one scale for x, y and z."""
+    axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2])
+    axes.set_box_aspect(box[1] - box[0], zoom=zoom)
+    size = (box[1] - box[0]) / (box[1] - box[0]).max()
+    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), size, strict=True):
+        axis.set_major_locator(MaxNLocator(nbins=max(2, round(5 * share)), steps=[1, 2, 5, 10]))
+        axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
+    axes.tick_params(pad=-1)
+
+
+def _finish(axes, now, box):
+    equal_scale(axes, box, zoom=0.95)
+    axes.view_init(elev=14, azim=now.direction_deg - 60)
+    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+
+
+def _legend(now, fastest):
+    handles = []
+    if now.cable is not None:
+        handles.append(Line2D([], [], color=COLORS["ink"], lw=1.2, label="cable"))
+    if now.shape:
+        handles.append(Patch(color=COLORS["orange"], label="buoy"))
+    if now.masses:
+        handles.append(Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass"))
+    if now.water:
+        handles.append(Patch(color=COLORS["sky"], alpha=0.4, label="water surface"))
+    if fastest:
+        label = f"velocity of the water, at most {fastest:.2g} m/s"
+        handles.append(Line2D([], [], color=COLORS["blue"], marker=r"$\rightarrow$", ms=9, ls="none", label=label))
+    for name, _, force, color in now.forces():
+        label = f"{name}, {np.linalg.norm(force):.3g} N"
+        handles.append(Line2D([], [], color=color, marker=r"$\rightarrow$", ms=9, ls="none", label=label))
+    return handles

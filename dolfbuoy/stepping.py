@@ -1,0 +1,76 @@
+"""How large the next step is.  Knows nothing of what is being integrated."""
+
+import math
+
+from .errors import SolveError
+
+
+class StepControl:
+    """Steps of a nominal size: halved when one fails, doubled back to the nominal size after successes.
+
+    The base of `AdaptiveControl`.  accepted, rejected, failed: counts for the record.
+    """
+
+    def __init__(self, nominal, smallest=None):
+        self.nominal = self.step = self.largest = nominal
+        self.smallest = smallest if smallest is not None else nominal * 2.0**-12
+        self.accepted = self.rejected = self.failed = 0
+
+    def propose(self, remaining):
+        """Size of the next step on the way to a milestone that is `remaining` away: never past it, and never so that
+        a sliver of a step is left before it."""
+        count = math.ceil(remaining / self.step - 1e-6)
+        return remaining if count <= 1 else self._share(remaining, count)
+
+    def _share(self, remaining, count):
+        return self.step
+
+    def judge(self, step, error):
+        """Whether a step that was solved counts; `error` is its local error over the tolerance, or None."""
+        self.accepted += 1
+        self.step = min(2 * self.step, self.nominal) if step < self.nominal else self.nominal
+        return True
+
+    def fail(self, step, reason):
+        """A step could not be solved.  Raises SolveError when it cannot be made smaller."""
+        self.failed += 1
+        if step / 2 < self.smallest:
+            raise SolveError(f"{reason} (smallest step {self.smallest:.3g} s)")
+        self.step = step / 2
+
+
+class AdaptiveControl(StepControl):
+    """Local error control: the error of a step of order p behaves like step^(p+1).
+
+    A step is kept as long as the best one differs little, because every change costs the multistep schemes accuracy.
+    """
+
+    safety, growth, shrink = 0.85, 2.0, 0.2
+
+    def __init__(self, first, order, smallest, largest):
+        super().__init__(first, smallest)
+        self.largest, self.exponent = largest, 1 / (order + 1)
+        self.hold, self.since_change = order + 2, 0  # steps between changes: the past must be told at one step
+
+    def _share(self, remaining, count):
+        return remaining / count if count < 4 else self.step  # the last few steps before a milestone are equal
+
+    def judge(self, step, error):
+        if error is None:
+            self.accepted += 1
+            return True
+        factor = self.safety * max(error, 1e-10) ** -self.exponent
+        if error > 1:
+            self.rejected += 1
+            if step <= self.smallest * (1 + 1e-9):
+                raise SolveError(
+                    f"the error of the smallest step, {self.smallest:.3g} s, is {error:.3g} times the tolerance"
+                )
+            self.step = max(step * min(max(factor, self.shrink), 0.9), self.smallest)
+            return False
+        self.accepted += 1
+        self.since_change += 1
+        if factor < 0.95 or (factor > 1.2 and self.since_change >= self.hold):
+            self.since_change = 0
+            self.step = min(max(step * min(factor, self.growth), self.smallest), self.largest)
+        return True
