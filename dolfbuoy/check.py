@@ -7,6 +7,7 @@ import numpy as np
 
 from .hydrostatics import float_upright
 from .observe import effects
+from .schemes import make_scheme
 from .sea_state import dispersion_wavenumber, wavenumber
 from .statics import check_feasible, hanging_weight, shape_and_mass, solve_equilibrium
 
@@ -43,12 +44,13 @@ def check(scene) -> Report:
 
 
 def remaining_amplitude(period, scene) -> float:
-    """Fraction of a free motion's amplitude that the scheme leaves at the end of the run.
+    """Fraction of a free motion's amplitude that the scheme leaves at the end of the run, at the scene's step.
 
     Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
     """
-    x = 2 * math.pi / period * scene.time.step
-    return (1 + x * x) ** (-0.5 * scene.time.end / scene.time.step)
+    time = scene.time
+    factor = make_scheme(time.scheme, time.spectral_radius).amplification(2 * math.pi / period, time.step)
+    return float(abs(factor) ** (time.end / time.step))
 
 
 def _cable(scene, report):

@@ -1,5 +1,6 @@
 """Command line: parse, call, print."""
 
+import os
 import signal
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from .errors import InputError, SolveError
+from .studies.cli import app as study_app
 
 app = typer.Typer(
     add_completion=False,
@@ -18,6 +20,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     help="Simulation of a tethered buoy with FEniCSx.\n\nExample: dolfbuoy run short",
 )
+app.add_typer(study_app, name="study")
 out, err = Console(), Console(stderr=True)
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")]
@@ -221,6 +224,9 @@ def main():
         _fail(f"Error: {error}", 2)
     except SolveError as error:
         _fail(f"The solve failed. {error}", 1)
+    except BrokenPipeError:  # somebody's `| head` has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
     except Interrupted as stop:
         _fail(f"Interrupted; what was computed until now is in {stop}.", 130)
 

@@ -6,11 +6,17 @@ functions below hide names, signatures and nothing else.
 
 import logging
 import os
+import sys
 from contextlib import contextmanager
 from pathlib import Path
 
 # Must be set before the libraries behind numpy and PETSc start their threads; the user's own value is kept.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import petsc4py
+
+if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
+    petsc4py.init(["dolfbuoy", "-no_signal_handler"])
 
 # The functions below hand these constructors the arguments of either version.
 import dolfinx
@@ -140,8 +146,6 @@ assemble_matrix = _cpp.fem.petsc.assemble_matrix
 def versions() -> dict[str, str]:
     """Versions of what a result depends on."""
     import platform
-
-    import petsc4py
 
     return {
         "python": platform.python_version(),

@@ -36,10 +36,10 @@ def draw_all(folder: str | Path) -> list[Path]:
 @matplotlib.rc_context(STYLE)
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write path.png and path.svg."""
-    files = []
-    for suffix, metadata in ((".png", None), (".svg", {"Date": None})):
-        files.append(path.with_suffix(suffix))
-        figure.savefig(files[-1], bbox_inches="tight", pad_inches=0.04, metadata=metadata)
+    files = [path.with_suffix(".png"), path.with_suffix(".svg")]
+    figure.savefig(files[0])
+    figure.set_layout_engine("none")  # it stands: do not lay it out a second time
+    figure.savefig(files[1], metadata={"Date": None})
     return files
 
 
@@ -132,9 +132,11 @@ def trajectory(record, scene) -> Figure | None:
     t, x = record.time.values, record.buoy_position.values
     last = _last_period(record, scene)
     wide = _widest(x)
-    figure = new_figure(COLUMN, 4.4)
-    top, bottom = figure.subplots(2, 1, gridspec_kw={"height_ratios": [3, 2]})
-    if _is_planar(x):
+    planar = _is_planar(x)
+    heights = [_panel_height(x[:, [wide, 2]]), 1.3] if planar else [_panel_height(x[:, p]) for p in ([0, 1], [wide, 2])]
+    figure = new_figure(COLUMN, sum(heights) + 1.1)
+    top, bottom = figure.subplots(2, 1, gridspec_kw={"height_ratios": heights})
+    if planar:
         _draw_path(top, x[:, [wide, 2]], last)
         _label(top, "xy"[wide], "z")
         bottom.plot(t, x[:, wide], color=COLORS["blue"], marker="." if len(t) < 3 else "")
@@ -172,18 +174,16 @@ def _orbit_3d(x):
     half = 1.12 * np.maximum(half, 0.35 * half.max())
     box = np.array([middle - half, middle + half])
     figure = new_figure(COLUMN, 3.3, constrained=False)
-    axes = figure.add_axes((0, 0.06, 1, 0.94), projection="3d", computed_zorder=False)
+    axes = figure.add_axes((0, 0.08, 1, 0.92), projection="3d", computed_zorder=False)
     for i, wall in ((0, box[0, 0]), (1, box[1, 1]), (2, box[0, 2])):
         shadow = x.copy()
         shadow[:, i] = wall
         axes.plot(*shadow.T, color="#b0b0b0", lw=0.8)
     axes.plot(*x.T, color=COLORS["blue"], lw=1.4)
-    axes.plot(*x[:1].T, "o", color=COLORS["ink"], mfc="white", ms=4.5, ls="none", label="start of the period")
+    axes.plot(*x[:1].T, "o", color=COLORS["ink"], mfc="none", ms=7, ls="none", label="start of the period")
     axes.plot(*x[-1:].T, "o", color=COLORS["ink"], ms=4.5, ls="none", label="end")
     axes.plot([], [], color="#b0b0b0", lw=0.8, label="projections")
-    equal_scale(axes, box, zoom=0.95)
-    axes.view_init(elev=22, azim=-60)
-    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    equal_scale(axes, box, elevation=22, azimuth=-60)
     figure.legend(loc="lower center", ncol=3)
     return figure
 
@@ -212,7 +212,7 @@ def _draw_path(axes, x, last):
     axes.plot(*x.T, color=COLORS["blue"], lw=0.8)
     if last is not None and len(last) < len(x):
         axes.plot(*x[last].T, color=COLORS["red"], lw=1.4, label="last period")
-    axes.plot(*x[0], "o", color=COLORS["ink"], mfc="white", ms=4.5, label="start", ls="none", zorder=4)
+    axes.plot(*x[0], "o", color=COLORS["ink"], mfc="none", ms=7, label="start", ls="none", zorder=4)
     axes.plot(*x[-1], "o", color=COLORS["ink"], ms=4.5, label="end", ls="none", zorder=4)
     _equal(axes, x)
 
@@ -223,6 +223,12 @@ def _equal(axes, x):
     half = np.maximum(1.08 * half, max(0.05 * half.max(), 5e-4))
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
     axes.set_aspect("equal", adjustable="datalim")
+
+
+def _panel_height(x):
+    """Height of a panel of column width that suits the path [inch]."""
+    width, height = np.ptp(x, axis=0)
+    return float(np.clip(2.9 * height / width, 1.0, 3.2)) if width > 0 else 2.4
 
 
 def _label(axes, horizontal, vertical):

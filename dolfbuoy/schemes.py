@@ -89,6 +89,18 @@ class Scheme:
     lag: float
     error_constant: float
 
+    def symbol(self):
+        """Polynomials (N, D) in x = 1/zeta, coefficients from x^0 on: y_t = N(x)/(dt D(x)) y for y ~ zeta^n."""
+        raise NotImplementedError
+
+    def amplification(self, omega, step):
+        """Growth factor per step of the free motion x_tt = -omega^2 x: the root zeta nearest to exp(i omega step)."""
+        N, D = (np.array(c, dtype=complex) for c in self.symbol())
+        size = max(len(N), len(D))
+        equation = np.pad(N, (0, size - len(N))) - 1j * omega * step * np.pad(D, (0, size - len(D)))
+        roots = np.roots(equation)  # coefficients from x^0 on are those of zeta^(size-1) downwards
+        return roots[np.argmin(abs(roots - np.exp(1j * omega * step)))]
+
     def begin(self, step, series):
         """Make the series ready for a step of this size."""
         if series.step is not None and abs(series.step - step) > 1e-12 * step:
@@ -112,6 +124,9 @@ class BackwardEuler(Scheme):
     def rule(self, step, series):
         return 1 / step, -series.values[0] / step
 
+    def symbol(self):
+        return [1, -1], [1]
+
 
 class BDF2(Scheme):
     """y_t = (3 y - 4 y_n + y_(n-1))/(2 dt): order 2, L-stable."""
@@ -124,6 +139,9 @@ class BDF2(Scheme):
 
     def rule(self, step, series):
         return 1.5 / step, (-2 * series.values[0] + 0.5 * series.values[1]) / step
+
+    def symbol(self):
+        return [1.5, -2, 0.5], [1]
 
 
 class GeneralizedAlpha(Scheme):
@@ -161,6 +179,10 @@ class GeneralizedAlpha(Scheme):
         b, rate = series.auxiliary, series.rate
         slope = am / (af * g * step)
         return slope, -slope * series.values[0] + ((1 - am - am * (1 - g) / g) * b - (1 - af) * rate) / af
+
+    def symbol(self):
+        am, af, g = self.alpha_m, self.alpha_f, self.gamma
+        return np.convolve([1, -1], [am, 1 - am]), np.convolve([g, 1 - g], [af, 1 - af])
 
     def accept(self, series, value, rate):
         g = self.gamma

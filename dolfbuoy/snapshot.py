@@ -19,6 +19,8 @@ from .sea_state import heading, ramp, wavenumber
 
 #: Width of a text column and of a page [inch].
 COLUMN, PAGE = 3.5, 7.0
+#: Size of a 3D box in its panel.
+ZOOM = 1.0
 
 #: How every figure looks; see `matplotlib.rc_context`.
 STYLE = {
@@ -200,15 +202,15 @@ def snapshot(record, scene, time: float | None = None) -> Figure:
     now = instant(record, scene, time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
     figure = new_figure(PAGE if len(boxes) == 2 else COLUMN, 3.9, constrained=False)
+    speeds = []
     for i, box in enumerate(boxes):
-        axes = figure.add_axes((i / len(boxes), 0.10, 1 / len(boxes), 0.85), projection="3d", computed_zorder=False)
-        fastest = _draw(axes, now, box)
-        _finish(axes, now, box)
-        if i == 0:
-            whole = fastest
-    figure.suptitle(f"t = {now.time:.4g} s", y=0.98)
-    handles = _legend(now, fastest if now.cable is None else whole)
-    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 4 if len(boxes) == 2 else 2))
+        place = (i / len(boxes), 0.13, 1 / len(boxes), 0.85)
+        axes = figure.add_axes(place, projection="3d", computed_zorder=False)
+        speeds.append(_draw(axes, now, box))
+        equal_scale(axes, box, elevation=14, azimuth=now.direction_deg - 60)
+    figure.text(0.5, 0.96, f"t = {now.time:.4g} s", ha="center")
+    handles = _legend(now, speeds)
+    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 3 if len(boxes) == 2 else 2))
     return figure
 
 
@@ -286,50 +288,58 @@ def _draw_velocity(axes, now, box):
     """Arrows in the vertical plane through the buoy, or the middle of the cable; returns the greatest speed."""
     if now.scene.waves is None and now.scene.current is None:
         return 0.0
-    along = heading(now.direction_deg)
-    middle = (box[0] + box[1]) / 2 if now.r_C is None else now.r_C
-    reach = np.min(np.where(along != 0, (box[1] - box[0]) / 2 / np.where(along != 0, np.abs(along), 1.0), np.inf)[:2])
-    s = np.linspace(-0.92, 0.92, 9) * reach
-    base = np.array([*((box[0] + box[1]) / 2)[:2], 0.0])
-    base += along * 0 + np.array([-along[1], along[0], 0.0]) * ((middle - base) @ [-along[1], along[0], 0.0])
-    x = base + s[:, None] * along
-    eta = now.water.elevation(x, now.time)
-    top = np.minimum(eta, box[1, 2])
-    fraction = np.linspace(0.03, 0.97, max(4, round(4.5 * (box[1, 2] - box[0, 2]) / reach)))
-    z = top[:, None] - fraction * (top - box[0, 2])[:, None]
-    points = np.concatenate([np.repeat(x[:, None, :2], len(fraction), axis=1), z[..., None]], axis=-1).reshape(-1, 3)
-    points = points[(points[:, 2] > box[0, 2]) & ~now.in_hull(points)]
+    points, spacing = _plane(now, box)
     velocity = now.water.velocity(points, now.time)
     speed = np.linalg.norm(velocity, axis=1)
     if not len(speed) or speed.max() == 0:
         return 0.0
-    points, velocity = points[speed > 0.02 * speed.max()], velocity[speed > 0.02 * speed.max()]
-    arrows = velocity * (1.1 * (s[1] - s[0]) / speed.max())
-    axes.quiver(*points.T, *arrows.T, color=COLORS["blue"], lw=0.6, arrow_length_ratio=0.35, zorder=2)
+    seen = speed > 0.02 * speed.max()
+    arrows = velocity[seen] * (spacing / speed.max())
+    axes.quiver(*points[seen].T, *arrows.T, color=COLORS["blue"], lw=0.6, arrow_length_ratio=0.35, zorder=2)
     return float(speed.max())
+
+
+def _plane(now, box, columns=8):
+    """Points under water in the plane of the waves through the buoy, and their distance."""
+    middle = (box[0] + box[1]) / 2
+    through, along = middle if now.r_C is None else now.r_C, heading(now.direction_deg)
+    across = np.array([-along[1], along[0], 0.0])
+    base = middle * [1, 1, 0] + across * ((through - middle) @ across)
+    half = (box[1] - box[0])[:2] / 2
+    reach = 0.9 * (half / np.maximum(np.abs(along[:2]), 1e-9)).min()
+    spacing = 2 * reach / (columns - 1)
+    x = base + np.linspace(-reach, reach, columns)[:, None] * along
+    top = np.minimum(now.water.elevation(x, now.time), box[1, 2])
+    rows = max(3, round((top.max() - box[0, 2]) / (1.1 * spacing)))
+    fraction = (np.arange(rows) + 0.3) / rows
+    z = top[:, None] - fraction * (top - box[0, 2])[:, None]
+    points = np.concatenate([np.repeat(x[:, None, :2], rows, axis=1), z[..., None]], axis=-1).reshape(-1, 3)
+    return points[(points[:, 2] > box[0, 2]) & ~now.in_hull(points)], spacing
 
 
 def _draw_surfaces(axes, now, box):
     """Water and hull in one collection, so that each hides what is behind it."""
-    polygons, colors = [], []
-    if now.water and box[1, 2] > 0:
+    polygons, faces, edges = [], [], []
+    if now.water and box[0, 2] < now.water.elevation(box[0], now.time) < box[1, 2]:
         x = _water_patches(now, box)
         polygons += list(x)
-        colors.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.40), (len(x), 1)))
+        faces.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.4), (len(x), 1)))
+        edges.append(np.tile(matplotlib.colors.to_rgba("white", 0.5), (len(x), 1)))
     if now.shape:
         x = _hull_patches(now)
         polygons += list(x)
-        colors.append(_shaded(x, COLORS["orange"]))
+        faces.append(_shaded(x, COLORS["orange"]))
+        edges.append(faces[-1])
     if polygons:
-        collection = Poly3DCollection(polygons, facecolors=np.concatenate(colors), linewidths=0, zorder=4)
-        collection.set_antialiased(False)
-        axes.add_collection3d(collection)
+        colors = {"facecolors": np.concatenate(faces), "edgecolors": np.concatenate(edges)}
+        axes.add_collection3d(Poly3DCollection(polygons, **colors, linewidths=0.25, zorder=4))
 
 
 def _water_patches(now, box):
+    """Quadrilaterals (n, 4, 3) of the water surface in the box, outside the hull."""
     span = (box[1] - box[0])[:2].max()
     length = 2 * math.pi / now.water.k if now.scene.waves else np.inf
-    n = int(np.clip(10 * span / length, 36, 60))
+    n = int(np.clip(10 * span / length, 28, 60))
     x, y = np.meshgrid(*(np.linspace(box[0, i], box[1, i], n + 1) for i in (0, 1)), indexing="ij")
     grid = np.stack([x, y, np.zeros_like(x)], axis=-1)
     grid[..., 2] = now.water.elevation(grid, now.time)
@@ -361,24 +371,24 @@ def _inside(x, box):
     return fine[((fine >= box[0]) & (fine <= box[1])).all(axis=1)]
 
 
-def equal_scale(axes, box: np.ndarray, zoom: float = 1.0) -> None:
-    """Show the box (lower corner, upper corner) with one scale for x, y and z."""
+def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None:
+    """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from that direction [deg]."""
+    span = box[1] - box[0]
     axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2])
-    axes.set_box_aspect(box[1] - box[0], zoom=zoom)
-    size = (box[1] - box[0]) / (box[1] - box[0]).max()
-    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), size, strict=True):
-        axis.set_major_locator(MaxNLocator(nbins=max(2, round(5 * share)), steps=[1, 2, 5, 10]))
-        axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
-    axes.tick_params(pad=-1)
-
-
-def _finish(axes, now, box):
-    equal_scale(axes, box, zoom=0.95)
-    axes.view_init(elev=14, azim=now.direction_deg - 60)
+    axes.set_box_aspect(span, zoom=ZOOM)
+    axes.view_init(elev=elevation, azim=azimuth)
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    share = span / np.linalg.norm(span) * math.sqrt(3)
+    for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
+        axis.set_major_locator(MaxNLocator(nbins=max(2, round(4.5 * span[i] / span.max())), steps=[1, 2, 5, 10]))
+        axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
+        # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
+        nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 1.6))
+        axis.set_tick_params(pad=6 * nearer - 8)
+        axis.labelpad = 16 * nearer - 21
 
 
-def _legend(now, fastest):
+def _legend(now, speeds):
     handles = []
     if now.cable is not None:
         handles.append(Line2D([], [], color=COLORS["ink"], lw=1.2, label="cable"))
@@ -388,8 +398,8 @@ def _legend(now, fastest):
         handles.append(Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass"))
     if now.water:
         handles.append(Patch(color=COLORS["sky"], alpha=0.4, label="water surface"))
-    if fastest:
-        label = f"velocity of the water, at most {fastest:.2g} m/s"
+    if max(speeds):
+        label = f"water velocity, longest {' and '.join(f'{v:.2g}' for v in speeds)} m/s"
         handles.append(Line2D([], [], color=COLORS["blue"], marker=r"$\rightarrow$", ms=9, ls="none", label=label))
     for name, _, force, color in now.forces():
         label = f"{name}, {np.linalg.norm(force):.3g} N"

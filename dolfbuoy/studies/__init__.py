@@ -1,0 +1,1 @@
+"""What accuracy costs: studies that run many independent cases and say what came of it."""
