@@ -60,7 +60,7 @@ class BuoyModel:
         self.spin_damping = constant(b.rotational_damping)
         self.offset = self._offset(b.mooring_height)
         if self.scene.sea:
-            softening = 0.5 * np.diff(nodes).max()
+            softening = np.diff(nodes).max()  # one axis cell
             self.hull = hull.Hull(
                 radius=self._radius(),
                 softening=fem.Constant(mesh, softening),

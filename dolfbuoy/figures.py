@@ -173,7 +173,7 @@ def _orbit_3d(x):
     middle, half = (x.max(axis=0) + x.min(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
     half = 1.12 * np.maximum(half, 0.35 * half.max())
     box = np.array([middle - half, middle + half])
-    figure = new_figure(COLUMN, 3.3, constrained=False)
+    figure = new_figure(COLUMN, 3.1, constrained=False)
     axes = figure.add_axes((0, 0.08, 1, 0.92), projection="3d", computed_zorder=False)
     for i, wall in ((0, box[0, 0]), (1, box[1, 1]), (2, box[0, 2])):
         shadow = x.copy()
@@ -225,10 +225,10 @@ def _equal(axes, x):
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def _panel_height(x):
-    """Height of a panel of column width that suits the path [inch]."""
+def _panel_height(x, panel_width=2.9):
+    """Height of a panel of that width [inch] that suits the path."""
     width, height = np.ptp(x, axis=0)
-    return float(np.clip(2.9 * height / width, 1.0, 3.2)) if width > 0 else 2.4
+    return float(np.clip(1.05 * panel_width * height / width, 1.0, 3.2)) if width > 0 else 2.4
 
 
 def _label(axes, horizontal, vertical):
@@ -244,7 +244,7 @@ def shapes(record, scene) -> Figure | None:
     t, x = record.frame.values[chosen], record.cable_position.values[chosen]
     wide = _widest(x)
     curves = x[:, :, [wide, 2]]
-    figure = new_figure(COLUMN, 3.2)
+    figure = new_figure(COLUMN, 0.5 + _panel_height(curves.reshape(-1, 2), 2.3))
     axes = figure.subplots()
     lines = LineCollection(curves, array=t, cmap="viridis", lw=1.0)
     lines.set_clim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)

@@ -243,7 +243,7 @@ class Solver(Section):
     petsc: dict[str, Any] = {}
     step_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-9
     quadrature_degree: Annotated[int, Field(ge=1, le=30)] | None = None
-    hull_cells: Annotated[int, Field(ge=1, le=1000)] = 16
+    hull_cells: Annotated[int, Field(ge=1, le=1000)] = 24
     hull_quadrature_degree: Annotated[int, Field(ge=1, le=30)] = 7
 
 

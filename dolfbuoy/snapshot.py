@@ -201,16 +201,16 @@ def snapshot(record, scene, time: float | None = None) -> Figure:
     the buoy.  Lengths have equal scale in all directions."""
     now = instant(record, scene, time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
-    figure = new_figure(PAGE if len(boxes) == 2 else COLUMN, 3.9, constrained=False)
+    places = [(-0.04, 0.16, 0.5, 0.82), (0.42, 0.16, 0.53, 0.82)] if len(boxes) == 2 else [(0.0, 0.16, 0.95, 0.82)]
+    figure = new_figure(PAGE if len(boxes) == 2 else COLUMN, 4.0, constrained=False)
     speeds = []
     for i, box in enumerate(boxes):
-        place = (i / len(boxes), 0.13, 1 / len(boxes), 0.85)
-        axes = figure.add_axes(place, projection="3d", computed_zorder=False)
+        axes = figure.add_axes(places[i], projection="3d", computed_zorder=False)
         speeds.append(_draw(axes, now, box))
         equal_scale(axes, box, elevation=14, azimuth=now.direction_deg - 60)
     figure.text(0.5, 0.96, f"t = {now.time:.4g} s", ha="center")
     handles = _legend(now, speeds)
-    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 3 if len(boxes) == 2 else 2))
+    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 4 if len(boxes) == 2 else 2))
     return figure
 
 
@@ -324,7 +324,7 @@ def _draw_surfaces(axes, now, box):
         x = _water_patches(now, box)
         polygons += list(x)
         faces.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.4), (len(x), 1)))
-        edges.append(np.tile(matplotlib.colors.to_rgba("white", 0.5), (len(x), 1)))
+        edges.append(np.tile(matplotlib.colors.to_rgba("white", 0.25), (len(x), 1)))
     if now.shape:
         x = _hull_patches(now)
         polygons += list(x)
@@ -380,10 +380,10 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     share = span / np.linalg.norm(span) * math.sqrt(3)
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_major_locator(MaxNLocator(nbins=max(2, round(4.5 * span[i] / span.max())), steps=[1, 2, 5, 10]))
+        axis.set_major_locator(MaxNLocator(nbins=max(1, round(4.4 * span[i] / span.max())), steps=[1, 2, 5, 10]))
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
         # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
-        nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 1.6))
+        nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))
         axis.set_tick_params(pad=6 * nearer - 8)
         axis.labelpad = 16 * nearer - 21
 
@@ -399,7 +399,8 @@ def _legend(now, speeds):
     if now.water:
         handles.append(Patch(color=COLORS["sky"], alpha=0.4, label="water surface"))
     if max(speeds):
-        label = f"water velocity, longest {' and '.join(f'{v:.2g}' for v in speeds)} m/s"
+        shown = dict.fromkeys(f"{v:.2g}" for v in speeds)
+        label = f"water, up to {' and '.join(shown)} m/s"
         handles.append(Line2D([], [], color=COLORS["blue"], marker=r"$\rightarrow$", ms=9, ls="none", label=label))
     for name, _, force, color in now.forces():
         label = f"{name}, {np.linalg.norm(force):.3g} N"

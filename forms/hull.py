@@ -60,13 +60,14 @@ def axis(q4):
 def wet_section(radius, softening, d, x, eta):
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
 
-    The disk's vertical half-extent R sin(tilt) is rounded to w = sqrt((R sin(tilt))^2 + w0^2), which keeps
-    the displaced mass differentiable when the hull is upright.  The factor R sin(tilt)/w in the moment keeps the
+    The disk's vertical half-extent R sin(tilt) is rounded to w = ((R sin(tilt))^4 + w0^4)^(1/4), which keeps
+    the displaced mass differentiable when the hull is upright and is gone when it is not (the root of squares leaves
+    ten times the error in the displaced mass where the keel cuts the water plane).  The factor R sin(tilt)/w in the moment keeps the
     restoring moment of the water plane (BM) exact for any w0.
     """
     e_z = as_vector([0.0, 0.0, 1.0])
     uphill = e_z - d[2] * d  # in the disk, of length sin(tilt)
-    w = sqrt(radius**2 * dot(uphill, uphill) + softening**2)
+    w = sqrt(sqrt((radius**2 * dot(uphill, uphill)) ** 2 + softening**4))
     depth = -x[2] if eta is None else eta - x[2]
     c = max_value(min_value(depth / w, 1 - CLAMP), -1 + CLAMP)
     chord = sqrt(1 - c**2)
