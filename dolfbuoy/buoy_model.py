@@ -60,7 +60,7 @@ class BuoyModel:
         self.spin_damping = constant(b.rotational_damping)
         self.offset = self._offset(b.mooring_height)
         if self.scene.sea:
-            softening = np.diff(nodes).max()  # one axis cell
+            softening = 2 * np.diff(nodes).max()  # resolved by the quadrature points of four cells
             self.hull = hull.Hull(
                 radius=self._radius(),
                 softening=fem.Constant(mesh, softening),

@@ -201,14 +201,14 @@ def snapshot(record, scene, time: float | None = None) -> Figure:
     the buoy.  Lengths have equal scale in all directions."""
     now = instant(record, scene, time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
-    places = [(-0.04, 0.16, 0.5, 0.82), (0.42, 0.16, 0.53, 0.82)] if len(boxes) == 2 else [(0.0, 0.16, 0.95, 0.82)]
+    places = [(-0.04, 0.16, 0.5, 0.82), (0.42, 0.16, 0.53, 0.82)] if len(boxes) == 2 else [(-0.06, 0.16, 0.98, 0.80)]
     figure = new_figure(PAGE if len(boxes) == 2 else COLUMN, 4.0, constrained=False)
     speeds = []
     for i, box in enumerate(boxes):
         axes = figure.add_axes(places[i], projection="3d", computed_zorder=False)
         speeds.append(_draw(axes, now, box))
         equal_scale(axes, box, elevation=14, azimuth=now.direction_deg - 60)
-    figure.text(0.5, 0.96, f"t = {now.time:.4g} s", ha="center")
+    figure.text(0.02, 0.96, f"t = {now.time:.4g} s")
     handles = _legend(now, speeds)
     figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 4 if len(boxes) == 2 else 2))
     return figure
@@ -268,7 +268,7 @@ def _draw(axes, now, box):
         arrow = force / np.linalg.norm(force) * 0.28 * (box[1] - box[0]).min()
         axes.quiver(*point, *arrow, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
     if now.masses:
-        mast = np.array([now.at(h) for h in (max(now.heights), min(now.center, max(now.heights)))])
+        mast = np.array([now.at(h) for h in (max(now.heights), now.shape.height if now.shape else now.center)])
         axes.plot(*mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
         size = 4.5 if (box[1] - box[0]).max() < 6 * now.buoy_size else 2.0
         axes.plot(*np.array(now.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
@@ -380,7 +380,9 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     share = span / np.linalg.norm(span) * math.sqrt(3)
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_major_locator(MaxNLocator(nbins=max(1, round(4.4 * span[i] / span.max())), steps=[1, 2, 5, 10]))
+        axis.set_major_locator(
+            MaxNLocator(nbins=max(1, round(4.4 * span[i] / span.max())), min_n_ticks=1, steps=[1, 2, 5, 10])
+        )
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
         # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
         nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))

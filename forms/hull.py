@@ -60,20 +60,22 @@ def axis(q4):
 def wet_section(radius, softening, d, x, eta):
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
 
-    The disk's vertical half-extent R sin(tilt) is rounded to w = ((R sin(tilt))^4 + w0^4)^(1/4), which keeps
-    the displaced mass differentiable when the hull is upright and is gone when it is not (the root of squares leaves
-    ten times the error in the displaced mass where the keel cuts the water plane).  The factor R sin(tilt)/w in the moment keeps the
-    restoring moment of the water plane (BM) exact for any w0.
+    The disk's vertical half-extent R sin(tilt) is rounded to w = ((R sin(tilt))^8 + w0^8)^(1/8), which keeps
+    the displaced mass differentiable when the hull is upright, and is gone when it is not.  Two things keep the
+    centre of buoyancy where it belongs for any w0: the factor R sin(tilt)/w in the moment within the disk, from which
+    the restoring moment of the water plane (BM) comes, and a moment along the axis that takes back by how much the
+    wider transition from wet to dry would raise it (KB).
     """
     e_z = as_vector([0.0, 0.0, 1.0])
     uphill = e_z - d[2] * d  # in the disk, of length sin(tilt)
-    w = sqrt(sqrt((radius**2 * dot(uphill, uphill)) ** 2 + softening**4))
+    extent2 = radius**2 * dot(uphill, uphill)
+    w = (extent2**4 + softening**8) ** (1 / 8)
     depth = -x[2] if eta is None else eta - x[2]
     c = max_value(min_value(depth / w, 1 - CLAMP), -1 + CLAMP)
     chord = sqrt(1 - c**2)
     area = radius**2 * (acos(-c) + c * chord)
-    moment = -(2 / 3) * radius**4 * chord**3 / w * uphill
-    return area, moment
+    within, along = -(2 / 3) * radius**4 / w, -(1 / 3) * radius**2 * (w**2 - extent2) / w
+    return area, chord**3 * (within * uphill + along * d[2] * d)
 
 
 def hydrostatics(rho_w, gravity, area, moment, lever):
