@@ -147,6 +147,8 @@ class BuoyModel:
             inertia, gauge = fem.Constant(self.mesh, max(self.mass.inertia)), fem.Constant(self.mesh, moment * length)
             tests = test_force, y[3], test_torque
             F = body.equilibrium(r_C, q4, force, torque, reference, self.M, inertia, self.relaxation, gauge, tests)
+            if self.mooring is None:
+                F += body.held_horizontally(r_C, reference[0], gauge, test_force)
         F = one * F * point
         if self.scene.sea is not None:
             F += self._hull_loads(r_C, q4, motion, test_force, test_torque)

@@ -187,11 +187,14 @@ class CableModel:
     def blocks(self, force):
         """Blocks of w; `force` is a typical tension [N]."""
         L, h = self.section.length, np.diff(self.nodes).min()
-        tension = np.concatenate([self.T_dofs.ravel(), np.zeros(0, int) if self.mean_dofs is None else self.mean_dofs])
-        return [
+        rounding = self.section.line_density * h * L
+        blocks = [
             Block("cable position", self.node_dofs.ravel(), L, force, self.section.line_density * h * L, 2),
-            Block("cable tension", tension, force, h, rounding=self.section.line_density * h * L),
+            Block("cable tension", self.T_dofs.ravel(), force, h, rounding=rounding),
         ]
+        if self.mean_dofs is not None:
+            blocks.append(Block("cable mean tension", self.mean_dofs, force, force * h, rounding=rounding))
+        return blocks
 
     def set_shape(self, u, position, tension):
         """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) into the local unknowns u."""

@@ -9,7 +9,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from .paraview import read_run
-from .snapshot import COLORS, COLUMN, STYLE, equal_scale, new_figure, snapshot
+from .plot_style import COLORS, COLUMN, STYLE, new_figure
+from .snapshot import equal_scale, snapshot
 
 #: A run of more periods than this gets an enlarged end in the figures over time.
 MANY_PERIODS = 6
@@ -220,7 +221,7 @@ def _draw_path(axes, x, last):
 def _equal(axes, x):
     """Equal scale: the panel keeps its shape and shows a little more than the path."""
     middle, half = (x.max(axis=0) + x.min(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
-    half = np.maximum(1.08 * half, max(0.05 * half.max(), 5e-4))
+    half = np.maximum(1.08 * half, max(0.05 * half.max(), 5e-3))
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
     axes.set_aspect("equal", adjustable="datalim")
 

@@ -56,7 +56,9 @@ def instants(record, scene) -> np.ndarray:
     if interval <= 0:
         return times
     number = np.floor((times - times[0]) / interval * (1 + 1e-9) + 1e-6)
-    return times[np.concatenate([[True], np.diff(number) > 0])]
+    chosen = np.concatenate([[True], np.diff(number) > 0])
+    chosen[-1] = True
+    return times[chosen]
 
 
 def pose(record, time: float) -> tuple[np.ndarray, np.ndarray]:

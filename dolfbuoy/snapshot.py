@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -14,56 +13,9 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from .meshes import HullShape
 from .paraview import hull_surface, pose
+from .plot_style import COLORS, COLUMN, PAGE, STYLE, new_figure
 from .rigid import mass_properties
 from .sea_state import heading, ramp, wavenumber
-
-#: Width of a text column and of a page [inch].
-COLUMN, PAGE = 3.5, 7.0
-#: Size of a 3D box in its panel.
-ZOOM = 1.0
-
-#: How every figure looks; see `matplotlib.rc_context`.
-STYLE = {
-    "font.size": 8,
-    "axes.titlesize": 8,
-    "axes.labelsize": 8,
-    "xtick.labelsize": 7,
-    "ytick.labelsize": 7,
-    "legend.fontsize": 7.5,
-    "legend.frameon": False,
-    "legend.handlelength": 1.8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.linewidth": 0.6,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "axes.grid": True,
-    "grid.color": "#e6e6e6",
-    "grid.linewidth": 0.5,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.0,
-    "figure.facecolor": "white",
-    "savefig.dpi": 200,
-    "svg.hashsalt": "dolfbuoy",
-}
-
-#: Colours of Okabe and Ito, which the colour-blind can tell apart.
-COLORS = {
-    "blue": "#0072B2",
-    "red": "#D55E00",
-    "green": "#009E73",
-    "sky": "#56B4E9",
-    "orange": "#E69F00",
-    "ink": "#222222",
-    "sand": "#C9B68C",
-}
-
-
-def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
-    """An empty figure of that size [inch], outside pyplot."""
-    figure = Figure(figsize=(width, height), constrained_layout=constrained)
-    FigureCanvasAgg(figure)
-    return figure
 
 
 class Water:
@@ -235,7 +187,7 @@ def _whole(now):
             low[2] = -now.water.depth
         if crest > low[2] and high[2] + 0.25 * span > 0:
             high[2] = max(high[2], 1.2 * crest)
-    half = np.maximum((high - low) / 2 + [0.08 * span, 0.08 * span, 0], [0.22 * span, 0.22 * span, 0])
+    half = np.maximum((high - low) / 2 + [0.08 * span, 0.08 * span, 0], 0.22 * span)
     middle = (high + low) / 2
     return np.array([middle - half, middle + half])
 
@@ -375,7 +327,7 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
     """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from that direction [deg]."""
     span = box[1] - box[0]
     axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2])
-    axes.set_box_aspect(span, zoom=ZOOM)
+    axes.set_box_aspect(span, zoom=min(1.0, 0.75 * np.linalg.norm(span) / span[:2].max()))  # a long box would not fit
     axes.view_init(elev=elevation, azim=azimuth)
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
     share = span / np.linalg.norm(span) * math.sqrt(3)

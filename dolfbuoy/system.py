@@ -350,10 +350,11 @@ class System:
         return self.snes.getIterationNumber(), self.snes.getConvergedReason()
 
     def _stalled_at_rounding(self, reason):
-        """The line search found nothing better because the residual is rounding noise already."""
-        if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH or self._last_increment is None:
+        """The line search found nothing better because the residual is rounding noise already: the step that it
+        was given is tiny."""
+        if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
             return False
-        return self._last_increment <= 100 * self.tolerance
+        return self.snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY) <= 100 * self.tolerance
 
     def residual_by_block(self):
         """Largest scaled residual of every block at the present Functions."""

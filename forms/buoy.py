@@ -49,6 +49,11 @@ def turn(q4, q4_ref):
     return 2 / dot(q4_ref, q4_ref) * as_vector([delta[1], delta[2], delta[3]])
 
 
+def held_horizontally(r_C, r_ref, stiffness, test):
+    """A free buoy has no place of its own: a spring that carries nothing keeps C where it started, in x and y."""
+    return stiffness * ((r_C[0] - r_ref[0]) * test[0] + (r_C[1] - r_ref[1]) * test[1])
+
+
 def equilibrium(r_C, q4, force, torque, reference, mass, inertia_scale, relaxation, gauge, tests):
     """F = 0, tau_C = 0, |q4| = 1 for the pose (r_C, q4), with pseudo-inertia for continuation.
 

@@ -13,3 +13,46 @@ OutOption = Annotated[Path | None, typer.Option("--out", help="Folder of the res
 def folder_of(name: str, folder: Path | None) -> Path:
     """Folder of a study's results."""
     return folder if folder is not None else Path("results") / f"study-{name}"
+
+
+@app.command("inf-sup")
+def inf_sup(folder: OutOption = None):
+    """Inf-sup constant of the linearised cable: which pairs are stable.  Example: dolfbuoy study inf-sup"""
+    from . import inf_sup as study
+
+    study.run(folder_of("inf-sup", folder))
+
+
+@app.command("explicit-limit")
+def explicit_limit(
+    scene: Annotated[str | None, typer.Argument(metavar="[SCENE]", help="Default: the cables of the paper.")] = None,
+    folder: OutOption = None,
+):
+    """Step an explicit method would need, Eq. (24), beside the implicit one.  Example: dolfbuoy study explicit-limit"""
+    from . import explicit_limit as study
+
+    study.run(folder_of("explicit-limit", folder), scene)
+
+
+@app.command()
+def convergence(
+    folder: OutOption = None,
+    figure: Annotated[str, typer.Option("--figure", help="2, 3, 4 or all.")] = "all",
+    cells: Annotated[str, typer.Option("--cells", help="Numbers of elements.")] = "2,4,8,16,32,64",
+):
+    """Figs. 2 to 4: errors and orders of the static cable.  Example: dolfbuoy study convergence --figure 3"""
+    from . import convergence as study
+
+    study.run(folder_of("convergence", folder), study.parse_figures(figure), study.parse_cells(cells))
+
+
+@app.command()
+def rising(
+    folder: OutOption = None,
+    pair: Annotated[str | None, typer.Option("--pair", metavar="MU,NU", help="A pair besides the paper's.")] = None,
+    cells: Annotated[int | None, typer.Option("--cells", help="Number of elements of that pair.")] = None,
+):
+    """Fig. 5: a folded cable whose end rises.  Example: dolfbuoy study rising --pair 2,0 --cells 20"""
+    from . import rising as study
+
+    study.run(folder_of("rising", folder), study.parse_pair(pair, cells))
