@@ -199,12 +199,14 @@ class _Bar:
 
 
 def _print_summary(record, scene, folder):
-    from .summary import summary
+    from .summary import summary, warnings
 
     table = _table(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
     for name, value, unit in summary(record, scene):
         table.add_row(name, value, unit)
     out.print(table)
+    for warning in warnings(record, scene):
+        out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
 
 
 class Interrupted(Exception):

@@ -32,3 +32,19 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
         rest = 100 * remaining_amplitude(scene.waves.period, scene)
         rows.append((f"left by the scheme of a free {scene.waves.period:g} s motion", f"{rest:.1f}", "%"))
     return rows
+
+
+def warnings(record, scene) -> list[str]:
+    """Sentences about where a run left the range of its model."""
+    found = []
+    if "cable_tension" in record:
+        smallest = min(float(record.cable_tension.min()), float(record.tension_anchor.min()))
+        if smallest < 0:
+            found.append(f"The cable was compressed at times (smallest tension {smallest:.4g} N): a rope would go slack.")
+        lowest = float(record.cable_position.sel(xyz="z").min())
+        if scene.sea and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
+            depth = -scene.sea.depth - lowest
+            found.append(f"The cable dipped up to {depth:.3g} m below the sea bed, which this model does not know.")
+    if record.attrs["failed_steps"]:
+        found.append(f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones.")
+    return found

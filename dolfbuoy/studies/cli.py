@@ -56,3 +56,30 @@ def rising(
     from . import rising as study
 
     study.run(folder_of("rising", folder), study.parse_pair(pair, cells))
+
+
+@app.command("work-precision")
+def work_precision(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")],
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the runs [default: ramp + 4 periods].")] = None,
+    pairs: Annotated[str | None, typer.Option("--pairs", help="[default: 1-0,2-1,3-2]")] = None,
+    cells: Annotated[str | None, typer.Option("--cells", help="[default: 1/4, 1/2 and all of the scene's]")] = None,
+    schemes: Annotated[str | None, typer.Option("--schemes", help="[default: all three]")] = None,
+    steps: Annotated[str | None, typer.Option("--steps", help="[default: period / 500, 250, 100, 50]")] = None,
+    tolerances: Annotated[str, typer.Option("--tolerances", help="Of adaptive steps, or none.")] = "1e-3,1e-4,1e-5",
+    repeats: Annotated[int, typer.Option("--repeats", min=1, help="The median of their times counts.")] = 3,
+    folder: OutOption = None,
+):
+    """Error against time: pairs, cells, schemes, steps.  Example: dolfbuoy study work-precision short --repeats 1"""
+    from . import work_precision as study
+
+    study.run(
+        folder_of("work-precision", folder),
+        study.load(scene, t_end),
+        study.parse_pairs(pairs),
+        study.parse_numbers("--cells", cells, int),
+        study.parse_schemes(schemes),
+        study.parse_numbers("--steps", steps),
+        study.parse_numbers("--tolerances", tolerances),
+        repeats,
+    )

@@ -24,8 +24,8 @@ from scipy.linalg import eigh
 from .. import compat
 from ..errors import InputError
 from ..meshes import cable_nodes
+from ..plot_style import COLORS, PAGE, STYLE, new_figure
 from ..scene import load_scene
-from ..snapshot import COLORS, PAGE, STYLE, new_figure
 from .common import evaluate_all, save, show
 
 DEGREES = (1, 2, 3, 4)

@@ -26,7 +26,7 @@ from scipy.linalg import cholesky, solve_triangular, svdvals
 from .. import catenary, compat
 from ..forms import cable as form
 from ..meshes import cable_nodes
-from ..snapshot import COLORS, PAGE, STYLE, new_figure
+from ..plot_style import COLORS, PAGE, STYLE, new_figure
 from .common import evaluate_all, save, show
 
 ENDS = {"dir": "fixed", "free": "free"}

@@ -29,15 +29,14 @@ PAPER = ((1, 0, 10), (2, 0, 5))
 SMALLEST_STEP = 1e-5
 #: Points on an element: for the curves, and for what is largest or smallest.
 XI, FINE = np.linspace(-1, 1, 41), np.linspace(-1, 1, 1001)
+#: Of the table on screen; `T lowest` is the mean of T on the element at s = 0.
 COLUMNS = {
     "discretisation": "elements",
     "z_end": "z end",
     "smallest_tension": "T min",
-    "exact_smallest_tension": "exact",
-    "lowest_element": "T lowest element",
+    "lowest_element": "T lowest",
     "exact_lowest_element": "exact",
     "x_max": "x max",
-    "deviation_x": "x - exact",
     "state": "state",
 }
 
