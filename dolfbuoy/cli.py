@@ -26,6 +26,9 @@ out, err = Console(), Console(stderr=True)
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change the scene.")]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Folder of the results [default: results/NAME].")]
+QuantityOption = Annotated[
+    str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
+]
 
 
 def _load(scene, assignments, **overrides):
@@ -112,11 +115,15 @@ def run(
     t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run [s].")] = None,
     assign: SetOption = None,
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw the figures.")] = True,
+    accuracy: Annotated[str | None, typer.Option("--accuracy", help="Find the settings first; see advise.")] = None,
+    quantity: QuantityOption = "tension_top",
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from .api import simulate
 
     loaded = _load(scene, assign, **({} if t_end is None else {"time.end": t_end}))
+    if accuracy is not None:
+        loaded = _advised(loaded, quantity, accuracy)
     folder = _folder(scene, folder)
     bar = _Bar(loaded)
     try:
@@ -132,11 +139,62 @@ def run(
 
 
 @app.command()
+def advise(
+    scene: SceneArgument,
+    quantity: QuantityOption = "tension_top",
+    accuracy: Annotated[str, typer.Option("--accuracy", help="For example 1% or 0.01.")] = "1%",
+    write: Annotated[Path | None, typer.Option("--write", metavar="FILE", help="Save the advised scene.")] = None,
+    folder: OutOption = None,
+    assign: SetOption = None,
+):
+    """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
+    folder = folder if folder is not None else Path("results") / f"advise-{Path(scene).stem}"
+    _advised(_load(scene, assign), quantity, accuracy, folder, write)
+
+
+def _advised(scene, quantity, accuracy, folder=None, write=None):
+    """The scene with settings of this accuracy; says what was chosen."""
+    from .studies import advise as study
+    from .studies.accuracy import parse_accuracy
+
+    found = study.advise_all(scene, quantity, parse_accuracy(accuracy), lambda text: out.print(text, soft_wrap=True))
+    if _rank() != 0:
+        return found
+    study.report(found, folder, write)
+    return found.scene
+
+
+@app.command()
 def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")]):
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     if not (folder / "results.nc").is_file():
         raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
     _draw(folder)
+
+
+@app.command()
+def sweep(
+    scene: SceneArgument,
+    vary: Annotated[
+        list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")
+    ] = None,
+    table: Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")] = None,
+    folder: OutOption = None,
+):
+    """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
+    from .sweep import sweep as run_all
+
+    folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
+    dataset = run_all(scene, vary or [], table, folder)
+    if dataset is None:
+        return
+    keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
+    shown = [n for n in ("tension_top_maximum", "tension_anchor_maximum", "cone_angle_maximum") if n in dataset]
+    result = _table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *keys, *shown, "status")
+    for i in range(dataset.sizes["case"]):
+        row = dataset.isel(case=i)
+        result.add_row(*(str(row[k].item()) for k in keys), *(f"{row[n].item():.5g}" for n in shown), row.status.item())
+    out.print(result)
 
 
 @app.command()

@@ -8,6 +8,7 @@ import time as clock
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.ticker import FuncFormatter, LogLocator
 from mpi4py import MPI
 from scipy.interpolate import CubicSpline
 
@@ -291,3 +292,11 @@ def pareto(points) -> list[int]:
 def percent(error: float) -> str:
     """An error as one would say it."""
     return f"{100 * error:.2g} %"
+
+
+def plain_ticks(axes) -> None:
+    """Numbers such as 0.2 in the place of powers at logarithmic axes."""
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_locator(LogLocator(subs=()))

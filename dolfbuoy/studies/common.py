@@ -46,6 +46,8 @@ def _collect(mapping, evaluate, cases, store, structure):
     followers = [i for i in missing if i not in set(pioneers)]
     console = Console(stderr=True)
     for indices, how in ((pioneers, map), (followers, mapping)):
+        if not indices:
+            continue
         results = how(evaluate, [cases[i] for i in indices])
         for i, result in zip(indices, track(results, "cases", len(indices), console=console), strict=True):
             _write_json(files[i], result)

@@ -254,8 +254,10 @@ def _panel(axes, rows, name, reference_error, colors):
             axes.plot(row["wall"], 100 * row[f"bound_{name}"], "*", ms=10, mfc="none", mec=COLORS["ink"], mew=0.9)
     best = front(rows, name)
     axes.plot([r["wall"] for r in best], [100 * r[f"bound_{name}"] for r in best], "-", color=COLORS["ink"], lw=0.8)
-    if reference_error > 0:
-        axes.axhspan(axes.get_ylim()[0], 100 * acc.RESOLVED * reference_error, color="#eeeeee", lw=0, zorder=0)
+    bottom = axes.get_ylim()[0]
+    axes.axhspan(bottom, max(bottom, 100 * acc.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
+    axes.set_ylim(bottom=bottom)
+    acc.plain_ticks(axes)
 
 
 def _handles(rows, colors):

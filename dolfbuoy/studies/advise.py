@@ -1,0 +1,171 @@
+"""The cheapest settings that meet an accuracy: a pilot on a shortened run, a prediction, and its verification."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+from mpi4py import MPI
+
+from ..errors import InputError, SolveError
+from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..scene import Scene
+from . import accuracy as acc
+from .accuracy import QUANTITIES, SCHEMES, Stepping, percent
+from .common import save, show
+from .pilot import ALPHA, Candidate, Pilot
+
+#: Share of the accuracy that a prediction may use.
+TARGET = 0.7
+
+
+@dataclass
+class Advice:
+    """A scene with advised settings; what was predicted and what the verification measured."""
+
+    scene: Scene
+    choice: Candidate
+    measured: float
+    candidates: list[Candidate]
+    pilot: Pilot
+    notes: list[str]
+
+
+def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int = 3) -> Advice:
+    """Find and verify settings.  Raises InputError, and SolveError when no settings can be promised."""
+    acc.check_quantity(scene, quantity)
+    pilot = Pilot(scene, quantity, accuracy, say)
+    say(f"Pilot until t = {pilot.scene.time.end:g} s of {scene.time.end:g} s; errors count from {pilot.start:g} s.")
+    pilot.measure_time()
+    say(f"Errors in time: {pilot.mesh}{_orders(pilot.time_curves, _family_name)}.")
+    pilot.measure_space()
+    if pilot.mesh.mu:
+        say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pilot.space_curves, lambda p: f'P{p[0]}-P{p[1]}')}.")
+    return _verified(pilot, tries)
+
+
+def _verified(pilot, tries):
+    """The cheapest candidate that keeps its promise; after a failure the target shrinks by what was missed."""
+    truth_at = (pilot.best, Stepping(ALPHA, pilot.finest))
+    truth, own = pilot.run(*truth_at), pilot.own_time + pilot.own_space
+    if truth is None:
+        raise SolveError("The run that the advice would be verified against fails.")
+    notes = [f"Verified against {truth_at[0]}{truth_at[1]}, whose own error is {percent(own)}."]
+    target, refused = TARGET * pilot.accuracy, set()
+    for _ in range(tries):
+        candidates = [c for c in pilot.candidates(target) if str(c) not in refused]
+        if not candidates:
+            break
+        choice = candidates[0]
+        run = pilot.run(choice.space, choice.stepping)
+        measured = pilot.difference(run, truth) if run else math.inf
+        if measured + own <= pilot.accuracy:
+            settled = acc.with_settings(pilot.whole, choice.space, choice.stepping)
+            return Advice(settled, choice, measured, candidates, pilot, notes)
+        missed = f"with {percent(measured)} and the reference's own {percent(own)}" if run else "it fails"
+        notes.append(f"{choice} does not keep the promise: {missed}; the next safer settings are taken.")
+        pilot.say(notes[-1])
+        refused.add(str(choice))
+        target *= min(max(0.8 * choice.error / measured, 0.3), 0.8)
+    raise SolveError(f"No settings of the pilot keep {percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}.")
+
+
+def _family_name(family):
+    return f"{SCHEMES[family[0]]}{' adaptive' if family[1] else ''}"
+
+
+def _orders(curves, name) -> str:
+    return ", ".join(f"{name(key)} order {curve.order:.2g}" for key, curve in curves.items() if len(curve.x) > 1)
+
+
+def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI.COMM_WORLD) -> Advice | Scene:
+    """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot."""
+    found = None
+    if comm.rank == 0:
+        try:
+            found = advise(scene, quantity, accuracy, say)
+        except (InputError, SolveError) as error:
+            found = error
+    told = comm.bcast(found.scene if isinstance(found, Advice) else found)
+    if isinstance(told, Exception):
+        raise told
+    return found if comm.rank == 0 else told
+
+
+# -- output ------------------------------------------------------------------------------------------------------------
+
+
+def sentences(advice: Advice) -> list[str]:
+    """The advice in words."""
+    pilot, choice = advice.pilot, advice.choice
+    what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
+    own = (acc.space_of(pilot.whole), acc.stepping_of(pilot.whole))
+    said = [
+        f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {pilot.whole.time.end:g} s.",
+        f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
+        *advice.notes,
+    ]
+    said[-1:] += [f"The scene's own setting: {own[0]}{own[1]}."] if own != (choice.space, choice.stepping) else []
+    if not acc.period_of(pilot.whole):
+        said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
+    return said
+
+
+def table_rows(advice: Advice) -> list[dict]:
+    """Candidates, cheapest first."""
+    rows = []
+    for c in advice.candidates:
+        row = {"pair": c.space.pair, "cells": c.space.cells, "scheme": c.stepping.scheme}
+        row |= {"step": None if c.stepping.tolerance else c.stepping.step, "tolerance": c.stepping.tolerance}
+        row |= {"predicted_percent": 100 * c.error, "predicted_seconds": c.seconds}
+        rows.append(row | {"remark": "extrapolated" if c.extrapolated else ""})
+    rows[0]["remark"] = "advised"
+    return rows
+
+
+COLUMNS = {"pair": "pair", "cells": "cells", "scheme": "scheme", "step": "dt [s]", "tolerance": "tolerance"}
+COLUMNS |= {"predicted_percent": "error [%]", "predicted_seconds": "time [s]", "remark": "remark"}
+
+
+def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:
+    """Print the advice; save table, measurements and figure in `folder`, the scene at `write`."""
+    rows, said = table_rows(advice), sentences(advice)
+    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
+    if folder is not None:
+        save(folder, "advise", rows, draw(advice), said)
+        save(folder, "advise-pilot", advice.pilot.rows)
+    if write is not None:
+        advice.scene.save(write)
+
+
+_COLORS = [COLORS[name] for name in ("blue", "red", "green", "orange", "sky", "sand")]
+
+
+@matplotlib.rc_context(STYLE)
+def draw(advice: Advice):
+    """Errors of the pilot: in time over the time of the loop, in space over the cells; the accuracy as a line."""
+    pilot = advice.pilot
+    figure = new_figure(PAGE, 2.9)
+    left, right = figure.subplots(1, 2)
+    _lines(left, pilot, "time", lambda row: SCHEMES[row["scheme"]] + (" adaptive" if row.get("tolerance") else ""))
+    _lines(right, pilot, "space", lambda row: row["pair"])
+    left.set(title=f"in time, {str(pilot.mesh).strip(', ')}", xlabel="steps of the pilot")
+    right.set(title="in space", xlabel="elements")
+    left.set_ylabel(f"error of {QUANTITIES[pilot.quantity]} [%]")
+    return figure
+
+
+def _lines(axes, pilot, kind, label):
+    axes.set(xscale="log", yscale="log")
+    groups = {}
+    for row in pilot.rows:
+        if row["error_in"] == kind:
+            groups.setdefault(label(row), []).append(row)
+    for (name, rows), color in zip(groups.items(), _COLORS, strict=False):
+        x = [row["steps" if kind == "time" else "cells"] for row in rows]
+        line = "o--" if "adaptive" in name else "o-"
+        axes.plot(x, [row["error_percent"] for row in rows], line, color=color, ms=3, label=name)
+    axes.axhline(100 * pilot.accuracy, color=COLORS["ink"], lw=0.8, ls=":")
+    acc.plain_ticks(axes)
+    if groups:
+        axes.legend()

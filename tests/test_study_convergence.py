@@ -1,0 +1,144 @@
+"""The study of Figs. 2 to 4: numbers of a separate code, orders, what it says, ranks, resumption."""
+
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from helpers import reference
+
+from dolfbuoy.errors import InputError
+from dolfbuoy.studies import common
+from dolfbuoy.studies import convergence as study
+
+NAMES = {"r_L2": ("L2r", 1e-13), "r_H1": ("H1r", 1e-12), "T_L2": ("L2T", 1e-12)}  # and the rounding of both codes
+
+
+def case(mu, nu, cells, material="inextensible", strain="exact", end="Neumann"):
+    return {"material": material, "strain": strain, "end": end, "mu": mu, "nu": nu, "cells": cells}
+
+
+@pytest.mark.parametrize(
+    ("table", "material", "strain", "pairs"),
+    [
+        ("inextensible", "inextensible", "exact", study.OPTIMAL),
+        ("elastic_element_average", "elastic", "element-average", study.OPTIMAL),
+        ("elastic", "elastic", "exact", study.OPTIMAL),
+        ("inextensible_mu4", "inextensible", "exact", [(4, nu) for nu in range(4)]),
+    ],
+    ids=["fig2", "fig3", "fig3-exact", "fig4"],
+)
+def test_errors_equal_those_of_another_code(table, material, strain, pairs):
+    for mu, nu in pairs:
+        for row in reference("convergence")[table][f"P{mu}P{nu}"][::2]:
+            found = study.evaluate(case(mu, nu, row["N"], material, strain))
+            for name, (key, rounding) in NAMES.items():
+                assert math.isclose(found[name], row[key], rel_tol=1e-6, abs_tol=rounding), (mu, nu, row["N"], name)
+
+
+@pytest.mark.parametrize("figure", [2, 3, 4])
+def test_orders_agree_with_theory(figure, tmp_path, monkeypatch):
+    """Between 8, 16 and 32 elements; Neumann and Dirichlet ends."""
+    monkeypatch.setattr(study, "draw", lambda *_: None)
+    tables = study.run(tmp_path, (figure,), (8, 16, 32))
+    assert list(tables) == [(figure, "Neumann"), (figure, "Dirichlet")]
+    for rows in tables.values():
+        assert len(rows) == len(study.FIGURES[figure][1]) * 4 * 3
+        for row in rows:
+            for name in study.ERRORS:
+                order, expected = row[f"order_{name}"], row[f"theory_{name}"]
+                if row["cells"] == 8:
+                    assert order is None
+                else:
+                    assert math.isclose(order, expected, abs_tol=0.15), (row, name)
+        said = study.in_words(rows)
+        assert "agree with" in said[0]
+        assert (said[1:] == []) if figure == 2 else ("stalls" if figure == 3 else "whatever mu") in said[1]
+
+
+def test_averaged_strain_limits_the_position_and_between_fixed_ends_the_tension():
+    """A free end's force alone decides T; between fixed ends T is as wrong as the length: order 2."""
+    for end, power in (("Neumann", 4), ("Dirichlet", 2)):
+        coarse, fine = (study.evaluate(case(4, 3, n, "elastic", "element-average", end)) for n in (8, 16))
+        assert math.isclose(math.log2(coarse["r_L2"] / fine["r_L2"]), 2, abs_tol=0.05)
+        assert math.isclose(math.log2(coarse["r_H1"] / fine["r_H1"]), 1, abs_tol=0.05)
+        assert math.isclose(math.log2(coarse["T_L2"] / fine["T_L2"]), power, abs_tol=0.05)
+
+
+def test_profile_is_exact_for_polynomials():
+    """Interpolation on the elements' own nodes reproduces r, r' and T of their degree."""
+    nodes = np.array([-1.0, -0.4, 0.5, 1.0])
+    x = np.linspace(-1, 1, 7)
+    value, slope = study._lagrange(nodes, x)
+    np.testing.assert_allclose(value @ nodes**3, x**3, atol=1e-14)
+    np.testing.assert_allclose(slope @ nodes**3, 3 * x**2, atol=1e-13)
+
+
+def test_errors_at_rounding_are_marked_and_have_no_order():
+    sizes, error = (16, 32, 64), (3.2e-12, 1e-13, 1.2e-13)
+    rows = [case(4, 3, n) | {"h": 1 / n} | dict.fromkeys(study.ERRORS, e) for n, e in zip(sizes, error, strict=True)]
+    rows = study.add_orders([row | {"smallest_tension": 0.5} for row in rows])
+    assert [row["rounding_r_L2"] for row in rows] == [False, True, True]
+    assert [row["order_r_L2"] for row in rows] == [None, None, None]
+    assert any("rounding" in note for note in study.in_words(rows))
+    assert study._texts(rows[1])["shown_order_r_L2"] == "rounding (5)"
+    study.draw(2, rows + [row | {"mu": mu} for mu in (1, 2, 3) for row in rows])
+
+
+def test_compressed_states_are_named():
+    row = study.add_orders([case(2, 1, 4) | study.evaluate(case(2, 1, 4)) | {"smallest_tension": -0.1}])
+    assert "Compressed states (T <= 0 somewhere): P2-P1 on 4 elements." in study.in_words(row)
+
+
+def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path, monkeypatch, capsys):
+    wanted = study.cases((2, 4), (2, 4))
+    assert len(wanted) == 2 * 2 * (4 + 3)  # P4-P3 is in both figures
+    first = study.run(tmp_path, (2,), (2, 4))
+    files = {f.name: f.read_bytes() for f in tmp_path.glob("*.[cj]s*")}
+    assert {f"figure2-{end}.{suffix}" for end in ("neumann", "dirichlet") for suffix in ("csv", "json")} == set(files)
+    assert (tmp_path / "figure2-neumann.png").stat().st_size > 10_000
+    assert (tmp_path / "figure2-neumann.svg").is_file()
+    assert json.loads(files["figure2-neumann.json"])["rows"][3]["order_T_L2"] == first[2, "Neumann"][3]["order_T_L2"]
+    monkeypatch.setattr(study, "evaluate", None)
+    monkeypatch.setattr(study, "draw", lambda *_: None)
+    assert study.run(tmp_path, (2,), (2, 4)) == first
+    assert {f.name: f.read_bytes() for f in tmp_path.glob("*.[cj]s*")} == files
+    assert "P4-P3" in capsys.readouterr().out
+
+
+@pytest.mark.mpi
+@pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+def test_two_ranks_write_the_same_files(tmp_path, monkeypatch):
+    monkeypatch.setattr(study, "draw", lambda *_: None)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    program = "from dolfbuoy.studies import convergence as s; s.draw = lambda *_: None; s.run('two', (4,), (2, 4))"
+    command = ["mpirun", "-n", "2", sys.executable, "-c", program]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr[-3000:]
+    study.run(tmp_path / "one", (4,), (2, 4))
+    for end in ("neumann", "dirichlet"):
+        for suffix in ("json", "csv"):
+            one, two = ((tmp_path / folder / f"figure4-{end}.{suffix}").read_text() for folder in ("one", "two"))
+            assert one == two
+            assert len(one) > 1000
+
+
+@pytest.mark.parametrize("text", ["2,x", "", "4,2", "0,2", "2,2", "-1", "1.5"])
+def test_wrong_cells_are_refused(text):
+    with pytest.raises(InputError, match="must be positive whole numbers, increasing"):
+        study.parse_cells(text)
+
+
+def test_options():
+    assert study.parse_cells("2,4,8") == (2, 4, 8)
+    assert study.parse_figures("all") == (2, 3, 4)
+    assert study.parse_figures("3") == (3,)
+    with pytest.raises(InputError, match="2, 3, 4 or all"):
+        study.parse_figures("5")
+    assert common._key(case(1, 0, 2)) != common._key(case(1, 0, 4))
