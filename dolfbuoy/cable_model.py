@@ -61,7 +61,8 @@ class CableModel:
         return compat.mixed_element(elements)
 
     def _measures(self):
-        degree = self.scene.solver.quadrature_degree or 2 * self.section.position_degree + 1
+        mu = self.section.position_degree
+        degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
         metadata = {"quadrature_degree": degree}
         self.ends = compat.end_tags(self.mesh, 0.0, self.section.length)
         self.dx = ufl.Measure("dx", domain=self.mesh, metadata=metadata)

@@ -120,8 +120,10 @@ def run(
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from .api import simulate
+    from .statics import check_feasible
 
     loaded = _load(scene, assign, **({} if t_end is None else {"time.end": t_end}))
+    check_feasible(loaded)
     if accuracy is not None:
         loaded = _advised(loaded, quantity, accuracy)
     folder = _folder(scene, folder)

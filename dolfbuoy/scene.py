@@ -13,15 +13,31 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from .errors import InputError
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
-Vector = Annotated[tuple[float, float, float], Field(strict=False)]
-Quaternion = Annotated[tuple[float, float, float, float], Field(strict=False)]
-Pair = Annotated[tuple[float, float], Field(strict=False)]
+
+
+def _numbers(count):
+    """Validator: a list of `count` finite numbers, kept as a tuple."""
+
+    def check(value):
+        good = isinstance(value, list | tuple) and len(value) == count
+        if not good or not all(
+            isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in value
+        ):
+            raise ValueError(f"must be {count} finite numbers")
+        return tuple(float(v) for v in value)
+
+    return BeforeValidator(check)
+
+
+Vector = Annotated[tuple[float, float, float], _numbers(3)]
+Quaternion = Annotated[tuple[float, float, float, float], _numbers(4)]
+Pair = Annotated[tuple[float, float], _numbers(2)]
 
 
 class Section(BaseModel):
@@ -128,13 +144,13 @@ class Buoy(Section):
         if self.hull is not None:
             heights, diameters = [h for h, _ in self.hull], [d for _, d in self.hull]
             if len(heights) < 2 or any(b < a for a, b in itertools.pairwise(heights)) or heights[-1] <= heights[0]:
-                raise ValueError("hull must be [[height, diameter], ...] with heights from the keel up")
+                raise ValueError(f"hull heights {heights} must be two or more, from the keel up")
             if min(diameters) < 0 or max(diameters) == 0:
-                raise ValueError("hull diameters must not be negative, nor all zero")
+                raise ValueError(f"hull diameters {diameters} must not be negative, nor all zero")
             if abs(heights[0]) > 1e-12:
                 raise ValueError(f"hull must start at height 0, the keel, not at {heights[0]}")
         if self.inertia is not None and len(self.inertia) not in (2, 3):
-            raise ValueError("inertia must be [transverse, axial] or [Ixx, Iyy, Izz]")
+            raise ValueError(f"inertia = {self.inertia} must be [transverse, axial] or [Ixx, Iyy, Izz]")
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):
             raise ValueError("a buoy without hull needs inertia and center_of_mass")
         return self
@@ -155,7 +171,8 @@ class Waves(Section):
     @model_validator(mode="after")
     def _one_size(self):
         if (self.amplitude is None) == (self.height is None):
-            raise ValueError("give either amplitude or height")
+            both = "both are given" if self.amplitude is not None else "neither is given"
+            raise ValueError(f"give either amplitude or height ({both})")
         return self
 
     @property
@@ -244,7 +261,7 @@ class Solver(Section):
     step_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-9
     quadrature_degree: Annotated[int, Field(ge=1, le=30)] | None = None
     hull_cells: Annotated[int, Field(ge=1, le=1000)] = 24
-    hull_quadrature_degree: Annotated[int, Field(ge=1, le=30)] = 7
+    hull_quadrature_degree: Annotated[int, Field(ge=1, le=30)] = 9
 
 
 class Scene(Section):
@@ -389,7 +406,14 @@ def _sentence(error: ValidationError) -> str:
     if first["type"] == "missing":
         return f"Missing key {key}."
     if first["type"] == "value_error":
-        return f"{key}: {message.removeprefix('Value error, ')}."
+        value = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
+        return f"{key}{value}: {message.removeprefix('Value error, ')}."
+    if first["type"] == "model_type":
+        return f"{key} = {first['input']!r}: must be a section, a table of keys."
+    unions = {"cable.elements": "or a list of [length, number] of segments"}
+    unions["current.profile"] = "or a table [[z, speed], ...]"
+    if key in unions:
+        message = f"{message} {unions[key]}"
     return f"{key} = {first['input']!r}: {message[0].lower()}{message[1:]}."
 
 

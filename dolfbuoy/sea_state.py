@@ -51,6 +51,7 @@ class SeaState:
         self._mesh, self._scene = mesh, scene
         self.density = fem.Constant(mesh, scene.sea.density) if scene.sea else None
         self.wave = self._wave() if with_waves and scene.waves else None
+        self.scene_current = None  # the Constant that carries the current's speed, and its full value
         self.current = self._current() if scene.current else None
 
     def _wave(self):
@@ -68,13 +69,21 @@ class SeaState:
         direction = heading(current.direction_deg)
         if isinstance(current.profile, list):
             z, speed = (fem.Constant(mesh, np.array(column)) for column in zip(*current.profile, strict=True))
+            self.scene_current = (speed, speed.value.copy())
             z, speed = ([c[i] for i in range(len(current.profile))] for c in (z, speed))
             return sea.tabulated_current(fem.Constant(mesh, direction), z, speed)
         velocity = fem.Constant(mesh, current.speed * direction)
+        self.scene_current = (velocity, velocity.value.copy())
         if current.profile == "uniform":
             return sea.uniform_current(velocity)
         depth, exponent = fem.Constant(mesh, self._scene.sea.depth), fem.Constant(mesh, current.exponent)
         return sea.power_law_current(velocity, depth, exponent)
+
+    def scale_current(self, factor):
+        """Scale the current (for continuation in statics)."""
+        if self.scene_current is not None:
+            constant, full = self.scene_current
+            constant.value = factor * full
 
     def flow(self, x):
         """Undisturbed water at the UFL point x."""

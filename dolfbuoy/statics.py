@@ -121,7 +121,36 @@ def _start_cable(problem, shape):
 
 
 def _newton(problem):
-    problem.iterations = problem.system.solve()
+    """Newton; where it fails from a start without current, the current is raised step by step."""
+    start = problem.system.u.copy()
+    try:
+        problem.iterations = problem.system.solve()
+    except SolveError:
+        if problem.scene.current is None:
+            raise
+        problem.system.u[:] = start
+        _raise_current(problem)
+
+
+def _raise_current(problem, smallest=1e-3):
+    """Continuation in the strength of the current, from none to all of it."""
+    reached, step, system = 0.0, 0.25, problem.system
+    problem.iterations = 0
+    while reached < 1.0:
+        target = min(reached + step, 1.0)
+        for model in (problem.cable, problem.buoy):
+            if model is not None:
+                model.sea.scale_current(target)
+        before = system.u.copy()
+        try:
+            problem.iterations += system.solve()
+        except SolveError:
+            system.u[:] = before
+            step /= 3
+            if step < smallest:
+                raise
+            continue
+        reached, step = target, 2 * step
 
 
 # -- buoy --------------------------------------------------------------------------------------------------------------

@@ -40,7 +40,9 @@ def warnings(record, scene) -> list[str]:
     if "cable_tension" in record:
         smallest = min(float(record.cable_tension.min()), float(record.tension_anchor.min()))
         if smallest < 0:
-            found.append(f"The cable was compressed at times (smallest tension {smallest:.4g} N): a rope would go slack.")
+            found.append(
+                f"The cable was compressed at times (smallest tension {smallest:.4g} N): a rope would go slack."
+            )
         lowest = float(record.cable_position.sel(xyz="z").min())
         if scene.sea and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
             depth = -scene.sea.depth - lowest

@@ -17,7 +17,7 @@ from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
 
 from . import compat
-from .errors import SolveError
+from .errors import InputError, SolveError
 
 
 @dataclass
@@ -217,10 +217,14 @@ class System:
         options = {"snes_linesearch_type": "bt", **self.options}
         self.snes.setOptionsPrefix(prefix)
         for key, value in options.items():
-            db[prefix + key] = value
-        self.snes.setFromOptions()
-        for key in options:
-            del db[prefix + key]
+            db[prefix + key] = None if value is True else value  # a flag has no value
+        try:
+            self.snes.setFromOptions()
+        except PETSc.Error as error:
+            raise InputError(f"solver.petsc = {self.options}: PETSc refuses it (error {error.ierr}).") from None
+        finally:
+            for key in options:
+                del db[prefix + key]
 
     def _vector(self):
         x = PETSc.Vec().create(self.comm)

@@ -8,15 +8,13 @@ SMOOTHING_SPEED = 1e-6
 
 
 def smooth_norm(v):
-    """|v|, differentiable at v = 0: sqrt(v.v + eps^2) - eps with eps = SMOOTHING_SPEED, exactly zero at rest."""
-    eps = SMOOTHING_SPEED
-    return sqrt(dot(v, v) + eps**2) - eps
+    """|v|, differentiable at v = 0: sqrt(v.v + eps^2) with eps = SMOOTHING_SPEED; multiplied by v, zero at rest."""
+    return sqrt(dot(v, v) + SMOOTHING_SPEED**2)
 
 
 def smooth_abs(x):
     """|x| of a scalar speed, as `smooth_norm`."""
-    eps = SMOOTHING_SPEED
-    return sqrt(x**2 + eps**2) - eps
+    return sqrt(x**2 + SMOOTHING_SPEED**2)
 
 
 def split(x, t):

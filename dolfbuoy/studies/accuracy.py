@@ -263,10 +263,16 @@ def _relative(value, size):
     return float(value / size) if size > 0 else (0.0 if value == 0 else float("inf"))
 
 
-def own_error(error: Error, order: int = 2, ratio: float = 2.0) -> Error:
-    """Richardson: of the finer of two runs of this order, from the coarser one's error against it."""
-    factor = ratio**order - 1
-    return Error(error.rms / factor, error.maximum / factor)
+def own_error(changes, highest: float = 2.0) -> float:
+    """Richardson: error of the finest of runs that are each twice as fine as the one before.
+
+    changes: errors of each but the last against its next.  The order is that of the last two changes, between 1 and
+    `highest`; of a single change it is 2.
+    """
+    order = min(2.0, highest)
+    if len(changes) > 1 and changes[-1] > 0:
+        order = min(max(np.log2(changes[-2] / changes[-1]), 1.0), highest) if changes[-2] > 0 else 1.0
+    return float(changes[-1] / (2**order - 1))
 
 
 def resolved(error: float, reference_error: float) -> bool:

@@ -105,26 +105,37 @@ def sentences(advice: Advice) -> list[str]:
         f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
         *advice.notes,
     ]
-    said[-1:] += [f"The scene's own setting: {own[0]}{own[1]}."] if own != (choice.space, choice.stepping) else []
+    if own != (choice.space, choice.stepping):
+        error = pilot.predicted(*own)
+        known = f": {percent(error)} predicted" if math.isfinite(error) else ""
+        said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
     if not acc.period_of(pilot.whole):
         said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
     return said
 
 
 def table_rows(advice: Advice) -> list[dict]:
-    """Candidates, cheapest first."""
-    rows = []
+    """The cheapest candidate of each pair and of each way to step, cheapest first."""
+    rows, seen = [], set()
     for c in advice.candidates:
-        row = {"pair": c.space.pair, "cells": c.space.cells, "scheme": c.stepping.scheme}
+        kinds = {c.space.pair, (c.stepping.scheme, c.stepping.tolerance is None)}
+        if kinds <= seen:
+            continue
+        seen |= kinds
+        row = {"settings": str(c), "pair": c.space.pair, "cells": c.space.cells, "scheme": c.stepping.scheme}
         row |= {"step": None if c.stepping.tolerance else c.stepping.step, "tolerance": c.stepping.tolerance}
         row |= {"predicted_percent": 100 * c.error, "predicted_seconds": c.seconds}
-        rows.append(row | {"remark": "extrapolated" if c.extrapolated else ""})
+        rows.append(row | {"remark": "extrap." if c.extrapolated else ""})
     rows[0]["remark"] = "advised"
     return rows
 
 
-COLUMNS = {"pair": "pair", "cells": "cells", "scheme": "scheme", "step": "dt [s]", "tolerance": "tolerance"}
-COLUMNS |= {"predicted_percent": "error [%]", "predicted_seconds": "time [s]", "remark": "remark"}
+COLUMNS = {
+    "settings": "settings",
+    "predicted_percent": "error [%]",
+    "predicted_seconds": "time [s]",
+    "remark": "remark",
+}
 
 
 def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:

@@ -83,3 +83,16 @@ def work_precision(
         study.parse_numbers("--tolerances", tolerances),
         repeats,
     )
+
+
+@app.command()
+def effects(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")],
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the runs [default: ramp + 2 periods].")] = None,
+    threshold: Annotated[str, typer.Option("--threshold", help="Change below which an effect is in vain.")] = "1%",
+    folder: OutOption = None,
+):
+    """What each effect of a scene changes and costs.  Example: dolfbuoy study effects short --t-end 15"""
+    from . import effects as study
+
+    study.run(folder_of("effects", folder), *study.load(scene, t_end, threshold))

@@ -1,10 +1,10 @@
 """The pilot of `advise`: errors in time and in space measured apart on a shortened run, and what they predict.
 
 In time: one moderate mesh, steps and tolerances of every scheme, against the finest run of generalized-alpha on this
-mesh.  In space: one step, cells of every pair, against the finest P3-P2 at this step.  Both references are refined until
-Richardson's estimate of their own error is an eighth of the accuracy.  The prediction is the sum of both errors, between
-the measurements by powers (observed orders); the cost is the units of work of the run (Newton iterations and steps) times
-the seconds of one.
+mesh.  In space: one step, cells of every pair, against the finest P3-P2 at this step.  Both references are refined
+until Richardson's estimate of their own error is an eighth of the accuracy.  The prediction is the sum of both errors,
+between the measurements by powers (observed orders); the cost is the units of work of the run (Newton iterations and
+steps) times the seconds of one.
 """
 
 import math
@@ -121,19 +121,21 @@ class Pilot:
             raise InputError(f"--quantity {self.quantity}: it does not change in this scene.")
         return reference.error(run, self.quantity).rms
 
-    def refine(self, settings, what):
-        """Run ever finer settings until the last is known to OWN times the accuracy.
+    def refine(self, settings, what, highest):
+        """Run settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
 
-        Returns (settings, runs, own error of the last), without those that failed.
+        highest: order that Richardson's estimate may count on.  Returns (settings, runs, own error of the last),
+        without those that failed.
         """
-        good, runs, own = [], [], math.inf
+        good, runs, own, changes = [], [], math.inf, []
         for setting in settings:
             run = self.run(*setting)
             if run is None:
                 continue
             good, runs = [*good, setting], [*runs, run]
             if len(runs) > 1:
-                own = self.difference(runs[-2], runs[-1]) / 3
+                changes.append(self.difference(runs[-2], runs[-1]))
+                own = acc.own_error(changes, highest)
                 if own <= OWN * self.accuracy:
                     return good, runs, own
         raise SolveError(
@@ -146,7 +148,7 @@ class Pilot:
     def measure_time(self):
         """Curves over step or tolerance of every scheme, on the moderate mesh."""
         steps = [self.first_step / 2**k for k in range(9)]
-        settings, runs, own = self.refine([(self.mesh, Stepping(ALPHA, h)) for h in steps], "in time")
+        settings, runs, own = self.refine([(self.mesh, Stepping(ALPHA, h)) for h in steps], "in time", 2)
         self.finest, self.own_time = settings[-1][1].step, own
         self.time_truth = runs[-1]
         points = [(s[1].step, self.difference(r, runs[-1]) + own) for s, r in zip(settings, runs, strict=True)]
@@ -193,7 +195,7 @@ class Pilot:
         alpha = self.time_curves[ALPHA, False]
         self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest
         stepping = Stepping(ALPHA, self.step)
-        settings, runs, own = self.refine([(Space(3, 2, 2 * 2**k), stepping) for k in range(7)], "in space")
+        settings, runs, own = self.refine([(Space(3, 2, 2 * 2**k), stepping) for k in range(7)], "in space", 3)
         self.best, self.own_space, self.space_truth = settings[-1][0], own, runs[-1]
         points = [(s[0].cells, self.difference(r, runs[-1]) + own) for s, r in zip(settings, runs, strict=True)]
         points[-1] = (self.best.cells, own)
@@ -249,6 +251,14 @@ class Pilot:
 
     # -- candidates
 
+    def predicted(self, space: Space, stepping: Stepping) -> float:
+        """Error of these settings; inf where the pilot knows nothing."""
+        in_time = self.time_curves.get((stepping.scheme, stepping.tolerance is not None))
+        in_space = self.space_curves.get((space.mu, space.nu))
+        if in_time is None or (in_space is None and space.mu):
+            return math.inf
+        return in_time(stepping.tolerance or stepping.step) + (in_space(1 / space.cells) if space.mu else 0.0)
+
     def candidates(self, target: float) -> list[Candidate]:
         """For every pair and family the cheapest settings whose predicted error is at most `target`, cheapest first."""
         best = {}
@@ -284,4 +294,4 @@ def _work(run) -> int:
 
 
 def _costs(run) -> dict:
-    return {"steps": run.steps, "iterations": run.iterations, "unknowns": run.unknowns, "cpu": run.cpu, "wall": run.wall}
+    return {key: getattr(run, key) for key in ("steps", "iterations", "unknowns", "cpu", "wall")}

@@ -1,8 +1,8 @@
 """Error against wall time over pairs, cells, schemes and steps of a scene: what accuracy costs.
 
-The reference is a run of generalized-alpha with P3-P2, more unknowns and a quarter of the smallest step.  The difference
-from the run at twice its step and half its cells gives its own error (Richardson, order 2); what is below three times
-that is not resolved.
+The reference is a run of generalized-alpha with P3-P2, more unknowns and a quarter of the smallest step.  The
+difference from the run at twice its step and half its cells gives its own error (Richardson, order 2); what is below
+three times that is not resolved.
 """
 
 import itertools
@@ -17,11 +17,9 @@ from ..errors import InputError, SolveError
 from ..plot_style import COLORS, PAGE, STYLE, new_figure
 from ..scene import Scene, load_scene
 from . import accuracy as acc
-from .accuracy import Reference, Run, Space, Stepping, percent
+from .accuracy import Error, Reference, Run, Space, Stepping, percent
 from .common import evaluate_all, save, show
 
-#: Of the case that tell rows apart; what else a case holds stays out of the tables.
-SETTINGS = ("pair", "cells", "scheme", "step", "tolerance", "own")
 ACCURACIES = (0.1, 0.01, 0.001)
 TOLERANCES = (1e-3, 1e-4, 1e-5)
 
@@ -131,18 +129,19 @@ def reference_errors(scene: Scene, check: dict, reference: dict) -> dict:
     """Own error of the reference in every quantity."""
     fine = Reference(read_run(reference["file"]), acc.window_start(scene))
     coarse = read_run(check["file"])
-    return {name: acc.own_error(fine.error(coarse, name)) for name in acc.quantities_of(scene)}
+    changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
+    return {name: Error(acc.own_error([c.rms]), acc.own_error([c.maximum])) for name, c in changes.items()}
 
 
 def mark(rows: list[dict], own: dict) -> list[dict]:
-    """Add what every case proves: `bound_Q`, and `resolved_Q`; False where the reference is not fine enough."""
+    """Add what every case proves: `bound_Q`, and `resolved_Q`, False where the reference is not fine enough; the same
+    of the maximum."""
     for row in rows:
         for name, error in own.items():
-            value = row.get(f"error_{name}")
-            row[f"resolved_{name}"] = None if value is None else acc.resolved(value, error.rms)
-            row[f"bound_{name}"] = None if value is None else acc.bound(value, error.rms)
-            largest = row.get(f"max_error_{name}")
-            row[f"max_resolved_{name}"] = None if largest is None else acc.resolved(largest, error.maximum)
+            for which, limit in (("", error.rms), ("max_", error.maximum)):
+                value = row.get(f"{which}error_{name}")
+                row[f"{which}resolved_{name}"] = None if value is None else acc.resolved(value, limit)
+                row[f"{which}bound_{name}"] = None if value is None else acc.bound(value, limit)
     return rows
 
 
@@ -200,18 +199,20 @@ def front_rows(rows: list[dict], names) -> list[dict]:
     for name in names:
         for row in front(rows, name):
             settings = {key: row[key] for key in ("pair", "cells", "scheme")}
-            step = row["step"] if row["tolerance"] is None else None
-            table.append({"quantity": acc.QUANTITIES[name], **settings, "step": step, "tolerance": row["tolerance"]})
-            largest = row[f"max_error_{name}"] if row[f"max_resolved_{name}"] else None
-            table[-1] |= {"wall": row["wall"], "error_percent": 100 * row[f"bound_{name}"]}
-            table[-1] |= {"max_error_percent": None if largest is None else 100 * largest}
-            table[-1] |= {"resolved": "yes" if row[f"resolved_{name}"] else "not resolved"}
+            settings |= {"step": None if row["tolerance"] else row["step"], "tolerance": row["tolerance"]}
+            errors = {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
+            line = {"quantity": acc.QUANTITIES[name], "settings": describe(row), **settings, "wall": row["wall"]}
+            table.append(line | errors | {"resolved": row[f"resolved_{name}"]})
     return table
 
 
-COLUMNS = {"quantity": "quantity", "pair": "pair", "cells": "cells", "scheme": "scheme", "step": "dt [s]"}
-COLUMNS |= {"tolerance": "tolerance", "wall": "time [s]", "error_percent": "error [%]"}
-COLUMNS |= {"max_error_percent": "of the maximum [%]", "resolved": "resolved"}
+def _shown(row, name, which):
+    error, bound = row[f"{which}error_{name}"], row[f"{which}bound_{name}"]
+    return percent(bound) if error == bound else f"< {percent(bound)}"
+
+
+COLUMNS = {"quantity": "quantity", "settings": "settings", "wall": "time [s]", "error": "error"}
+COLUMNS |= {"max_error": "of maximum"}
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
@@ -242,7 +243,7 @@ def draw(rows: list[dict], own: dict):
 
 
 def _panel(axes, rows, name, reference_error, colors):
-    axes.set(xscale="log", yscale="log", title=acc.QUANTITIES[name], ylabel="rms error / range [%]")
+    axes.set(xscale="log", yscale="log", title=acc.QUANTITIES[name].capitalize(), ylabel="rms error / range [%]")
     for row in rows:
         if row.get(f"bound_{name}") is None:
             continue
@@ -264,9 +265,7 @@ def _handles(rows, colors):
     dots = {"ls": "none", "ms": 4}
     handles = [Line2D([], [], color=color, marker="D", label=pair, **dots) for pair, color in colors.items()]
     used = dict.fromkeys(row["scheme"] for row in rows)
-    handles += [
-        Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=acc.SCHEMES[s], **dots) for s in used
-    ]
+    handles += [Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=acc.SCHEMES[s], **dots) for s in used]
     if any(row["tolerance"] is not None for row in rows):
         handles.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", label="hollow: adaptive", **dots))
     star = {"marker": "*", "mfc": "none", "ms": 9, "ls": "none"}

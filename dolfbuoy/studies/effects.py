@@ -1,0 +1,379 @@
+"""What each effect of a scene is worth, and what it costs: left out of the scene, and added alone to the barest one.
+
+The barest scene is cable, buoy and hydrostatics.  A change is the rms difference over the run, without the ramp at its
+start, relative to the range (max - min) of the full run; the change of the maximum likewise.  Cost is counted twice:
+
+- operations: distinct nodes of the residual's expression graph, after derivatives and tensor algebra are expanded and
+  without constants, coefficients and arguments.  A subexpression that is used twice is computed and counted once.
+  The number depends on the scene alone, not on machine, compiler or mesh.
+- time per step: processor time, median over steps of both scenes taken in turn, so that both see the same machine.
+
+What a buoy is made of (point masses, inertia) is no effect: nothing in the form would vanish with it.
+"""
+
+import hashlib
+import json
+import math
+import time as clock
+from itertools import islice
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import ufl
+from mpi4py import MPI
+from ufl.algorithms import expand_derivatives
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.corealg.traversal import unique_pre_traversal
+
+from .. import observe
+from ..dynamics import Simulation
+from ..errors import InputError, SolveError
+from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..scene import Scene, load_scene
+from . import accuracy as acc
+from .common import evaluate_all, save, show
+
+#: Steps of both scenes that are timed in turn.
+TIMED = 200
+
+
+# -- effects -----------------------------------------------------------------------------------------------------------
+
+
+#: Effect as `observe.effects` names it -> key of the scene, and the value that takes it away.
+REMOVABLE = {
+    "waves": ("waves", None),
+    "current": ("current", None),
+    "wind": ("wind", None),
+    "external force": ("external_force", None),
+    "elastic cable": ("cable.axial_stiffness", math.inf),
+    "mean strain": ("cable.strain", "exact"),
+    "cable added mass": ("cable.added_mass", 0.0),
+    "cable normal drag": ("cable.normal_drag", 0.0),
+    "cable tangential drag": ("cable.tangential_drag", 0.0),
+    "cable tangential Froude-Krylov": ("cable.tangential_froude_krylov", False),
+    "buoy added mass": ("buoy.added_mass", 0.0),
+    "buoy normal drag": ("buoy.normal_drag", 0.0),
+    "buoy axial added mass": ("buoy.axial_added_mass", 0.0),
+    "buoy axial drag": ("buoy.axial_drag", 0.0),
+    "buoy rotational damping": ("buoy.rotational_damping", 0.0),
+}
+
+
+def effects_of(scene: Scene) -> list[str]:
+    """The effects that the scene calls for and that can be left out."""
+    called = observe.effects(scene)
+    return [name for name in REMOVABLE if name in called]
+
+
+def variant(scene: Scene, left_out=(), only=None) -> Scene:
+    """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
+    if only is not None:
+        left_out = [name for name in effects_of(scene) if name not in only]
+    return load_scene(scene, **dict(REMOVABLE[name] for name in left_out))
+
+
+# -- cases -------------------------------------------------------------------------------------------------------------
+
+
+def base_cases(scene: Scene, folder) -> list[dict]:
+    """The full scene and the barest one, each with the file of its run."""
+    whole = scene.to_dict()
+    mark = hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()[:12]
+    files = {base: str(Path(folder) / "cases" / f"{base}-{mark}.npz") for base in ("full", "barest")}
+    return [{"study": "effects base", "scene": whole, "base": base, "file": file} for base, file in files.items()]
+
+
+def _choice(base):
+    return {} if base == "full" else {"only": []}
+
+
+def cases(scene: Scene, bases: list[dict]) -> list[dict]:
+    """Every effect left out, and every effect alone."""
+    names = effects_of(scene)
+    rows = [("without", name, {"left_out": [name]}, "full") for name in names]
+    rows += [("alone", name, {"only": [name]}, "barest") for name in names]
+    return [_case(scene, bases, *row) for row in rows]
+
+
+def _case(scene, bases, mode, name, choice, base):
+    files = {case["base"]: case["file"] for case in bases}
+    row = {"study": "effects", "mode": mode, "effect": name, "choice": choice, "base": base}
+    return row | {"files": files, "scene": scene.to_dict()}
+
+
+def evaluate_base(case: dict) -> dict:
+    """Run the full or the barest scene; its quantities go to `file`."""
+    scene = load_scene(case["scene"])
+    try:
+        run = acc.compute(variant(scene, **_choice(case["base"])), acc.quantities_of(scene))
+    except (InputError, SolveError) as error:
+        return {"reason": str(error)}
+    np.savez_compressed(case["file"], t=run.t, **run.values)
+    return {"reason": None}
+
+
+def evaluate(case: dict) -> dict:
+    """Changes against the base, and costs beside it; a scene that cannot be says why."""
+    scene = load_scene(case["scene"])
+    base = variant(scene, **_choice(case["base"]))
+    names = acc.quantities_of(scene)
+    try:
+        if not Path(case["files"][case["base"]]).is_file():
+            raise SolveError(f"the {case['base']} scene, to compare with, does not run")
+        changed = variant(scene, **case["choice"])
+        run = acc.compute(changed, names)
+        costs = side_by_side(base, changed)
+    except (InputError, SolveError) as error:
+        return {"reason": str(error)}
+    reference = _reference(case["files"], case["base"], acc.window_start(scene))
+    result = {"reason": None, **costs}
+    for name in names:
+        error = reference.error(run, name)
+        result |= {f"change_{name}": error.rms, f"max_change_{name}": error.maximum}
+    return result
+
+
+class _Base(acc.Reference):
+    """A run to compare with, whose changes count relative to the range of the full one."""
+
+    full: acc.Reference
+
+    def range_of(self, name):
+        return self.full.range_of(name)
+
+
+def _read(file) -> acc.Run:
+    with np.load(file) as data:
+        return acc.Run(data["t"], {name: data[name] for name in data.files if name != "t"})
+
+
+def _reference(files, base, start):
+    full = acc.Reference(_read(files["full"]), start)
+    if base == "full":
+        return full
+    found = _Base(_read(files[base]), start)
+    found.full = full
+    return found
+
+
+# -- costs -------------------------------------------------------------------------------------------------------------
+
+
+def side_by_side(base: Scene, changed: Scene) -> dict:
+    """Costs of both scenes; their steps are taken in turn, so that they share whatever disturbs the machine."""
+    pair = []
+    try:
+        pair = [Simulation(base, MPI.COMM_SELF)]
+        pair.append(Simulation(changed, MPI.COMM_SELF))
+        runs, spent = [simulation.run() for simulation in pair], ([], [])
+        for k in range(TIMED):
+            went = [_timed(runs[i], spent[i]) for i in ((0, 1) if k % 2 else (1, 0))]
+            if not all(went):
+                break
+        return _costs(pair, spent)
+    finally:
+        for simulation in pair:
+            simulation.problem.destroy()
+
+
+def _timed(run, spent) -> bool:
+    begin = clock.process_time()
+    went = bool(list(islice(run, 1)))
+    if went:
+        spent.append(clock.process_time() - begin)
+    return went
+
+
+def _costs(pair, spent):
+    base, changed = pair
+    first, second = (float(np.median(times)) for times in spent)
+    costs = {"step_time": second, "base_step_time": first, "time_ratio": second / first}
+    for prefix, simulation in (("", changed), ("base_", base)):
+        system = simulation.problem.system
+        costs[f"{prefix}unknowns"] = system.unknowns
+        costs[f"{prefix}operations"] = operations(simulation.problem)
+        costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
+    return costs
+
+
+def operations(problem) -> int:
+    """Distinct operations in the residual forms of a dynamic Problem, see above."""
+    forms, cable, buoy = [], problem.cable, problem.buoy
+    if cable:
+        forms.append(cable.residual(problem.cable_part.test, dynamic=True))
+        if cable.mooring is not None:
+            forms.append(cable.attachment(ufl.TestFunction(cable.mooring.function_space)))
+    if buoy:
+        forms += [form for _, form in buoy.residuals(problem.state_part, problem.mooring_part)]
+    return sum(_operations(form) for form in forms)
+
+
+def _operations(form):
+    expanded = expand_derivatives(apply_algebra_lowering(form))
+    nodes = {node for integral in expanded.integrals() for node in unique_pre_traversal(integral.integrand())}
+    return sum(not node._ufl_is_terminal_ for node in nodes)
+
+
+# -- judgement ---------------------------------------------------------------------------------------------------------
+
+
+def largest(row: dict, names, prefix="change_") -> tuple[float, str]:
+    """Largest change of a row and its quantity."""
+    return max((row[prefix + name], name) for name in names)
+
+
+def judge(rows: list[dict], names, threshold: float) -> tuple[list[str], list[str]]:
+    """Effects that the scene needs for the threshold, and those in vain; an impossible removal is a need."""
+    removed = [row for row in rows if row["mode"] == "without"]
+    needed = [row["effect"] for row in removed if row["reason"] or largest(row, names)[0] > threshold]
+    return needed, [row["effect"] for row in removed if row["effect"] not in needed]
+
+
+def _said_of(row, names):
+    if row["reason"]:
+        return f"{row['effect']} (without it: {row['reason'].rstrip('.')})"
+    change, name = largest(row, names)
+    return f"{row['effect']} ({acc.QUANTITIES[name]} {acc.percent(change)})"
+
+
+def notes(rows: list[dict], names, threshold: float) -> list[str]:
+    """What the scene needs and what it pays for in vain, in words."""
+    needed, vain = judge(rows, names, threshold)
+    removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
+    said = []
+    for words, chosen in (("needs", needed), ("pays in vain for", vain)):
+        effects = ", ".join(_said_of(removed[name], names) for name in chosen) or "nothing"
+        said.append(f"For {acc.percent(threshold)} this scene {words}: {effects}.")
+    for row in (removed[name] for name in vain):
+        change, name = largest(row, names, "max_change_")
+        if change > threshold:
+            said.append(
+                f"But {row['effect']} moves the maximum of the {acc.QUANTITIES[name]} by {acc.percent(change)}."
+            )
+    said += [_together(row, names, threshold) for row in rows if row["mode"] == "together"]
+    said.append(
+        "Changes: rms after the ramp, relative to the range of the full run.  Operations: distinct nodes of the "
+        "residual's expression graph.  "
+        f"Time per step: processor time, median over at most {TIMED} steps of both in turn."
+    )
+    return said
+
+
+def _together(row, names, threshold):
+    if row["reason"]:
+        return f"Without all of these at once: {row['reason']}"
+    change, name = largest(row, names)
+    verdict = "that holds" if change <= threshold else "together they count"
+    return (
+        f"Without all of these at once: {acc.QUANTITIES[name]} changes by {acc.percent(change)} ({verdict}), a step "
+        f"takes {100 * row['time_ratio']:.0f} % of its time."
+    )
+
+
+MODES = {"without": "left out", "alone": "added alone to the barest", "together": "all in vain left out"}
+
+
+def table(rows: list[dict], names) -> tuple[list[dict], dict]:
+    """Rows and columns to show."""
+    shown = []
+    for row in rows:
+        line = {"mode": MODES[row["mode"]], "effect": row["effect"], "reason": row["reason"]}
+        if not row["reason"]:
+            line |= {
+                name: f"{100 * row['change_' + name]:.2g} / {100 * row['max_change_' + name]:.2g}" for name in names
+            }
+            line |= {key: row[key] - row[f"base_{key}"] for key in ("unknowns", "operations", "forms")}
+            line["time"] = (
+                f"{1e3 * (row['step_time'] - row['base_step_time']):+.2f} ({100 * row['time_ratio'] - 100:+.0f} %)"
+            )
+        shown.append(line)
+    columns = {"mode": "", "effect": "effect"} | {name: f"{acc.QUANTITIES[name]}\nrms / max [%]" for name in names}
+    columns |= {"unknowns": "unknowns", "operations": "operations", "forms": "forms", "time": "ms per step"}
+    return shown, columns | ({"reason": "impossible"} if any(row["reason"] for row in rows) else {})
+
+
+# -- figure ------------------------------------------------------------------------------------------------------------
+
+_PALETTE = [COLORS[name] for name in ("blue", "sky", "red", "orange")]
+
+
+@matplotlib.rc_context(STYLE)
+def draw(rows: list[dict], names, threshold: float):
+    """Left: what leaving an effect out changes.  Right: the share of a step's time that it takes."""
+    effects = list(dict.fromkeys(row["effect"] for row in rows if row["mode"] == "without"))
+    figure = new_figure(PAGE, 1.3 + 0.36 * len(effects))
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.7, 1))
+    places = {effect: -k for k, effect in enumerate(effects)}
+    _draw_changes(left, rows, names, places, threshold)
+    _draw_times(right, rows, places)
+    left.set_yticks(list(places.values()), list(places))
+    left.set_ylim(0.6 - len(effects), 0.6)
+    figure.legend(loc="lower center", ncol=3)
+    room = 0.5 / figure.get_figheight()
+    figure.get_layout_engine().set(rect=(0, room, 1, 1 - room))  # room for the legend
+    return figure
+
+
+def _draw_changes(axes, rows, names, places, threshold):
+    done = [row for row in rows if row["mode"] == "without" and not row["reason"]]
+    values = [100 * row[f"change_{name}"] for row in done for name in names if row[f"change_{name}"] > 0]
+    floor = max(min([*values, 100 * threshold]) / 2, 1e-4)
+    height = 0.8 / len(names)
+    for k, (name, color) in enumerate(zip(names, _PALETTE, strict=False)):
+        y = [places[row["effect"]] + 0.4 - (k + 0.5) * height for row in done]
+        x = [max(100 * row[f"change_{name}"], floor) - floor for row in done]
+        axes.barh(y, x, height, left=floor, color=color, label=acc.QUANTITIES[name])
+    for row in rows:
+        if row["mode"] == "without" and row["reason"]:
+            axes.text(floor, places[row["effect"]], " impossible without", va="center", color=COLORS["ink"], fontsize=7)
+    axes.axvline(100 * threshold, color=COLORS["ink"], lw=0.8, ls="--")
+    axes.set(xscale="log", xlabel="rms change when left out, of the full run's range [%]")
+    axes.set_xlim(floor, None)
+    axes.grid(False, axis="y")
+
+
+def _draw_times(axes, rows, places):
+    for mode, shift, color, label in (
+        ("without", 0.2, COLORS["green"], "time per step saved when left out"),
+        ("alone", -0.2, COLORS["sand"], "time per step added to the barest scene"),
+    ):
+        chosen = [row for row in rows if row["mode"] == mode and not row["reason"]]
+        sign = -1 if mode == "without" else 1
+        x = [sign * 1e3 * (row["step_time"] - row["base_step_time"]) for row in chosen]
+        axes.barh([places[row["effect"]] + shift for row in chosen], x, 0.36, color=color, label=label)
+    axes.axvline(0, color=COLORS["ink"], lw=0.6)
+    axes.set_xlabel("processor time per step [ms]")
+    axes.grid(False, axis="y")
+
+
+# -- command -----------------------------------------------------------------------------------------------------------
+
+
+def run(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
+    """Evaluate, save and show the study; `scene` with the end that is wanted.  None on all ranks but 0."""
+    names = acc.quantities_of(scene)
+    if not names or not effects_of(scene):
+        raise InputError("This scene has no effect that could be left out, or none of the quantities compared.")
+    bases = base_cases(scene, folder)
+    evaluate_all(evaluate_base, bases, folder)
+    rows = evaluate_all(evaluate, cases(scene, bases), folder)  # dolfinx locks a form that is being compiled
+    vain = MPI.COMM_WORLD.bcast(judge(rows, names, threshold)[1] if rows is not None else None)
+    if len(vain) > 1:
+        both = evaluate_all(
+            evaluate, [_case(scene, bases, "together", "all of these", {"left_out": vain}, "full")], folder
+        )
+        rows = rows + both if rows is not None else None
+    if rows is None:
+        return None
+    rows = [{k: v for k, v in row.items() if k not in ("study", "scene", "files", "choice", "base")} for row in rows]
+    said = notes(rows, names, threshold)
+    save(folder, "effects", rows, draw(rows, names, threshold), said)
+    show(f"Effects of the scene until t = {scene.time.end:g} s; {folder}", *table(rows, names), said)
+    return rows
+
+
+def load(scene, t_end: float | None, threshold: str = "1%") -> tuple[Scene, float]:
+    """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
+    return acc.shortened(load_scene(scene), t_end), acc.parse_accuracy(threshold)

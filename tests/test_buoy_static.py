@@ -1,0 +1,97 @@
+"""Moored equilibria of the reference cylinders in current and under an external force."""
+
+import math
+
+import numpy as np
+import pytest
+from helpers import rates, reference, reference_buoy
+
+from dolfbuoy import solve_static
+
+CASES = reference("buoy_statics")["moored_equilibria"]
+
+
+def moored(name, degrees, elements, cells):
+    """Scene of a case; the reference has its origin at the anchor, here the water is at z = 0."""
+    case, short = CASES[name], name.startswith("A")
+    length, weight, depth = (22.0, 220.212800751986, 20.0) if short else (750.0, 40.68980075198597, 700.0)
+    cable = {"length": length, "line_density": weight / 9.81 + 1025 * math.pi * 0.08**2 / 4, "diameter": 0.08}
+    cable |= {"axial_stiffness": 2.3e8, "elements": elements, "position_degree": degrees[0]}
+    cable |= {"tension_degree": degrees[1], "normal_drag": 0.8, "tangential_drag": 0.1}
+    buoy = reference_buoy("buoyA_short" if short else "buoyB_long", normal_drag=0.8)
+    scene = {"sea": {"depth": depth}, "cable": cable, "buoy": buoy, "solver": {"hull_cells": cells}}
+    if cells > 24:
+        scene["solver"]["hull_quadrature_degree"] = 11  # cells alone do not refine the softened strips
+    if case["U"]:
+        scene["current"] = {"speed": case["U"]}
+    if case["Fext"]:
+        scene["external_force"] = {"force": [case["Fext"], 0.0, 0.0]}
+    return scene
+
+
+def errors(name, result):
+    """Of mooring point and C [m], tilt [deg], and relative ones of tensions and displaced mass."""
+    case, origin = CASES[name], np.array([0, 0, 20.0 if name.startswith("A") else 700.0])
+    return {
+        "keel": np.abs(result.mooring_point.values + origin - case["keel_pos"]).max(),
+        "C": np.abs(result.buoy_position.values + origin - case["r_C"]).max(),
+        "tilt": abs(float(result.cone_angle) - case["tilt_deg"]),
+        "top": abs(float(result.tension_top) / case["T_top"] - 1),
+        "anchor": abs(float(result.tension_anchor) / case["T_bottom"] - 1),
+        "mass": abs(float(result.displaced_mass) / case["M_D"] - 1),
+    }
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    ("cells", "tolerances"),
+    [
+        (24, {"keel": 6e-5, "C": 6e-5, "tilt": 2e-3, "top": 3e-6, "anchor": 1e-3, "mass": 1.5e-6}),  # the default hull
+        (128, {"keel": 5e-5, "C": 5e-5, "tilt": 2e-3, "top": 5e-7, "anchor": 1e-3, "mass": 3e-7}),
+    ],
+)
+def test_equilibrium_of_the_reference(name, cells, tolerances):
+    result = solve_static(moored(name, (3, 2), 64, cells))
+    for key, error in errors(name, result).items():
+        assert error < tolerances[key], key
+    force = np.array(CASES[name]["T_bnd"])
+    np.testing.assert_allclose(result.end_tension, force, atol=1e-5 * np.linalg.norm(force))
+    np.testing.assert_allclose(result.mooring_force, -result.end_tension, rtol=1e-14)
+    assert int(result.newton_iterations) <= 8
+
+
+@pytest.mark.parametrize("name", ["A_U1_F0_atC", "A_U1_F1000_atC"])
+def test_mooring_point_converges_with_the_cable_mesh(name):
+    """Order 2 in the number of elements with degrees (1, 0), against the same hull on a fine mesh."""
+    fine = solve_static(moored(name, (3, 2), 64, 24))
+    sizes = [16, 32, 64]
+    coarse = [solve_static(moored(name, (1, 0), n, 24)) for n in sizes]
+    distances = [np.linalg.norm((c.mooring_point - fine.mooring_point).values) for c in coarse]
+    tensions = [abs(float(c.tension_top - fine.tension_top)) for c in coarse]
+    np.testing.assert_allclose(rates(distances, sizes), 2, atol=0.3)
+    np.testing.assert_allclose(rates(tensions, sizes), 2, atol=0.3)
+
+
+def test_equilibrium_turns_with_the_loads():
+    """Current and force turned by 50 degrees about z: everything else turns with them."""
+    scene = moored("A_U1_F1000_atC", (1, 0), 16, 24)
+    angle = math.radians(50)
+    turned = moored("A_U1_F1000_atC", (1, 0), 16, 24)
+    turned["current"]["direction_deg"] = 50.0
+    turned["external_force"]["force"] = [1000 * math.cos(angle), 1000 * math.sin(angle), 0.0]
+    before, after = solve_static(scene), solve_static(turned)
+    R = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+    np.testing.assert_allclose(after.cable_position, before.cable_position.values @ R.T, atol=1e-8)
+    np.testing.assert_allclose(after.mooring_force, R @ before.mooring_force.values, atol=1e-6)
+    assert pytest.approx(float(before.cone_angle), abs=1e-8) == float(after.cone_angle)
+    assert float(before.cone_angle) > 5
+    np.testing.assert_allclose(before.cable_position[:, 1], 0, atol=1e-12)  # a planar scene stays planar
+
+
+def test_free_buoy_floats_at_its_draft():
+    """Without a cable: upright in still water, whatever pushes it sideways."""
+    b = reference("buoy_statics")["buoyB_long"]
+    result = solve_static({"sea": {"depth": 60.0}, "buoy": reference_buoy("buoyB_long")})
+    assert pytest.approx(b["M"], rel=1e-8) == float(result.displaced_mass)
+    assert pytest.approx(b["zG_above_keel"] - b["draft"], abs=1e-3) == float(result.buoy_position[2])
+    assert abs(float(result.cone_angle)) < 1e-8

@@ -1,0 +1,291 @@
+"""Strips of the hull against exact geometry of a partly submerged cylinder, and their sum against Eq. (10)."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from helpers import rates, reference, reference_buoy
+from scipy.integrate import quad
+from scipy.spatial.transform import Rotation
+
+from dolfbuoy import load_scene
+from dolfbuoy.errors import InputError
+from dolfbuoy.hydrostatics import float_upright
+from dolfbuoy.observe import Observer
+from dolfbuoy.problem import Problem
+from dolfbuoy.statics import shape_and_mass
+
+BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")
+HEADING = 0.4  # [rad] towards which the hull is tilted
+DENSITY, GRAVITY = 1025.0, 9.81
+
+
+class Pose:
+    """Wet hull and loads of a static problem at any pose of a free buoy."""
+
+    def __init__(self, buoy, **solver):
+        scene = load_scene({"sea": {"depth": 50.0, "density": DENSITY}, "buoy": buoy, "solver": solver})
+        self.problem = Problem(scene, dynamic=False)
+        self.observer = Observer(self.problem)
+        self.center, self.mass = self.problem.buoy.mass.height, self.problem.buoy.mass.mass
+        self.lean = np.array([math.cos(HEADING), math.sin(HEADING), 0.0])  # direction in which the top leans
+
+    def put(self, keel_height, degrees):
+        """Place the keel point at (0, 0, keel_height), tilted."""
+        turn = Rotation.from_rotvec(math.radians(degrees) * np.array([-self.lean[1], self.lean[0], 0.0]))
+        turn = turn * Rotation.from_rotvec([0, 0, 1.1])  # a turn about the axis changes nothing
+        x, y, z, w = turn.as_quat()
+        r_C = np.array([0, 0, keel_height]) + turn.apply([0, 0, self.center])
+        self.problem.system.u[self.problem.state_part.slice] = [*r_C, w, x, y, z]
+        self.problem.buoy.reference.x.array[:] = [*r_C, w, x, y, z]  # no turn, hence no gauge torque
+        self.problem.system.publish()
+        return r_C
+
+    def displaced(self, keel_height, degrees):
+        """(displaced mass, moment of it about C towards the lean)."""
+        r_C = self.put(keel_height, degrees)
+        values = self.observer.values(None)
+        mass = values["displaced_mass"]
+        return mass, mass * float((values["buoyancy_center"] - r_C) @ self.lean)
+
+    def loads(self, keel_height, degrees):
+        """(force, torque about C) of weight and water on the buoy, from the compiled residual."""
+        self.put(keel_height, degrees)
+        residual = self.problem.system.evaluate()[self.problem.state_part.slice]
+        return -residual[:3], -residual[4:7]
+
+    def close(self):
+        self.problem.destroy()
+
+
+def exact_displaced(b, keel_height, degrees):
+    """Volume and its moment about C towards the lean, by quadrature over the disk of the still water's columns.
+
+    At the body point (x, y) of the cross-section the column from keel to top is wet where its height is below 0.
+    """
+    R, H, s, c = b["D"] / 2, b["H"], math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+
+    c = 0.0 if abs(c) < 1e-12 else c
+
+    def column(x):
+        """Wet part of 0 < zeta < H at distance x in the direction of the lean: keel + c zeta - s x < 0."""
+        at_keel, at_top = keel_height - s * x, keel_height + c * H - s * x
+        if c == 0:
+            return (0.0, H) if at_keel < 0 else (0.0, 0.0)
+        crossing = min(max(-at_keel / c, 0.0), H)
+        return (0.0, crossing) if at_keel < at_top else (crossing, H)
+
+    def volume(phi):
+        low, high = column(R * math.sin(phi))
+        return 2 * R**2 * math.cos(phi) ** 2 * (high - low)
+
+    def moment(phi):
+        x = R * math.sin(phi)
+        low, high = column(x)
+        arm = (high**2 - low**2) / 2 - b["zG_above_keel"] * (high - low)
+        return 2 * R**2 * math.cos(phi) ** 2 * (c * x * (high - low) + s * arm)
+
+    kinks = [keel_height / s, (keel_height + c * H) / s] if s > 1e-12 else []
+    ends = sorted({-math.pi / 2, math.pi / 2, *(math.asin(x / R) for x in kinks if abs(x) < R)})
+    return tuple(
+        DENSITY * sum(quad(f, low, high, epsrel=1e-11)[0] for low, high in itertools.pairwise(ends))
+        for f in (volume, moment)
+    )
+
+
+@pytest.fixture(scope="module", params=BUOYS)
+def named_pose(request):
+    pose = Pose(reference_buoy(request.param))
+    yield reference("buoy_statics")[request.param], pose
+    pose.close()
+
+
+def test_exact_geometry_agrees_with_the_reference():
+    """The quadrature of this file against the righting levers of the reference."""
+    for name in BUOYS:
+        b = reference("buoy_statics")[name]
+        for row in b["GZ_curve_free"]:
+            mass, moment = exact_displaced(b, row["zK"], row["deg"])
+            assert pytest.approx(b["M"], rel=1e-9) == mass
+            assert pytest.approx(row["GZ"], abs=1e-8) == moment / b["M"]
+
+
+def test_draft_and_metacentre_in_closed_form():
+    for name in BUOYS:
+        b = reference("buoy_statics")[name]
+        shape, mass = shape_and_mass(load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy(name)}))
+        assert pytest.approx(b["M"], rel=1e-14) == mass.mass
+        assert pytest.approx(b["zG_above_keel"], rel=1e-14) == mass.height
+        upright = float_upright(shape, mass, DENSITY, GRAVITY)
+        for key, value in (("draft", upright.draft), ("KB", upright.KB), ("BM", upright.BM), ("GM", upright.GM)):
+            assert pytest.approx(b[key], rel=1e-12) == value, key
+        for row in b["moored_table"]:
+            if row["draft"] is None:
+                with pytest.raises(InputError, match="sinks"):
+                    float_upright(shape, mass, DENSITY, GRAVITY, row["T_keel"], 0.0)
+                continue
+            moored = float_upright(shape, mass, DENSITY, GRAVITY, row["T_keel"], 0.0)
+            assert pytest.approx(row["draft"], rel=1e-12) == moored.draft
+            assert pytest.approx(row["heave_stiffness"], rel=1e-12) == moored.heave_stiffness
+            assert pytest.approx(row["pitch_stiffness_about_keel"], rel=1e-10) == moored.GM * mass.mass * GRAVITY
+
+
+def test_inertia_of_hull_and_point_masses():
+    """Uniform solid hull, its own centre given: the transverse inertia of the reference is about the common centre."""
+    for name in BUOYS:
+        b = reference("buoy_statics")[name]
+        _, mass = shape_and_mass(load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy(name)}))
+        np.testing.assert_allclose(mass.inertia, [b["I_transverse_about_C"]] * 2 + [b["I_axial"]], rtol=1e-13)
+
+
+def test_hull_that_sinks_is_refused():
+    shape, mass = shape_and_mass(load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy("buoyA_short")}))
+    with pytest.raises(InputError, match="sinks"):
+        float_upright(shape, mass, DENSITY, GRAVITY, pull=48e3)
+    assert float_upright(shape, mass, DENSITY, GRAVITY, pull=47.7e3).draft < shape.height  # reserve buoyancy 47720 N
+
+
+def test_upright_displacement_between_the_ends(named_pose):
+    """The softening moves nothing where keel and top are more than a cell away; what is left is quadrature."""
+    b, pose = named_pose
+    area = math.pi * b["D"] ** 2 / 4
+    for draft in np.linspace(0.2, 0.8, 7) * b["H"]:
+        mass, moment = pose.displaced(-draft, 0)
+        assert pytest.approx(DENSITY * area * draft, rel=3e-4) == mass
+        assert abs(moment) < 1e-12 * mass
+
+
+@pytest.mark.parametrize("degrees", [0, 17, 90, 133, 180])
+def test_deep_and_dry_hull_are_exact(named_pose, degrees):
+    b, pose = named_pose
+    full = DENSITY * math.pi * b["D"] ** 2 / 4 * b["H"]
+    mass, moment = pose.displaced(-10.0, degrees)
+    assert pytest.approx(full, rel=1e-11) == mass  # 1e-15 by the clamp of acos, the rest by quadrature
+    lever = (b["H"] / 2 - b["zG_above_keel"]) * math.sin(math.radians(degrees))
+    assert pytest.approx(full * lever, abs=1e-9 * full) == moment
+    mass, moment = pose.displaced(10.0, degrees)
+    assert abs(mass) < 1e-11 * full
+    assert abs(moment) < 1e-11 * full
+
+
+#: of the default strips: largest error of the wet mass over that mass, and of the righting lever over the diameter
+DEFAULT_MASS, DEFAULT_LEVER = 3e-4, 1.5e-4
+
+
+@pytest.mark.parametrize("degrees", [1, 5, 30, 90, 150, 180])
+def test_displacement_and_righting_lever_of_default_strips(named_pose, degrees):
+    """Half submerged and a little deeper: honest sizes of the error."""
+    b, pose = named_pose
+    for keel in (_keel_when_half_submerged(b, degrees), _keel_when_half_submerged(b, degrees) - 0.11 * b["H"]):
+        mass, moment = pose.displaced(keel, degrees)
+        exact_mass, exact_moment = exact_displaced(b, keel, degrees)
+        assert abs(mass - exact_mass) < DEFAULT_MASS * exact_mass
+        assert abs(moment - exact_moment) < DEFAULT_LEVER * b["D"] * exact_mass
+
+
+def _keel_when_half_submerged(b, degrees):
+    """The middle of the axis is at the water."""
+    return -b["H"] / 2 * math.cos(math.radians(degrees))
+
+
+def test_righting_levers_of_the_reference(named_pose):
+    b, pose = named_pose
+    for row in b["GZ_curve_free"]:
+        mass, moment = pose.displaced(row["zK"], row["deg"])
+        assert pytest.approx(b["M"], rel=DEFAULT_MASS) == mass
+        assert pytest.approx(row["GZ"], abs=DEFAULT_LEVER * b["D"]) == moment / b["M"]
+
+
+@pytest.mark.parametrize("degrees", [30, 90, 150])
+def test_strips_converge_to_the_exact_displacement(degrees):
+    """Order 2 in the number of strips at least."""
+    b, sizes = reference("buoy_statics")["buoyB_long"], [16, 32, 64, 128]
+    keel = _keel_when_half_submerged(b, degrees) - 0.11 * b["H"]
+    exact = exact_displaced(b, keel, degrees)
+    errors = []
+    for cells in sizes:
+        pose = Pose(reference_buoy("buoyB_long"), hull_cells=cells)
+        errors.append(np.abs(np.subtract(pose.displaced(keel, degrees), exact)) / exact[0])
+        pose.close()
+    errors = np.array(errors)
+    assert errors[0, 0] > 0
+    for which in (0, 1):
+        assert rates(errors[[0, -1], which], [sizes[0], sizes[-1]])[0] > 1.8
+        assert errors[-1, which] < 1e-4
+
+
+def test_metacentric_height_from_the_compiled_torque():
+    """dtau/dtheta at a small angle is - M g GM to 1 %, most of it jitter of the quadrature."""
+    for name in BUOYS:
+        b = reference("buoy_statics")[name]
+        for solver, tolerance in (({}, 0.01), ({"hull_cells": 128}, 0.01)):
+            pose = Pose(reference_buoy(name), **solver)
+            angle = 0.5
+            levers = []
+            for degrees in (angle, -angle):
+                force, torque = pose.loads(-b["draft"], degrees)
+                assert abs(force[2]) < 0.01 * b["M"] * GRAVITY
+                about = torque @ [-pose.lean[1], pose.lean[0], 0.0]
+                levers.append(about / (b["M"] * GRAVITY))
+            pose.close()
+            GM = -(levers[0] - levers[1]) / (2 * math.sin(math.radians(angle)))
+            assert pytest.approx(b["GM"], rel=tolerance) == GM, f"{name} {solver}"
+
+
+def test_loads_and_outputs_are_the_same_integrals(named_pose):
+    """Force and torque of the residual are those of weight at C and displaced mass at B."""
+    b, pose = named_pose
+    force, torque = pose.loads(-0.3 * b["H"], 25)
+    mass, moment = pose.displaced(-0.3 * b["H"], 25)
+    np.testing.assert_allclose(force, [0, 0, GRAVITY * (mass - b["M"])], atol=1e-9 * b["M"])
+    np.testing.assert_allclose(
+        torque, GRAVITY * moment * np.array([pose.lean[1], -pose.lean[0], 0.0]), atol=1e-9 * b["M"]
+    )
+
+
+def test_uniform_flow_and_acceleration_add_up_to_equation_10():
+    """Deep hull of varying diameter in a uniform current, translating and accelerating: one Morison force in B.
+
+    F = -1/2 C rho <D> H |v_n| v_n - C_A M_D a + axial terms of the ends, with the torque r_CB x F of the strips.
+    """
+    speed, heading, C_d, C_A, mass = 1.7, 35.0, 0.9, 0.45, 300.0
+    hull = [[0.0, 1.2], [2.0, 1.2]]
+    body = {"hull": hull, "mass": mass, "center_of_mass": 0.55, "added_mass": C_A, "normal_drag": C_d}
+    scene = load_scene(
+        {
+            "sea": {"depth": 50.0, "density": DENSITY},
+            "buoy": body,
+            "current": {"speed": speed, "direction_deg": heading},
+        }
+    )
+    problem = Problem(scene, dynamic=True)
+    buoy = problem.buoy
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.2])
+    x, y, z, w = turn.as_quat()
+    velocity, acceleration = np.array([0.4, -0.8, 0.3]), np.array([0.7, 0.2, -0.5])
+    state = np.concatenate([[1.0, 2.0, -20.0], mass * velocity, [w, x, y, z], [0, 0, 0]])
+    rate = np.concatenate([velocity, mass * acceleration, np.zeros(4), np.zeros(3)])
+    buoy.gamma.value = 3.0
+    buoy.history.x.array[:] = rate - 3.0 * state
+    problem.system.u[:] = state
+    problem.system.publish()
+    for contribution in problem.system.residuals:
+        contribution.update_constants()
+    residual = problem.system.evaluate()
+    force, torque = mass * acceleration - residual[3:6], -residual[10:13]
+
+    R, H = 0.6, 2.0
+    displaced = DENSITY * math.pi * R**2 * H
+    current = speed * np.array([math.cos(math.radians(heading)), math.sin(math.radians(heading)), 0])
+    d = turn.apply([0, 0, 1])
+    relative = velocity - current
+    across = relative - (relative @ d) * d
+    expected = -0.5 * C_d * DENSITY * 2 * R * H * np.linalg.norm(across) * across - C_A * displaced * acceleration
+    lift = displaced * np.array([0, 0, GRAVITY])
+    weight = mass * np.array([0, 0, -GRAVITY])
+    r_CB = (H / 2 - 0.55) * d
+    np.testing.assert_allclose(force, expected + lift + weight, rtol=1e-9)
+    np.testing.assert_allclose(torque, np.cross(r_CB, expected + lift), rtol=1e-9, atol=1e-6)
+    assert np.linalg.norm(expected) > 500
+    problem.destroy()

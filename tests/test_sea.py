@@ -1,0 +1,211 @@
+"""Waves, currents, wind and drag as expressions, evaluated in numbers."""
+
+import math
+
+import numpy as np
+import pytest
+import ufl
+from helpers import reference
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+
+from dolfbuoy import load_scene
+from dolfbuoy.compat import MPI, interval_mesh
+from dolfbuoy.forms import morison, sea, wind
+from dolfbuoy.sea_state import SeaState, dispersion_wavenumber, heading, ramp, wavenumber
+
+WAVES = reference("waves")
+
+
+def value(expression):
+    """Number (or array) of an expression without coefficients."""
+    expression = ufl.as_ufl(expression)
+    if expression.ufl_shape:
+        return np.array([value(expression[i]) for i in range(expression.ufl_shape[0])])
+    return float(expression(()))
+
+
+def wave(T, h, a, t=0.0, phase=0.0, direction=0.0, stretching="none"):
+    k, omega = dispersion_wavenumber(T, h, 9.81), 2 * math.pi / T
+    c, s = math.cos(direction), math.sin(direction)
+    return sea.Wave(a, k, omega, phase - omega * t, c, s, h, stretching)
+
+
+def point(*x):
+    return ufl.as_vector([ufl.as_ufl(float(c)) for c in x])
+
+
+@pytest.mark.parametrize("name", WAVES["dispersion"])
+def test_dispersion(name):
+    period, depth = float(name[1:].split("_h")[0]), float(name.split("_h")[1])
+    k = dispersion_wavenumber(period, depth, 9.81)
+    assert pytest.approx(WAVES["dispersion"][name]["k"], rel=2e-14) == k
+    assert pytest.approx(WAVES["dispersion"][name]["wavelength"], rel=2e-14) == 2 * math.pi / k
+
+
+@pytest.mark.parametrize("depth", [0.3, 2.0, 20.0, 187.0, 4000.0])
+@pytest.mark.parametrize("period", [0.4, 3.0, 11.0, 90.0])
+def test_wavenumber_satisfies_the_dispersion_relation(period, depth):
+    k = dispersion_wavenumber(period, depth, 3.7)
+    assert pytest.approx((2 * math.pi / period) ** 2, rel=1e-13) == 3.7 * k * math.tanh(k * depth)
+
+
+def test_wavelength_of_the_scene_overrides_dispersion():
+    scene = {"sea": {"depth": 20.0}, "buoy": {"hull": [[0, 2], [2, 2]], "mass": 500.0}}
+    given = load_scene(scene | {"waves": {"amplitude": 1.5, "period": 5.0, "wavelength": 40.0}})
+    assert wavenumber(given) == 2 * math.pi / 40.0
+    free = load_scene(scene | {"waves": {"amplitude": 1.5, "period": 5.0}})
+    assert pytest.approx(WAVES["dispersion"]["T5_h20.0"]["k"], rel=1e-14) == wavenumber(free)
+
+
+@pytest.mark.parametrize("case", WAVES["kinematics_points"])
+@pytest.mark.parametrize("direction", [0.0, 0.9])
+def test_kinematics(case, direction):
+    """Elevation, velocity and acceleration of linear theory, for waves along x and turned."""
+    c, s = math.cos(direction), math.sin(direction)
+    x = point(case["x"] * c, case["x"] * s, case["z"])
+    flow = sea.flow(x, wave(case["T"], case["h"], case["a"], t=case["t"], direction=direction))
+    tolerance = 2e-11
+    assert pytest.approx(case["eta"], abs=tolerance) == value(flow.elevation)
+    u, a = value(flow.velocity), value(flow.acceleration)
+    np.testing.assert_allclose(u, [case["u"] * c, case["u"] * s, case["w"]], atol=tolerance)
+    np.testing.assert_allclose(a, [case["ax"] * c, case["ax"] * s, case["az"]], atol=tolerance)
+
+
+@pytest.mark.parametrize("case", WAVES["no_overflow_z-1"])
+def test_deep_water_does_not_overflow(case):
+    """kh up to 2800, where cosh overflows; at z = -1 and, extrapolated, above the water."""
+    w = wave(case["T"], case["h"], 1.0)
+    assert pytest.approx(case["kh"], rel=1e-12) == w.wavenumber * case["h"]
+    for part in sea.depth_decay(w, ufl.as_ufl(-1.0)):
+        assert pytest.approx(case["stable"], rel=1e-12) == value(part)
+    assert np.isfinite(value(sea.flow(point(0, 0, 1.0), w).velocity)).all()
+
+
+def test_water_at_the_bed_and_continuity():
+    """No flow through the bed; divergence and curl vanish, and the local acceleration is dv/dt."""
+    x0, h, d = np.array([3.0, -2.0, -4.0]), 20.0, 1e-4
+
+    def velocity(x, t=0.7):
+        return value(sea.flow(point(*x), wave(5.0, h, 0.8, t=t, phase=0.3, direction=0.6)).velocity)
+
+    assert abs(velocity([3.0, -2.0, -h])[2]) < 1e-15
+    gradient = np.array([(velocity(x0 + d * e) - velocity(x0 - d * e)) / (2 * d) for e in np.eye(3)])
+    assert abs(np.trace(gradient)) < 1e-8
+    np.testing.assert_allclose(gradient, gradient.T, atol=1e-8)
+    assert np.abs(gradient).max() > 0.01
+    rate = (velocity(x0, 0.7 + d) - velocity(x0, 0.7 - d)) / (2 * d)
+    acceleration = value(sea.flow(point(*x0), wave(5.0, h, 0.8, t=0.7, phase=0.3, direction=0.6)).acceleration)
+    np.testing.assert_allclose(rate, acceleration, atol=1e-7)
+
+
+@pytest.mark.parametrize("t", [0.0, 1.3, 2.5])
+def test_stretching(t):
+    """Wheeler: the linear value at z = 0 is found at the elevation; vertical: it holds from 0 up; none: it grows."""
+    a, T, h = 0.9, 5.0, 20.0
+    linear = wave(T, h, a, t=t)
+    eta = value(sea.elevation(linear, point(0, 0, 0)))
+
+    def at(z, stretching):
+        return value(sea.flow(point(0, 0, z), wave(T, h, a, t=t, stretching=stretching)).velocity)
+
+    surface = at(0.0, "none")
+    np.testing.assert_allclose(at(eta, "wheeler"), surface, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(at(-h, "wheeler"), at(-h, "none"), rtol=1e-13, atol=1e-15)
+    z = -3.0
+    np.testing.assert_allclose(at(z, "wheeler"), at(h * (z - eta) / (h + eta), "none"), rtol=1e-13, atol=1e-15)
+    assert np.abs(at(z, "wheeler") - at(z, "none")).max() > 1e-3
+    np.testing.assert_allclose(at(0.6, "vertical"), surface, rtol=1e-13)
+    np.testing.assert_allclose(at(z, "vertical"), at(z, "none"), rtol=1e-13)
+    assert np.linalg.norm(at(0.6, "none")) > 1.05 * np.linalg.norm(surface)
+    np.testing.assert_allclose(at(eta + 2.0, "wheeler"), surface, rtol=1e-13, atol=1e-15)  # dry: no growth
+
+
+def test_absent_sea_motion_is_none_and_not_zero():
+    assert sea.flow(point(0, 0, -1)) == sea.Flow(None, None, None)
+    only_current = sea.flow(point(0, 0, -1), current=sea.uniform_current(point(0.3, 0.4, 0)))
+    assert only_current.elevation is None
+    assert only_current.acceleration is None
+    both = sea.flow(point(0, 0, -1), wave(5.0, 20.0, 0.8), sea.uniform_current(point(0.3, 0.4, 0)))
+    alone = sea.flow(point(0, 0, -1), wave(5.0, 20.0, 0.8))
+    np.testing.assert_allclose(value(both.velocity) - value(alone.velocity), [0.3, 0.4, 0], atol=1e-15)
+
+
+def test_power_law_current():
+    profile = sea.power_law_current(point(1.2, -0.5, 0.0), 30.0, 1 / 7)
+    for z, factor in ((0.0, 1.0), (4.0, 1.0), (-15.0, 0.5 ** (1 / 7)), (-29.0, 30 ** (-1 / 7))):
+        np.testing.assert_allclose(value(profile(point(0, 0, z))), np.array([1.2, -0.5, 0]) * factor, rtol=1e-14)
+    assert np.isfinite(value(profile(point(0, 0, -31.0)))).all()
+
+
+def test_tabulated_current():
+    z, speed = [-30.0, -12.0, -2.0, 1.0], [0.1, 0.5, 1.4, 1.1]
+    profile = sea.tabulated_current(point(0.6, 0.8, 0.0), z, speed)
+    for height in (-40.0, -30.0, -20.0, -12.0, -7.7, -2.0, 0.0, 1.0, 5.0):
+        expected = np.interp(height, z, speed) * np.array([0.6, 0.8, 0])
+        np.testing.assert_allclose(value(profile(point(0, 0, height))), expected, rtol=1e-13)
+
+
+def test_heading_is_exact_along_the_axes():
+    for degrees, expected in ((0, [1, 0, 0]), (90, [0, 1, 0]), (180, [-1, 0, 0]), (-90, [0, -1, 0]), (450, [0, 1, 0])):
+        assert np.array_equal(heading(degrees), expected)
+    np.testing.assert_allclose(heading(-123.0), [math.cos(math.radians(-123)), math.sin(math.radians(-123)), 0])
+
+
+def test_ramp():
+    assert (ramp(0.0, 4.0), ramp(4.0, 4.0), ramp(9.0, 4.0), ramp(0.0, 0.0)) == (0.0, 1.0, 1.0, 1.0)
+    assert pytest.approx(0.5) == ramp(2.0, 4.0)
+
+
+def test_wave_of_a_scene_moves_with_time():
+    """Direction, phase, ramp and height reach the expressions."""
+    scene = load_scene(
+        {
+            "sea": {"depth": 20.0},
+            "buoy": {"hull": [[0, 2], [2, 2]], "mass": 500.0},
+            "waves": {"height": 1.8, "period": 5.0, "direction_deg": 90.0, "phase_deg": 40.0, "ramp": 6.0},
+        }
+    )
+    state = SeaState(interval_mesh(MPI.COMM_SELF, [0.0, 1.0]), scene)
+    state.set_time(2.0)
+    amplitude = 0.9 * 0.5 * (1 - math.cos(math.pi * 2.0 / 6.0))
+    assert pytest.approx(amplitude) == float(state.wave.amplitude.value)
+    assert pytest.approx(math.radians(40) - 2 * math.pi / 5 * 2.0) == float(state.wave.time_phase.value)
+    state.set_time(8.0)
+    assert float(state.wave.amplitude.value) == 0.9
+    assert (float(state.wave.cos_direction.value), float(state.wave.sin_direction.value)) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("z", [0.002, 0.5, 3.0, 10.0, 27.0])
+def test_wind_force(z):
+    """Eq. (2) with the 1/7 power profile."""
+    direction = heading(25.0)
+    F = value(wind.wind_force(ufl.as_ufl(z), ufl.as_vector(list(direction)), 12.0, 0.9, 1.25, 1.7))
+    v = 12.0 * (z / 10) ** (1 / 7)
+    np.testing.assert_allclose(F, 0.5 * 0.9 * 1.25 * 1.7 * v**2 * direction, rtol=1e-13)
+
+
+def test_no_wind_at_and_below_the_water():
+    for z in (0.0, -1e-9, -3.0):
+        F = value(wind.wind_force(ufl.as_ufl(z), point(1, 0, 0), 12.0, 0.9, 1.25, 1.7))
+        assert np.array_equal(F, np.zeros(3))
+
+
+@pytest.mark.parametrize(("speed", "tolerance"), [(1e-3, 1e-6), (1e-2, 1e-8), (1.0, 1e-12), (7.0, 1e-13)])
+def test_drag_is_quadratic_down_to_a_millimetre_per_second(speed, tolerance):
+    v = speed * np.array([0.6, 0.0, 0.8])
+    F = value(morison.normal_drag(1013.0, 0.07, 0.9, point(*v)))
+    np.testing.assert_allclose(F, -0.5 * 0.9 * 1013.0 * 0.07 * speed * v, rtol=tolerance)
+    t = np.array([0.8, 0.0, 0.6])
+    F = value(morison.tangential_drag(1013.0, 0.07, 0.2, point(*t), point(*v)))
+    np.testing.assert_allclose(F, -0.5 * 0.2 * 1013.0 * 0.07 * abs(v @ t) * (v @ t) * t, rtol=2 * tolerance)
+
+
+def test_drag_at_rest_is_zero_and_has_a_derivative():
+    """Without smoothing the derivative of |v| v at rest is 0/0."""
+    v, w = ufl.variable(point(0, 0, 0)), ufl.variable(ufl.as_ufl(0.0))
+    assert np.array_equal(value(morison.normal_drag(1013.0, 0.07, 0.9, point(0, 0, 0))), np.zeros(3))
+    for norm, variable, size in ((morison.smooth_norm(v), v, 3), (morison.smooth_abs(w), w, 1)):
+        slope = apply_derivatives(apply_algebra_lowering(ufl.diff(norm, variable)))
+        components = [slope[i] for i in range(size)] if size > 1 else [slope]
+        assert [value(c) for c in components] == [0.0] * size
