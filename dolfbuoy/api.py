@@ -103,6 +103,7 @@ class Recorder:
         self.record.attributes |= {
             "failed_steps": sim.control.failed,
             "rejected_steps": sim.control.rejected,
+            "restarts": sim.control.restarts,
             "quaternion_drift": sim.quaternion_drift,
             "linear_solver_fallbacks": sim.system.fallbacks,
         }

@@ -159,7 +159,10 @@ def _advised(scene, quantity, accuracy, folder=None, write=None):
     from .studies import advise as study
     from .studies.accuracy import parse_accuracy
 
-    found = study.advise_all(scene, quantity, parse_accuracy(accuracy), lambda text: out.print(text, soft_wrap=True))
+    def say(text):
+        out.print(text, soft_wrap=True, highlight=False, markup=False)
+
+    found = study.advise_all(scene, quantity, parse_accuracy(accuracy), say)
     if _rank() != 0:
         return found
     study.report(found, folder, write)

@@ -6,7 +6,18 @@ from mpi4py import MPI
 
 from .buoy_model import BuoyModel
 from .cable_model import TOP, CableModel
+from .errors import InputError
 from .system import Block, Part, System
+
+
+def _check_ranks(scene, comm):
+    """dolfinx cannot work with a rank that has no cell."""
+    if scene.cable is None:
+        return
+    elements = scene.cable.elements
+    count = elements if isinstance(elements, int) else int(sum(n for _, n in elements))
+    if comm.size > count:
+        raise InputError(f"cable.elements = {count}: fewer elements than the {comm.size} MPI ranks of this run.")
 
 
 class Problem:
@@ -17,6 +28,7 @@ class Problem:
 
     def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
+        _check_ranks(scene, comm)
         self.cable = CableModel(comm, scene, dynamic) if scene.cable else None
         self.buoy_rank = self._find_buoy_rank()
         comm.barrier()  # forms of the cable are compiled by all ranks together, those of the buoy by one

@@ -25,10 +25,12 @@ class Series:
         self.previous_rate = self.rate
         self.second = np.zeros_like(self.rate)  # of y at the start, where it is known
         self.auxiliary, self.step = None, None
+        self.steps_since_start = 0
 
     def push(self, value, rate, keep):
         """A new value, and its rate, one step later."""
         self.previous_rate = self.rate
+        self.steps_since_start += 1
         self.values = [np.array(value), *self.values[: keep - 1]]
         self.rate = np.array(rate)
 
@@ -39,17 +41,23 @@ class Series:
     def restore(self, state):
         self.values, self.step, self.auxiliary = state
 
+    def forget(self):
+        """Drop the past: as at a start, with the present value and rate."""
+        self.values, self.previous_rate = self.values[:1], self.rate
+        self.second, self.auxiliary, self.step = np.zeros_like(self.rate), None, None
+        self.steps_since_start = 0
+
     def extrapolated(self, order):
         """Value one step ahead on the polynomial of this order; None while the past is too short."""
-        if len(self.values) <= order:
+        if self.steps_since_start < order or len(self.values) <= order:
             return None
         weights = [(-1) ** j * comb(order + 1, j + 1) for j in range(order + 1)]
         return sum(w * y for w, y in zip(weights, self.values, strict=False))
 
     def extrapolated_past(self, step, count):
-        """Fill up to `count` values as if y had been linear before the start."""
-        missing = range(len(self.values), count)
-        self.values = [*self.values, *(self.values[0] - j * step * self.rate for j in missing)]
+        """Fill up to `count` values before the start from value, rate and second derivative there."""
+        for t in (-j * step for j in range(len(self.values), count)):
+            self.values = [*self.values, self.values[0] + t * self.rate + 0.5 * t**2 * self.second]
 
     def resample(self, step, order, lag):
         """Carry the values over to another step, along the polynomial through them; a longer step leaves fewer.
@@ -101,8 +109,8 @@ class Scheme:
         roots = np.roots(equation)  # coefficients from x^0 on are those of zeta^(size-1) downwards
         return roots[np.argmin(abs(roots - np.exp(1j * omega * step)))]
 
-    def begin(self, step, series):
-        """Make the series ready for a step of this size."""
+    def begin(self, step, series, base=None):
+        """Make the series ready for a step of this size; `base`, ready before, is the series that it is the rate of."""
         if series.step is not None and abs(series.step - step) > 1e-12 * step:
             series.resample(step, self.order, self.lag)
         series.step = step
@@ -133,8 +141,15 @@ class BDF2(Scheme):
 
     name, order, keep, lag, error_constant = "bdf2", 2, 5, 1 / 3, 2 / 9
 
-    def begin(self, step, series):
+    def begin(self, step, series, base=None):
         series.extrapolated_past(step, 2)
+        shrinks = series.step is not None and step < series.step * (1 - 1e-12)
+        if shrinks and base is not None and len(base.values) >= 4:
+            # Rates of the positions as they are told now.  Were the old rates carried over, the two would differ behind
+            # a kink by an amount that no smaller step removes.
+            r, series.step = base.values, step
+            series.values = [(1.5 * a - 2 * b + 0.5 * c) / step for a, b, c in zip(r, r[1:], r[2:], strict=False)]
+            return
         super().begin(step, series)
 
     def rule(self, step, series):
@@ -154,7 +169,7 @@ class GeneralizedAlpha(Scheme):
         y_(n+1) = y_n + dt ((1 - gamma) b_n + gamma b_(n+1)),   gamma = 1/2 + alpha_m - alpha_f.
 
     `spectral_radius` is the amplification of the fastest motions: 1 keeps them, 0 removes them in a step.  b stands for
-    y_t at t_n + (alpha_m - alpha_f) dt.
+    y_t at t_n + (alpha_f - alpha_m) dt.
     """
 
     name, order, keep, lag, error_constant = "generalized-alpha", 2, 3, 0.0, 1 / 6
@@ -164,8 +179,8 @@ class GeneralizedAlpha(Scheme):
         self.alpha_f = 1 / (1 + spectral_radius)
         self.gamma = 0.5 + self.alpha_m - self.alpha_f
 
-    def begin(self, step, series):
-        ahead = self.alpha_m - self.alpha_f
+    def begin(self, step, series, base=None):
+        ahead = self.alpha_f - self.alpha_m
         if series.auxiliary is None:
             series.auxiliary = series.rate + ahead * step * series.second
         elif abs(series.step - step) > 1e-12 * step:

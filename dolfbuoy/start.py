@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from .cable_model import top_position
 from .errors import InputError
 from .problem import Problem
 from .scene import Top
@@ -48,6 +49,16 @@ def initial_state(scene, comm) -> Start:
     else:
         start = _from_shape(scene, comm)
     _set_buoy(start, scene)
+    if scene.cable and scene.cable.top and scene.cable.top.kind == "prescribed":
+        step = 1e-6 * scene.cable.top.period
+        start.at_rest &= bool(
+            np.allclose(
+                top_position(scene.cable.top, step),
+                top_position(scene.cable.top, 0.0),
+                rtol=0,
+                atol=1e-10 * scene.cable.length,
+            )
+        )
     return start
 
 

@@ -14,7 +14,8 @@ class StepControl:
     def __init__(self, nominal, smallest=None):
         self.nominal = self.step = self.largest = nominal
         self.smallest = smallest if smallest is not None else nominal * 2.0**-12
-        self.accepted = self.rejected = self.failed = 0
+        self.accepted = self.rejected = self.failed = self.restarts = 0
+        self.restart = False  # whether the past is of no use to the next step
 
     def propose(self, remaining):
         """Size of the next step on the way to a milestone that is `remaining` away: never past it, and never so that
@@ -43,6 +44,8 @@ class AdaptiveControl(StepControl):
     """Local error control: the error of a step of order p behaves like step^(p+1).
 
     A step is kept as long as the best one differs little, because every change costs the multistep schemes accuracy.
+    Behind a kink (a ramp that ends, a cable that comes taut) the error shown by the past does not fall with the step:
+    `restart` then asks for a past that begins anew.
     """
 
     safety, growth, shrink = 0.85, 2.0, 0.2
@@ -51,17 +54,31 @@ class AdaptiveControl(StepControl):
         super().__init__(first, smallest)
         self.largest, self.exponent = largest, 1 / (order + 1)
         self.hold, self.since_change = order + 2, 0  # steps between changes: the past must be told at one step
+        self.in_a_row = self.unjudged = 0  # rejections since the last step that counted; steps taken on trust
+
+    def _restart(self):
+        """A fresh past, and a few small steps on trust until it is long enough to judge by."""
+        self.restart, self.restarts, self.unjudged = True, self.restarts + 1, self.hold
+        self.step = max(0.1 * self.first_rejected, self.smallest)
 
     def _share(self, remaining, count):
         return remaining / count if count < 4 else self.step  # the last few steps before a milestone are equal
 
     def judge(self, step, error):
-        if error is None:
+        if error is None or self.unjudged > 0:
             self.accepted += 1
+            self.unjudged = max(self.unjudged - 1, 0)
+            self.in_a_row = 0
             return True
         factor = self.safety * max(error, 1e-10) ** -self.exponent
         if error > 1:
             self.rejected += 1
+            self.in_a_row += 1
+            if self.in_a_row == 1:
+                self.first_rejected = step
+            if self.in_a_row == 3:
+                self._restart()
+                return False
             if step <= self.smallest * (1 + 1e-9):
                 raise SolveError(
                     f"the error of the smallest step, {self.smallest:.3g} s, is {error:.3g} times the tolerance"
@@ -69,6 +86,7 @@ class AdaptiveControl(StepControl):
             self.step = max(step * min(max(factor, self.shrink), 0.9), self.smallest)
             return False
         self.accepted += 1
+        self.in_a_row = 0
         self.since_change += 1
         if factor < 0.95 or (factor > 1.2 and self.since_change >= self.hold):
             self.since_change = 0

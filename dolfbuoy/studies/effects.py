@@ -15,7 +15,6 @@ import hashlib
 import json
 import math
 import time as clock
-from itertools import islice
 from pathlib import Path
 
 import matplotlib
@@ -36,9 +35,6 @@ from .common import evaluate_all, save, show
 
 #: Steps of both scenes that are timed in turn.
 TIMED = 200
-
-
-# -- effects -----------------------------------------------------------------------------------------------------------
 
 
 #: Effect as `observe.effects` names it -> key of the scene, and the value that takes it away.
@@ -74,19 +70,15 @@ def variant(scene: Scene, left_out=(), only=None) -> Scene:
     return load_scene(scene, **dict(REMOVABLE[name] for name in left_out))
 
 
-# -- cases -------------------------------------------------------------------------------------------------------------
+BASES = {"full": {}, "barest": {"only": []}}
 
 
 def base_cases(scene: Scene, folder) -> list[dict]:
     """The full scene and the barest one, each with the file of its run."""
     whole = scene.to_dict()
     mark = hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()[:12]
-    files = {base: str(Path(folder) / "cases" / f"{base}-{mark}.npz") for base in ("full", "barest")}
+    files = {base: str(Path(folder) / "cases" / f"{base}-{mark}.npz") for base in BASES}
     return [{"study": "effects base", "scene": whole, "base": base, "file": file} for base, file in files.items()]
-
-
-def _choice(base):
-    return {} if base == "full" else {"only": []}
 
 
 def cases(scene: Scene, bases: list[dict]) -> list[dict]:
@@ -107,7 +99,7 @@ def evaluate_base(case: dict) -> dict:
     """Run the full or the barest scene; its quantities go to `file`."""
     scene = load_scene(case["scene"])
     try:
-        run = acc.compute(variant(scene, **_choice(case["base"])), acc.quantities_of(scene))
+        run = acc.compute(variant(scene, **BASES[case["base"]]), acc.quantities_of(scene))
     except (InputError, SolveError) as error:
         return {"reason": str(error)}
     np.savez_compressed(case["file"], t=run.t, **run.values)
@@ -117,7 +109,7 @@ def evaluate_base(case: dict) -> dict:
 def evaluate(case: dict) -> dict:
     """Changes against the base, and costs beside it; a scene that cannot be says why."""
     scene = load_scene(case["scene"])
-    base = variant(scene, **_choice(case["base"]))
+    base = variant(scene, **BASES[case["base"]])
     names = acc.quantities_of(scene)
     try:
         if not Path(case["files"][case["base"]]).is_file():
@@ -158,9 +150,6 @@ def _reference(files, base, start):
     return found
 
 
-# -- costs -------------------------------------------------------------------------------------------------------------
-
-
 def side_by_side(base: Scene, changed: Scene) -> dict:
     """Costs of both scenes; their steps are taken in turn, so that they share whatever disturbs the machine."""
     pair = []
@@ -168,22 +157,15 @@ def side_by_side(base: Scene, changed: Scene) -> dict:
         pair = [Simulation(base, MPI.COMM_SELF)]
         pair.append(Simulation(changed, MPI.COMM_SELF))
         runs, spent = [simulation.run() for simulation in pair], ([], [])
-        for k in range(TIMED):
-            went = [_timed(runs[i], spent[i]) for i in ((0, 1) if k % 2 else (1, 0))]
-            if not all(went):
-                break
+        for k in range(2 * TIMED):
+            i = (k + k // 2) % 2  # 0 1, 1 0, 0 1, ...: neither is always the first
+            begin = clock.process_time()
+            if next(runs[i], None) is not None:
+                spent[i].append(clock.process_time() - begin)
         return _costs(pair, spent)
     finally:
         for simulation in pair:
             simulation.problem.destroy()
-
-
-def _timed(run, spent) -> bool:
-    begin = clock.process_time()
-    went = bool(list(islice(run, 1)))
-    if went:
-        spent.append(clock.process_time() - begin)
-    return went
 
 
 def _costs(pair, spent):
@@ -216,9 +198,6 @@ def _operations(form):
     return sum(not node._ufl_is_terminal_ for node in nodes)
 
 
-# -- judgement ---------------------------------------------------------------------------------------------------------
-
-
 def largest(row: dict, names, prefix="change_") -> tuple[float, str]:
     """Largest change of a row and its quantity."""
     return max((row[prefix + name], name) for name in names)
@@ -249,9 +228,7 @@ def notes(rows: list[dict], names, threshold: float) -> list[str]:
     for row in (removed[name] for name in vain):
         change, name = largest(row, names, "max_change_")
         if change > threshold:
-            said.append(
-                f"But {row['effect']} moves the maximum of the {acc.QUANTITIES[name]} by {acc.percent(change)}."
-            )
+            said.append(f"But {row['effect']} moves the maximum of {acc.QUANTITIES[name]} by {acc.percent(change)}.")
     said += [_together(row, names, threshold) for row in rows if row["mode"] == "together"]
     said.append(
         "Changes: rms after the ramp, relative to the range of the full run.  Operations: distinct nodes of the "
@@ -265,11 +242,9 @@ def _together(row, names, threshold):
     if row["reason"]:
         return f"Without all of these at once: {row['reason']}"
     change, name = largest(row, names)
-    verdict = "that holds" if change <= threshold else "together they count"
-    return (
-        f"Without all of these at once: {acc.QUANTITIES[name]} changes by {acc.percent(change)} ({verdict}), a step "
-        f"takes {100 * row['time_ratio']:.0f} % of its time."
-    )
+    verdict = "" if change <= threshold else ", together they count"
+    said = f"{acc.QUANTITIES[name]} changes by {acc.percent(change)}{verdict}"
+    return f"Without all of these at once: {said}; a step takes {100 * row['time_ratio']:.0f} % of its time."
 
 
 MODES = {"without": "left out", "alone": "added alone to the barest", "together": "all in vain left out"}
@@ -293,8 +268,6 @@ def table(rows: list[dict], names) -> tuple[list[dict], dict]:
     columns |= {"unknowns": "unknowns", "operations": "operations", "forms": "forms", "time": "ms per step"}
     return shown, columns | ({"reason": "impossible"} if any(row["reason"] for row in rows) else {})
 
-
-# -- figure ------------------------------------------------------------------------------------------------------------
 
 _PALETTE = [COLORS[name] for name in ("blue", "sky", "red", "orange")]
 
@@ -346,9 +319,6 @@ def _draw_times(axes, rows, places):
     axes.axvline(0, color=COLORS["ink"], lw=0.6)
     axes.set_xlabel("processor time per step [ms]")
     axes.grid(False, axis="y")
-
-
-# -- command -----------------------------------------------------------------------------------------------------------
 
 
 def run(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:

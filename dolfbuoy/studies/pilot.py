@@ -130,6 +130,8 @@ class Pilot:
         good, runs, own, changes = [], [], math.inf, []
         for setting in settings:
             run = self.run(*setting)
+            if run is None and len(runs) > 1:
+                break  # finer is no better here
             if run is None:
                 continue
             good, runs = [*good, setting], [*runs, run]
@@ -138,6 +140,8 @@ class Pilot:
                 own = acc.own_error(changes, highest)
                 if own <= OWN * self.accuracy:
                     return good, runs, own
+            if len(changes) > 2 and changes[-1] > 0.7 * changes[-3]:
+                break  # two refinements have not helped
         raise SolveError(
             f"The pilot cannot promise {percent(self.accuracy)}: {what}, its finest run is itself uncertain by "
             f"{percent(own)}; ask for less."

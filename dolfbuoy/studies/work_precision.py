@@ -183,8 +183,8 @@ def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
         open_ = sum(row[f"resolved_{name}"] is False for row in rows)
         if open_:
             said.append(
-                f"{acc.QUANTITIES[name].capitalize()}: {open_} cases are not resolved (below 3 times the reference's "
-                "own error); that bound stands in place of their error."
+                f"{acc.QUANTITIES[name].capitalize()}, not resolved (below 3 times the reference's own error, which "
+                f"bound stands in place of theirs): {open_} of {len(rows)} cases."
             )
     said += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
     said.append("Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before.")
