@@ -1,0 +1,329 @@
+"""What the dynamic tests share: scenes, reference values, and a cable and a sea of their own in plain numpy.
+
+The numpy code is written from the equations in the project's documentation, not from the package: it is dense, slow
+and short.
+"""
+
+import copy
+import json
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from dolfbuoy import load_scene, simulate
+from dolfbuoy.dynamics import Simulation
+
+FOLDER = Path(__file__).parent / "reference_dynamics"
+
+MOORED = {
+    "sea": {"depth": 20.0},
+    "cable": {
+        "length": 22.0,
+        "line_density": 27.6,
+        "diameter": 0.08,
+        "axial_stiffness": 2.3e8,
+        "elements": 20,
+        "added_mass": 0.3,
+        "normal_drag": 0.8,
+        "tangential_drag": 0.1,
+    },
+    "buoy": {
+        "hull": [[0.0, 2.4], [1.2, 2.4]],
+        "mass": 400.0,
+        "center_of_mass": 0.5,
+        "inertia": [192.0, 288.0],
+        "point_masses": [{"mass": 150.0, "height": 2.0}, {"mass": 150.0, "height": 3.0}],
+        "added_mass": 0.3,
+        "normal_drag": 0.8,
+        "axial_drag": 1.0,
+        "rotational_damping": 100.0,
+    },
+    "current": {"speed": 0.5},
+    "external_force": {"force": [500.0, 0.0, 0.0]},
+    "waves": {"amplitude": 0.8, "period": 5.0, "ramp": 5.0},
+    "time": {"end": 2.0, "step": 0.01},
+}
+
+
+def reference(name):
+    """A table of reference_dynamics/."""
+    return json.loads((FOLDER / f"{name}.json").read_text())
+
+
+def merged(base, **changes):
+    """A deep copy of `base` with `section__key=value` changed; None removes."""
+    result = copy.deepcopy(base)
+    for key, value in changes.items():
+        *sections, last = key.split("__")
+        target = result
+        for section in sections:
+            target = target.setdefault(section, {})
+        if value is None:
+            target.pop(last, None)
+        else:
+            target[last] = value
+    return result
+
+
+def simulate_evenly(scene):
+    """The record of a run whose every step has the size asked for: none failed, none was halved."""
+    run = simulate(scene)
+    assert run.attrs["failed_steps"] == 0
+    np.testing.assert_allclose(run.time_step[1:], scene["time"]["step"], rtol=1e-6)
+    return run
+
+
+@contextmanager
+def running(scene):
+    """A Simulation of a scene given as dict."""
+    simulation = Simulation(load_scene(scene))
+    try:
+        yield simulation
+    finally:
+        simulation.problem.destroy()
+
+
+def rates(errors, factor=2.0):
+    """Order of every consecutive pair of errors when the step is divided by `factor`."""
+    errors = np.asarray(errors, dtype=float)
+    return np.log(errors[:-1] / errors[1:]) / np.log(factor)
+
+
+def rotation_matrix(q4):
+    """Body to world, from the paper's formula with angle and axis."""
+    q4 = np.asarray(q4) / np.linalg.norm(q4)
+    sine = np.linalg.norm(q4[1:])
+    if sine == 0:
+        return np.eye(3)
+    beta, axis = 2 * np.arctan2(sine, q4[0]), q4[1:] / sine
+    S = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.cos(beta) * np.eye(3) + (1 - np.cos(beta)) * np.outer(axis, axis) + np.sin(beta) * S
+
+
+def quaternion_product(a, b):
+    """a o b."""
+    return np.concatenate([[a[0] * b[0] - a[1:] @ b[1:]], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])])
+
+
+# -- one-dimensional finite elements -----------------------------------------------------------------------------------
+
+
+def lagrange(degree, xi):
+    """Values and derivatives at xi in [0, 1] of the Lagrange basis on equidistant points, one row per point of xi."""
+    powers = np.arange(degree + 1)
+    points = np.linspace(0.0, 1.0, degree + 1)
+    coefficients = np.linalg.inv(points[:, None] ** powers)
+    xi = np.atleast_1d(xi)[:, None]
+    derivative = np.where(powers > 0, powers * xi ** np.maximum(powers - 1, 0), 0.0)
+    return xi**powers @ coefficients, derivative @ coefficients
+
+
+def gauss(points):
+    """Gauss rule on [0, 1]."""
+    x, w = np.polynomial.legendre.leggauss(points)
+    return (x + 1) / 2, w / 2
+
+
+def string_matrices(degree, breaks, tension):
+    """(M, K) of y_tt - (tension(s) y')' per unit density, continuous elements of `degree`, no end condition yet."""
+    cells = len(breaks) - 1
+    xi, weights = gauss(degree + 2)
+    N, dN = lagrange(degree, xi)
+    M = np.zeros((cells * degree + 1,) * 2)
+    K = np.zeros_like(M)
+    for e in range(cells):
+        h = breaks[e + 1] - breaks[e]
+        i = slice(e * degree, (e + 1) * degree + 1)
+        M[i, i] += h * N.T @ np.diag(weights) @ N
+        K[i, i] += dN.T @ np.diag(weights * tension(breaks[e] + h * xi)) @ dN / h
+    return M, K
+
+
+# -- a P1-P0 cable with backward Euler, dense --------------------------------------------------------------------------
+
+
+class NumpyCable:
+    """Eq. (11) with piecewise linear r and piecewise constant T in a constant field of force per unstretched length.
+
+    fixed: indices of the nodes whose positions are given.  EA = inf is inextensible.
+    """
+
+    def __init__(self, breaks, density, EA, weight, fixed, end_force=(0.0, 0.0, 0.0)):
+        self.h, self.EA, self.n = np.diff(breaks), EA, len(breaks)
+        self.M = density * string_matrices(1, breaks, np.ones_like)[0]
+        lumped = string_matrices(1, breaks, np.ones_like)[0].sum(axis=1)
+        self.load = lumped[:, None] * np.asarray(weight)
+        self.load[-1] += end_force
+        self.free = np.setdiff1d(np.arange(self.n), fixed)
+        self.fixed = np.asarray(fixed)
+
+    def residual(self, r, T, a):
+        """Momentum at every node and the strain equation on every element."""
+        e = T / self.EA
+        tau = np.diff(r, axis=0) / self.h[:, None]
+        pull = (T / (1 + e))[:, None] * tau
+        momentum = self.M @ a - self.load
+        momentum[1:] += pull
+        momentum[:-1] -= pull
+        return momentum, 0.5 * self.h * ((tau**2).sum(axis=1) / (1 + e) - (1 + e))
+
+    def jacobian(self, r, T, gamma_a):
+        n, m = 3 * self.n, len(self.h)
+        e = T / self.EA
+        tau = np.diff(r, axis=0) / self.h[:, None]
+        J = np.zeros((n + m, n + m))
+        J[:n, :n] = np.kron(gamma_a * self.M, np.eye(3))
+        for k, h in enumerate(self.h):
+            i, j = slice(3 * k, 3 * k + 3), slice(3 * k + 3, 3 * k + 6)
+            stiff = T[k] / (1 + e[k]) / h * np.eye(3)
+            J[i, i] += stiff
+            J[j, j] += stiff
+            J[i, j] -= stiff
+            J[j, i] -= stiff
+            J[j, n + k] += tau[k] / (1 + e[k]) ** 2
+            J[i, n + k] -= tau[k] / (1 + e[k]) ** 2
+            J[n + k, j] += tau[k] / (1 + e[k])
+            J[n + k, i] -= tau[k] / (1 + e[k])
+            J[n + k, n + k] -= 0.5 * h / self.EA * (tau[k] @ tau[k] / (1 + e[k]) ** 2 + 1)
+        return J
+
+    def step(self, r0, r1, T, dt, ends=None):
+        """(r2, T2) after r0, r1 at equal steps; `ends` are the new positions of the fixed nodes."""
+        r, T, n = 2 * r1 - r0, T.copy(), 3 * self.n
+        if ends is not None:
+            r[self.fixed] = ends
+        else:
+            r[self.fixed] = r1[self.fixed]
+        rows = np.concatenate([np.arange(n).reshape(-1, 3)[self.free].ravel(), np.arange(n, n + len(T))])
+        for _ in range(30):
+            momentum, strain = self.residual(r, T, (r - 2 * r1 + r0) / dt**2)
+            b = np.concatenate([momentum.ravel(), strain])[rows]
+            x = np.linalg.solve(self.jacobian(r, T, dt**-2)[np.ix_(rows, rows)], -b)
+            change = np.zeros(n + len(T))
+            change[rows] = x
+            r += change[:n].reshape(-1, 3)
+            T += change[n:]
+            if np.abs(change[:n]).max() < 1e-14 * np.abs(r).max():
+                return r, T
+        return r, T
+
+
+# -- sea and loads, pointwise ------------------------------------------------------------------------------------------
+
+
+class NumpySea:
+    """A uniform current and an Airy wave in finite depth with Wheeler stretching."""
+
+    def __init__(self, scene):
+        self.depth, self.density = scene["sea"]["depth"], scene["sea"].get("density", 1025.0)
+        self.gravity = scene.get("gravity", 9.81)
+        self.wave, current = scene.get("waves"), scene.get("current")
+        angle = np.radians(current.get("direction_deg", 0.0)) if current else 0.0
+        self.current = (current["speed"] if current else 0.0) * np.array([np.cos(angle), np.sin(angle), 0.0])
+        if self.wave:
+            self.omega, k = 2 * np.pi / self.wave["period"], 1.0
+            for _ in range(200):  # Newton on omega^2 = g k tanh(k h)
+                th = np.tanh(k * self.depth)
+                slope = self.gravity * (th + k * self.depth * (1 - th**2))
+                k -= (self.gravity * k * th - self.omega**2) / slope
+            self.k = k
+            heading = np.radians(self.wave.get("direction_deg", 0.0))
+            self.direction = np.array([np.cos(heading), np.sin(heading), 0.0])
+
+    def at(self, x, t):
+        """(elevation, velocity, acceleration of the wave) at points x (n, 3)."""
+        if not self.wave:
+            return np.zeros(len(x)), np.tile(self.current, (len(x), 1)), np.zeros((len(x), 3))
+        ramp, k, om, h = self.wave.get("ramp", 0.0), self.k, self.omega, self.depth
+        a = self.wave["amplitude"] * (0.5 * (1 - np.cos(np.pi * t / ramp)) if t < ramp else 1.0)
+        theta = k * x @ self.direction - om * t + np.radians(self.wave.get("phase_deg", 0.0))
+        eta = a * np.cos(theta)
+        z = np.minimum(h * (x[:, 2] - eta) / (h + eta), 0.0)
+        C, S = np.cosh(k * (z + h)) / np.sinh(k * h), np.sinh(k * (z + h)) / np.sinh(k * h)
+        up = np.array([0.0, 0.0, 1.0])
+        velocity = a * om * ((C * np.cos(theta))[:, None] * self.direction + (S * np.sin(theta))[:, None] * up)
+        acceleration = a * om**2 * ((C * np.sin(theta))[:, None] * self.direction - (S * np.cos(theta))[:, None] * up)
+        return eta, velocity + self.current, acceleration
+
+
+def along(x, t):
+    """Part of the rows of x along the unit rows of t."""
+    return np.sum(x * t, axis=1, keepdims=True) * t
+
+
+def length(x):
+    """Lengths of the rows, as a column."""
+    return np.linalg.norm(x, axis=1, keepdims=True)
+
+
+def cable_residual(scene, r, T, v, a, t):
+    """Eq. (11)_1 at every node and the largest defect of (11)_2 over the cells, with Morison forces.
+
+    r, v, a: (nodes, 3) in order from the anchor.  T: (cells, degree) values at equidistant points of each cell.
+    """
+    c, sea = scene["cable"], NumpySea(scene)
+    mu, nu = c.get("position_degree", 1), c.get("tension_degree", 0)
+    h, D, rho = c["length"] / c["elements"], c["diameter"], sea.density
+    A, EA = np.pi * D**2 / 4, c.get("axial_stiffness", np.inf)
+    xi, weights = gauss(mu + 1)
+    N, dN = lagrange(mu, xi)
+    Q = lagrange(nu, xi)[0] if nu else np.ones((len(xi), 1))
+    weight = np.array([0.0, 0.0, -(c["line_density"] - rho * A) * sea.gravity])
+    momentum, strain = np.zeros_like(r), 0.0
+    for cell in range(c["elements"]):
+        i = slice(cell * mu, (cell + 1) * mu + 1)
+        slope, tension = dN @ r[i] / h, (Q @ T[cell])[:, None]
+        e, tangent = tension / EA, slope / length(slope)
+        _, water, a_w = sea.at(N @ r[i], t)
+        v_rel, a_q = N @ v[i] - water, N @ a[i]
+        v_t, a_t = along(v_rel, tangent), along(a_w, tangent)
+        v_n, a_n = v_rel - v_t, a_q - along(a_q, tangent)
+        C_n, C_t, C_A = (c.get(key, 0.0) for key in ("normal_drag", "tangential_drag", "added_mass"))
+        f = -0.5 * rho * D * (C_n * length(v_n) * v_n + C_t * length(v_t) * v_t)
+        f += rho * A * ((1 + C_A) * (a_w - a_t) - C_A * a_n + a_t)
+        inertia = c["line_density"] * a_q - weight - (1 + e) * f
+        momentum[i] += N.T @ (weights[:, None] * h * inertia) + dN.T @ (weights[:, None] * tension / (1 + e) * slope)
+        defect = 0.5 * (length(slope) ** 2 / (1 + e) - (1 + e))
+        strain = max(strain, np.abs(Q.T @ (weights[:, None] * defect)).max())
+    return momentum, strain
+
+
+def hull_loads(scene, r_C, q4, center, velocity, omega, acceleration, omega_t, t, cells=400):
+    """Force and torque about C of the water on a tilted cylinder, by many exact strips; with its end discs.
+
+    A strip is the circular segment that the local water plane cuts from the disk; the water is that on the axis.
+    """
+    b, sea = scene["buoy"], NumpySea(scene)
+    (_, diameter), (height, _) = b["hull"]
+    R, rho, dz = diameter / 2, sea.density, height / cells
+    xi, weights = gauss(8)
+    zeta = (np.arange(cells)[:, None] + xi).ravel() * dz
+    weights = np.tile(weights * dz, cells)
+    d = rotation_matrix(q4)[:, 2]
+    up = np.array([0.0, 0.0, 1.0])
+
+    def section(zeta):
+        lever = (zeta - center)[:, None] * d
+        x = r_C + lever
+        eta, water, a_w = sea.at(x, t)
+        uphill = up - d[2] * d
+        w = R * np.linalg.norm(uphill)
+        c = np.clip((eta - x[:, 2]) / w, -1, 1)
+        area = R**2 * (np.arccos(-c) + c * np.sqrt(1 - c**2))
+        moment = -(2 / 3) * R**4 * ((1 - c**2) ** 1.5 / w)[:, None] * uphill
+        v_rel = velocity + np.cross(omega, lever) - water
+        a = acceleration + np.cross(omega_t, lever) + np.cross(omega, np.cross(omega, lever))
+        return area[:, None], moment, lever, v_rel, a, a_w
+
+    area, moment, lever, v_rel, a, a_w = section(zeta)
+    C_A = b.get("added_mass", 0.0)
+    v_n = v_rel - (v_rel @ d)[:, None] * d
+    drag = 0.5 * b.get("normal_drag", 0.0) * rho * length(v_n) * v_n
+    per_area = rho * ((1 + C_A) * a_w - C_A * a) - 2 / (np.pi * R) * drag + rho * sea.gravity * up
+    force = weights @ (area * per_area)
+    torque = weights @ np.cross(area * lever + moment, per_area)
+    area, _, _, v_rel, _, _ = section(np.array([0.0, height]))
+    speed = (v_rel @ d)[:, None]
+    force = force - np.sum(0.5 * b.get("axial_drag", 0) * rho * area * np.abs(speed) * speed * d, axis=0)
+    return force, torque

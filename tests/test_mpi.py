@@ -1,0 +1,122 @@
+"""The same trajectory on two and three ranks as on one, to 1e-8 of the size of each quantity."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from dynamics_helpers import MOORED, merged
+
+import dolfbuoy
+from dolfbuoy.results import read
+
+pytestmark = [pytest.mark.mpi, pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")]
+
+SCRIPT = """
+import json, sys
+import dolfbuoy
+
+for name, scene in json.load(open(sys.argv[1])).items():
+    dolfbuoy.simulate(scene, out=name)
+"""
+
+MOVING = merged(MOORED, waves__ramp=0.2, waves__direction_deg=30.0, time={"end": 0.3, "step": 0.01})
+SCENES = {
+    "moored buoy": MOVING,
+    "moored buoy on an inextensible cable of degree 2": merged(
+        MOVING,
+        cable__axial_stiffness=None,
+        cable__position_degree=2,
+        cable__tension_degree=1,
+        cable__elements=5,
+        time__output_every=0.05,
+    ),
+    "driven top": {
+        "sea": MOORED["sea"],
+        "cable": merged(
+            MOORED["cable"],
+            elements=7,
+            top={
+                "kind": "prescribed",
+                "position": [12.0, 0.5, -3.5],
+                "amplitude": [0.1, 0.2, 1.5],
+                "period": 5.0,
+                "ramp": 1.0,
+            },
+        ),
+        "time": {"end": 0.3, "step": 0.01},
+    },
+    "free end": {
+        "cable": {"length": 3.0, "line_density": 2.0, "elements": 4, "top": {"kind": "free", "force": [1.0, 2.0, 0.0]}},
+        "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.8, 0.0, -2.4]]},
+        "time": {"end": 0.3, "step": 0.01},
+    },
+    "buoy without cable": {
+        "sea": MOORED["sea"],
+        "buoy": MOORED["buoy"],
+        "waves": MOVING["waves"],
+        "initial": {"buoy_angular_velocity": [0.1, -0.2, 0.3]},
+        "time": {"end": 0.3, "step": 0.01},
+    },
+}
+
+
+def start(ranks, scenes, folder):
+    """A finished process of mpirun that ran all scenes."""
+    (folder / "run.py").write_text(SCRIPT)
+    (folder / "scenes.json").write_text(json.dumps(scenes))
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
+    if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    command = ["mpirun", "-n", str(ranks), sys.executable, "run.py", "scenes.json"]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
+
+
+@pytest.fixture(scope="module", params=[2, 3])
+def parallel(request, tmp_path_factory):
+    """(number of ranks, folder with one record per scene)."""
+    folder = tmp_path_factory.mktemp("mpi")
+    done = start(request.param, SCENES, folder)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return request.param, folder
+
+
+@pytest.fixture(scope="module")
+def serial():
+    """The records of one process."""
+    return {name: dolfbuoy.simulate(scene) for name, scene in SCENES.items()}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_same_as_serial(serial, parallel, name):
+    (ranks, folder), expected = parallel, serial[name]
+    run = read(folder / name / "results.nc")
+    assert run.attrs["ranks"] == ranks
+    assert set(run.variables) == set(expected.variables)
+    assert len(run.time) > 10
+    for variable in run.data_vars:
+        value, reference = run[variable].values, expected[variable].values
+        assert value.shape == reference.shape, variable
+        size = np.abs(reference).max()
+        if variable == "cone_angle":  # of a rotation that is known to 1e-8
+            size = max(size, 1.0)
+        assert np.abs(value - reference).max() <= 1e-8 * size, variable
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_serial_run_moves(serial, name):
+    """The comparison is not one of two scenes at rest."""
+    run = serial[name]
+    place = run.buoy_position if "buoy_position" in run else run.cable_position
+    assert np.abs(place - place[0]).max() > 1e-4
+
+
+def test_more_ranks_than_elements(tmp_path):
+    """It runs, or it says in a sentence why not; it does not crash."""
+    scene = merged(SCENES["free end"], cable__elements=1)
+    done = start(2, {"rod": scene}, tmp_path)
+    assert done.returncode == 0 or "dolfbuoy.errors.InputError" in done.stderr, done.stderr[-3000:]

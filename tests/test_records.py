@@ -1,0 +1,171 @@
+"""What a run leaves on disk, while it goes, after a kill, and for running it again; and how many iterations it took."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+from dynamics_helpers import MOORED, merged
+
+import dolfbuoy
+from dolfbuoy import load_scene
+
+SCENE = merged(MOORED, cable__elements=6, waves__ramp=0.5, time={"end": 0.3, "step": 0.02, "output_every": 0.1})
+
+ALWAYS = {"time", "time_step", "newton_iterations"}
+CABLE = {"tension_top", "tension_anchor", "end_tension", "frame", "cable_position", "cable_tension", "s"}
+BUOY = {"buoy_position", "buoy_orientation", "linear_momentum", "angular_momentum", "cone_angle"}
+MOORING = {"mooring_point", "mooring_force"}
+WATER = {"surface_elevation", "displaced_mass"}
+UNITS = {
+    "time": "s",
+    "time_step": "s",
+    "frame": "s",
+    "tension_top": "N",
+    "tension_anchor": "N",
+    "end_tension": "N",
+    "mooring_force": "N",
+    "cable_tension": "N",
+    "buoy_position": "m",
+    "mooring_point": "m",
+    "cable_position": "m",
+    "surface_elevation": "m",
+    "s": "m",
+    "displaced_mass": "kg",
+}
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    return folder, dolfbuoy.simulate(SCENE, out=folder)
+
+
+def test_every_variable_is_there(finished):
+    folder, run = finished
+    with xr.open_dataset(folder / "results.nc", decode_times=False) as on_disk:
+        names = set(on_disk.variables)
+        assert names >= ALWAYS | CABLE | BUOY | MOORING | WATER
+        for name in names - {"xyz", "quaternion"}:
+            assert on_disk[name].attrs["units"], name
+            assert on_disk[name].attrs["long_name"], name
+            assert np.all(np.isfinite(on_disk[name])), name
+        for name, unit in UNITS.items():
+            assert on_disk[name].attrs["units"] == unit, name
+        assert on_disk.identical(run)
+    for attribute in ("unknowns", "effects", "wall_time_s", "version_dolfinx", "version_petsc"):
+        assert attribute in run.attrs
+    # 6 elements: 6 free nodes of 3, 6 tensions, and the 19 of the buoy
+    assert run.attrs["unknowns"] == 6 * 3 + 6 + 19
+
+
+def test_variables_are_consistent(finished):
+    _, run = finished
+    assert run.time.values == pytest.approx(0.02 * np.arange(16), abs=1e-12)
+    assert run.time_step.values[1:] == pytest.approx(np.diff(run.time), abs=1e-12)
+    assert run.newton_iterations.values[1:].min() >= 1
+    assert run.frame.values == pytest.approx([0.0, 0.1, 0.2, 0.3], abs=1e-12)
+    assert run.s.values == pytest.approx(np.linspace(0, 22, 7), abs=1e-12)
+    assert run.cable_tension.shape == (4, 6)
+    assert run.tension_top.values == pytest.approx(np.linalg.norm(run.end_tension, axis=1), rel=1e-14)
+    assert np.array_equal(run.end_tension, -run.mooring_force)
+    at = [0, 5, 10, 15]
+    assert run.cable_position.values[:, -1] == pytest.approx(run.mooring_point.values[at], abs=1e-10)
+    assert run.cable_tension.values[:, 0] == pytest.approx(run.tension_anchor.values[at], rel=1e-12)
+    assert list(run.xyz.values) == ["x", "y", "z"]
+    # the surface above C is that of the wave
+    t, x = run.time.values, run.buoy_position.values[:, 0]
+    ramp = np.where(t < 0.5, 0.5 * (1 - np.cos(np.pi * t / 0.5)), 1.0)
+    omega = 2 * np.pi / 5.0
+    k = omega**2 / 9.81
+    for _ in range(100):
+        k = omega**2 / (9.81 * np.tanh(k * 20.0))
+    assert run.surface_elevation.values == pytest.approx(0.8 * ramp * np.cos(k * x - omega * t), abs=1e-10)
+
+
+def test_absent_parts_leave_no_variables():
+    scene = {
+        "cable": {"length": 3.0, "line_density": 2.0, "elements": 4, "top": {"kind": "free", "force": [1.0, 2.0, 0.0]}},
+        "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.8, 0.0, -2.4]]},
+        "time": {"end": 0.05, "step": 0.01},
+    }
+    run = dolfbuoy.simulate(scene)
+    assert not (BUOY | MOORING | WATER) & set(run.variables)
+    assert set(run.variables) >= ALWAYS | CABLE
+    assert run.end_tension.values == pytest.approx(np.tile([1.0, 2.0, 0.0], (6, 1)))
+
+
+def test_scene_file_reproduces_the_run(finished, tmp_path):
+    folder, run = finished
+    assert load_scene(folder / "scene.toml") == load_scene(SCENE)
+    again = dolfbuoy.simulate(folder / "scene.toml", out=tmp_path)
+    for name in run.variables:
+        assert np.array_equal(run[name].values, again[name].values), name
+    assert (tmp_path / "scene.toml").read_text() == (folder / "scene.toml").read_text()
+
+
+LONG_RUN = """
+import json, sys
+import dolfbuoy
+
+dolfbuoy.simulate(json.loads(sys.argv[1]), out=sys.argv[2])
+"""
+
+
+def test_readable_while_running_and_after_a_kill(tmp_path):
+    scene = merged(SCENE, time={"end": 1000.0, "step": 0.02, "output_every": 0.1})
+    process = subprocess.Popen(
+        [sys.executable, "-c", LONG_RUN, json.dumps(scene), str(tmp_path)],
+        env={**os.environ, "OMP_NUM_THREADS": "1"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    file, lengths = tmp_path / "results.nc", []
+    try:
+        limit = time.monotonic() + 120
+        while len(set(lengths)) < 3 and time.monotonic() < limit:
+            assert process.poll() is None, "the run ended by itself"
+            if file.exists():
+                with xr.open_dataset(file, decode_times=False) as run:
+                    lengths.append(len(run.load().time))
+            time.sleep(0.05)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    assert len(set(lengths)) >= 3
+    assert lengths == sorted(lengths)
+    with xr.open_dataset(file, decode_times=False) as run:
+        run = run.load()
+    assert len(run.time) >= lengths[-1] > 10
+    assert run.time.values == pytest.approx(0.02 * np.arange(len(run.time)), abs=1e-9)
+    for name in run.variables:
+        assert np.all(run[name].values == run[name].values), name  # no fill values: every row is complete
+    last_frame = np.floor(run.time.values[-1] / 0.1 + 1e-6) * 0.1
+    assert run.frame.values == pytest.approx(np.arange(0, last_frame + 0.05, 0.1), abs=1e-9)
+    # what is on disk is the start of the run that was not killed
+    whole = dolfbuoy.simulate(SCENE)
+    n = len(whole.time)
+    assert run.buoy_position.values[:n] == pytest.approx(whole.buoy_position.values, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["short", "long"])
+def test_iterations_of_the_shipped_scenes(name):
+    """At dt = 0.01 s at most 3.5 Newton iterations a step on average, and no step fails."""
+    run = dolfbuoy.simulate(load_scene(name, time__end=5.0, time__step=0.01))
+    assert run.attrs["failed_steps"] == 0
+    assert len(run.time) == 501
+    assert run.newton_iterations.values[1:].mean() <= 3.5
+    assert np.abs(run.buoy_position - run.buoy_position[0]).max() > 0.05
+
+
+def test_iterations_of_a_moored_buoy():
+    """The same for a short cable in waves and current."""
+    run = dolfbuoy.simulate(merged(MOORED, waves__ramp=1.0, time={"end": 3.0, "step": 0.01}))
+    assert run.attrs["failed_steps"] == 0
+    assert run.newton_iterations.values[1:].mean() <= 3.5
+    assert np.abs(run.buoy_position - run.buoy_position[0]).max() > 0.2

@@ -1,0 +1,64 @@
+"""The study of effects: what is left out, what it changes and what it costs."""
+
+import json
+
+import pytest
+from dynamics_helpers import MOORED, merged
+
+from dolfbuoy import load_scene, observe
+from dolfbuoy.studies import accuracy as acc
+from dolfbuoy.studies import effects as study
+
+SCENE = merged(MOORED, cable__elements=3, waves__ramp=0.1, solver__hull_cells=6, time={"end": 0.4, "step": 0.02})
+#: What cannot be left out, because nothing would remain.
+ALWAYS = {"inextensible cable", "buoy", "hydrostatics"}
+
+
+def test_every_effect_can_be_left_out():
+    """Whatever `observe.effects` can name is in the table, and leaving it out takes the name away."""
+    scene = load_scene(
+        SCENE,
+        wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0},
+        buoy__axial_added_mass=1.0,
+        cable__strain="element-average",
+    )
+    names = study.effects_of(scene)
+    assert set(names) == set(observe.effects(scene)) - ALWAYS == set(study.REMOVABLE)
+    for name in names:
+        left = set(names) - {name} - ({"cable tangential Froude-Krylov"} if name == "waves" else set())
+        assert set(observe.effects(study.variant(scene, [name]))) - ALWAYS == left
+    assert set(observe.effects(study.variant(scene, only=[]))) == ALWAYS
+    assert set(observe.effects(study.variant(scene, only=["current"]))) == ALWAYS | {"current"}
+
+
+def test_an_effect_that_cannot_be_left_out(monkeypatch):
+    """The reason stands in the row, and the effect is needed."""
+    scene = load_scene(SCENE)
+    monkeypatch.setitem(study.REMOVABLE, "waves", ("sea", None))
+    cases = study.cases(scene, [])
+    row = cases[0] | study.evaluate(cases[0] | {"files": {"full": __file__}})
+    assert "needs [sea]" in row["reason"]
+    assert study.judge([row], acc.quantities_of(scene), 0.01) == (["waves"], [])
+    assert "without it" in study.notes([row], acc.quantities_of(scene), 0.01)[0]
+
+
+def test_study(tmp_path):
+    """All files, both modes of every effect, operations that add up, and the verdict from the numbers."""
+    scene = load_scene(merged(SCENE, external_force=None, current=None, buoy__normal_drag=0.0, buoy__axial_drag=0.0))
+    scene = study.variant(scene, only=["waves", "buoy rotational damping"])
+    rows = study.run(tmp_path, scene, threshold=0.01)
+    names = acc.quantities_of(scene)
+    removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
+    assert list(removed) == study.effects_of(scene)
+    assert {row["effect"] for row in rows if row["mode"] == "alone"} == set(removed)
+    assert all((tmp_path / f"effects.{suffix}").stat().st_size > 500 for suffix in ("json", "csv", "png", "svg"))
+    for row in removed.values():
+        assert row["reason"] is None
+        assert row["operations"] < row["base_operations"]
+        assert row["unknowns"] == row["base_unknowns"]
+        assert row["step_time"] > 0
+    assert study.largest(removed["waves"], names)[0] > 0.1
+    assert study.largest(removed["buoy rotational damping"], names)[0] == pytest.approx(0.0, abs=1e-9)
+    notes = json.loads((tmp_path / "effects.json").read_text())["notes"]
+    assert "needs: waves" in notes[0]
+    assert "rotational damping" in notes[1]
