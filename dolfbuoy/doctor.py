@@ -47,7 +47,7 @@ def _mpi():
     command = [mpirun, "--oversubscribe", "-n", "2", sys.executable, "-c", code]
     if os.geteuid() == 0:
         command.insert(1, "--allow-run-as-root")
-    result = subprocess.run(command, capture_output=True, text=True, timeout=60, env=environment, check=False)
+    result = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment, check=False)
     if result.stdout.split() != ["2", "2"]:
         raise RuntimeError((result.stderr or result.stdout).strip().splitlines()[-1])
     return "two ranks answered"

@@ -98,7 +98,9 @@ def test_same_as_serial(serial, parallel, name):
     assert run.attrs["ranks"] == ranks
     assert set(run.variables) == set(expected.variables)
     assert len(run.time) > 10
-    for variable in run.data_vars:
+    effort = run.newton_iterations.values - expected.newton_iterations.values
+    assert np.abs(effort).max() <= 1  # rounding decides whether an increment at the tolerance is the last
+    for variable in set(run.data_vars) - {"newton_iterations"}:
         value, reference = run[variable].values, expected[variable].values
         assert value.shape == reference.shape, variable
         size = np.abs(reference).max()
