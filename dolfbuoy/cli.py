@@ -131,8 +131,10 @@ def run(
     try:
         with bar:
             record = simulate(loaded, out=folder, progress=bar.update)
-    except KeyboardInterrupt:
-        raise Interrupted(folder) from None
+    except BaseException:
+        if _interrupt.received:
+            raise Interrupted(folder) from None
+        raise
     if _rank() != 0:
         return
     _print_summary(record, loaded, folder)
@@ -277,12 +279,20 @@ class Interrupted(Exception):
 
 
 def _interrupt(signum, frame):
+    """Handler of SIGINT and SIGTERM.  What arrives in the middle of a callback comes out of newer versions of PETSc as
+    an error of its own, so it is noted here that there was an interruption."""
+    _interrupt.received = True
     raise KeyboardInterrupt
+
+
+_interrupt.received = False
 
 
 def main():
     """Entry point: every way to end, and its exit code."""
-    signal.signal(signal.SIGTERM, _interrupt)
+    _interrupt.received = False
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
     try:
         app(standalone_mode=True)
     except InputError as error:
@@ -294,6 +304,10 @@ def main():
         sys.exit(0)
     except Interrupted as stop:
         _fail(f"Interrupted; what was computed until now is in {stop}.", 130)
+    except Exception:
+        if _interrupt.received:
+            _fail("Interrupted.", 130)
+        raise
 
 
 def _fail(message, code):

@@ -112,7 +112,15 @@ def test_failed_solve_is_exit_code_1_and_names_the_place(call, tmp_path):
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 130), (signal.SIGKILL, -9)])
 def test_an_interrupted_run_leaves_its_record(tmp_path, number, code):
     command = [sys.executable, "-m", "dolfbuoy.cli", "run", "short", "--out", str(tmp_path), "--no-plot"]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(
+            signal.SIGINT, signal.SIG_DFL
+        ),  # a background shell ignores it, and its children
+    )
     deadline = time.monotonic() + 120
     while not (tmp_path / "results.nc").exists() or read(tmp_path / "results.nc").sizes["time"] < 2:
         assert process.poll() is None, process.stderr.read()
