@@ -148,7 +148,8 @@ class System:
         A.setType("aij")
         A.setLGMap(self.lgmap, self.lgmap)
         width = self._row_widths()
-        A.setPreallocationNNZ((width, width) if self.comm.size > 1 else width)
+        parallel = (np.minimum(width, n), np.minimum(width, N - n))  # columns of this rank, and of the others
+        A.setPreallocationNNZ(parallel if self.comm.size > 1 else width)
         A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
         self.A = A
         self._views = {}
