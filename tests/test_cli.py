@@ -138,6 +138,6 @@ def test_an_interrupted_run_leaves_its_record(tmp_path, number, code):
 
 def test_doctor(call):
     code, out, _ = call("doctor")
-    assert code == 0
+    assert code == 0, out
     assert out.count("ok ") == 3
     assert "dolfinx" in out
