@@ -14,9 +14,9 @@ die() { printf '%s\n' "dolfbuoy: $*" >&2; exit 1; }
 
 system=$( (. /etc/os-release && echo "${ID:-unknown}-${VERSION_ID:-unreleased}") 2>/dev/null) || system=unknown
 case $system in
-    debian-12 | debian-13) ;;
+    debian-12 | debian-13 | debian-unreleased) ;; # unreleased: sid and the next release, which have no number
     *)
-        echo "dolfbuoy: this script supports Debian 12 (dolfinx 0.5.2) and Debian 13 (dolfinx 0.9.0) only, and this system is $system." >&2
+        echo "dolfbuoy: this script supports Debian 12 (dolfinx 0.5.2), Debian 13 (dolfinx 0.9.0) and Debian sid (dolfinx 0.11) only, and this system is $system." >&2
         exit 2
         ;;
 esac

@@ -70,8 +70,8 @@ class CableModel:
 
     def _numbering(self):
         """Where the dofs of w sit on the cable: nodes of r, cells of T."""
-        V, r_dofs = self.space.sub(0).collapse()
-        Q, T_dofs = self.space.sub(1).collapse()
+        V, r_dofs = compat.collapse(self.space, 0)
+        Q, T_dofs = compat.collapse(self.space, 1)
         self.node_s = V.tabulate_dof_coordinates()[:, 0].copy()
         self.node_dofs = np.asarray(r_dofs).reshape(-1, 3)
         self.owned_nodes = V.dofmap.index_map.size_local
@@ -80,7 +80,7 @@ class CableModel:
         self.T_dofs, self.T_s = np.asarray(T_dofs)[cells], Q.tabulate_dof_coordinates()[cells, 0]
         self.mean_dofs = None
         if self._averaged:
-            Q0, mean_dofs = self.space.sub(2).collapse()
+            Q0, mean_dofs = compat.collapse(self.space, 2)
             self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
         self.anchor_dofs, self.top_dofs = (self._end_dofs(s) for s in (0.0, self.section.length))
 

@@ -29,10 +29,11 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 #: dolfinx versions that the tests have passed on, with the Debian release that ships them.
-SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13"}
+SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13", (0, 11): "Debian sid"}
 
 VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 LEGACY = VERSION < (0, 8)  # UFL elements, dolfinx.cpp objects without a Python layer
+SEVERAL = VERSION >= (0, 11)  # spaces and geometries of meshes with several cell types: lists of one where there was one
 
 if not LEGACY:
     import basix.ufl
@@ -63,7 +64,7 @@ def interval_mesh(comm, nodes):
     if LEGACY:
         cell = ufl.Cell("interval", geometric_dimension=1)
         return dmesh.create_mesh(comm, cells, nodes, ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1)))
-    return dmesh.create_mesh(comm, cells, nodes, basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
+    return dmesh.create_mesh(comm, cells, x=nodes, e=basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
 
 
 def element(mesh, family, degree, size=1):
@@ -98,10 +99,15 @@ def space_on_dofmap(mesh, space, index_map, cell_dofs, block_size):
     if LEGACY:
         cpp_space = _cpp.fem.FunctionSpace(mesh._mesh, space._cpp_object.element, dofmap)
         return fem.FunctionSpace(mesh, space.ufl_element(), cpp_space)
-    cpp_space = _cpp.fem.FunctionSpace_float64(
-        mesh._cpp_object, space._cpp_object.element, dofmap, space._cpp_object.value_shape
-    )
+    shape = () if SEVERAL else (space._cpp_object.value_shape,)
+    cpp_space = _cpp.fem.FunctionSpace_float64(mesh._cpp_object, space._cpp_object.element, dofmap, *shape)
     return fem.FunctionSpace(mesh, space.ufl_element(), cpp_space)
+
+
+def collapse(space, component):
+    """Component of a mixed space as a space of its own, and the dofs of `space` that its dofs are."""
+    collapsed, dofs = space.sub(component).collapse()
+    return collapsed, np.asarray(dofs[0] if SEVERAL else dofs)
 
 
 def local_index_map(size):
@@ -170,7 +176,10 @@ def cell_dofs(space):
 def cell_ends(mesh):
     """Coordinates of the two ends of every owned cell of an interval mesh, smaller first."""
     cells = mesh.topology.index_map(1).size_local
-    nodes = mesh.geometry.dofmap.array.reshape(-1, 2) if LEGACY else mesh.geometry.dofmap
+    if LEGACY:
+        nodes = mesh.geometry.dofmap.array.reshape(-1, 2)
+    else:
+        nodes = mesh.geometry.dofmaps[0] if SEVERAL else mesh.geometry.dofmap
     ends = mesh.geometry.x[np.asarray(nodes)[:cells], 0]
     return np.sort(ends, axis=1)
 

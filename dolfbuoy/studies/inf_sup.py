@@ -99,8 +99,8 @@ def newton_matrix(state: str, mu: int, nu: int, elements: int):
     mesh = compat.interval_mesh(MPI.COMM_SELF, cable_nodes(1.0, elements))
     parts = [compat.element(mesh, "P", mu, 3), compat.element(mesh, "DG", nu)]
     W = compat.function_space(mesh, compat.mixed_element(parts))
-    V, r_dofs = W.sub(0).collapse()
-    _, T_dofs = W.sub(1).collapse()
+    V, r_dofs = compat.collapse(W, 0)
+    _, T_dofs = compat.collapse(W, 1)
     r_dofs, T_dofs, s = np.asarray(r_dofs), np.asarray(T_dofs), V.tabulate_dof_coordinates()[:, 0]
 
     w = fem.Function(W)
