@@ -33,7 +33,7 @@ SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13", (0, 11): "Debian sid"}
 
 VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 LEGACY = VERSION < (0, 8)  # UFL elements, dolfinx.cpp objects without a Python layer
-SEVERAL = VERSION >= (0, 11)  # spaces and geometries of meshes with several cell types: lists of one where there was one
+SEVERAL = VERSION >= (0, 11)  # meshes may have several cell types: lists of one dofmap where there was one dofmap
 
 if not LEGACY:
     import basix.ufl
