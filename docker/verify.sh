@@ -2,16 +2,17 @@
 # Builds docker/Dockerfile and runs the program in it, without a Docker engine, for several Debian releases; then
 # compares what they computed.
 # Usage: docker/verify.sh [bookworm|trixie|sid ...]        (as root; default: bookworm trixie)
+#        docker/verify.sh compare                          only the comparison of what was computed before
 #
-# Per release: debootstrap makes the base image, buildah builds (isolation chroot, storage driver vfs: works inside
-# containers too), and in the image, as a user whom it does not know, run the tests and `dolfbuoy run short --t-end 5`.
-# Results of earlier calls stay; those of the same program are compared too.
+# What is verified is the last commit.  Per release: debootstrap makes the base image, buildah builds (isolation chroot:
+# works inside containers too), and in the image, as a user whom it does not know, run the tests, `dolfbuoy doctor` and
+# `dolfbuoy run short --t-end 5` on one and on two ranks.  What a release has passed at this commit is not repeated.
 #
-# Needs: apt-get install --no-install-recommends debootstrap buildah podman; the network; 10 GB of disk per release.
+# Needs: apt-get install --no-install-recommends debootstrap buildah podman git; the network; 3 GB of disk per release.
 # WORK    working folder [/var/tmp/dolfbuoy-verify]; may be deleted
 # MIRROR  Debian mirror [the first one of this machine's apt sources]
 # TESTS   arguments of pytest; "none" leaves the tests out
-# DRIVER  storage driver [vfs]; where the kernel lets root mount it, "overlay" needs less disk and keeps layers
+# DRIVER  storage driver [overlay where the kernel lets root mount it, else vfs: without layers, more disk]
 set -eu
 
 root=$(cd -- "$(dirname -- "$0")/.." && pwd -P)
@@ -19,7 +20,6 @@ WORK=${WORK:-/var/tmp/dolfbuoy-verify}
 MIRROR=${MIRROR:-$(cat /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null |
     sed -n 's/^URIs: *//p; s/^deb \(\[[^]]*\] \)\{0,1\}\([^ ]*\).*/\2/p' | head -n 1)}
 TESTS=${TESTS:-}
-DRIVER=${DRIVER:-vfs}
 tolerance=1e-8
 stranger=12345:12345 # a caller without an entry in the image's /etc/passwd
 
@@ -27,14 +27,24 @@ say() { printf '%s\n' "verify: $*"; }
 die() { printf '%s\n' "verify: $*" >&2; exit 1; }
 
 [ "$(id -u)" -eq 0 ] || die "needs root"
-for tool in debootstrap podman buildah; do
-    command -v $tool >/dev/null || die "$tool is missing: apt-get install --no-install-recommends debootstrap buildah podman"
+for tool in debootstrap podman buildah git; do
+    command -v $tool >/dev/null || die "$tool is missing: apt-get install --no-install-recommends debootstrap buildah podman git"
 done
 [ $# -gt 0 ] || set -- bookworm trixie
 for release; do
-    case $release in bookworm | trixie | sid) ;; *) die "unknown release $release: bookworm, trixie or sid" ;; esac
+    case $release in bookworm | trixie | sid | compare) ;; *) die "unknown release $release: bookworm, trixie or sid" ;; esac
 done
+mkdir -p "$WORK"
+exec 9>"$WORK/lock"
+flock -n 9 || die "another verification is running in $WORK"
 
+can_overlay() {
+    rm -rf "$WORK/try"
+    mkdir -p "$WORK/try/lower" "$WORK/try/upper" "$WORK/try/work" "$WORK/try/merged"
+    mount -t overlay -o "lowerdir=$WORK/try/lower,upperdir=$WORK/try/upper,workdir=$WORK/try/work" none \
+        "$WORK/try/merged" 2>/dev/null && umount "$WORK/try/merged"
+}
+[ -n "${DRIVER:-}" ] || { can_overlay && DRIVER=overlay || DRIVER=vfs; }
 storage="--root $WORK/$DRIVER --runroot $WORK/$DRIVER-run --storage-driver $DRIVER" # apart from the machine's own images
 # shellcheck disable=SC2086  # a list of options
 buildah() { command buildah $storage "$@"; }
@@ -83,95 +93,148 @@ base_image() {
     rm -rf --one-file-system "$base"
 }
 
+# ---- the tree that is verified: the last commit, whatever is being changed meanwhile
+
+commit=$(git -C "$root" rev-parse HEAD) || die "$root is not a git repository"
+[ -z "$(git -C "$root" status --porcelain)" ] || say "what is not committed is not verified"
+results=$WORK/results/$(git -C "$root" rev-parse --short=12 HEAD)
+
+source_tree() {
+    rm -rf "$WORK/source"
+    mkdir -p "$WORK/source" "$results"
+    git -C "$root" archive "$commit" | tar -C "$WORK/source" -xf -
+}
+
 build() {
     release=$1
     say "$release: building the image"
     [ "$DRIVER" = vfs ] && layers=false || layers=true
     buildah bud --isolation chroot --pull-never --layers="$layers" --build-arg "DEBIAN=$release" \
-        --build-arg "REVISION=$(git -C "$root" rev-parse HEAD 2>/dev/null || true)" \
+        --build-arg "REVISION=$commit" \
         --volume "$WORK/host/apt.conf:/etc/apt/apt.conf.d/99host:ro" \
         --volume "$WORK/host/pip.conf:/etc/pip.conf:ro" \
         --volume "$WORK/host/certificates.crt:/run/host-certificates.crt:ro" \
-        --file "$root/docker/Dockerfile" --tag "dolfbuoy:$release" "$root" >"$WORK/build-$release.log" 2>&1 ||
+        --file "$WORK/source/docker/Dockerfile" --tag "dolfbuoy:$release" "$WORK/source" >"$WORK/build-$release.log" 2>&1 ||
         { tail -n 30 "$WORK/build-$release.log" >&2; die "the build failed, see $WORK/build-$release.log"; }
 }
+
+# ---- in the image
+
+# open_image RELEASE HOST_FOLDER: a container of the image, the folder of this machine mounted as /results
+open_image() {
+    container=$(buildah from --pull-never "dolfbuoy:$1") mounted=$2
+    entry=$(buildah inspect --type image --format '{{range .OCIv1.Config.Entrypoint}}{{.}} {{end}}' "dolfbuoy:$1")
+}
+
+close_image() { buildah rm "$container" >/dev/null; }
 
 # in_image FOLDER COMMAND...: COMMAND in the container, FOLDER of the container as working directory
 in_image() {
     folder=$1
     shift
     buildah run --isolation chroot --user "$stranger" --workingdir "$folder" \
-        --volume "$results:/results" "$container" -- "$@"
+        --volume "$mounted:/results" "$container" -- "$@"
+}
+
+forms() { in_image / find /var/cache/dolfbuoy -name '*.c' | LC_ALL=C sort; }
+
+# attempt NAME RELEASE COMMAND...: run it with its output in a log; a failure is noted and does not stop the others
+attempt() {
+    log=$WORK/$1-$2.log note=$1-$2
+    shift 2
+    "$@" >"$log" 2>&1 && return
+    tail -n 20 "$log" >&2
+    say "FAILED: $note, see $log"
+    failed="$failed $note"
+    return 1
 }
 
 check() {
-    release=$1 results=$WORK/results/$program/$1
-    rm -rf "$results"
-    mkdir -p "$results"
-    chown "$stranger" "$results"
-    container=$(buildah from --pull-never "dolfbuoy:$release")
+    release=$1 before=$failed folder=$results/$1
+    rm -rf "$folder"
+    mkdir -p "$folder"
+    chown "$stranger" "$folder"
+    open_image "$release" "$folder"
+
+    say "$release: dolfbuoy doctor"
+    # shellcheck disable=SC2086  # the entry point, a list of words
+    attempt doctor "$release" in_image /results $entry doctor || true
+    say "$release: dolfbuoy run short --t-end 5"
+    forms >"$WORK/forms-before"
+    # shellcheck disable=SC2086
+    attempt run "$release" in_image /results $entry run short --t-end 5 --out short || true
+    forms >"$WORK/forms-after"
+    attempt warm-cache "$release" cmp "$WORK/forms-before" "$WORK/forms-after" || true
+    attempt owner "$release" test "$(stat -c %u:%g "$folder/short/results.nc")" = "$stranger" || true
+    say "$release: the same on two ranks"
+    attempt two "$release" in_image /results mpirun -n 2 dolfbuoy run short --t-end 5 --no-plot --out two || true
     if [ "$TESTS" != none ]; then
         say "$release: tests"
         # shellcheck disable=SC2086  # a list of arguments
-        in_image /opt/dolfbuoy env HYPOTHESIS_STORAGE_DIRECTORY=/tmp/hypothesis pytest -q -p no:cacheprovider $TESTS \
-            >"$WORK/tests-$release.log" 2>&1 || failed="$failed tests-$release"
-        tail -n 1 "$WORK/tests-$release.log" | tee "$results/tests"
+        attempt tests "$release" in_image /opt/dolfbuoy env HYPOTHESIS_STORAGE_DIRECTORY=/tmp/hypothesis \
+            pytest -q -p no:cacheprovider $TESTS || true
+        tail -n 1 "$WORK/tests-$release.log" | tee "$folder/tests"
     fi
-    say "$release: dolfbuoy doctor"
-    in_image /results dolfbuoy doctor >"$WORK/doctor-$release.log" 2>&1 ||
-        { tail -n 5 "$WORK/doctor-$release.log"; failed="$failed doctor-$release"; }
-    say "$release: dolfbuoy run short --t-end 5"
-    in_image /results dolfbuoy run short --t-end 5 --out short >"$WORK/run-$release.log" 2>&1 ||
-        { tail -n 20 "$WORK/run-$release.log" >&2; die "the run failed, see $WORK/run-$release.log"; }
-    say "$release: the same on two ranks"
-    in_image /results mpirun -n 2 dolfbuoy run short --t-end 5 --no-plot --out two >>"$WORK/run-$release.log" 2>&1 ||
-        { tail -n 20 "$WORK/run-$release.log" >&2; die "the run failed, see $WORK/run-$release.log"; }
-    buildah rm "$container" >/dev/null
+    close_image
+    [ "$failed" != "$before" ] || [ "$TESTS" = none ] || touch "$folder/passed"
 }
 
-# Every record of this program against the first one, relative to the size of each variable.
+# ---- every record of this commit against the first one, relative to the size of each variable
+
 compare() {
-    container=$(buildah from --pull-never "dolfbuoy:$1") results=$WORK/results/$program
-    in_image /results python - "$tolerance" <<'PYTHON' && status=0 || status=1
+    image=$(podman images --format '{{.Repository}}:{{.Tag}}' | sed -n 's|^localhost/dolfbuoy:||p' | head -n 1)
+    if [ -z "$image" ] || [ ! -d "$results" ]; then die "nothing was computed yet at this commit"; fi
+    open_image "$image" "$results"
+    in_image /results python - "$tolerance" <<'PYTHON' >"$WORK/comparison.md" && status=0 || status=1
 import pathlib
 import sys
 
 import numpy as np
 import xarray as xr
 
-tolerance, names = float(sys.argv[1]), ["buoy_position", "tension_top"]
-print("| Debian | ranks | dolfinx | PETSc | Python | steps |", " | ".join(names), "|\n|" + 8 * "---|")
-reference, worst = None, 0.0
-for path in sorted(pathlib.Path().glob("*/*/results.nc")):
-    with xr.open_dataset(path) as record:
-        values = {name: record[name].values for name in ["time", *names]}
+EFFORT = {"newton_iterations", "time_step"}  # rounding decides whether the last iteration was needed
+tolerance, reference, worst = float(sys.argv[1]), None, 0.0
+print("| Debian | ranks | dolfinx | PETSc | Python | steps | largest difference | of |\n|" + 8 * "---|")
+paths = sorted(pathlib.Path().glob("*/*/results.nc"))
+for path in paths:
+    with xr.open_dataset(path, decode_times=False) as record:
+        values = {n: v.values for n, v in record.variables.items() if n not in EFFORT and v.dtype.kind == "f"}
         versions = [record.attrs[f"version_{name}"] for name in ("dolfinx", "petsc", "python")]
         ranks = record.attrs["ranks"]
     if reference is None:
-        reference, cells = values, ["reference"] * len(names)
-    elif values["time"].shape != reference["time"].shape:
-        cells, worst = ["other times"] * len(names), np.inf
+        reference, cells = values, ["reference", ""]
+    elif {n: v.shape for n, v in values.items()} != {n: v.shape for n, v in reference.items()}:
+        cells, worst = ["other variables or times", ""], np.inf
     else:
-        differences = [abs(values[n] - reference[n]).max() / abs(reference[n]).max() for n in names]
-        cells, worst = [f"{d:.1e}" for d in differences], np.max([worst, *differences])
-    print("|", " | ".join([path.parts[0], str(ranks), *versions, str(len(values["time"])), *cells]), "|")
+        found = {n: abs(values[n] - x).max() / (abs(x).max() or 1.0) for n, x in reference.items()}
+        name = max(found, key=found.get)
+        cells, worst = [f"{found[name]:.1e}", name], np.max([worst, *found.values()])
+    print("|", " | ".join([path.parts[0], str(ranks), *versions, str(len(values["time"]) - 1), *cells]), "|")
+if len(paths) < 2:
+    sys.exit(f"{len(paths)} record: nothing to compare")
 print(f"largest difference {worst:.1e}, allowed {tolerance:.0e}:", "the same" if worst <= tolerance else "NOT THE SAME")
 sys.exit(not worst <= tolerance)
 PYTHON
-    buildah rm "$container" >/dev/null
+    close_image
+    cat "$WORK/comparison.md"
     return "$status"
 }
 
 failed=
-program=$(cd "$root" && find dolfbuoy forms meshes -name '*.py' -o -name '*.toml' | LC_ALL=C sort | xargs sha256sum |
-    sha256sum | cut -c 1-12)
-mkdir -p "$WORK"
-host_network
-for release; do
-    base_image "$release"
-    build "$release"
-    check "$release"
-done
-compare "$release" || failed="$failed comparison"
+buildah rm --all >/dev/null 2>&1 || true # what an interrupted verification left
+if [ "$1" != compare ]; then
+    host_network
+    source_tree
+    for release; do
+        if [ -f "$results/$release/passed" ]; then
+            say "$release: passed before at this commit: $(cat "$results/$release/tests")"
+            continue
+        fi
+        base_image "$release"
+        build "$release"
+        check "$release"
+    done
+fi
+compare || failed="$failed comparison"
 [ -z "$failed" ] || die "failed:$failed"
 say "all passed"
