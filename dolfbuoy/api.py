@@ -1,14 +1,16 @@
 """The Python interface: `load_scene`, `solve_static`, `simulate`."""
 
 import tempfile
+import time as clock
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from mpi4py import MPI
 
-from . import results
+from . import checkpoint, results
 from .dynamics import Simulation
+from .errors import InputError
 from .observe import Observer, attributes
 from .scene import Scene, load_scene
 from .statics import solve_equilibrium
@@ -42,46 +44,76 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
 
 
 def simulate(
-    scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, progress=None, **overrides
+    scene: "Scene | str | Path | dict | None" = None,
+    out=None,
+    comm=MPI.COMM_WORLD,
+    progress=None,
+    resume=None,
+    **overrides,
 ) -> xr.Dataset:
     """Run a scene in time and return its record (complete on rank 0).
 
-    out: folder for results.nc and scene.toml, written as the run goes.  progress: called after each step with the
-    Simulation and the step's iterations.  overrides: see load_scene.  Raises InputError for an impossible scene,
-    SolveError when a step fails for good; everything computed until then is on disk.
+    out: folder for results.nc, scene.toml and checkpoint.npz, written as the run goes.  progress: called after each
+    step with the Simulation and the step's iterations.  overrides: see load_scene.  resume: folder of a run that was
+    stopped, instead of scene and out; only `time__end` may then be changed.  It goes on as if it had not been stopped.
+    Raises InputError for an impossible scene or resumption, SolveError when a step fails for good, OSError when
+    nothing can be written; everything computed until then is on disk.
     """
+    if resume is not None:
+        ends = [value for key, value in overrides.items() if key.replace("__", ".") == "time.end"]
+        if scene is not None or out is not None or len(ends) < len(overrides):
+            raise InputError("resume: a run goes on with its own scene and folder; only time__end may be changed.")
+        point = checkpoint.load(resume, comm.size, *ends)
+        return _drive(point.scene, _folder(point.scene, resume, comm), comm, progress, point)
     scene = load_scene(scene, **overrides)
     if out is None:
         with tempfile.TemporaryDirectory() as folder:
             return simulate(scene, comm.bcast(folder), comm, progress)
-    folder = _folder(scene, out, comm)
-    simulation = Simulation(scene, comm)
-    recorder = Recorder(simulation, folder / "results.nc")
-    try:
-        for step, iterations in simulation.run():
-            recorder.add(step, iterations)
-            if progress is not None:
-                progress(simulation, iterations)
-    finally:
-        recorder.close()
-        simulation.problem.destroy()
+    if comm.rank == 0:
+        (Path(out) / checkpoint.NAME).unlink(missing_ok=True)  # of another run
+    return _drive(scene, _folder(scene, out, comm), comm, progress)
+
+
+def _drive(scene, folder, comm, progress, point=None):
+    """From the start or a Checkpoint to the end."""
+    if point is None or not point.complete:
+        simulation = Simulation(scene, comm, state=point and point.states[comm.rank])
+        recorder = Recorder(simulation, folder, point)
+        try:
+            for step, iterations in simulation.run():
+                recorder.add(step, iterations)
+                if progress is not None:
+                    progress(simulation, iterations)
+            recorder.save()
+        finally:
+            recorder.close()
+            simulation.problem.destroy()
     return results.read(folder / "results.nc") if comm.rank == 0 else xr.Dataset()
 
 
 class Recorder:
-    """Writes the record of a Simulation, step by step; collective, the file belongs to rank 0."""
+    """Writes record and checkpoint of a Simulation, step by step; collective, the files belong to rank 0.
 
-    def __init__(self, simulation, path):
-        self.simulation, scene = simulation, simulation.scene
+    Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.
+    """
+
+    pause, share = 1.0, 0.02
+
+    def __init__(self, simulation, folder, point=None):
+        self.simulation, self.folder, scene = simulation, folder, simulation.scene
         self.observer = Observer(simulation.problem)
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
         fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
-        self.record = results.Record(path, attributes(simulation.problem), fixed) if self.root else None
-        self._next_frame = 0.0
-        self.add(0.0, 0)
-        if self.root:
-            self.record.flush()
+        self.record = results.Record(folder / "results.nc", attributes(simulation.problem), fixed)
+        self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
+        if point is None:
+            self.add(0.0, 0)
+            self.save()
+        else:
+            self._next_frame = point.next_frame
+            if self.root:
+                self.record.take_up(point.rows)
 
     def add(self, step, iterations):
         """The present state."""
@@ -94,11 +126,26 @@ class Recorder:
             self._next_frame = self.interval * (np.floor((sim.t + tolerance) / self.interval) + 1)
         if self.root:
             self.record.add(values)
+        if sim.comm.bcast(clock.monotonic() > self._next_save):
+            self.save()
+
+    def save(self):
+        """Bring all rows to the disk, then the state after the last one."""
+        begin = clock.monotonic()
+        states = self.simulation.comm.gather(self.simulation.state())
+        if self.root:
+            self._flush()
+            scene, rows = self.simulation.scene, self.record.counts
+            checkpoint.write(checkpoint.Checkpoint(self.folder, scene, states, rows, self._next_frame))
+        end = clock.monotonic()
+        self._next_save = end + max(self.pause, (end - begin) / self.share)
 
     def close(self):
-        """Write what is left, with the run's totals."""
-        if not self.root:
-            return
+        """Bring what is left to the disk.  No checkpoint: a step may have been broken off in the middle."""
+        if self.root and self.record.pending:
+            self._flush()
+
+    def _flush(self):
         sim = self.simulation
         self.record.attributes |= {
             "failed_steps": sim.control.failed,
@@ -115,8 +162,10 @@ def _folder(scene, out, comm):
     if out is None:
         return None
     folder = Path(out)
+    comm.barrier()  # nobody reads the old scene any more
     if comm.rank == 0:
         folder.mkdir(parents=True, exist_ok=True)
-        scene.save(folder / "scene.toml")
+        with results.replacing(folder / "scene.toml") as part:
+            scene.save(part)
     comm.barrier()
     return folder

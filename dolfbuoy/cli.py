@@ -110,27 +110,42 @@ def static(scene: SceneArgument, folder: OutOption = None, assign: SetOption = N
 
 @app.command()
 def run(
-    scene: SceneArgument,
+    scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path.")] = None,
     folder: OutOption = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run [s].")] = None,
     assign: SetOption = None,
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw the figures.")] = True,
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Find the settings first; see advise.")] = None,
     quantity: QuantityOption = "tension_top",
+    resume: Annotated[
+        Path | None, typer.Option("--resume", metavar="DIR", help="Go on with a run that was stopped, or lengthen it.")
+    ] = None,
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from .api import simulate
     from .statics import check_feasible
 
-    loaded = _load(scene, assign, **({} if t_end is None else {"time.end": t_end}))
-    check_feasible(loaded)
-    if accuracy is not None:
-        loaded = _advised(loaded, quantity, accuracy)
-    folder = _folder(scene, folder)
+    if (scene is None) == (resume is None):
+        raise InputError("run needs either a SCENE or --resume DIR.")
+    end = {} if t_end is None else {"time.end": t_end}
+    if resume is not None:
+        if folder is not None or assign or accuracy is not None:
+            raise InputError("--resume goes on with a run as it is: it allows --t-end, no --out, --set or --accuracy.")
+        point = _checkpoint(resume, t_end)
+        if point is None:
+            return
+        loaded, folder, source = point.scene, resume, {"resume": resume, **end}
+    else:
+        loaded = _load(scene, assign, **end)
+        check_feasible(loaded)
+        if accuracy is not None:
+            loaded = _advised(loaded, quantity, accuracy)
+        folder = _folder(scene, folder)
+        source = {"scene": loaded, "out": folder}
     bar = _Bar(loaded)
     try:
         with bar:
-            record = simulate(loaded, out=folder, progress=bar.update)
+            record = simulate(progress=bar.update, **source)
     except BaseException:
         if _interrupt.received:
             raise Interrupted(folder) from None
@@ -140,6 +155,18 @@ def run(
     _print_summary(record, loaded, folder)
     if plot:
         _draw(folder)
+
+
+def _checkpoint(folder, t_end):
+    """Where a stopped run goes on; None, said so, when it is complete."""
+    from mpi4py import MPI
+
+    from .checkpoint import load
+
+    point = load(folder, MPI.COMM_WORLD.size, t_end)
+    if point.complete and _rank() == 0:
+        out.print(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.", soft_wrap=True)
+    return None if point.complete else point
 
 
 @app.command()
@@ -303,7 +330,10 @@ def main():
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)
     except Interrupted as stop:
-        _fail(f"Interrupted; what was computed until now is in {stop}.", 130)
+        _fail(f"Interrupted; what was computed until now is in {stop}, and dolfbuoy run --resume {stop} goes on.", 130)
+    except OSError as error:
+        place = f" {error.filename}" if error.filename else ""
+        _fail(f"Error: cannot read or write{place}: {error.strerror or error}.", 1)
     except Exception:
         if _interrupt.received:
             _fail("Interrupted.", 130)

@@ -16,20 +16,24 @@ _MOMENTA = np.isin(np.arange(13), [3, 4, 5, 10, 11, 12])
 class Simulation:
     """The state of a scene at time `t`, advanced by `advance`.
 
-    scene: with a section [time].  Raises InputError for an impossible scene, SolveError when a solve fails.
+    scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
+    Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
-    def __init__(self, scene, comm=MPI.COMM_WORLD):
+    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None):
         if scene.time is None:
             raise InputError("Missing section [time]: a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
         self.scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
-        start = initial_state(scene, comm)
+        start = initial_state(scene, comm) if state is None else None
         self.problem = Problem(scene, dynamic=True, comm=comm)
         self.system, self.cable, self.buoy = self.problem.system, self.problem.cable, self.problem.buoy
         self.quaternion_drift, self.iterations = 0.0, 0
         self.control = self._make_control()
-        self._load(start)
+        if state is None:
+            self._load(start)
+        else:
+            self.restore(state)
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
@@ -114,6 +118,42 @@ class Simulation:
         c = self.cable
         dofs = c.T_dofs.ravel()
         return dofs if c.mean_dofs is None else np.concatenate([dofs, c.mean_dofs])
+
+    # -- interruption -----------------------------------------------------------------------------------------------
+
+    def state(self):
+        """All that the rest of the run depends on, on this rank: nested dicts and lists of arrays and numbers.
+
+        Nothing is copied, so it has to be stored before the next step.
+        """
+        own = ("t", "end_tension", "quaternion_drift", "iterations")
+        return {name: getattr(self, name) for name in own} | {
+            "node_s": self.cable.node_s if self.cable else None,
+            "u": self.system.u,
+            "fallbacks": self.system.fallbacks,
+            "series": {name: vars(series) for name, series in self.series.items()},
+            "predictor": vars(self.predictor),
+            "control": vars(self.control),
+        }
+
+    def restore(self, state):
+        """Be where a Simulation of the same scene was, on the same rank of as many.  Raises InputError if it cannot."""
+        if self.cable and not np.array_equal(state["node_s"], self.cable.node_s):
+            raise InputError(
+                "The cable's unknowns are numbered in another way than in the state: not the same dolfinx."
+            )
+        self.t, self.end_tension = state["t"], state.get("end_tension")
+        self.quaternion_drift, self.iterations = state["quaternion_drift"], state["iterations"]
+        self.system.fallbacks = state["fallbacks"]
+        self.series, self.predictor = {}, Predictor()
+        for name, values in state.get("series", {}).items():
+            self.series[name] = Series(values["rate"], values["rate"])
+            vars(self.series[name]).update(values)
+        vars(self.predictor).update(state["predictor"])
+        vars(self.control).update(state["control"])
+        self.problem.set_time(self.t)
+        self.system.u[:] = state["u"]
+        self.system.publish()
 
     # -- steps --------------------------------------------------------------------------------------------------------
 

@@ -1,17 +1,21 @@
 """The record of a run: NetCDF-4, written as the run goes, readable after a kill at any moment.
 
 New rows are appended to a copy of the file which then replaces it in one atomic step, so that the file on disk is
-complete at every instant.  This happens at most as often as it costs two percent of the run.
+complete at every instant, on a full disk too.
 """
 
+import errno
 import os
 import shutil
 import time as clock
+from contextlib import contextmanager
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import xarray as xr
+
+from .errors import InputError
 
 #: name: (dimensions after time or frame, unit, long name)
 SERIES = {
@@ -47,45 +51,98 @@ LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", 
 INTEGERS = {"newton_iterations"}
 
 
+@contextmanager
+def replacing(path):
+    """Name of a file beside `path` that takes its place at the end: `path` is always whole, the old or the new one.
+
+    Raises OSError with `path` and the system's reason when it cannot be written.
+    """
+    path = Path(path)
+    part = path.with_name(f".{path.name}.part")
+    try:
+        yield part
+        os.replace(part, path)
+    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for whatever HDF5 runs into
+        raise OSError(*_reason(part, error), str(path)) from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _reason(part, error):
+    """Number and text of the system's error; HDF5 does not pass it on, so the system is asked again."""
+    if isinstance(error, OSError) and error.errno:
+        return error.errno, os.strerror(error.errno)
+    try:
+        with open(part, "ab") as file:
+            file.write(bytes(2**20))
+    except OSError as found:
+        return found.errno, os.strerror(found.errno)
+    return errno.EIO, str(error)
+
+
 class Record:
     """Rows of named values that go to one NetCDF file.
 
     path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time.
+    counts: rows on disk along `time` and `frame`.
     """
 
     def __init__(self, path, attributes, fixed):
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
-        self._rows: dict[str, list] = {}
-        self._written: dict[str, int] = {}
-        self._started = self._last_flush = clock.monotonic()
-        self._flush_cost, self._created = 0.0, False
+        self.counts = {"time": 0, "frame": 0}
+        self._rows: list[dict] = []
+        self._started = clock.monotonic()
+
+    @property
+    def pending(self) -> bool:
+        """Whether anything that was added is not on disk yet."""
+        return bool(self._rows)
 
     def add(self, values):
-        """One more row of each of the named values; written when it is time."""
-        for name, value in values.items():
-            self._rows.setdefault(name, []).append(value)
-        due = max(1.0, 50 * self._flush_cost)
-        if clock.monotonic() - self._last_flush > due:
-            self.flush()
+        """One more row of each of the named values; on disk after the next `flush`."""
+        self._rows.append(values)
 
     def flush(self):
-        """Bring everything that was added to the disk."""
-        begin = clock.monotonic()
-        part = self.path.with_name(f".{self.path.name}.part")
-        if self._created:
-            shutil.copyfile(self.path, part)
-        with netCDF4.Dataset(part, "a" if self._created else "w", format="NETCDF4") as file:
-            if not self._created:
-                self._define(file)
-            for name, rows in self._rows.items():
-                self._append(file, name, np.array(rows))
-            self.attributes["wall_time_s"] = clock.monotonic() - self._started
-            file.setncatts(self.attributes)
-        os.replace(part, self.path)
-        self._created = True
+        """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
+        fresh = self.counts["time"] == 0
+        with replacing(self.path) as part:
+            if not fresh:
+                shutil.copyfile(self.path, part)
+            with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
+                if fresh:
+                    self._define(file)
+                for axis, table in (("time", SERIES), ("frame", FRAMES)):
+                    for name in table:
+                        values = [row[name] for row in self._rows if name in row]
+                        if values:
+                            self._append(file, axis, name, np.array(values))
+                self.attributes["wall_time_s"] = clock.monotonic() - self._started
+                file.setncatts(self.attributes)
+        for axis in self.counts:
+            self.counts[axis] += sum(axis in row for row in self._rows)
         self._rows.clear()
-        self._last_flush = clock.monotonic()
-        self._flush_cost = self._last_flush - begin
+
+    def take_up(self, counts):
+        """Go on with the record on disk, cut back to `counts` rows.  Raises InputError if it is shorter."""
+        with netCDF4.Dataset(self.path) as old:
+            old.set_auto_mask(False)
+            lengths = {axis: len(old.dimensions[axis]) if axis in old.dimensions else 0 for axis in counts}
+            if any(lengths[axis] < counts[axis] for axis in counts):
+                raise InputError(f"{self.path} is shorter than at its checkpoint ({lengths['time']} rows).")
+            self.attributes["created"] = old.created
+            self._started -= old.wall_time_s
+            if lengths != counts:
+                self._copy(old, counts)
+        self.counts = dict(counts)
+
+    def _copy(self, old, counts):
+        """Write the record again, as long as `counts`."""
+        with replacing(self.path) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
+            self._define(file)
+            for axis, table in (("time", SERIES), ("frame", FRAMES)):
+                for name in (n for n in table if n in old.variables):
+                    self._append(file, axis, name, old.variables[name][: counts[axis]])
+            file.setncatts({name: old.getncattr(name) for name in old.ncattrs()})
 
     def _define(self, file):
         file.createDimension("time", None)
@@ -100,14 +157,12 @@ class Record:
         if self.fixed:
             file.createDimension("frame", None)
 
-    def _append(self, file, name, rows):
-        axis, table = ("time", SERIES) if name in SERIES else ("frame", FRAMES)
-        dimensions, unit, long_name = table[name]
+    def _append(self, file, axis, name, rows):
+        dimensions, unit, long_name = {**SERIES, **FRAMES}[name]
         if name not in file.variables:
             self._variable(file, name, (axis, *dimensions), unit, long_name)
-        first = self._written.get(name, 0)
+        first = self.counts[axis]
         file.variables[name][first : first + len(rows)] = rows
-        self._written[name] = first + len(rows)
 
     @staticmethod
     def _variable(file, name, dimensions, unit, long_name):

@@ -1,0 +1,122 @@
+"""Where a run can be taken up again: one file beside its record, replaced in one atomic step.
+
+The record is written first, so that after a kill at any moment it is as long as at the checkpoint or longer; what is
+longer is cut off and computed again.
+"""
+
+import tomllib
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+from .errors import InputError
+from .results import replacing
+from .scene import Scene, build_scene, load_scene
+
+FORMAT = 1
+NAME = "checkpoint.npz"
+
+
+@dataclass
+class Checkpoint:
+    """A run of `scene` that can go on in `folder`: the states of all ranks, and how long the record was."""
+
+    folder: Path
+    scene: Scene
+    states: list[dict]
+    rows: dict[str, int]
+    next_frame: float
+
+    @property
+    def t(self) -> float:
+        """Time that was reached [s]."""
+        return self.states[0]["t"]
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is left to do."""
+        return self.t >= self.scene.time.end - 1e-9 * self.scene.time.step
+
+
+def write(point: Checkpoint) -> None:
+    """Bring a checkpoint to the disk; raises OSError with the file's name."""
+    tree = {name: getattr(point, name) for name in ("states", "rows", "next_frame")}
+    tree |= {"format": FORMAT, "scene": tomli_w.dumps(point.scene.to_dict())}
+    with replacing(point.folder / NAME) as part, open(part, "wb") as file:
+        np.savez(file, **_flatten(tree))
+
+
+def load(folder, ranks: int, end: float | None = None) -> Checkpoint:
+    """The checkpoint of a run on as many ranks; end: another end of the run [s], not before the time that was reached.
+
+    Raises InputError if there is no run, or not this one.
+    """
+    folder = Path(folder)
+    for name in ("scene.toml", "results.nc", NAME):
+        if not (folder / name).is_file():
+            raise InputError(f"{folder} holds no run that can be resumed: it has no {name}.")
+    tree = _read(folder / NAME)
+    if len(tree["states"]) != ranks:
+        raise InputError(f"{folder} holds a run on {len(tree['states'])} MPI ranks; it cannot be resumed on {ranks}.")
+    scene = load_scene(folder / "scene.toml", **({} if end is None else {"time.end": end}))
+    difference = _difference(build_scene(tomllib.loads(tree["scene"])).to_dict(), scene.to_dict())
+    if difference:
+        raise InputError(f"{folder / 'scene.toml'} is no longer the scene of the run: {difference} is different.")
+    point = Checkpoint(folder, scene, tree["states"], tree["rows"], tree["next_frame"])
+    if end is not None and end < point.t - 1e-9 * scene.time.step:
+        raise InputError(f"time.end = {end:g}: the run has reached t = {point.t:g} s already.")
+    return point
+
+
+def _read(path):
+    try:
+        with np.load(path) as file:
+            tree = _unflatten(dict(file))
+    except (ValueError, zipfile.BadZipFile):
+        raise InputError(f"{path} is not a checkpoint.") from None
+    if tree.get("format") != FORMAT:
+        raise InputError(f"{path} has format {tree.get('format')}; this version resumes format {FORMAT} only.")
+    return tree
+
+
+def _flatten(tree, path=""):
+    """Nested dicts and lists -> {"a/0/b": array}; None is left out."""
+    if tree is None:
+        return {}
+    if not isinstance(tree, dict | list):
+        return {path: np.asarray(tree)}
+    items = tree.items() if isinstance(tree, dict) else enumerate(tree)
+    prefix = f"{path}/" if path else ""
+    return {name: leaf for key, item in items for name, leaf in _flatten(item, f"{prefix}{key}").items()}
+
+
+def _unflatten(leaves):
+    """The inverse; a dict whose keys are numbers is a list, an array without dimensions a number or a text."""
+    tree = {}
+    for path, leaf in leaves.items():
+        *branches, last = path.split("/")
+        node = tree
+        for key in branches:
+            node = node.setdefault(key, {})
+        node[last] = leaf if leaf.ndim else leaf.item()
+    return _with_lists(tree)
+
+
+def _with_lists(node):
+    if not isinstance(node, dict):
+        return node
+    if node and all(key.isdigit() for key in node):
+        return [_with_lists(node[str(i)]) for i in range(len(node))]
+    return {key: _with_lists(item) for key, item in node.items()}
+
+
+def _difference(a, b, path=""):
+    """Key of the first value in which two scenes differ, or None; the end of the run may be moved."""
+    if not (isinstance(a, dict) and isinstance(b, dict)):
+        return None if a == b or path == "time.end" else path
+    prefix = f"{path}." if path else ""
+    found = (_difference(a.get(key), b.get(key), f"{prefix}{key}") for key in sorted({*a, *b}))
+    return next((key for key in found if key), None)
