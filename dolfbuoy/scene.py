@@ -290,6 +290,8 @@ class Scene(Section):
             raise ValueError("the scene has neither [cable] nor [buoy]: nothing would move")
         need("waves", "sea", "there is no water")
         need("current", "sea", "there is no water")
+        if self.waves is not None and self.gravity == 0 and self.waves.wavelength is None:
+            raise ValueError("waves.wavelength is missing: without gravity no dispersion relation gives it")
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
         if self.cable is not None:

@@ -19,6 +19,8 @@ from ufl.algorithms import expand_derivatives
 from . import compat
 from .errors import InputError, SolveError
 
+_EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
+
 
 @dataclass
 class Part:
@@ -296,16 +298,20 @@ class System:
     def _converged(self, snes, iteration, norms):
         """Stop when the error that the next increment would remove is below `tolerance` of the typical sizes.
 
-        The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds it.
+        The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds it;
+        where the residual shrinks more slowly than the increment (near a singular state), its ratio counts.
         """
         if not np.isfinite(norms[2]):
             return PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
         if iteration == 0:
-            self._last_increment = None
+            self._last_increment, self._last_norm = None, norms[2]
             return PETSc.SNES.ConvergedReason.ITERATING
         increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
-        ratio = 1.0 if self._last_increment is None else min(1.0, increment / max(self._last_increment, 1e-300))
-        self._last_increment = increment
+        ratio = 1.0
+        if self._last_increment is not None:
+            slower = max(increment / max(self._last_increment, 1e-300), norms[2] / max(self._last_norm, 1e-300))
+            ratio = min(1.0, slower)
+        self._last_increment, self._last_norm = increment, norms[2]
         if increment * ratio <= self.tolerance:
             return PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE
         if iteration >= snes.getTolerances()[3]:
@@ -351,8 +357,16 @@ class System:
     def _run(self, start):
         self.u[:] = start
         self.x.setArray(start[self.order] / self._xs[: len(self.order)])
-        self.snes.solve(None, self.x)
-        return self.snes.getIterationNumber(), self.snes.getConvergedReason()
+        try:
+            self.snes.solve(None, self.x)
+            reason = self.snes.getConvergedReason()
+        except PETSc.Error as error:
+            if error.ierr != _EXTERNAL_LIBRARY:
+                raise
+            reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            self._set_direct_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
+        return self.snes.getIterationNumber(), reason
 
     def _stalled_at_rounding(self, reason):
         """The line search found nothing better because the residual is rounding noise already: the step that it
