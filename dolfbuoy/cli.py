@@ -199,6 +199,17 @@ def _advised(scene, quantity, accuracy, folder=None, write=None):
 
 
 @app.command()
+def report(
+    folder: Annotated[Path, typer.Option("--out", help="Folder of the report.")] = Path("results/report"),
+    quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
+):
+    """What accuracy costs: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
+    from .studies.report import run as write_report
+
+    write_report(folder, quick)
+
+
+@app.command()
 def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")]):
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     if not (folder / "results.nc").is_file():

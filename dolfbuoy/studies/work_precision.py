@@ -22,6 +22,8 @@ from .common import evaluate_all, save, show
 
 ACCURACIES = (0.1, 0.01, 0.001)
 TOLERANCES = (1e-3, 1e-4, 1e-5)
+#: What of a case is not shown.
+HIDDEN = ("study", "scene", "reference", "file")
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
@@ -63,7 +65,7 @@ def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     space, step = finest(spaces_, steps)
     coarse = Space(space.mu, space.nu, space.cells // 2)
     return [
-        _case(scene, s, Stepping("generalized-alpha", h), "reference")
+        case_of(scene, s, Stepping("generalized-alpha", h), "reference")
         | {"file": str(Path(folder) / "cases" / f"{name}-{_label(scene, s, h)}.npz")}
         for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))
     ]
@@ -73,15 +75,15 @@ def _label(scene, space, step):
     return f"{space.mu}-{space.cells}-{step:.6g}-{scene.time.end:.6g}"
 
 
-def cases(scene: Scene, spaces_, steppings_, reference: dict, repeats: int) -> list[dict]:
-    """All combinations, and the scene's own settings first."""
+def cases(scene: Scene, settings, reference: dict, repeats: int) -> list[dict]:
+    """A case of each (Space, Stepping), once, and the scene's own settings first."""
     own = (acc.space_of(scene), acc.stepping_of(scene))
-    pairs = [own] + [pair for pair in itertools.product(spaces_, steppings_) if pair != own]
     more = {"repeats": repeats, "reference": reference["file"]}
-    return [_case(scene, *pair, "case") | more | {"own": pair == own} for pair in pairs]
+    return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *settings])]
 
 
-def _case(scene, space, stepping, kind):
+def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
+    """The scene with these settings, and what they are."""
     settings = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
     changed = acc.with_settings(scene, space, stepping).to_dict()
     return {"study": f"work-precision {kind}", **settings, "tolerance": stepping.tolerance, "scene": changed}
@@ -96,8 +98,13 @@ def evaluate_reference(case: dict) -> dict:
     """A fine run, its quantities in `file`."""
     scene = load_scene(case["scene"])
     run = acc.compute(scene, acc.quantities_of(scene))
-    np.savez_compressed(case["file"], t=run.t, **run.values)
+    write_run(case["file"], run)
     return {"wall": run.wall, "unknowns": run.unknowns}
+
+
+def write_run(file, run: Run) -> None:
+    """Times and quantities of a run, for `read_run`."""
+    np.savez_compressed(file, t=run.t, **run.values)
 
 
 def read_run(file) -> Run:
@@ -106,13 +113,15 @@ def read_run(file) -> Run:
 
 
 def evaluate(case: dict) -> dict:
-    """Errors and times of one case; a case that fails says why."""
+    """Errors and times of one case; a case that fails says why.  With a key `file` its quantities go there."""
     scene = load_scene(case["scene"])
     names = acc.quantities_of(scene)
     try:
         run = acc.compute(scene, names, case["repeats"])
     except SolveError as error:
         return {"reason": str(error)}
+    if "file" in case:
+        write_run(case["file"], run)
     reference = Reference(read_run(case["reference"]), acc.window_start(scene))
     result = {"reason": None, "wall": run.wall, "cpu": run.cpu, "steps": run.steps, "unknowns": run.unknowns}
     result |= {"iterations": run.iterations, "rejected": run.rejected, "failed": run.failed}
@@ -290,11 +299,12 @@ def run(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, 
     stepping = steppings(schemes or tuple(acc.SCHEMES), steps, tolerances)
     check, fine = reference_cases(scene, room, steps, folder)
     evaluate_all(evaluate_reference, [check, fine], folder, structure)
-    found = evaluate_all(evaluate, cases(scene, room, stepping, fine, repeats), folder, structure)
+    settings = itertools.product(room, stepping)
+    found = evaluate_all(evaluate, cases(scene, settings, fine, repeats), folder, structure)
     if found is None:
         return
     own = reference_errors(scene, check, fine)
-    rows = mark([{k: v for k, v in row.items() if k not in ("study", "scene", "reference")} for row in found], own)
+    rows = mark([{k: v for k, v in row.items() if k not in HIDDEN} for row in found], own)
     said = notes(rows, own, fine, MPI.COMM_WORLD.size)
     table = front_rows(rows, own)
     save(folder, "work-precision", rows, draw(rows, own), said)
