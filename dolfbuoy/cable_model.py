@@ -103,6 +103,7 @@ class CableModel:
             normal_drag=constant(c.normal_drag),
             tangential_drag=constant(c.tangential_drag),
             tangential_froude_krylov=c.tangential_froude_krylov,
+            damping=constant(c.damping),
         )
         self.gravity = fem.Constant(self.mesh, np.array([0.0, 0.0, -scene.gravity]))
         self.end_load = None
@@ -115,7 +116,11 @@ class CableModel:
         """Eq. (11) tested by `test`; without inertia, added mass and waves in statics."""
         parts, tests = ufl.split(self.w), ufl.split(test)
         (r, T), (v, q), cable, dx = parts[:2], tests[:2], self.cable, self.dx
-        e = form.strain(cable, parts[2] if self.mean_dofs is not None else T)
+        r_t = r_tt = None
+        if dynamic:
+            r_t = self.gamma_v * r + ufl.split(self.history_v)[0]
+            r_tt = self.gamma_a * r + ufl.split(self.history_a)[0]
+        e = form.strain(cable, parts[2] if self.mean_dofs is not None else T, r, r_t)
         rho_w = self.sea.density
 
         F = form.tension_term(r, T, e, v) * dx + form.strain_equation(r, e, q, self.section.strain_form) * dx
@@ -123,10 +128,7 @@ class CableModel:
         if self.mean_dofs is not None:
             F += form.mean_strain_equation(T, parts[2], tests[2]) * dx
 
-        r_t = r_tt = None
         if dynamic:
-            r_t = self.gamma_v * r + ufl.split(self.history_v)[0]
-            r_tt = self.gamma_a * r + ufl.split(self.history_a)[0]
             F += form.inertia(cable, r_tt, v) * dx
         if rho_w is not None:
             f = form.hydrodynamic_force(cable, rho_w, self.sea.flow(r), r, r_t, r_tt)

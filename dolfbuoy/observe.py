@@ -110,7 +110,8 @@ def effects(scene) -> list[str]:
     c, b = scene.cable, scene.buoy
     if c:
         names.append("inextensible cable" if np.isinf(c.axial_stiffness) else "elastic cable")
-        names += [label for label, on in (("mean strain", c.strain == "element-average"),) if on]
+        options = (("mean strain", c.strain == "element-average"), ("tension only", c.slack == "tension-only"))
+        names += [label for label, on in options if on] + _named(c, "cable", ("damping",))
     if b:
         names.append("buoy")
     if scene.sea:

@@ -1,5 +1,7 @@
 """A scene as one nonlinear system: the cable on all ranks, the buoy on the rank that owns the cable's upper end."""
 
+from functools import partial
+
 import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
@@ -7,6 +9,7 @@ from mpi4py import MPI
 from .buoy_model import BuoyModel
 from .cable_model import TOP, CableModel
 from .errors import InputError
+from .slack import TensionOnlySystem
 from .system import Block, Part, System
 
 
@@ -36,9 +39,15 @@ class Problem:
         parts, residuals = self._parts()
         direct = "petsc" if dynamic else "mumps"
         solver = scene.solver
-        self.system = System(
+        self.system = self._law()(
             comm, parts, residuals, self._blocks(), *self._order(), direct, solver.petsc, solver.step_tolerance
         )
+
+    def _law(self):
+        """The kind of system: with a tension-only cable the rows of its tension are one-sided."""
+        if self.cable is None or self.scene.cable.slack == "compressive":
+            return System
+        return partial(TensionOnlySystem, self.cable, self.typical_force)
 
     def _find_buoy_rank(self):
         if self.cable is None:

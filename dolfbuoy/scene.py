@@ -95,12 +95,18 @@ class Cable(Section):
     anchor: Vector | None = None
     strain: Literal["exact", "element-average"] = "exact"
     strain_form: Literal["paper", "energy"] = "paper"
+    slack: Literal["compressive", "tension-only"] = "compressive"
+    damping: NonNegative = 0.0
     top: Top | None = None
 
     @model_validator(mode="after")
     def _consistent(self):
         if math.isnan(self.axial_stiffness):
             raise ValueError("axial_stiffness must be a positive number or inf")
+        if self.damping and math.isinf(self.axial_stiffness):
+            raise ValueError(
+                f"damping = {self.damping} N s needs a finite axial_stiffness: an inextensible cable has no strain"
+            )
         if self.tension_degree >= self.position_degree:
             raise ValueError(
                 f"tension_degree = {self.tension_degree} must be lower than position_degree = {self.position_degree} "
@@ -299,11 +305,23 @@ class Scene(Section):
                 raise ValueError("[cable.top] and [buoy] exclude each other, and a cable needs one of them")
             if self.sea is not None and self.cable.diameter is None:
                 raise ValueError("cable.diameter is missing: the sea needs it")
+            self._check_slack()
             if self.initial.kind == "straight" and self.buoy is None and self.cable.top.position is None:
                 raise ValueError("initial.kind 'straight' needs cable.top.position, the end of the straight line")
         if self.sea is not None and self.buoy is not None and self.buoy.hull is None:
             raise ValueError("buoy.hull is missing: the sea needs it")
         return self
+
+    def _check_slack(self):
+        """Generalized-alpha keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap."""
+        time = self.time
+        if self.cable.slack == "compressive" or time is None or time.scheme != "generalized-alpha":
+            return
+        if time.spectral_radius > 0:
+            raise ValueError(
+                f"cable.slack = 'tension-only' with generalized-alpha needs time.spectral_radius = 0, not "
+                f"{time.spectral_radius}: others gain energy whenever the cable snaps taut"
+            )
 
     @property
     def anchor(self) -> tuple[float, float, float]:

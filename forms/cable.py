@@ -25,11 +25,21 @@ class Cable(NamedTuple):
     normal_drag: object = None  #: C_dn
     tangential_drag: object = None  #: C_dt
     tangential_froude_krylov: bool = False
+    damping: object = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
 
 
-def strain(cable, T):
-    """e = T/EA, Eq. (12); None for an inextensible cable."""
-    return None if cable.EA is None else T / cable.EA
+def strain(cable, T, r=None, r_t=None):
+    """e = T/EA, Eq. (12), or with damping and a velocity (T - c e_t)/EA; None for an inextensible cable."""
+    if cable.EA is None:
+        return None
+    if cable.damping is None or r_t is None:
+        return T / cable.EA
+    return (T - cable.damping * strain_rate(r, r_t)) / cable.EA
+
+
+def strain_rate(r, r_t):
+    """e_t = t . r_t' of e = |r'| - 1 [1/s]."""
+    return inner(tangent(r), r_t.dx(0))
 
 
 def stretched(cable, e, f):

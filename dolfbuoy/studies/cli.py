@@ -58,6 +58,17 @@ def rising(
     study.run(folder_of("rising", folder), study.parse_pair(pair, cells))
 
 
+@app.command()
+def slack(
+    t_end: Annotated[float, typer.Option("--t-end", min=15.0, help="End of the runs with snap loads [s].")] = 30.0,
+    folder: OutOption = None,
+):
+    """Compressed or slack: a folded cable and snap loads under both laws.  Example: dolfbuoy study slack"""
+    from . import slack as study
+
+    study.run(folder_of("slack", folder), t_end)
+
+
 @app.command("work-precision")
 def work_precision(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")],
