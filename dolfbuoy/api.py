@@ -39,7 +39,9 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
         return xr.Dataset()
     dataset = results.dataset_of(values, fixed, info)
     if folder is not None:
-        dataset.to_netcdf(folder / "static.nc", engine="netcdf4")
+        with results.replacing(folder / "static.nc") as part:
+            results.reserve(part, dataset.nbytes + 2**17)
+            dataset.to_netcdf(part, engine="netcdf4")
     return dataset
 
 

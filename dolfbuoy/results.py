@@ -49,6 +49,7 @@ FIXED = {
 }
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
 INTEGERS = {"newton_iterations"}
+CHUNK = 512  # rows of a series that lie together in the file
 
 
 @contextmanager
@@ -62,22 +63,21 @@ def replacing(path):
     try:
         yield part
         os.replace(part, path)
-    except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError for whatever HDF5 runs into
-        raise OSError(*_reason(part, error), str(path)) from error
+    except OSError as error:
+        raise OSError(error.errno, os.strerror(error.errno or errno.EIO), str(path)) from error
+    except RuntimeError as error:  # netCDF4, for whatever HDF5 runs into
+        raise OSError(errno.EIO, str(error), str(path)) from error
     finally:
         part.unlink(missing_ok=True)
 
 
-def _reason(part, error):
-    """Number and text of the system's error; HDF5 does not pass it on, so the system is asked again."""
-    if isinstance(error, OSError) and error.errno:
-        return error.errno, os.strerror(error.errno)
-    try:
-        with open(part, "ab") as file:
-            file.write(bytes(2**20))
-    except OSError as found:
-        return found.errno, os.strerror(found.errno)
-    return errno.EIO, str(error)
+def reserve(part, size):
+    """Claim `size` more bytes on the disk for a file.  Raises OSError when they are not to be had.
+
+    HDF5, once it has run out of space in the middle of something, crashes at the end of the program.
+    """
+    with open(part, "ab") as file:
+        os.posix_fallocate(file.fileno(), file.tell(), size)
 
 
 class Record:
@@ -105,17 +105,17 @@ class Record:
     def flush(self):
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
         fresh = self.counts["time"] == 0
+        columns = {name: [row[name] for row in self._rows if name in row] for name in (*SERIES, *FRAMES)}
+        columns = {name: np.array(values) for name, values in columns.items() if values}
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
+            reserve(part, _room(columns))
             with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
                 if fresh:
                     self._define(file)
-                for axis, table in (("time", SERIES), ("frame", FRAMES)):
-                    for name in table:
-                        values = [row[name] for row in self._rows if name in row]
-                        if values:
-                            self._append(file, axis, name, np.array(values))
+                for name, values in columns.items():
+                    self._append(file, name, values)
                 self.attributes["wall_time_s"] = clock.monotonic() - self._started
                 file.setncatts(self.attributes)
         for axis in self.counts:
@@ -137,12 +137,13 @@ class Record:
 
     def _copy(self, old, counts):
         """Write the record again, as long as `counts`."""
-        with replacing(self.path) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
-            self._define(file)
-            for axis, table in (("time", SERIES), ("frame", FRAMES)):
-                for name in (n for n in table if n in old.variables):
-                    self._append(file, axis, name, old.variables[name][: counts[axis]])
-            file.setncatts({name: old.getncattr(name) for name in old.ncattrs()})
+        with replacing(self.path) as part:
+            reserve(part, self.path.stat().st_size)
+            with netCDF4.Dataset(part, "w", format="NETCDF4") as file:
+                self._define(file)
+                for name in (n for n in old.variables if n in SERIES or n in FRAMES):
+                    self._append(file, name, old.variables[name][: counts[_axis(name)]])
+                file.setncatts({name: old.getncattr(name) for name in old.ncattrs()})
 
     def _define(self, file):
         file.createDimension("time", None)
@@ -157,20 +158,33 @@ class Record:
         if self.fixed:
             file.createDimension("frame", None)
 
-    def _append(self, file, axis, name, rows):
+    def _append(self, file, name, rows):
         dimensions, unit, long_name = {**SERIES, **FRAMES}[name]
         if name not in file.variables:
-            self._variable(file, name, (axis, *dimensions), unit, long_name)
-        first = self.counts[axis]
+            self._variable(file, name, (_axis(name), *dimensions), unit, long_name)
+        first = self.counts[_axis(name)]
         file.variables[name][first : first + len(rows)] = rows
 
     @staticmethod
     def _variable(file, name, dimensions, unit, long_name):
         kind = "i4" if name in INTEGERS else "f8"
-        sizes = [512 if d == "time" else 1 if d == "frame" else len(file.dimensions[d]) for d in dimensions]
+        sizes = [CHUNK if d == "time" else 1 if d == "frame" else len(file.dimensions[d]) for d in dimensions]
         variable = file.createVariable(name, kind, dimensions, chunksizes=sizes)
         variable.units, variable.long_name = unit, long_name
         return variable
+
+
+def _axis(name):
+    return "time" if name in SERIES else "frame"
+
+
+def _room(columns):
+    """Bytes that these new rows may take in the file, with chunks begun and what HDF5 notes about them."""
+    size = 2**17
+    for name, rows in columns.items():
+        row = rows.nbytes // len(rows)
+        size += rows.nbytes + (CHUNK * row if _axis(name) == "time" else 128 * len(rows))
+    return size
 
 
 def read(path) -> xr.Dataset:

@@ -64,15 +64,15 @@ SCENES = {
 }
 
 
-def start(ranks, scenes, folder):
+def start(ranks, scenes, folder, script=SCRIPT, *arguments):
     """A finished process of mpirun that ran all scenes."""
-    (folder / "run.py").write_text(SCRIPT)
+    (folder / "run.py").write_text(script)
     (folder / "scenes.json").write_text(json.dumps(scenes))
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
     environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
     if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
         environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    command = ["mpirun", "-n", str(ranks), sys.executable, "run.py", "scenes.json"]
+    command = ["mpirun", "-n", str(ranks), sys.executable, "run.py", "scenes.json", *arguments]
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
 
 

@@ -1,0 +1,393 @@
+"""A run that was stopped and taken up again is the run that was not: every recorded number, to the last bit."""
+
+import itertools
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from dynamics_helpers import MOORED, merged
+from test_mpi import start
+
+import dolfbuoy
+from dolfbuoy import api, checkpoint, cli
+from dolfbuoy.dynamics import Simulation
+from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.results import read
+
+TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}
+TIME = {"end": 0.6, "step": 0.02, "output_every": 0.1}
+SCENES = {
+    "moored buoy": merged(MOORED, cable__elements=6, waves__ramp=0.2, time=TIME),
+    "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},
+    "buoy": {
+        "sea": MOORED["sea"],
+        "buoy": MOORED["buoy"],
+        "waves": merged(MOORED["waves"], ramp=0.2),
+        "initial": {"buoy_angular_velocity": [0.1, -0.2, 0.3]},
+        "time": TIME,
+    },
+}
+SCHEMES = ("backward-euler", "bdf2", "generalized-alpha")
+
+
+class Stop(Exception):
+    """Somebody pulled the plug."""
+
+
+def stop_after(steps):
+    """A `progress` that ends a run after this many steps."""
+    count = itertools.count(1)
+
+    def progress(simulation, iterations):
+        if next(count) == steps:
+            raise Stop
+
+    return progress
+
+
+@pytest.fixture
+def few_checkpoints(monkeypatch):
+    """A checkpoint about every eighth step, however fast the machine is: a clock that ticks when it is looked at."""
+    ticks = itertools.count()
+    monkeypatch.setattr(api, "clock", SimpleNamespace(monotonic=lambda: float(next(ticks))))
+    monkeypatch.setattr(api.Recorder, "pause", 7.0)
+    monkeypatch.setattr(api.Recorder, "share", 1e9)
+
+
+def assert_same(run, expected):
+    assert set(run.variables) == set(expected.variables)
+    for name in expected.variables:
+        assert np.array_equal(run[name].values, expected[name].values), name
+    for name in set(expected.attrs) - {"created", "wall_time_s"}:
+        assert run.attrs[name] == expected.attrs[name], name
+
+
+def stopped(scene, folder, steps):
+    """Rows of the record and of the checkpoint of a run that was broken off."""
+    with pytest.raises(Stop):
+        dolfbuoy.simulate(scene, out=folder, progress=stop_after(steps))
+    return len(read(folder / "results.nc").time), checkpoint.load(folder, 1).rows["time"]
+
+
+ADAPTIVE = [pytest.param(name, 1e-2, marks=[pytest.mark.slow] if name != "moored buoy" else []) for name in SCENES]
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize(("name", "tolerance"), [*((name, None) for name in SCENES), *ADAPTIVE])
+def test_bit_for_bit(name, scheme, tolerance, tmp_path, few_checkpoints):
+    scene = merged(SCENES[name], time__scheme=scheme, time__tolerance=tolerance)
+    expected = dolfbuoy.simulate(scene)
+    steps = len(expected.time) - 1
+    if tolerance:
+        assert np.ptp(expected.time_step.values[1:]) > 1e-4  # the control is at work
+    rows, kept = stopped(scene, tmp_path, 3 * steps // 4)
+    assert 4 < kept <= rows <= steps
+    assert tolerance or kept < rows  # there is something to cut off
+    assert_same(dolfbuoy.simulate(resume=tmp_path), expected)
+
+
+def test_stopped_again_and_again(tmp_path, few_checkpoints):
+    scene = merged(SCENES["moored buoy"], time__scheme="bdf2")
+    stopped(scene, tmp_path, 13)
+    for _ in range(2):
+        with pytest.raises(Stop):
+            dolfbuoy.simulate(resume=tmp_path, progress=stop_after(10))
+    assert_same(dolfbuoy.simulate(resume=tmp_path), dolfbuoy.simulate(scene))
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_after_a_failed_solve(scheme, tmp_path, few_checkpoints, monkeypatch):
+    """For a while only small steps succeed; later none at all, until the trouble has passed."""
+    scene, step, broken = merged(SCENES["moored buoy"], time__scheme=scheme), Simulation.step, [0.4]
+
+    def troubled(simulation, h, judge=None):
+        if simulation.t >= broken[0] or (0.1 <= simulation.t < 0.3 and h > 0.006):
+            raise SolveError("DIVERGED_MAX_IT")
+        return step(simulation, h, judge)
+
+    monkeypatch.setattr(Simulation, "step", troubled)
+    with pytest.raises(SolveError, match=r"At t = 0\.4 s.*DIVERGED_MAX_IT"):
+        dolfbuoy.simulate(scene, out=tmp_path)
+    assert checkpoint.load(tmp_path, 1).t > 0.2
+    broken[0] = np.inf
+    expected = dolfbuoy.simulate(scene)
+    assert expected.attrs["failed_steps"] > 5
+    assert_same(dolfbuoy.simulate(resume=tmp_path), expected)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_finished_run_can_be_lengthened(scheme, tmp_path):
+    scene = merged(SCENES["moored buoy"], time__scheme=scheme)
+    dolfbuoy.simulate(scene, out=tmp_path, time__end=0.3)
+    assert_same(dolfbuoy.simulate(resume=tmp_path, time__end=0.6), dolfbuoy.simulate(scene))
+    assert dolfbuoy.load_scene(tmp_path / "scene.toml") == dolfbuoy.load_scene(scene)
+
+
+# -- several ranks -----------------------------------------------------------------------------------------------------
+
+RANKS = """
+import itertools, json, sys
+from types import SimpleNamespace
+import dolfbuoy
+from dolfbuoy import api
+
+ticks, what = itertools.count(), sys.argv[2]
+api.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
+api.Recorder.pause, api.Recorder.share = 7.0, 1e9
+
+def stop(simulation, iterations):
+    if simulation.control.accepted == 20:
+        raise InterruptedError
+
+for name, scene in json.load(open(sys.argv[1])).items():
+    if what == "resume":
+        dolfbuoy.simulate(resume=name)
+        continue
+    dolfbuoy.simulate(scene, out=name + ", whole")
+    try:
+        dolfbuoy.simulate(scene, out=name, progress=stop)
+    except InterruptedError:
+        pass
+"""
+
+
+@pytest.mark.mpi
+@pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+def test_two_ranks(tmp_path):
+    cases = [*(("moored buoy", scheme) for scheme in SCHEMES), ("cable", "bdf2"), ("buoy", "bdf2")]
+    scenes = {f"{name}, {scheme}": merged(SCENES[name], time__scheme=scheme) for name, scheme in cases}
+    scenes["adaptive"] = merged(SCENES["moored buoy"], time__scheme="bdf2", time__tolerance=1e-2)
+    for what in ("stop", "resume"):
+        done = start(2, scenes, tmp_path, RANKS, what)
+        assert done.returncode == 0, done.stderr[-3000:]
+        if what == "stop":
+            for name in scenes:
+                assert 4 < checkpoint.load(tmp_path / name, 2).rows["time"] < 21
+            with pytest.raises(InputError, match=r"on 2 MPI ranks; it cannot be resumed on 1"):
+                dolfbuoy.simulate(resume=tmp_path / "adaptive")
+    for name in scenes:
+        assert_same(read(tmp_path / name / "results.nc"), read(tmp_path / f"{name}, whole" / "results.nc"))
+
+
+# -- the command line --------------------------------------------------------------------------------------------------
+
+
+def command(*arguments):
+    return [sys.executable, "-m", "dolfbuoy.cli", *map(str, arguments)]
+
+
+def finished(*arguments, **options):
+    return subprocess.run(command(*arguments), capture_output=True, text=True, timeout=300, **options)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+def test_signal_in_mid_run(tmp_path, number):
+    scene = dolfbuoy.load_scene(merged(SCENES["moored buoy"], time__end=1000.0, time__scheme="bdf2"))
+    scene.save(tmp_path / "input.toml")
+    folder = tmp_path / "run"
+    process = subprocess.Popen(
+        command("run", tmp_path / "input.toml", "--out", folder, "--no-plot"),
+        stderr=subprocess.DEVNULL,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background shell ignores it
+    )
+    reached, deadline = 0.0, time.monotonic() + 120
+    while reached == 0:
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+        reached = checkpoint.load(folder, 1).t if (folder / checkpoint.NAME).exists() else 0.0
+    process.send_signal(number)
+    assert process.wait(60) in (130, -signal.SIGKILL)
+    end = np.ceil(checkpoint.load(folder, 1).t) + 1.0
+    done = finished("run", "--resume", folder, "--t-end", end, "--no-plot")
+    assert done.returncode == 0, done.stderr
+    assert_same(read(folder / "results.nc"), dolfbuoy.simulate(scene, time__end=end))
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    """Run a command line in this process; returns (exit code, standard output, standard error)."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["dolfbuoy", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        captured = capsys.readouterr()
+        return stop.value.code or 0, captured.out, captured.err
+
+    monkeypatch.setattr(cli.out, "_width", 300)
+    monkeypatch.setattr(cli.err, "_width", 300)
+    return run
+
+
+def test_a_complete_run_says_so(call, tmp_path):
+    dolfbuoy.simulate(SCENES["buoy"], out=tmp_path, time__end=0.1)
+    before = (tmp_path / "results.nc").read_bytes()
+    code, out, _ = call("run", "--resume", tmp_path)
+    assert code == 0
+    assert "already complete: t = 0.1 s" in out
+    assert (tmp_path / "results.nc").read_bytes() == before
+    assert len(dolfbuoy.simulate(resume=tmp_path).time) == 6
+
+
+def edit(path, old, new):
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+
+
+def other_format(path):
+    content = dict(np.load(path)) | {"format": np.array(99)}
+    np.savez(path, **content)
+
+
+REFUSALS = {
+    "no run": (lambda d: shutil.rmtree(d), [], ["no run", "scene.toml"]),
+    "no checkpoint": (lambda d: (d / "checkpoint.npz").unlink(), [], ["no run", "checkpoint.npz"]),
+    "no record": (lambda d: (d / "results.nc").unlink(), [], ["no run", "results.nc"]),
+    "another scene": (lambda d: edit(d / "scene.toml", "\nmass = 400.0", "\nmass = 410.0"), [], ["buoy.mass"]),
+    "another format": (lambda d: other_format(d / "checkpoint.npz"), [], ["format 99", "format 1"]),
+    "half a file": (lambda d: os.truncate(d / "checkpoint.npz", 1000), [], ["checkpoint.npz", "not a checkpoint"]),
+    "no file": (lambda d: (d / "checkpoint.npz").write_text("x"), [], ["checkpoint.npz", "not a checkpoint"]),
+    "end in the past": (lambda d: None, ["--t-end", "0.04"], ["0.04", "t = 0.1 s"]),
+    "other settings": (lambda d: None, ["--set", "buoy.mass=410"], ["--resume", "--set"]),
+}
+
+
+@pytest.mark.parametrize("case", REFUSALS)
+def test_refusals_are_one_sentence(case, call, tmp_path):
+    spoil, options, words = REFUSALS[case]
+    dolfbuoy.simulate(SCENES["buoy"], out=tmp_path / "run", time__end=0.1)
+    spoil(tmp_path / "run")
+    code, _, err = call("run", "--resume", tmp_path / "run", *options)
+    assert code == 2
+    assert err.strip().count("\n") == 0
+    for word in words:
+        assert word in err
+
+
+def test_a_record_shorter_than_its_checkpoint_is_refused(tmp_path):
+    dolfbuoy.simulate(SCENES["buoy"], out=tmp_path, time__end=0.1)
+    old = (tmp_path / "results.nc").read_bytes()
+    dolfbuoy.simulate(resume=tmp_path, time__end=0.2)
+    (tmp_path / "results.nc").write_bytes(old)
+    with pytest.raises(InputError, match="shorter than at its checkpoint"):
+        dolfbuoy.simulate(resume=tmp_path, time__end=0.3)
+
+
+def test_scene_or_resume(call, tmp_path):
+    for arguments in (["run"], ["run", "short", "--resume", tmp_path]):
+        code, _, err = call(*arguments)
+        assert code == 2
+        assert "SCENE or --resume DIR" in err
+
+
+def test_a_new_run_drops_the_old_checkpoint(tmp_path):
+    """Killed before its first checkpoint, it must not be taken up at that of another run."""
+    dolfbuoy.simulate(SCENES["buoy"], out=tmp_path, time__end=0.1)
+    with pytest.raises(InputError):
+        dolfbuoy.simulate(SCENES["buoy"], out=tmp_path, buoy__mass=1e6)
+    with pytest.raises(InputError, match=r"no run that can be resumed: it has no checkpoint\.npz"):
+        dolfbuoy.simulate(resume=tmp_path)
+
+
+# -- zero length, full disk --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("tolerance", [None, 1e-2])
+@pytest.mark.parametrize("name", SCENES)
+def test_zero_length(name, tolerance, tmp_path):
+    """The record holds the initial state, which is also that of a longer run."""
+    scene = merged(SCENES[name], time__tolerance=tolerance)
+    run = dolfbuoy.simulate(scene, out=tmp_path, time__end=0.0)
+    longer = dolfbuoy.simulate(scene, time__end=0.02)
+    assert run.time.values.tolist() == [0.0]
+    for variable in run.data_vars:
+        first = longer[variable].values if variable in ("s", "s_cell") else longer[variable].values[:1]
+        assert np.isfinite(run[variable].values).all()
+        assert np.array_equal(run[variable].values, first), variable
+
+
+def test_zero_length_on_the_command_line(call, tmp_path):
+    code, out, err = call("run", "short", "--t-end", "0", "--out", tmp_path)
+    assert code == 0, err
+    assert "tension at the top" in out
+    assert (tmp_path / "figures" / "tension.png").stat().st_size > 5000
+
+
+def assert_ended_well(done, folder, reason):
+    """One sentence, and the start of the true record."""
+    assert done.returncode == 1
+    sentence = done.stderr.strip().splitlines()[-1]
+    assert sentence.startswith("Error: cannot read or write ")
+    assert "results.nc" in sentence or "checkpoint.npz" in sentence
+    assert sentence.endswith(f"{reason}.")
+    assert "Traceback" not in done.stderr
+    assert not list(folder.glob(".*.part"))
+    record = read(folder / "results.nc")
+    assert record.sizes["time"] > 10
+    for name in record.variables:
+        assert np.all(record[name].values == record[name].values), name
+    assert checkpoint.load(folder, 1).rows["time"] <= record.sizes["time"]
+    return record
+
+
+FULL = merged(SCENES["moored buoy"], time__end=1e5, time__output_every=0.02)
+
+
+SHORT_OF_SPACE = """
+import itertools, resource, sys
+from types import SimpleNamespace
+from mpi4py import MPI  # has files of its own
+from dolfbuoy import api, cli
+
+ticks = itertools.count()
+api.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
+api.Recorder.pause, api.Recorder.share = 50.0, 1e9
+limit = int(sys.argv.pop(1))
+resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+cli.main()
+"""
+
+
+def run_short_of_space(folder, limit=-1):
+    """A finished run that writes every 50 steps."""
+    dolfbuoy.simulate(FULL, time__end=0.0)  # its forms are compiled without that limit
+    folder.parent.mkdir(exist_ok=True)
+    scene = folder.parent / "input.toml"
+    dolfbuoy.load_scene(FULL).save(scene)
+    arguments = [str(limit), "run", scene, "--out", folder, "--no-plot"]
+    return subprocess.run(
+        [sys.executable, "-c", SHORT_OF_SPACE, *arguments], capture_output=True, text=True, timeout=300
+    )
+
+
+def test_file_too_large(tmp_path):
+    """The system refuses to let any file grow beyond 600 kB."""
+    record = assert_ended_well(run_short_of_space(tmp_path / "run", 600_000), tmp_path / "run", "File too large")
+    resumed = dolfbuoy.simulate(resume=tmp_path / "run", time__end=record.time.values[-1] + 0.1)
+    assert np.array_equal(resumed.end_tension.values[: len(record.time)], record.end_tension.values)
+    assert np.diff(resumed.time.values) == pytest.approx(0.02, abs=1e-9)
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 1 MB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    if (
+        shutil.which("mount") is None
+        or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1000k", "tmpfs", folder], capture_output=True).returncode
+    ):
+        pytest.skip("mounting a file system needs privileges")
+    yield folder
+    subprocess.run(["umount", folder], check=True)
+
+
+def test_disk_full(small_disk):
+    assert_ended_well(run_short_of_space(small_disk), small_disk, "No space left on device")
