@@ -104,10 +104,20 @@ class Problem:
             c = scene.cable
             sizes += [abs(self.cable.weight_per_length) * c.length, c.line_density * c.length]
             if c.top is not None:
-                sizes.append(float(np.linalg.norm(c.top.force)))
+                sizes += [float(np.linalg.norm(c.top.force)), self._stretching_force()]
         if scene.buoy:
             sizes.append(scene.buoy.mass * scene.gravity)
+        if scene.external_force:
+            sizes.append(float(np.linalg.norm(scene.external_force.force)))
         return max(sizes)
+
+    def _stretching_force(self):
+        """EA times the strain of an elastic cable whose ends are farther apart than its length [N]."""
+        c = self.scene.cable
+        if c.top.position is None or np.isinf(c.axial_stiffness):
+            return 0.0
+        strain = float(np.linalg.norm(np.subtract(c.top.position, self.scene.anchor))) / c.length - 1
+        return c.axial_stiffness * max(strain, 0.0)
 
     def _order(self):
         """Elimination order of the free owned unknowns, and the ghosts' (local, global) numbers."""

@@ -49,6 +49,11 @@ def check_feasible(scene) -> None:
                 f"cable.length = {cable.length} m is too short: the top is up to {longest:.6g} m from the anchor, "
                 "and an inextensible cable (axial_stiffness = inf) cannot stretch."
             )
+        if cable.elements == 1 and cable.position_degree == 1:
+            raise InputError(
+                "cable.elements = 1: between two held ends an inextensible element of position_degree 1 cannot move; "
+                "take more elements or a higher degree."
+            )
     if scene.buoy is not None and scene.sea is not None:
         _check_floats(scene)
 
@@ -110,6 +115,12 @@ def _cable_start(scene, w):
         raise InputError(
             f"cable.length = {c.length} m equals the distance of its ends: an inextensible cable is exactly taut "
             "there and its tension is undetermined; give a finite axial_stiffness or a longer cable."
+        )
+    if w == 0 and scene.current is None and distance < c.length:
+        raise InputError(
+            f"cable.line_density = {c.line_density} kg/m: this cable has no weight here and is longer than the "
+            f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, or "
+            "take another initial.kind."
         )
     return catenary.between(scene.anchor, end, c.length, w, c.axial_stiffness)
 

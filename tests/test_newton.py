@@ -4,7 +4,7 @@ import pytest
 from mpi4py import MPI
 
 from dolfbuoy import solve_static
-from dolfbuoy.errors import SolveError
+from dolfbuoy.errors import InputError, SolveError
 
 
 @pytest.mark.parametrize("chord", [1e-3, 1e-2, 0.3])
@@ -37,3 +37,25 @@ def test_a_singular_matrix_is_a_failed_solve(length):
         reason = str(error)
     assert abs(tension) < 1e-9
     assert "DIVERGED" in reason
+
+
+CABLE = {"length": 1.0, "line_density": 1.0, "elements": 3, "top": {"kind": "fixed", "position": [0.3, 0.0, 0.4]}}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [({"elements": 1}, r"cable\.elements = 1: .* cannot move"), ({}, r"cable\.line_density = 1\.0 .* no weight here")],
+)
+def test_what_has_no_equilibrium_is_refused(change, words):
+    """A single rigid element between two points; a slack cable without weight."""
+    with pytest.raises(InputError, match=words):
+        solve_static({"gravity": 0.0 if not change else 9.81, "cable": CABLE | change}, comm=MPI.COMM_SELF)
+
+
+def test_a_stiff_cable_stretched_far_beyond_its_weight():
+    """Its tension, 2.6e8 N, is the size by which rounding counts, not its weight of 0.45 N."""
+    top = {"kind": "fixed", "position": [0.0, 0.0, 16.0]}
+    cable = {"length": 11.22, "line_density": 0.04, "axial_stiffness": 6e8, "elements": 6, "grading": 0.9999769}
+    cable |= {"position_degree": 2, "tension_degree": 1, "top": top}
+    record = solve_static({"gravity": 1.0, "cable": cable}, comm=MPI.COMM_SELF)
+    assert float(record.tension_top) == pytest.approx(6e8 * (16.0 / 11.22 - 1), rel=1e-8)
