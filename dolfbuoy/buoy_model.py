@@ -15,6 +15,8 @@ from .sea_state import SeaState, heading
 from .system import Block
 
 KEEL, TOP = 1, 2  # tags of the ends of the axis
+#: Length over which a strip of an upright hull passes from wet to dry, in axis cells: four cells' points resolve it.
+SOFTENING_CELLS = 2.0
 
 
 def part_of(vector, start, size):
@@ -60,7 +62,7 @@ class BuoyModel:
         self.spin_damping = constant(b.rotational_damping)
         self.offset = self._offset(b.mooring_height)
         if self.scene.sea:
-            softening = 2 * np.diff(nodes).max()  # resolved by the quadrature points of four cells
+            softening = SOFTENING_CELLS * np.diff(nodes).max()
             self.hull = hull.Hull(
                 radius=self._radius(),
                 softening=fem.Constant(mesh, softening),

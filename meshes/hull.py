@@ -31,9 +31,10 @@ class HullShape:
         return float(2 * self.radii.max())
 
     def segments(self):
-        """(height0, height1, radius0, radius1) of every frustum of positive height."""
+        """(height0, height1, radius0, radius1) of every frustum; stations that nearly coincide are a step."""
         h, r = self.heights, self.radii
-        return [(a, b, ra, rb) for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False) if b > a]
+        least = 1e-9 * self.height
+        return [(a, b, ra, rb) for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False) if b - a > least]
 
     def nodes(self, cells):
         """Ends of about `cells` axis cells; every station is one of them."""

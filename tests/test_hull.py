@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.hydrostatics import float_upright
+from dolfbuoy.meshes import HullShape
 from dolfbuoy.observe import Observer
 from dolfbuoy.problem import Problem
 from dolfbuoy.statics import shape_and_mass
@@ -289,3 +290,12 @@ def test_uniform_flow_and_acceleration_add_up_to_equation_10():
     np.testing.assert_allclose(torque, np.cross(r_CB, expected + lift), rtol=1e-9, atol=1e-6)
     assert np.linalg.norm(expected) > 500
     problem.destroy()
+
+
+def test_stations_that_nearly_coincide_are_a_step():
+    """A frustum too thin for its slope to be a number counts for nothing."""
+    thin = HullShape(((0.0, 1.0), (5e-324, 0.8), (1.0, 0.8), (1.0 + 2.3e-16, 0.5), (2.0, 0.5)))
+    step = HullShape(((0.0, 1.0), (0.0, 0.8), (1.0, 0.8), (1.0, 0.5), (2.0, 0.5)))
+    assert thin.volume() == pytest.approx(step.volume(), rel=1e-14)
+    np.testing.assert_allclose(thin.radius(np.array([0.5, 1.5]), np.array([0.5, 1.5])), [0.4, 0.25])
+    np.testing.assert_allclose(thin.nodes(4), step.nodes(4), rtol=1e-14)
