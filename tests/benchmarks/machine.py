@@ -1,0 +1,43 @@
+"""Where a benchmark ran: processor, cores, versions; and what its results depend on."""
+
+import contextlib
+import functools
+import hashlib
+import importlib.metadata as metadata
+import os
+import platform
+from pathlib import Path
+
+import dolfbuoy
+from dolfbuoy import compat
+
+ROOT = Path(dolfbuoy.__file__).parent.parent
+
+
+def description() -> dict[str, str]:
+    """Name -> value, for a table's notes."""
+    found = {"processor": _processor(), "cores": str(os.cpu_count()), "system": platform.platform(terse=True)}
+    found |= {name: value for name, value in compat.versions().items() if name in ("dolfinx", "petsc", "python")}
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        found["MoorDyn"] = metadata.version("moordyn")
+    return found
+
+
+def sentence() -> str:
+    """The description in one line."""
+    return ", ".join(f"{name} {value}" for name, value in description().items()) + "."
+
+
+def _processor():
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "unknown")
+
+
+@functools.cache
+def fingerprint() -> str:
+    """Changes with the program's sources: a kept result of other sources does not count."""
+    files = sorted(f for folder in ("dolfbuoy", "forms", "meshes") for f in (ROOT / folder).rglob("*.py"))
+    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:12]

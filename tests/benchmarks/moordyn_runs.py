@@ -1,0 +1,118 @@
+"""Running MoorDyn: a driven cable or a moored buoy in time, and the largest step at which it is stable."""
+
+import math
+import os
+import tempfile
+import time as clock
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import moordyn
+import moordyn_input
+import numpy as np
+from moordyn_input import Numerics
+
+from dolfbuoy.cable_model import top_position
+from dolfbuoy.scene import Scene
+from dolfbuoy.studies.accuracy import Run
+
+#: Share of the largest stable step that is used.
+MARGIN = 0.95
+#: Steps within which an instability shows: its growth at 5 % above the limit is at least a factor in some ten steps.
+PROBE = 6000
+
+
+def run(scene: Scene, numerics: Numerics, end: float, per_call: int = 1) -> Run | None:
+    """Top tension over time; None if the run diverges.  `wall` and `cpu` are those of the stepping loop.
+
+    per_call: steps of MoorDyn in a call from Python.  Within a call it moves the driven end at constant speed, which
+    costs it accuracy unless it is 1; a larger number serves to time it without Python between its steps.
+    """
+    calls = math.ceil(end / (numerics.step * per_call) - 1e-9)
+    t = np.arange(calls + 1) * numerics.step * per_call
+    positions, velocities = _motion(scene, t)
+    with tempfile.TemporaryDirectory() as folder, _silent():
+        system = moordyn.Create(str(moordyn_input.write(Path(folder), scene, numerics)))
+        try:
+            moordyn.SetVerbosity(system, moordyn.LEVEL_NONE)
+            moordyn.Init(system, positions[0], [0.0] * len(positions[0]))
+            line, top = moordyn.GetLine(system, 1), scene.cable.top
+            tensions, interval = [], numerics.step * per_call
+            wall, cpu = clock.perf_counter(), clock.process_time()
+            for i in range(calls):
+                force = moordyn.Step(system, positions[i], velocities[i], float(t[i]), interval)
+                tensions.append(math.hypot(*force) if top else moordyn.GetLineFairTen(line))
+            wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+        except RuntimeError:
+            return None  # "MoorDyn reported an error": NaN
+        finally:
+            moordyn.Close(system)
+    values = np.array(tensions)
+    if not np.isfinite(values).all():
+        return None
+    return Run(t[1:], {"tension_top": values}, wall, cpu, calls * per_call)
+
+
+def _motion(scene, t):
+    """Positions of the driven end, and the speeds that lead from each to the next; empty without one."""
+    if scene.cable.top is None:
+        return [[]] * len(t), [[]] * len(t)
+    x = np.array([top_position(scene.cable.top, s) for s in t])
+    return x.tolist(), (np.diff(x, axis=0) / np.diff(t)[:, None]).tolist()
+
+
+@contextmanager
+def _silent():
+    """MoorDyn greets on the standard output of the process, not of Python."""
+    saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+    try:
+        yield
+    finally:
+        for number, copy in enumerate(saved, start=1):
+            os.dup2(copy, number)
+            os.close(copy)
+        os.close(null)
+
+
+def segment_step(scene: Scene, segments: int) -> float:
+    """2/omega of the shortest axial vibration of a segment [s]: the scale of every explicit limit."""
+    c = scene.cable
+    return c.length / segments * math.sqrt(c.line_density / c.axial_stiffness)
+
+
+def largest_stable(scene: Scene, segments: int, scheme: str, seconds: float = 0.0) -> float:
+    """Largest stable step [s] within 4 %, by doubling and bisection from `segment_step`; 0 if none is found.
+
+    Stable: the tension stays finite and within 100 times the first value for PROBE steps, or `seconds`.
+    """
+    step, stable, unstable = 0.5 * segment_step(scene, segments), 0.0, math.inf
+    for _ in range(16):
+        if _is_stable(scene, Numerics(segments, scheme, step), seconds):
+            stable = step
+        else:
+            unstable = step
+        if unstable / max(stable, 1e-300) < 1.04:
+            break
+        step = 2 * step if math.isinf(unstable) else step / 2 if stable == 0 else math.sqrt(stable * unstable)
+    return stable
+
+
+def _is_stable(scene, numerics, seconds):
+    found = run(scene, numerics, max(PROBE * numerics.step, seconds))
+    if found is None:
+        return False
+    tension = found.values["tension_top"]
+    return bool(tension.max() < 100 * tension[0])
+
+
+def stable_run(scene: Scene, numerics: Numerics, end: float, tries: int = 4) -> tuple[Numerics, Run | None]:
+    """A run to `end`; where it diverges after all, with a step a tenth smaller."""
+    for _ in range(tries):
+        found = run(scene, numerics, end)
+        if found is not None:
+            return numerics, found
+        numerics = replace(numerics, step=0.9 * numerics.step)
+    return numerics, None

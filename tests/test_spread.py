@@ -1,0 +1,73 @@
+"""Many cases over ranks, and one scene over ranks: who works, what is said, and that an error ends all ranks."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from dolfbuoy import load_scene
+from dolfbuoy.summary import SHARING_PAYS_FROM, sharing_note
+
+SCRIPT = """
+import json, sys, time
+from pathlib import Path
+from mpi4py import MPI
+from dolfbuoy.errors import InputError
+from dolfbuoy.studies.common import evaluate_all
+
+def evaluate(case):
+    time.sleep(0.05)
+    if case["i"] == int(sys.argv[2]):
+        raise InputError("case %d is bad" % case["i"])
+    return {"rank": MPI.COMM_WORLD.rank}
+
+try:
+    cases = [{"i": i} for i in range(12)]
+    rows = evaluate_all(evaluate, cases, Path(sys.argv[1]), structure=lambda case: case["i"] % 2)
+    if rows is not None:
+        print(json.dumps(rows))
+except InputError as error:
+    print("rank", MPI.COMM_WORLD.rank, error)
+"""
+
+
+def spread(tmp_path, bad, ranks=2):
+    """Lines that the script prints under mpirun."""
+    (tmp_path / "script.py").write_text(SCRIPT)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
+    if os.geteuid() == 0:
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    command = ["mpirun", "-n", str(ranks), sys.executable, "script.py", str(tmp_path / "out"), str(bad)]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return done.stdout.splitlines()
+
+
+@pytest.mark.mpi
+def test_every_rank_works_and_rows_keep_their_order(tmp_path):
+    (line,) = spread(tmp_path, bad=-1)
+    rows = json.loads(line)
+    assert [row["i"] for row in rows] == list(range(12))
+    assert {row["rank"] for row in rows} == {0, 1}  # the first rank is not only a clerk
+    assert rows[0]["rank"] == rows[1]["rank"] == 0  # one case of each structure first, by one rank
+
+
+@pytest.mark.mpi
+def test_error_of_one_rank_is_that_of_all_and_finished_cases_are_kept(tmp_path):
+    assert sorted(spread(tmp_path, bad=7)) == ["rank 0 case 7 is bad", "rank 1 case 7 is bad"]
+    kept = len(list((tmp_path / "out" / "cases").glob("*.json")))
+    assert 2 <= kept < 12
+    assert not list((tmp_path / "out" / "cases").glob("claims-*"))
+    assert len(json.loads(spread(tmp_path, bad=-1)[0])) == 12
+
+
+def test_note_about_ranks_that_do_not_pay():
+    scene = load_scene("short")
+    assert sharing_note(scene, 1) is None
+    assert "20" in sharing_note(scene, 2)
+    assert sharing_note(load_scene("free-buoy"), 2)
+    large = [[11.0, SHARING_PAYS_FROM - 5], [11.0, 5]]
+    assert sharing_note(load_scene(scene, cable__elements=large), 2) is None
