@@ -142,6 +142,7 @@ def run(
             loaded = _advised(loaded, quantity, accuracy)
         folder = _folder(scene, folder)
         source = {"scene": loaded, "out": folder}
+    _say_if_one_rank_is_faster(loaded)
     bar = _Bar(loaded)
     try:
         with bar:
@@ -167,6 +168,16 @@ def _checkpoint(folder, t_end):
     if point.complete and _rank() == 0:
         out.print(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.", soft_wrap=True)
     return None if point.complete else point
+
+
+def _say_if_one_rank_is_faster(scene):
+    from mpi4py import MPI
+
+    from .summary import sharing_note
+
+    note = sharing_note(scene, MPI.COMM_WORLD.size)
+    if note and _rank() == 0:
+        err.print(note, soft_wrap=True, highlight=False)
 
 
 @app.command()

@@ -8,14 +8,19 @@ import csv
 import hashlib
 import json
 import math
+import shutil
+import tempfile
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from mpi4py import MPI
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress
 from rich.table import Table
+
+from ..errors import InputError, SolveError
 
 
 def evaluate_all(
@@ -24,34 +29,74 @@ def evaluate_all(
     """[{**case, **evaluate(case)}, ...] in the order of the cases; None on all ranks but 0.
 
     A case that was finished before is read from `folder`/cases.  With `mpirun -n N` the others are spread over the
-    ranks.  structure(case): what decides which forms are compiled; one case of each is evaluated first, by one rank, so
-    that no two ranks compile the same form at once.
+    ranks: each takes the next case that no other has taken, until none is left.  structure(case): what decides which
+    forms are compiled; one case of each is evaluated first, by one rank, so that no two ranks compile the same form at
+    once.  What one rank raises is raised by all.
     """
-    comm = MPI.COMM_WORLD
-    store = Path(folder) / "cases"
-    if comm.size == 1:
-        return _collect(map, evaluate, cases, store, structure)
-    from mpi4py.futures import MPICommExecutor
-
-    with MPICommExecutor(comm, root=0) as pool:
-        return _collect(pool.map, evaluate, cases, store, structure) if pool is not None else None
-
-
-def _collect(mapping, evaluate, cases, store, structure):
-    store.mkdir(parents=True, exist_ok=True)
+    comm, store = MPI.COMM_WORLD, Path(folder) / "cases"
     files = [store / f"{_key(case)}.json" for case in cases]
-    missing = [i for i, file in enumerate(files) if not file.is_file()]
+    missing, claims = None, None
+    if comm.rank == 0:
+        store.mkdir(parents=True, exist_ok=True)
+        missing = [i for i, file in enumerate(files) if not file.is_file()]
+        claims = Path(tempfile.mkdtemp(prefix="claims-", dir=store))
+    missing, claims = comm.bcast((missing, claims))
     first = {structure(cases[i]): i for i in reversed(missing)} if structure else {}
     pioneers = sorted(first.values())
     followers = [i for i in missing if i not in set(pioneers)]
-    console = Console(stderr=True)
-    for indices, how in ((pioneers, map), (followers, mapping)):
-        if not indices:
-            continue
-        results = how(evaluate, [cases[i] for i in indices])
-        for i, result in zip(indices, track(results, "cases", len(indices), console=console), strict=True):
-            _write_json(files[i], result)
+    try:
+        for indices, workers in ((pioneers, 1), (followers, comm.size)):
+            work = indices if comm.rank < workers else []
+            _raise_together(comm, _evaluate_share, evaluate, cases, files, work, claims)
+    finally:
+        if comm.rank == 0:
+            shutil.rmtree(claims, ignore_errors=True)
+    if comm.rank != 0:
+        return None
     return [{**case, **json.loads(file.read_text())} for case, file in zip(cases, files, strict=True)]
+
+
+def _evaluate_share(evaluate, cases, files, indices, claims):
+    """Evaluate those of the indices that no other rank has claimed; rank 0 shows how many are done by all."""
+    progress = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not indices)
+    with progress:
+        task = progress.add_task("cases", total=len(indices))
+        for i in indices:
+            if (claims / "failed").exists():  # on another rank
+                break
+            if not _claim(claims / str(i)):
+                continue
+            try:
+                _write_json(files[i], evaluate(cases[i]))
+            except BaseException:
+                _claim(claims / "failed")
+                raise
+            progress.update(task, completed=sum(files[k].is_file() for k in indices))
+
+
+def _claim(path):
+    """Whether this rank is the first to ask: a file is created by one process only."""
+    try:
+        path.touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    return True
+
+
+def _raise_together(comm, function, *arguments):
+    """Call a function that may fail on some ranks; if it does, all ranks raise the error of the first of them."""
+    error = None
+    try:
+        function(*arguments)
+    except (InputError, SolveError) as known:
+        error = known
+    except Exception as unexpected:
+        if comm.size == 1:
+            raise
+        error = RuntimeError("".join(traceback.format_exception(unexpected)))
+    errors = [e for e in comm.allgather(error) if e is not None]
+    if errors:
+        raise error if comm.size == 1 else errors[0]
 
 
 def _key(case):
