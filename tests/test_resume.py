@@ -186,7 +186,7 @@ def finished(*arguments, **options):
     return subprocess.run(command(*arguments), capture_output=True, text=True, timeout=300, **options)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.slow), signal.SIGKILL])
 def test_signal_in_mid_run(tmp_path, number):
     scene = dolfbuoy.load_scene(merged(SCENES["moored buoy"], time__end=1000.0, time__scheme="bdf2"))
     scene.save(tmp_path / "input.toml")
@@ -299,8 +299,7 @@ def test_a_new_run_drops_the_old_checkpoint(tmp_path):
 # -- zero length, full disk --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("tolerance", [None, 1e-2])
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("name", "tolerance"), [*((name, None) for name in SCENES), ("moored buoy", 1e-2)])
 def test_zero_length(name, tolerance, tmp_path):
     """The record holds the initial state, which is also that of a longer run."""
     scene = merged(SCENES[name], time__tolerance=tolerance)
@@ -389,5 +388,6 @@ def small_disk(tmp_path):
     subprocess.run(["umount", folder], check=True)
 
 
+@pytest.mark.slow
 def test_disk_full(small_disk):
     assert_ended_well(run_short_of_space(small_disk), small_disk, "No space left on device")

@@ -69,6 +69,31 @@ def slack(
     study.run(folder_of("slack", folder), t_end)
 
 
+@app.command("hard-cases")
+def hard_cases(
+    only: Annotated[str | None, typer.Option("--only", metavar="NAME", help="Names that begin so.")] = None,
+    slow: Annotated[bool, typer.Option("--slow", help="The expensive ones too.")] = False,
+    folder: OutOption = None,
+):
+    """Hard scenes, and what the program makes of each; exit code 1 if one fails.  Example: dolfbuoy study hard-cases"""
+    from . import hard_cases as study
+
+    if not study.run(folder_of("hard-cases", folder), only, slow):
+        raise typer.Exit(1)
+
+
+@app.command()
+def regularisation(
+    scene: Annotated[str, typer.Argument(metavar="[SCENE]", help="Shipped name, or path of a TOML file.")] = "short",
+    t_end: Annotated[float, typer.Option("--t-end", min=0.0, help="End of the runs [s].")] = 15.0,
+    folder: OutOption = None,
+):
+    """What rounding off |v| and the wet section changes.  Example: dolfbuoy study regularisation short"""
+    from . import regularisation as study
+
+    study.run(folder_of("regularisation", folder), study.load(scene, t_end))
+
+
 @app.command("work-precision")
 def work_precision(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")],
@@ -107,3 +132,38 @@ def effects(
     from . import effects as study
 
     study.run(folder_of("effects", folder), *study.load(scene, t_end, threshold))
+
+
+@app.command()
+def energy(
+    scene: Annotated[str | None, typer.Argument(metavar="[SCENE]", help="Default: driven and short.")] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the runs [s].")] = None,
+    steps: Annotated[str | None, typer.Option("--steps", help="[default: 0.04,0.02,0.01]")] = None,
+    folder: OutOption = None,
+):
+    """Work in = dissipated + stored, up to the scheme's order.  Example: dolfbuoy study energy driven --t-end 15"""
+    from . import energy as study
+    from .work_precision import parse_numbers
+
+    study.run(folder_of("energy", folder), scene, t_end, parse_numbers("--steps", steps))
+
+
+@app.command()
+def endurance(
+    scene: Annotated[str, typer.Argument(metavar="[SCENE]", help="Of a moored buoy in waves.")] = "short",
+    duration: Annotated[float, typer.Option("--duration", help="Length of the run [s].")] = 10000.0,
+    step: Annotated[float, typer.Option("--step", help="Time step [s].")] = 0.1,
+    scheme: Annotated[str, typer.Option("--scheme", help="Of second order, or the step must be small.")] = "bdf2",
+    window: Annotated[float, typer.Option("--window", help="Whole periods [s].")] = 1000.0,
+    skip: Annotated[int, typer.Option("--skip", min=0, help="Windows in which the start dies out.")] = 1,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", help="Allowed change between windows, of the range.")
+    ] = 1e-6,
+    folder: OutOption = None,
+):
+    """A long run without drift or growth.  Example: dolfbuoy study endurance short --duration 300 --window 50"""
+    from . import endurance as study
+
+    loaded = study.load(scene, duration, step, scheme)
+    if not study.run(folder_of("endurance", folder), loaded, window, skip, tolerance):
+        raise typer.Exit(1)
