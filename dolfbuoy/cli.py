@@ -94,9 +94,10 @@ def check(scene: SceneArgument, assign: SetOption = None):
 def static(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
     """Equilibrium without waves, written to static.nc.  Example: dolfbuoy static short --out calm"""
     from .api import solve_static
+    from .summary import static_warnings
 
-    folder = _folder(scene, folder)
-    record = solve_static(_load(scene, assign), out=folder)
+    folder, loaded = _folder(scene, folder), _load(scene, assign)
+    record = solve_static(loaded, out=folder)
     if _rank() == 0:
         table = _table(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
         for variable in record.data_vars.values():
@@ -104,8 +105,8 @@ def static(scene: SceneArgument, folder: OutOption = None, assign: SetOption = N
                 value = " ".join(f"{v:.6g}" for v in variable.values.ravel())
                 table.add_row(variable.attrs["long_name"], value, variable.attrs["units"])
         out.print(table)
-        if record.attrs.get("smallest_tension_N", 1.0) <= 0:
-            out.print("[yellow]Warning:[/yellow] the equilibrium has compressed elements (T <= 0).")
+        for warning in static_warnings(record, loaded):
+            out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
 
 
 @app.command()

@@ -112,12 +112,13 @@ class Problem:
         return max(sizes)
 
     def _stretching_force(self):
-        """EA times the strain of an elastic cable whose ends are farther apart than its length [N]."""
+        """Tension of an elastic cable whose ends are farther apart than its length, or just as far [N]."""
         c = self.scene.cable
         if c.top.position is None or np.isinf(c.axial_stiffness):
             return 0.0
         strain = float(np.linalg.norm(np.subtract(c.top.position, self.scene.anchor))) / c.length - 1
-        return c.axial_stiffness * max(strain, 0.0)
+        level = (c.axial_stiffness * (self.cable.weight_per_length * c.length) ** 2 / 24) ** (1 / 3)  # and just taut
+        return max(c.axial_stiffness * strain, level if strain > -1e-6 else 0.0)
 
     def _order(self):
         """Elimination order of the free owned unknowns, and the ghosts' (local, global) numbers."""

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from . import catenary
 from .cable_model import top_position
+from .continuation import begin, march, solve_cable
 from .errors import InputError, SolveError
 from .hydrostatics import float_upright
 from .meshes import HullShape
@@ -26,8 +27,7 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
         return _free_buoy(scene, comm)
     problem = Problem(scene, dynamic=False, comm=comm)
     if scene.buoy is None:
-        _start_cable(problem, _cable_start(scene, problem.cable.weight_per_length))
-        _newton(problem)
+        solve_cable(problem, _cable_start(scene, problem.cable.weight_per_length))
     else:
         _moored_buoy(problem)
     return problem
@@ -125,45 +125,6 @@ def _cable_start(scene, w):
     return catenary.between(scene.anchor, end, c.length, w, c.axial_stiffness)
 
 
-def _start_cable(problem, shape):
-    floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
-    problem.cable.set_shape(problem.system.u, shape.position, lambda s: np.maximum(shape.tension(s), floor))
-    problem.set_time(0.0)
-
-
-def _newton(problem):
-    """Newton; where it fails from a start without current, the current is raised step by step."""
-    start = problem.system.u.copy()
-    try:
-        problem.iterations = problem.system.solve()
-    except SolveError:
-        if problem.scene.current is None:
-            raise
-        problem.system.u[:] = start
-        _raise_current(problem)
-
-
-def _raise_current(problem, smallest=1e-3):
-    """Continuation in the strength of the current, from none to all of it."""
-    reached, step, system = 0.0, 0.25, problem.system
-    problem.iterations = 0
-    while reached < 1.0:
-        target = min(reached + step, 1.0)
-        for model in (problem.cable, problem.buoy):
-            if model is not None:
-                model.sea.scale_current(target)
-        before = system.u.copy()
-        try:
-            problem.iterations += system.solve()
-        except SolveError:
-            system.u[:] = before
-            step /= 3
-            if step < smallest:
-                raise
-            continue
-        reached, step = target, 2 * step
-
-
 # -- buoy --------------------------------------------------------------------------------------------------------------
 
 
@@ -180,7 +141,7 @@ def _free_buoy(scene, comm):
         problem.system.u[problem.state_part.slice] = pose
         problem.buoy.reference.x.array[:] = pose
     if scene.sea is not None and scene.gravity:
-        _newton(problem)
+        problem.iterations = problem.system.solve()
     else:
         problem.system.publish()
         problem.iterations = 0
@@ -194,14 +155,33 @@ def _moored_buoy(problem):
         shape, r_O, q4 = _hanging_start(scene, problem.cable.weight_per_length)
     else:
         shape, r_O, q4 = _floating_start(scene, problem.cable.weight_per_length)
-    _start_cable(problem, shape)
+    begin(problem, shape)
     _start_buoy(problem, shape, r_O, q4)
+    problem.iterations = 0
     try:
         _newton(problem)
     except SolveError:
-        _start_cable(problem, shape)
+        begin(problem, shape)
         _start_buoy(problem, shape, r_O, q4)
         _continue(problem)
+
+
+def _newton(problem):
+    """Newton; where it fails, the current is raised step by step."""
+    start = problem.system.u.copy()
+    try:
+        problem.iterations += problem.system.solve()
+    except SolveError:
+        if problem.scene.current is None:
+            raise
+        problem.system.u[:] = start
+        march(problem, lambda x: _scale_current(problem, x))
+
+
+def _scale_current(problem, fraction):
+    for model in (problem.cable, problem.buoy):
+        if model is not None:
+            model.sea.scale_current(fraction)
 
 
 def _start_buoy(problem, shape, r_O, q4):

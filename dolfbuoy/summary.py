@@ -54,15 +54,71 @@ def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
     found = []
     if "cable_tension" in record:
-        smallest = min(float(record.cable_tension.min()), float(record.tension_anchor.min()))
-        if smallest < 0:
-            found.append(
-                f"The cable was compressed at times (smallest tension {smallest:.4g} N): a rope would go slack."
-            )
+        found += _compressed(record, scene) + _unresolved_fold(record, scene)
         lowest = float(record.cable_position.sel(xyz="z").min())
         if scene.sea and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
             depth = -scene.sea.depth - lowest
             found.append(f"The cable dipped up to {depth:.3g} m below the sea bed, which this model does not know.")
-    if record.attrs["failed_steps"]:
+    if record.attrs.get("failed_steps"):
         found.append(f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones.")
     return found
+
+
+def static_warnings(record, scene) -> list[str]:
+    """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
+    if "cable_tension" not in record:
+        return []
+    found = warnings(record.expand_dims("frame"), scene)
+    slack = record.cable_tension.values <= 1e-12 * np.abs(record.cable_tension.values).max()
+    if scene.cable.slack == "tension-only" and slack.any():
+        found.append(
+            f"Slack (T = 0) in equilibrium: {_places(record, slack)}; the fold there is shorter than an element, whose "
+            "shape is not that of the cable."
+        )
+    return found
+
+
+def _compressed(record, scene):
+    """What was pushed, where and how much; rounding is not counted."""
+    tension = np.atleast_2d(record.cable_tension.values)
+    smallest = min(float(tension.min()), float(record.tension_anchor.min()))
+    largest = max(float(np.abs(tension).max()), float(record.tension_top.max()))
+    if smallest >= -1e-6 * largest:
+        return []
+    pressed = (tension < -1e-6 * largest).any(axis=0)
+    where = _places(record, pressed) if pressed.any() else "the element at the anchor"
+    when = "was compressed at times" if "time" in record.dims else "is compressed in this equilibrium"
+    return [
+        f"The cable {when} (smallest tension {smallest:.4g} N; {where}): a rope would go slack, see cable.slack = "
+        "'tension-only'."
+    ]
+
+
+def _unresolved_fold(record, scene, corner=90.0, short=0.5):
+    """Where neighbouring elements turn by more than `corner` degrees, or the ends of an element are nearer than `short`
+    times its length: the fold of the cable is smaller than the elements."""
+    degree = scene.cable.position_degree
+    ends = record.cable_position.values[..., ::degree, :]
+    chords = np.diff(ends, axis=-2)
+    lengths = np.linalg.norm(chords, axis=-1)
+    sizes = np.diff(record.s.values.ravel()[::degree])
+    dots = (chords[..., 1:, :] * chords[..., :-1, :]).sum(axis=-1)
+    turned = dots < np.cos(np.radians(corner)) * lengths[..., 1:] * lengths[..., :-1]
+    bad = lengths < short * sizes
+    bad[..., 1:] |= turned
+    bad[..., :-1] |= turned
+    if not bad.any():
+        return []
+    times = f" in {bad.any(axis=-1).sum()} of {len(bad)} frames" if "time" in record.dims else ""
+    return [f"A fold of the cable is not resolved{times}: {_places(record, bad.any(axis=0))}; use smaller ones there."]
+
+
+def _places(record, chosen):
+    """`elements 1 to 3 (s = 0 ... 0.3 m)` of a mask over the elements."""
+    numbers = np.flatnonzero(chosen)
+    s = record.s.values.ravel()[:: (record.sizes["node"] - 1) // len(chosen)]
+    first, last = numbers[0], numbers[-1]
+    named = f"element {first + 1}" if first == last else f"elements {first + 1} to {last + 1}"
+    if len(numbers) <= last - first:
+        named = f"{len(numbers)} of the {named}"
+    return f"{named} (s = {s[first]:.4g} ... {s[last + 1]:.4g} m)"

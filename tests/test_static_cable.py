@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from helpers import CableSolution, catenary_slope, rates, reference
 
-from dolfbuoy import catenary, load_scene
+from dolfbuoy import catenary, continuation, load_scene, solve_static
+from dolfbuoy.errors import InputError
+from dolfbuoy.problem import Problem
 from dolfbuoy.statics import solve_equilibrium
+from dolfbuoy.summary import static_warnings
 
 ANCHOR = (0.3, -0.2, 0.1)
 HEADING = 0.7  # [rad] of the cable's vertical plane: not a coordinate plane
@@ -209,3 +212,152 @@ def test_buoyant_cable_hangs_upwards():
     assert pytest.approx(values["H"], rel=1e-8) == np.hypot(*problem.end_tension()[:2])
     assert problem.end_tension()[2] < 0  # the top must be held down
     problem.destroy()
+
+
+# -- hard cases --------------------------------------------------------------------------------------------------------
+
+
+def fixed_at(x, z, elements=20, degrees=(2, 1), EA=INF, **cable):
+    """Unit cable, w = 1 N/m, from ANCHOR to a point x aside along HEADING and z above."""
+    position = (ANCHOR[0] + x * math.cos(HEADING), ANCHOR[1] + x * math.sin(HEADING), ANCHOR[2] + z)
+    return cable_scene(degrees, elements, {"kind": "fixed", "position": position}, EA, **cable)
+
+
+@pytest.mark.parametrize("degrees", [(1, 0), (2, 1)])
+def test_stiff_cables_approach_the_inextensible_one_at_the_same_cost(degrees):
+    """EA = 1e6 ... 1e14 times the weight: the difference falls like 1/EA to rounding, iterations stay the same."""
+    states, iterations = [], []
+    for EA in (1e6, 1e8, 1e10, 1e12, 1e14, INF):
+        problem = solve_equilibrium(fixed_at(0.6, 0.5, degrees=degrees, EA=EA))
+        states.append(problem.system.u.copy())
+        iterations.append(problem.iterations)
+        problem.destroy()
+    away = [np.abs(u - states[-1]).max() for u in states[:-1]]
+    assert away[0] < 1e-5
+    assert away[1] == pytest.approx(away[0] / 100, rel=0.01)
+    assert max(away[2:]) < 2e-10
+    assert max(iterations) <= min(iterations) + 1 <= 5
+
+
+@pytest.mark.parametrize("EA", [2.0, 1e3, 1e6, 1e10, 1e12])
+@pytest.mark.parametrize(("x", "z"), [(1.2, 0.0), (0.7, 1.0), (1.0, 0.0), (0.99999, 0.0)])
+def test_elastic_cable_that_is_too_short_is_taut(x, z, EA):
+    """Stretched by 20 %, or exactly as long as the distance: the tensions of the closed form."""
+    scene = fixed_at(x, z, EA=EA)
+    problem = solve_equilibrium(scene)
+    top = problem.scene.cable.top.position
+    exact = catenary.between(ANCHOR, top, 1.0, 1.0, EA)
+    assert np.linalg.norm(problem.end_tension()) == pytest.approx(float(exact.tension(1.0)), rel=2e-4)
+    assert problem.smallest_tension() > 0
+    problem.destroy()
+
+
+def test_what_cannot_be_is_refused_in_a_sentence():
+    for x, z in ((1.0, 0.0), (0.6, 0.8)):
+        with pytest.raises(InputError, match="exactly taut there and its tension is undetermined"):
+            solve_equilibrium(fixed_at(x, z))
+    with pytest.raises(InputError, match="too short"):
+        solve_equilibrium(fixed_at(1.2, 0.0))
+    weightless = fixed_at(0.6, 0.5).model_copy(update={"gravity": 0.0})
+    with pytest.raises(InputError, match="nothing determines its equilibrium"):
+        solve_equilibrium(weightless)
+
+
+def test_weightless_taut_cable_is_straight():
+    problem = solve_equilibrium(fixed_at(1.1, 0.0, EA=50.0).model_copy(update={"gravity": 0.0}))
+    np.testing.assert_allclose(problem.system.u[problem.cable.T_dofs], 5.0, rtol=1e-9)
+    problem.destroy()
+
+
+class Line:
+    """A start that is no catenary: heights over the chord from the origin, T = 1."""
+
+    def __init__(self, end, bulge):
+        self.end, self.bulge = np.array(end), bulge
+
+    def position(self, s):
+        s = np.asarray(s)
+        return np.array(ANCHOR) + np.outer(s, self.end - ANCHOR) + np.outer(self.bulge(s), [0, 0, 1.0])
+
+    def tension(self, s):
+        return np.ones_like(np.asarray(s))
+
+
+@pytest.mark.parametrize("degrees", [(1, 0), (2, 1)])
+def test_bad_starts_do_not_end_compressed(degrees):
+    """An upward arch leads plain Newton to the arch with T < 0; a chord is singular.  Both end at the catenary."""
+    scene = fixed_at(0.6, 0.5, degrees=degrees)
+    good = solve_equilibrium(scene)
+    assert good.route == "newton"
+    arch = catenary.between(ANCHOR, scene.cable.top.position, 1.0, -1.0, INF)
+    pushed = Line(scene.cable.top.position, lambda s: 0.6 * np.sin(np.pi * s))
+    pushed.tension = lambda s: -arch.tension(s)
+    problem = Problem(scene, dynamic=False)
+    continuation.begin(problem, arch)
+    problem.system.u[problem.cable.T_dofs] = -arch.tension(problem.cable.T_s)
+    problem.system.solve()
+    assert continuation.is_compressed(problem)
+    chord = Line(scene.cable.top.position, np.zeros_like)
+    for start in (chord, pushed, arch):
+        continuation.solve_cable(problem, start)
+        assert not continuation.is_compressed(problem)
+        np.testing.assert_allclose(problem.system.u, good.system.u, atol=1e-9)
+    problem.destroy()
+    good.destroy()
+
+
+@pytest.mark.parametrize(
+    ("top", "EA", "names"),
+    [
+        (FIXED, INF, ["tension-only law", "end position"]),
+        (FIXED, EA50, ["tension-only law", "axial stiffness", "end position"]),
+        (FREE, EA50, ["tension-only law", "axial stiffness", "end force"]),
+    ],
+    ids=["fixed-inf", "fixed-50%", "free-50%"],
+)
+def test_every_continuation_ends_where_newton_does(top, EA, names):
+    scene = cable_scene((2, 1), 10, top, EA)
+    direct = solve_equilibrium(scene)
+    problem = Problem(scene, dynamic=False)
+    problem.iterations = 0
+    ways = dict(continuation._ways(problem, exact_shape(top, EA)))
+    assert list(ways) == ["newton", *names]
+    for name in names:
+        problem.system.u[:] = 0.0
+        continuation.begin(problem, exact_shape(top, EA))
+        ways[name]()
+        np.testing.assert_allclose(problem.system.u, direct.system.u, atol=1e-9, err_msg=name)
+    problem.destroy()
+    direct.destroy()
+
+
+def test_strong_current_against_the_catenary():
+    """4 m/s against a cable whose top is upstream: the catenary is no start, continuation is; in balance and taut."""
+    cable = {"length": 22.0, "line_density": 27.6, "diameter": 0.08, "elements": 10, "normal_drag": 0.8}
+    cable |= {"tangential_drag": 0.1, "top": {"kind": "fixed", "position": [-12.0, 0.0, -3.5]}}
+    scene = load_scene({"sea": {"depth": 20.0}, "cable": cable, "current": {"speed": 4.0}})
+    problem = solve_equilibrium(scene)
+    assert problem.route != "newton"
+    assert problem.smallest_tension() > 0
+    free = problem.system.order
+    assert np.abs(problem.system.evaluate()[free]).max() < 1e-6
+    problem.destroy()
+
+
+def test_faults_of_an_equilibrium_are_said():
+    """Compressed, slack, and the fold that is smaller than an element; nothing where it is resolved."""
+    said = {}
+    for name, place, slack in (
+        ("rods", (0.01, 0.99), "compressive"),
+        ("rope", (0.01, 0.99), "tension-only"),
+        ("fine", (0.3, 0.5), "compressive"),
+    ):
+        scene = fixed_at(*place, 10, (1, 0), slack=slack)
+        said[name] = " ".join(static_warnings(solve_static(scene), scene))
+    assert "is compressed in this equilibrium (smallest tension -0.02356 N; element 1 " in said["rods"]
+    assert "Slack (T = 0) in equilibrium: element 1 (s = 0 ... 0.1 m)" in said["rope"]
+    assert "compressed" not in said["rope"]
+    assert said["fine"] == ""
+    coarse = fixed_at(0.01, 0.8, 7)
+    (fold,) = static_warnings(solve_static(coarse), coarse)
+    assert "A fold of the cable is not resolved: elements 1 to 2 (s = 0 ... 0.2857 m)" in fold
