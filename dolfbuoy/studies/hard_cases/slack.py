@@ -1,0 +1,68 @@
+"""Folds and snaps under both slack laws."""
+
+import numpy as np
+
+from ...scene import load_scene
+from .case import hard_case
+from .tools import SHORT, UNIT, ending, hanging, run, said, static, with_
+
+LAWS = ("compressive", "tension-only")
+
+
+@hard_case(
+    "slack",
+    "fold-unresolved",
+    "ends at (0, 0, 0) and (0.01, 0, 0.8), a fold of 0.0015 in elements of 0.05, both slack laws",
+    "T >= 0 with tension-only; compression said with the other; the top tension right to the element's weight",
+)
+def fold_unresolved(found):
+    scene = with_(UNIT, cable={"position_degree": 1, "tension_degree": 0}, cable__top__position=[0.01, 0.0, 0.8])
+    for law in LAWS:
+        case = with_(scene, cable__slack=law)
+        record, words = ending(case)
+        if record is None:
+            found.remark(law)
+            found.says(words, "DIVERGED")
+            continue
+        found.below(f"{law}: top tension off by", abs(float(record.tension_top) - hanging(0.01, 0.8)[1]), 0.05, " w L")
+        smallest = record.attrs["smallest_tension_N"]
+        if law == "tension-only":
+            found.below(f"{law}: -min T", -smallest, 1e-9)
+        elif smallest <= 0:
+            found.says(said(case), "compressed")
+
+
+@hard_case(
+    "slack",
+    "straight-tension-only",
+    "a run that starts on the straight chord, 14 % too short, tension-only",
+    "nothing springs: slack at once, T >= 0 throughout, the catenary at last",
+)
+def straight_tension_only(found):
+    scene = with_(SHORT, sea__depth=40.0, cable={"anchor": [0.0, 0.0, -20.0], "normal_drag": 1.2})
+    scene = with_(scene, cable={"slack": "tension-only"}, time={"end": 60.0, "step": 0.05})
+    scene = with_(scene, cable__top={"kind": "fixed", "position": [15.0, 0.0, -20.0 + np.sqrt(19**2 - 15**2)]})
+    rest = static(scene)
+    record = run(with_(scene, initial={"kind": "straight"}))
+    found.finite(record)
+    found.below("-min T", -float(record.cable_tension[1:].min()), 1e-6, " N")
+    off = np.abs(record.cable_position[-1] - rest.cable_position.values).max()
+    found.below("from the catenary after 60 s", off, 0.02, " m")
+
+
+@hard_case(
+    "slack",
+    "snap-load",
+    "`driven-slack` for 30 s as shipped and tension-only: the lower part goes slack and snaps in every period",
+    "8850 +- 5 N at the top (two independent programs) within 1 %, at most 160 elements, no artificial damping",
+    slow=True,
+)
+def snap_load(found):
+    for law in LAWS:
+        scene = with_(load_scene("driven-slack").to_dict(), cable={"slack": law, "elements": 80}, time={"end": 30.0})
+        record = run(with_(scene, time={"step": 0.005, "scheme": "bdf2"}))
+        last = record.where(record.time > 15.0, drop=True)
+        found.finite(record)
+        found.close(f"{law}: largest top tension of the last 15 s", last.tension_top.max(), 8850.0, 1e-2, " N")
+        found.remark(f"at the anchor {float(last.tension_anchor.max()):.5g} N (others: 5256 +- 10)")
+        found.remark(f"smallest element tension {float(record.cable_tension.min()):.4g} N")

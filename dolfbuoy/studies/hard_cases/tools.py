@@ -1,0 +1,129 @@
+"""What the hard cases share: base scenes, runs on one rank, refusals, and closed forms that owe the program nothing."""
+
+import copy
+
+import numpy as np
+from mpi4py import MPI
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from ...api import simulate, solve_static
+from ...check import check
+from ...errors import InputError, SolveError
+from ...scene import load_scene
+from ...summary import warnings
+
+INF = float("inf")
+
+#: A cable of length, weight per length and gravity 1, in air: the unit of the reference values.
+UNIT = {
+    "gravity": 1.0,
+    "cable": {
+        "length": 1.0,
+        "line_density": 1.0,
+        "axial_stiffness": INF,
+        "elements": 20,
+        "position_degree": 2,
+        "tension_degree": 1,
+        "top": {"kind": "fixed", "position": [0.6, 0.0, 0.5]},
+    },
+}
+
+#: The paper's short cable in its sea, 220.2128 N/m in water; the top is to be given.
+SHORT = {
+    "sea": {"depth": 20.0},
+    "cable": {
+        "length": 22.0,
+        "line_density": 27.6,
+        "diameter": 0.08,
+        "axial_stiffness": 2.3e8,
+        "elements": 20,
+        "added_mass": 0.3,
+        "normal_drag": 0.8,
+        "tangential_drag": 0.1,
+    },
+}
+
+#: A stable round buoy of 700 kg, free draft 0.151 m without its cable.
+BUOY = {
+    "hull": [[0.0, 2.4], [1.2, 2.4]],
+    "mass": 400.0,
+    "center_of_mass": 0.5,
+    "inertia": [192.0, 288.0],
+    "point_masses": [{"mass": 150.0, "height": 2.0}, {"mass": 150.0, "height": 3.0}],
+    "added_mass": 0.3,
+    "normal_drag": 0.8,
+    "axial_drag": 1.0,
+    "rotational_damping": 100.0,
+}
+MOORED = SHORT | {"buoy": BUOY}
+FLOATING = {"sea": {"depth": 20.0}, "buoy": BUOY}
+
+
+def with_(base: dict, **changes) -> dict:
+    """A deep copy of a scene with `section__key=value` changed; a dict is merged into a section, None removes."""
+    scene = copy.deepcopy(base)
+    for key, value in changes.items():
+        *sections, last = key.split("__")
+        target = scene
+        for section in sections:
+            target = target.setdefault(section, {})
+        if value is None:
+            target.pop(last, None)
+        elif isinstance(value, dict) and isinstance(target.get(last), dict):
+            target[last] |= value
+        else:
+            target[last] = value
+    return scene
+
+
+def static(scene: dict):
+    """The equilibrium's record."""
+    return solve_static(scene, comm=MPI.COMM_SELF)
+
+
+def run(scene: dict, **kwargs):
+    """The run's record."""
+    return simulate(scene, comm=MPI.COMM_SELF, **kwargs)
+
+
+def said(scene: dict, record=None) -> list[str]:
+    """Warnings of `check`, or with a record those after the run."""
+    scene = load_scene(scene)
+    return check(scene).warnings if record is None else warnings(record, scene)
+
+
+def refusal(scene: dict, how=static) -> str:
+    """The sentence of the InputError that a scene must end with."""
+    try:
+        how(scene)
+    except InputError as error:
+        return str(error)
+    return "it was not refused"
+
+
+def ending(scene: dict, how=static):
+    """(record or None, sentence): a right end, or the words of the refusal or failure."""
+    try:
+        return how(scene), ""
+    except (InputError, SolveError) as error:
+        return None, str(error)
+
+
+def shape_of_pulled(force_x: float, force_z: float, L: float, w: float, EA: float) -> np.ndarray:
+    """(x, z) of the upper end of a cable held at the origin and pulled by a force, by quadrature of r' = (1+e) t."""
+
+    def tension(s):
+        return np.hypot(force_x, force_z - w * (L - s))
+
+    x = quad(lambda s: (1 / tension(s) + 1 / EA) * force_x, 0, L, epsabs=1e-13, epsrel=1e-13)[0]
+    z = quad(lambda s: (1 / tension(s) + 1 / EA) * (force_z - w * (L - s)), 0, L, epsabs=1e-13, epsrel=1e-13)[0]
+    return np.array([x, z])
+
+
+def hanging(dx: float, dz: float, L: float = 1.0, w: float = 1.0) -> tuple[float, float]:
+    """(H, tension at the upper end) of an inextensible cable between points dx, dz apart: the textbook's catenary."""
+    chord = np.sqrt(L**2 - dz**2) / dx
+    u = brentq(lambda u: np.log(np.sinh(u) / u) - np.log(chord), 1e-9, 700.0, xtol=1e-14)
+    H = w * dx / (2 * u)
+    return H, float(np.hypot(H, w / 2 * (L + dz / np.tanh(u))))
