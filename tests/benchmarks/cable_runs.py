@@ -11,6 +11,7 @@ import numpy as np
 from moordyn_input import Numerics
 from scipy.interpolate import CubicSpline
 
+from dolfbuoy.errors import SolveError
 from dolfbuoy.scene import Scene, load_scene
 from dolfbuoy.studies import accuracy as acc
 from dolfbuoy.studies.advise import advise
@@ -59,7 +60,10 @@ def evaluate(case: dict) -> dict:
 
 def _dolfbuoy(case):
     scene = acc.with_settings(_scene(case), acc.Space(*case["space"]), acc.Stepping(*case["stepping"]))
-    found = acc.compute(scene, ["tension_top"])
+    try:
+        found = acc.compute(scene, ["tension_top"])
+    except SolveError:
+        return {"curve": None}
     return kept_of(found, scene) | {"steps": found.steps, "iterations": found.iterations}
 
 
@@ -126,6 +130,19 @@ def settings_of(scene: Scene) -> dict:
     """A scene's elements and steps, as the keys of a case."""
     space, stepping = acc.space_of(scene), acc.stepping_of(scene)
     return {"space": list(asdict(space).values()), "stepping": list(asdict(stepping).values())}
+
+
+def larger_step(settings: dict) -> dict | None:
+    """A quarter larger step; of an adaptive run half as much again of its tolerance."""
+    scheme, step, tolerance = settings["stepping"]
+    stepping = [scheme, step, 1.5 * tolerance] if tolerance else [scheme, 1.25 * step, None]
+    return settings | {"stepping": stepping}
+
+
+def fewer_elements(settings: dict) -> dict | None:
+    """A quarter fewer elements; None below two."""
+    mu, nu, cells = settings["space"]
+    return settings | {"space": [mu, nu, round(0.75 * cells)]} if cells > 2 else None
 
 
 def settings_text(row: dict) -> str:
