@@ -130,9 +130,9 @@ close_image() { buildah rm "$container" >/dev/null; }
 
 # in_image FOLDER COMMAND...: COMMAND in the container, FOLDER of the container as working directory
 in_image() {
-    folder=$1
+    place=$1
     shift
-    buildah run --isolation chroot --user "$stranger" --workingdir "$folder" \
+    buildah run --isolation chroot --user "$stranger" --workingdir "$place" \
         --volume "$mounted:/results" "$container" -- "$@"
 }
 

@@ -4,8 +4,10 @@ Decided once, by version number, when this module is imported.  No algorithm dif
 functions below hide names, signatures and nothing else.
 """
 
+import fcntl
 import logging
 import os
+import re
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,7 +41,7 @@ if not LEGACY:
     import basix.ufl
 
 #: Options of every compiled form.  Forms are compiled once per machine and kept in the cache of dolfinx.
-JIT_OPTIONS = {"cffi_extra_compile_args": ["-O3", "-g0"], "timeout": 600}
+JIT_OPTIONS = {"cffi_extra_compile_args": ["-O3", "-g0"]}
 
 
 def supported() -> bool:
@@ -63,7 +65,10 @@ def interval_mesh(comm, nodes):
         nodes, cells = nodes[:0], cells[:0]
     if LEGACY:
         cell = ufl.Cell("interval", geometric_dimension=1)
-        return dmesh.create_mesh(comm, cells, nodes, ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1)))
+        # FFCx 0.5 makes this variant of it when it compiles: without it, a form has another name in the cache before
+        # than after, and on the rank that compiles than on the others.
+        domain = ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1, variant="equispaced"))
+        return _compiled(comm, lambda _: dmesh.create_mesh(comm, cells, nodes, domain))
     return dmesh.create_mesh(comm, cells, x=nodes, e=basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
 
 
@@ -85,8 +90,9 @@ def mixed_element(elements):
 
 def function_space(mesh, element):
     """Function space of an element."""
-    with _quiet_compiler():
-        return fem.FunctionSpace(mesh, element, jit_params=JIT_OPTIONS) if LEGACY else fem.functionspace(mesh, element)
+    if LEGACY:
+        return _compiled(mesh.comm, lambda options: fem.FunctionSpace(mesh, element, jit_params=options))
+    return fem.functionspace(mesh, element)
 
 
 def space_on_dofmap(mesh, space, index_map, cell_dofs, block_size):
@@ -126,11 +132,54 @@ def _quiet_compiler():
         logging.disable(level)
 
 
+@contextmanager
+def _alone(comm):
+    """No other process compiles meanwhile (yields True), if the file system of the cache can promise that.
+
+    The first rank of `comm` compiles for all, so it is the one that waits; the lock ends with its process.
+    """
+    if comm.rank != 0:
+        yield False
+        return
+    folder = jit_cache()
+    folder.mkdir(parents=True, exist_ok=True)
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX)
+            locked = True
+        except OSError:  # some network file systems
+            locked = False
+        yield locked
+    finally:
+        os.close(handle)
+
+
+def _compiled(comm, build):
+    """build(options), which compiles something or finds it in the cache; collective over `comm`.
+
+    FFCx claims a form by creating its C file, and who finds that file waits for the result: in vain, if the process
+    was killed meanwhile.  While this process alone compiles, a claim without a result is a leftover; it is removed.
+    """
+    with _quiet_compiler(), _alone(comm) as alone:
+        options = JIT_OPTIONS | {"timeout": 2 if alone else 600}
+        try:
+            return build(options)
+        except (TimeoutError, RuntimeError) as error:
+            failed_on_all = comm.size == 1 or "just-in-time" in str(error)  # else only here, and the others went on
+            claim = re.search(r"timed out.*remove (.+\.c)\)", str(error), re.DOTALL)
+            if not failed_on_all or not comm.bcast(bool(alone and claim)):
+                raise
+            if comm.rank == 0:
+                Path(claim[1]).unlink(missing_ok=True)
+            return build(options)
+
+
 def compile_form(form):
     """Compile a UFL form, or find it in the cache."""
-    options = {"jit_params" if LEGACY else "jit_options": JIT_OPTIONS}
-    with _quiet_compiler():
-        return fem.form(form, **options)
+    (domain,) = form.subdomain_data()
+    name = "jit_params" if LEGACY else "jit_options"
+    return _compiled(domain.ufl_cargo().comm, lambda options: fem.form(form, **{name: options}))
 
 
 def cpp_form(form):
