@@ -6,6 +6,7 @@ import pytest
 from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import load_scene, observe
+from dolfbuoy.errors import InputError
 from dolfbuoy.studies import accuracy as acc
 from dolfbuoy.studies import effects as study
 
@@ -62,3 +63,8 @@ def test_study(tmp_path):
     notes = json.loads((tmp_path / "effects.json").read_text())["notes"]
     assert "needs: waves" in notes[0]
     assert "rotational damping" in notes[1]
+
+
+def test_a_wrong_threshold_is_named():
+    with pytest.raises(InputError, match="--threshold lots: must be"):
+        study.load(SCENE, 0.4, "lots")

@@ -143,15 +143,15 @@ def check_quantity(scene: Scene, quantity: str) -> None:
         raise InputError(f"--quantity {quantity}: this scene has {', '.join(allowed)}.")
 
 
-def parse_accuracy(text: str) -> float:
-    """'1%', '1 %' or '0.01' -> 0.01; raises InputError."""
+def parse_accuracy(text: str, option: str = "--accuracy") -> float:
+    """'1%', '1 %' or '0.01' -> 0.01; raises InputError that names the option."""
     number = text.strip()
     try:
         value = float(number.removesuffix("%")) / 100 if number.endswith("%") else float(number)
     except ValueError:
         value = float("nan")
     if not 1e-5 <= value <= 0.5:
-        raise InputError(f"--accuracy {text}: must be from 0.001% to 50%, written as 1% or 0.01.")
+        raise InputError(f"{option} {text}: must be from 0.001% to 50%, written as 1% or 0.01.")
     return value
 
 

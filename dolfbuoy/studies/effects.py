@@ -95,6 +95,11 @@ def _case(scene, bases, mode, name, choice, base):
     return row | {"files": files, "scene": scene.to_dict()}
 
 
+def structure(case: dict) -> str:
+    """What decides which forms of a base are compiled."""
+    return case["base"]
+
+
 def evaluate_base(case: dict) -> dict:
     """Run the full or the barest scene; its quantities go to `file`."""
     scene = load_scene(case["scene"])
@@ -327,8 +332,8 @@ def run(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
     if not names or not effects_of(scene):
         raise InputError("This scene has no effect that could be left out, or none of the quantities compared.")
     bases = base_cases(scene, folder)
-    evaluate_all(evaluate_base, bases, folder)
-    rows = evaluate_all(evaluate, cases(scene, bases), folder)  # dolfinx locks a form that is being compiled
+    evaluate_all(evaluate_base, bases, folder, structure)
+    rows = evaluate_all(evaluate, cases(scene, bases), folder)  # forms of their own: `compat` compiles them in turn
     vain = MPI.COMM_WORLD.bcast(judge(rows, names, threshold)[1] if rows is not None else None)
     if len(vain) > 1:
         both = evaluate_all(
@@ -346,4 +351,4 @@ def run(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
 
 def load(scene, t_end: float | None, threshold: str = "1%") -> tuple[Scene, float]:
     """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
-    return acc.shortened(load_scene(scene), t_end), acc.parse_accuracy(threshold)
+    return acc.shortened(load_scene(scene), t_end), acc.parse_accuracy(threshold, "--threshold")

@@ -197,8 +197,8 @@ def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
             )
     said += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
     said.append("Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before.")
-    if ranks > 2:  # one hands out
-        said.append(f"{ranks - 1} cases ran at once: their times share the machine, and are longer than alone.")
+    if ranks > 1:
+        said.append(f"{ranks} cases ran at once: their times share the machine, and are longer than alone.")
     return said
 
 

@@ -1,0 +1,104 @@
+"""Studies with two ranks: the same files as with one, times aside, and nothing is computed again afterwards."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+from dynamics_helpers import MOORED, merged
+
+from dolfbuoy import load_scene
+from dolfbuoy.studies import common, effects, explicit_limit, inf_sup, rising, work_precision
+
+pytestmark = [
+    pytest.mark.slow,  # many forms
+    pytest.mark.mpi,
+    pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed"),
+]
+
+WET = merged(MOORED, cable__elements=3, waves__ramp=0.1, solver__hull_cells=6, time={"end": 0.3, "step": 0.02})
+WET = merged(WET, external_force=None, buoy__normal_drag=0.0, cable__normal_drag=0.0, cable__tangential_drag=0.0)
+DRY = {
+    "cable": {"length": 1.0, "line_density": 1.0, "elements": 4, "top": {"kind": "free"}},
+    "initial": {"kind": "polyline", "points": [[0, 0, 0], [0.6, 0.0, -0.8]]},
+    "time": {"end": 0.2, "step": 0.01},
+}
+GRID = {"pairs": [(1, 0), (2, 1)], "cells": [2, 4], "schemes": ["bdf2"], "steps": [0.02], "tolerances": []}
+
+
+def inf_sup_few(folder):
+    whole = inf_sup.cases
+    inf_sup.cases = lambda: whole(("catenary", "straight"), [(1, 0), (1, 1), (2, 1)], (4, 8))
+    try:
+        inf_sup.run(folder)
+    finally:
+        inf_sup.cases = whole
+
+
+#: Study -> (run(folder), files whose rows must agree).
+STUDIES = {
+    "inf-sup": (inf_sup_few, ["inf-sup", "inf-sup-summary"]),
+    "rising": (rising.run, ["rising", "rising-elements", "rising-profiles"]),
+    "explicit-limit": (explicit_limit.run, ["eigenvalues", "explicit-limit"]),
+    "effects": (lambda folder: effects.run(folder, load_scene(WET)), ["effects"]),
+    "work-precision": (
+        lambda folder: work_precision.run(folder, load_scene(DRY), repeats=1, **GRID),
+        ["work-precision"],
+    ),
+}
+#: What differs from run to run.
+TIMES = {"wall", "cpu", "step_time", "base_step_time", "time_ratio"}
+
+
+def rows(folder, name):
+    """Rows of a study's table, without times."""
+    table = json.loads((folder / f"{name}.json").read_text())["rows"]
+    assert table
+    return [{key: value for key, value in row.items() if key not in TIMES} for row in table]
+
+
+@pytest.fixture(scope="module")
+def by_two(tmp_path_factory):
+    """Folder in which two ranks ran all studies, each in a folder of its name."""
+    folder = tmp_path_factory.mktemp("two")
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    environment |= {"PYTHONPATH": os.path.dirname(__file__), "OMPI_MCA_mpi_yield_when_idle": "1"}
+    if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
+        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    program = "import test_study_ranks as t\nfor name, (run, _) in t.STUDIES.items(): run(name)"
+    command = ["mpirun", "-n", "2", sys.executable, "-c", program]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stderr[-3000:]
+    return folder
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_rows_do_not_depend_on_the_ranks(study, by_two, tmp_path, monkeypatch):
+    run, names = STUDIES[study]
+    monkeypatch.chdir(tmp_path)
+    run(study)
+    for name in names:
+        assert rows(tmp_path / study, name) == rows(by_two / study, name)
+
+
+@pytest.mark.parametrize("study", STUDIES)
+def test_what_two_ranks_computed_is_not_computed_again(study, by_two, monkeypatch):
+    """One rank goes on from the files of two: only what was deleted is evaluated, and the table is the same."""
+    run, names = STUDIES[study]
+    monkeypatch.chdir(by_two)
+    before = {name: rows(by_two / study, name) for name in names}
+    evaluated, plain = [], common._evaluate_share
+
+    def counting(evaluate, *rest):
+        plain(lambda case: evaluated.append(case) or evaluate(case), *rest)
+
+    monkeypatch.setattr(common, "_evaluate_share", counting)
+    run(study)
+    assert evaluated == []
+    cases = sorted((by_two / study / "cases").glob("*.json"))
+    cases[-1].unlink()
+    run(study)
+    assert len(evaluated) == 1
+    assert {name: rows(by_two / study, name) for name in names} == before
