@@ -11,6 +11,7 @@ import dolfbuoy
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.statics import solve_equilibrium
+from dolfbuoy.summary import warnings
 
 INF = math.inf
 
@@ -192,8 +193,11 @@ def test_slack_cable_is_never_pushed():
     for law in ("compressive", "tension-only"):
         cable = {"elements": 10, "position_degree": 2, "tension_degree": 1, "slack": law}
         time = {"end": 13.0, "step": 0.02, "output_every": 0.02, "scheme": "backward-euler"}
-        runs[law] = dolfbuoy.simulate("driven-slack", cable=cable, time=time)
+        scene = load_scene("driven-slack", cable=cable, time=time)
+        runs[law] = dolfbuoy.simulate(scene)
         assert runs[law].attrs["failed_steps"] == 0
+        said = " ".join(warnings(runs[law], scene))
+        assert ("The cable was compressed at times" in said) == (law == "compressive")
     two, one = runs.values()
     assert float(two.tension_anchor.min()) < -100
     assert float(one.tension_anchor.min()) > -1e-3
@@ -240,3 +244,24 @@ def test_snap_loads_of_the_shipped_scene():
     expected = reference("driven")["A_slack"]
     assert float(run.tension_top[last].max()) == pytest.approx(expected["top_max"][0], rel=0.01)
     assert float(run.tension_anchor[last].max()) == pytest.approx(expected["anchor_max"][0], rel=0.02)
+
+
+def test_study_writes_table_and_figure_and_says_what_it_saw(tmp_path, monkeypatch, capsys):
+    """A short version of the study: a coarse fold, and runs until just after the first snaps."""
+    from dolfbuoy.studies import slack as study
+
+    monkeypatch.setattr(study, "FOLDED_CELLS", (10,))
+    monkeypatch.setattr(study, "SNAP_CELLS", {(1, 0): (5,), (2, 1): (5,)})
+    monkeypatch.setattr(study, "SNAP_STEPS", (("backward-euler", 0.05),))
+    monkeypatch.setattr(study, "SNAP_COUNTS", 3.0)
+    rows = study.run(tmp_path, end=13.0)
+    assert len(rows) == 2 * 4 + 4
+    by_law = {row["slack"]: row for row in rows if row["kind"] == "snap" and row["mu"] == 2}
+    assert by_law["compressive"]["T_min"] < -100
+    assert by_law["tension-only"]["T_min"] >= 0
+    assert all(abs(row["top_error"]) < 0.2 for row in by_law.values())
+    for name in ("slack.json", "slack.csv", "slack.png", "slack.svg"):
+        assert (tmp_path / name).stat().st_size > 1000, name
+    said = capsys.readouterr().out
+    assert "Folded: the two-sided law ends compressed in 3 cases" in said
+    assert "Snap, tension-only: largest error at the top" in said
