@@ -73,9 +73,9 @@ def load(folder, ranks: int, end: float | None = None) -> Checkpoint:
 
 def _read(path):
     try:
-        with np.load(path) as file:
-            tree = _unflatten(dict(file))
-    except (ValueError, zipfile.BadZipFile):
+        with open(path, "rb") as file, np.load(file) as leaves:
+            tree = _unflatten(dict(leaves))
+    except (ValueError, EOFError, TypeError, zipfile.BadZipFile):
         raise InputError(f"{path} is not a checkpoint.") from None
     if tree.get("format") != FORMAT:
         raise InputError(f"{path} has format {tree.get('format')}; this version resumes format {FORMAT} only.")
