@@ -54,6 +54,19 @@ SCENES = {
         "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.8, 0.0, -2.4]]},
         "time": {"end": 0.3, "step": 0.01},
     },
+    "slack cable that falls and comes taut": {
+        "cable": {
+            "length": 3.0,
+            "line_density": 2.0,
+            "axial_stiffness": 1e5,
+            "elements": 5,
+            "slack": "tension-only",
+            "damping": 50.0,
+            "top": {"kind": "free"},
+        },
+        "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.5, 0.0, -2.0]]},
+        "time": {"end": 0.4, "step": 0.01},
+    },
     "buoy without cable": {
         "sea": MOORED["sea"],
         "buoy": MOORED["buoy"],
