@@ -124,7 +124,10 @@ def vertical(found):
             found.remark(f"EA = {EA:g}: top tension {float(record.tension_top):.5g} N")
             found.says(said(folded), "compressed")
         else:
-            found.close(f"top tension (EA = {EA:g})", record.tension_top, 4624.468815791706, 2e-3, " N")
+            # a node hangs in the fold by two upright elements, and nothing says how they share its weight
+            shared = 220.212800751986 * 1.0 / 2
+            off = abs(float(record.tension_top) - 4624.468815791706)
+            found.below(f"EA = {EA:g}: top tension off by", off, 1.001 * shared, " N")
 
 
 @hard_case(

@@ -1,0 +1,64 @@
+"""Scales of the two regularisations: what varying them changes, and that nothing of it stays behind."""
+
+import json
+
+import pytest
+
+from dolfbuoy import buoy_model, load_scene
+from dolfbuoy.errors import InputError
+from dolfbuoy.forms import morison
+from dolfbuoy.studies import regularisation as study
+
+CABLE = {
+    "sea": {"depth": 20.0},
+    "cable": {
+        "length": 22.0,
+        "line_density": 27.6,
+        "diameter": 0.08,
+        "elements": 6,
+        "normal_drag": 0.8,
+        "top": {"kind": "fixed", "position": [12.0, 0.0, -2.0]},
+    },
+    "current": {"speed": 0.5},
+    "time": {"end": 0.1, "step": 0.05},
+}
+SPAR = {
+    "sea": {"depth": 20.0},
+    "buoy": {"hull": [[0.0, 1.0], [3.0, 1.0]], "mass": 1200.0, "center_of_mass": 0.5, "inertia": [900.0, 150.0]},
+    "time": {"end": 0.0, "step": 0.05},
+}
+
+
+def test_scales_come_back():
+    """Also when the run in between fails."""
+    before = [morison.SMOOTHING_SPEED, buoy_model.SOFTENING_CELLS]
+    for what in study.SCALES:
+        with pytest.raises(ArithmeticError), study.scaled(what, 10.0):  # noqa: PT012
+            assert before != [morison.SMOOTHING_SPEED, buoy_model.SOFTENING_CELLS]
+            raise ArithmeticError
+    assert before == [morison.SMOOTHING_SPEED, buoy_model.SOFTENING_CELLS]
+
+
+def test_the_draft_does_not_depend_on_the_softening(tmp_path):
+    """A cylinder's wet volume is right for any softening, up to the quadrature of its strips."""
+    rows = study.run(tmp_path, load_scene(SPAR))
+    wet = [row for row in rows if row["what"] == "wet section"]
+    assert sorted(row["scale"] for row in wet) == [1.0, 1.5, 2.0, 3.0, 4.0]
+    assert max(abs(row["change_static_height"]) for row in wet) < 3e-5 * 3.0
+    assert json.loads((tmp_path / "regularisation.json").read_text())["rows"] == rows
+
+
+@pytest.mark.slow
+def test_the_tension_does_not_depend_on_the_smoothing_speed(tmp_path):
+    """The change grows like eps^2 and is far below what counts at a hundred times the scale."""
+    rows = study.run(tmp_path, load_scene(CABLE))
+    change = {row["factor"]: abs(row["change_largest_tension"]) for row in rows}
+    assert change[1e2] < 1e-8
+    assert change[1e-2] < 1e-11
+    assert 1e3 < change[1e4] / change[1e2] < 1e5
+
+
+def test_a_dry_scene_has_nothing_to_vary():
+    dry = {"cable": {k: v for k, v in CABLE["cable"].items() if k not in ("diameter", "normal_drag")}}
+    with pytest.raises(InputError, match="nothing to vary"):
+        study.cases(load_scene(dry))
