@@ -80,16 +80,18 @@ def _drive(scene, folder, comm, progress, point=None):
     """From the start or a Checkpoint to the end."""
     if point is None or not point.complete:
         simulation = Simulation(scene, comm, state=point and point.states[comm.rank])
-        recorder = Recorder(simulation, folder, point)
+        recorder, done = Recorder(simulation, folder, point), False
         try:
             for step, iterations in simulation.run():
                 recorder.add(step, iterations)
                 if progress is not None:
                     progress(simulation, iterations)
             recorder.save()
+            done = True
         finally:
             recorder.close()
-            simulation.problem.destroy()
+            if done or comm.size == 1:  # collective: after an error on this rank, the others may be elsewhere
+                simulation.problem.destroy()
     return results.read(folder / "results.nc") if comm.rank == 0 else xr.Dataset()
 
 

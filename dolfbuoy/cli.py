@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import traceback
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from . import ranks
 from .errors import InputError, SolveError
 from .studies.cli import app as study_app
 
@@ -242,7 +244,12 @@ def sweep(
     from .sweep import sweep as run_all
 
     folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
-    dataset = run_all(scene, vary or [], table, folder)
+    try:
+        dataset = run_all(scene, vary or [], table, folder)
+    except BaseException:
+        if _interrupt.received:
+            raise Interrupted(folder, "the same command") from None
+        raise
     if dataset is None:
         return
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
@@ -325,7 +332,10 @@ def _print_summary(record, scene, folder):
 
 
 class Interrupted(Exception):
-    """Ctrl-C or SIGTERM in the middle of a run; holds the folder of the results."""
+    """Ctrl-C or SIGTERM in the middle of a run; holds the folder of the results and the command that goes on."""
+
+    def __init__(self, folder, advice=None):
+        self.folder, self.advice = folder, advice or f"dolfbuoy run --resume {folder}"
 
 
 def _interrupt(signum, frame):
@@ -340,6 +350,7 @@ _interrupt.received = False
 
 def main():
     """Entry point: every way to end, and its exit code."""
+    ranks.only_first_speaks()
     _interrupt.received = False
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, _interrupt)
@@ -353,25 +364,20 @@ def main():
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)
     except Interrupted as stop:
-        _fail(f"Interrupted; what was computed until now is in {stop}, and dolfbuoy run --resume {stop} goes on.", 130)
+        _fail(f"Interrupted; what was computed until now is in {stop.folder}, and {stop.advice} goes on.", 130)
     except OSError as error:
         place = f" {error.filename}" if error.filename else ""
         _fail(f"Error: cannot read or write{place}: {error.strerror or error}.", 1)
     except Exception:
         if _interrupt.received:
             _fail("Interrupted.", 130)
-        raise
+        if not ranks.several():
+            raise
+        _fail(f"{traceback.format_exc()}Error on rank {_rank()}; this is a fault of the program.", 1)
 
 
 def _fail(message, code):
-    from mpi4py import MPI
-
-    comm = MPI.COMM_WORLD
-    if comm.rank == 0:
-        err.print(message, soft_wrap=True, highlight=False, markup=False)
-    if comm.size > 1 and code != 2:
-        comm.Abort(code)  # the other ranks may be waiting in a solve
-    sys.exit(code)
+    ranks.end(lambda: err.print(message, soft_wrap=True, highlight=False, markup=False), code)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,61 @@
+"""Several MPI ranks that speak with one voice: output by the first, one message for an error, nobody left waiting."""
+
+import os
+import signal
+import sys
+import time
+
+_TAG = 4711  # of "I have ended", apart from whatever else is under way between the ranks
+
+
+def only_first_speaks() -> None:
+    """What Python prints on any rank but 0 goes nowhere from now on; `end` still speaks."""
+    from mpi4py import MPI
+
+    if MPI.COMM_WORLD.rank != 0:
+        sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  # until the process ends
+
+
+def several() -> bool:
+    """Whether this process is one of several ranks."""
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD.size > 1
+
+
+def end(say, code: int) -> None:
+    """Leave the program with an error; does not return.
+
+    say: prints the message to standard error; called on one rank.  Every rank that fails comes here.  When all ranks
+    do within a second or so, each exits with the code; otherwise the others may be waiting for this one in a
+    collective call that will never come, and the lowest rank that failed aborts them.
+    """
+    from mpi4py import MPI
+
+    comm = MPI.COMM_WORLD
+    if comm.size > 1:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)  # what can still come is the end itself
+    together = _all_ended(comm)
+    if comm.rank == 0 or not together:
+        sys.stderr = sys.__stderr__
+        say()
+        sys.stderr.flush()
+    if not together:
+        comm.Abort(code)
+    sys.exit(code)
+
+
+def _all_ended(comm) -> bool:
+    """Whether all ranks have come to their end before this one loses patience; the lowest loses it first."""
+    others = [rank for rank in range(comm.size) if rank != comm.rank]
+    requests = [comm.isend(None, rank, _TAG) for rank in others]
+    deadline = time.monotonic() + 1.0 + min(0.5 * comm.rank, 10.0)
+    missing = set(others)
+    while missing and time.monotonic() < deadline:
+        missing -= {rank for rank in missing if comm.iprobe(rank, _TAG) and comm.recv(source=rank, tag=_TAG) is None}
+        time.sleep(0.01)
+    if not missing:
+        for request in requests:
+            request.wait()
+    return not missing
