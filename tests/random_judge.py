@@ -1,0 +1,128 @@
+"""What every scene, however random, owes its user: a right end, or one sentence that says why there is none."""
+
+import re
+
+import numpy as np
+from mpi4py import MPI
+
+from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy.errors import InputError, SolveError
+
+
+def judge(data):
+    """Solve the equilibrium and run the scene; returns how it ended, or fails by assertion."""
+    try:
+        scene = load_scene(data)
+        if _starts_at_rest(scene):
+            check_static(solve_static(scene, comm=MPI.COMM_SELF), scene)
+        check_run(simulate(scene, comm=MPI.COMM_SELF), scene)
+    except InputError as error:
+        check_refusal(str(error))
+        return "refused"
+    except SolveError as error:
+        check_failure(str(error))
+        return "failed"
+    return "done"
+
+
+def _starts_at_rest(scene):
+    return scene.initial.kind == "equilibrium" and scene.initial.buoy_position is None
+
+
+def _stands_still(scene):
+    given = scene.initial.buoy_velocity is not None or scene.initial.buoy_angular_velocity is not None
+    moved = scene.cable.top is not None and scene.cable.top.kind == "prescribed"
+    return _starts_at_rest(scene) and not given and not moved
+
+
+def check_refusal(message):
+    """One sentence with a key of the scene in it."""
+    assert "\n" not in message
+    assert message.endswith(".")
+    assert len(message) < 400
+    assert re.search(r"\b[a-z_]+\.[a-z_]+\b|\[[a-z_.]+\]", message), message
+
+
+def check_failure(message):
+    """Where, in which block, and PETSc's reason."""
+    assert "\n" not in message
+    assert "DIVERGED" in message or "tolerance" in message or "pseudo-transient" in message, message
+
+
+def _finite(record):
+    for name, values in record.variables.items():
+        if values.dtype.kind == "f":
+            assert np.isfinite(values.values).all(), f"{name} is not finite"
+
+
+def _weight(scene):
+    area = np.pi * scene.cable.diameter**2 / 4 if scene.cable.diameter else 0.0
+    displaced = scene.sea.density * area if scene.sea else 0.0
+    return (scene.cable.line_density - displaced) * scene.gravity
+
+
+def check_static(record, scene):
+    """Finite, unit quaternion, strain law, and the forces that hold the cable add up to its weight."""
+    _finite(record)
+    if "buoy_orientation" in record:
+        assert abs(np.linalg.norm(record.buoy_orientation) - 1) < 1e-9
+    if scene.cable:
+        check_lengths(record.cable_position.values, record.cable_tension.values, record.s.values, scene)
+    if scene.cable and scene.current is None and scene.cable.position_degree == 1:
+        _check_balance(record, scene)
+    if scene.buoy and scene.sea and scene.cable and scene.gravity and not (scene.current or scene.wind):
+        lift = (float(record.displaced_mass) - _mass(scene)) * scene.gravity
+        lift += scene.external_force.force[2] if scene.external_force else 0.0
+        scale = max(_mass(scene) * scene.gravity, float(record.tension_top))
+        assert abs(float(record.end_tension[2]) - lift) < 1e-6 * scale
+
+
+def _mass(scene):
+    return scene.buoy.mass + sum(m.mass for m in scene.buoy.point_masses)
+
+
+def _check_balance(record, scene):
+    """End force = pull of the first element + weight of all that hangs above its middle."""
+    r, s, T = record.cable_position.values, record.s.values, record.cable_tension.values
+    tangent = (r[1] - r[0]) / np.linalg.norm(r[1] - r[0])
+    hanging = _weight(scene) * (s[-1] - s[1] / 2)
+    rest = record.end_tension.values - T[0] * tangent - [0, 0, hanging]
+    noise = _tension_noise(scene)
+    assert np.abs(rest).max() <= 1e-6 * max(np.abs(T).max(), abs(hanging)) + noise + 1e-12, (rest, T, hanging)
+
+
+def _tension_noise(scene):
+    """Tension that one rounding of the positions makes [N]."""
+    EA, c = scene.cable.axial_stiffness, scene.cable
+    return 0.0 if np.isinf(EA) else 1e-14 * EA * (1 + np.abs(scene.anchor).max() / c.length)
+
+
+def check_lengths(position, tension, s, scene):
+    """P1-P0: every element has the length that its tension gives it, a slack one is shorter."""
+    c = scene.cable
+    if c.position_degree > 1 or c.damping or not position.size:
+        return
+    chord = np.linalg.norm(np.diff(position, axis=-2), axis=-1) / np.diff(s)
+    stretch = 1 + tension / c.axial_stiffness
+    tolerance = 1e-6 * max(1, np.abs(stretch).max()) + 1e-14 * (1 + np.abs(position).max() / np.diff(s).min())
+    if c.slack == "compressive":
+        assert np.abs(chord - np.abs(stretch)).max() < tolerance, (chord, stretch)
+        return
+    pulled = tension > 1e-6 * np.abs(tension).max() + 1e-9
+    assert tension.min() >= -1e-6 * np.abs(tension).max() - 1e-9, tension
+    assert (chord - stretch).max() < tolerance, (chord, stretch)
+    assert np.all(np.abs(chord - stretch)[pulled] < tolerance), (chord, stretch, tension)
+
+
+def check_run(record, scene):
+    """Finite, complete, unit quaternion, strain law."""
+    _finite(record)
+    time = record.time.values
+    assert np.all(np.diff(time) > 0)
+    assert time[0] == 0
+    assert abs(time[-1] - scene.time.end) <= 1e-9 * scene.time.step
+    if "buoy_orientation" in record:
+        assert np.abs(np.linalg.norm(record.buoy_orientation, axis=1) - 1).max() < 1e-12
+    if scene.cable:
+        first = 0 if _stands_still(scene) else 1  # the start is projected, its tension is that of a first tiny step
+        check_lengths(record.cable_position.values[first:], record.cable_tension.values[first:], record.s.values, scene)

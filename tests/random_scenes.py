@@ -1,0 +1,296 @@
+"""Random scenes over the whole admissible input range, for hypothesis.
+
+A structure says which sections and keys a scene has (what is compiled); every key that it leaves as `...` is drawn
+from `RANGES`, extreme magnitudes included.  A key of the scene's model that is in neither would never be tried:
+`unknown_keys` names those.
+"""
+
+import math
+
+import numpy as np
+from hypothesis import strategies as st
+from pydantic import BaseModel
+
+from dolfbuoy.scene import Scene
+
+ANY = ...  # drawn from RANGES
+
+
+def size(low, high, zero=False):
+    """Log-uniform between two positive numbers, now and then exactly zero."""
+    drawn = st.floats(math.log10(low), math.log10(high)).map(lambda x: float(10**x))
+    return st.one_of(drawn, drawn, drawn, st.just(0.0)) if zero else drawn
+
+
+def vector(low, high):
+    """A vector of log-uniform length and any direction, the axes included."""
+    direction = st.one_of(
+        st.sampled_from([(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1), (-1, 0, 0)]),
+        st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda d: math.hypot(*d) > 1e-3),
+    )
+    return st.tuples(size(low, high), direction).map(lambda p: [p[0] * c / math.hypot(*p[1]) for c in p[1]])
+
+
+ANGLE = st.one_of(st.sampled_from([0.0, 90.0, -180.0]), st.floats(-360, 720))
+
+RANGES = {
+    "gravity": st.one_of(st.just(9.81), size(1e-3, 1e2, zero=True)),
+    "sea.depth": size(0.5, 6000),
+    "sea.density": size(1.0, 3000),
+    "cable.length": size(0.1, 5000),
+    "cable.line_density": size(1e-3, 1e4),
+    "cable.diameter": size(1e-4, 3.0),
+    "cable.axial_stiffness": size(1e2, 1e14),
+    "cable.elements": st.integers(1, 8),
+    "cable.grading": size(0.2, 5.0),
+    "cable.added_mass": st.floats(-0.9, 5),
+    "cable.normal_drag": size(1e-3, 1e2),
+    "cable.tangential_drag": size(1e-3, 1e1),
+    "cable.damping": size(1e-3, 1e8, zero=True),
+    "cable.anchor": vector(1e-2, 1e4),
+    "cable.top.force": vector(1e-6, 1e9),
+    "cable.top.amplitude": vector(1e-6, 1e2),
+    "cable.top.period": size(1e-3, 1e4),
+    "cable.top.phase_deg": ANGLE,
+    "cable.top.ramp": size(1e-3, 1e3, zero=True),
+    "buoy.mass": size(0.1, 1e7),
+    "buoy.center_of_mass": st.floats(-5, 30),
+    "buoy.mooring_height": st.floats(-5, 30),
+    "buoy.added_mass": st.floats(-0.9, 5),
+    "buoy.normal_drag": size(1e-3, 1e2),
+    "buoy.axial_added_mass": size(1e-3, 1e1),
+    "buoy.axial_drag": size(1e-3, 1e2),
+    "buoy.rotational_damping": size(1e-3, 1e8),
+    "waves.amplitude": size(1e-6, 1e2, zero=True),
+    "waves.height": size(1e-6, 1e2, zero=True),
+    "waves.period": size(0.1, 1e3),
+    "waves.wavelength": size(0.1, 1e4),
+    "waves.direction_deg": ANGLE,
+    "waves.phase_deg": ANGLE,
+    "waves.ramp": size(1e-3, 1e3, zero=True),
+    "current.speed": size(1e-6, 20, zero=True),
+    "current.direction_deg": ANGLE,
+    "current.exponent": st.floats(1e-3, 1),
+    "wind.speed_10m": size(1e-3, 100, zero=True),
+    "wind.direction_deg": ANGLE,
+    "wind.drag_coefficient": size(1e-3, 10, zero=True),
+    "wind.area": size(1e-3, 1e3),
+    "wind.height": st.floats(-5, 30),
+    "wind.air_density": size(1e-3, 10),
+    "external_force.force": vector(1e-6, 1e7),
+    "external_force.height": st.floats(-5, 30),
+    "initial.buoy_position": vector(1e-3, 1e2),
+    "initial.buoy_orientation": st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: math.hypot(*q) > 1e-3).map(list),
+    "initial.buoy_velocity": vector(1e-6, 30),
+    "initial.buoy_angular_velocity": vector(1e-6, 10),
+    "time.step": size(1e-5, 1.0),
+    "time.scheme": st.sampled_from(["backward-euler", "bdf2", "generalized-alpha"]),
+    "time.spectral_radius": st.floats(0, 0.999),
+    "time.tolerance": st.one_of(st.none(), st.none(), size(1e-6, 1e-1)),
+    "solver.hull_cells": st.integers(1, 40),
+}
+#: Drawn together with others by `scene_of`, or parts of a structure: they decide what is compiled.
+STRUCTURAL = {
+    "title", "cable.top.kind", "cable.top.position", "cable.position_degree", "cable.tension_degree", "cable.strain",
+    "cable.strain_form", "cable.slack", "cable.tangential_froude_krylov", "buoy.hull", "buoy.inertia",
+    "buoy.point_masses", "buoy.point_masses.mass", "buoy.point_masses.height", "waves.stretching", "current.profile",
+    "initial.kind", "initial.points", "time.end",
+}  # fmt: skip
+#: Not drawn: they serve the user's accuracy and output, not the physics.
+LEFT_ALONE = {
+    "time.min_step", "time.max_step", "time.output_every", "solver.petsc", "solver.step_tolerance",
+    "solver.quadrature_degree", "solver.hull_quadrature_degree",
+}  # fmt: skip
+
+
+def keys_of(model, prefix=""):
+    """Dotted names of all keys of a scene's model."""
+    for name, info in model.model_fields.items():
+        todo, inner = [info.annotation], []
+        while todo:
+            annotation = todo.pop()
+            if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+                inner.append(annotation)
+            todo += getattr(annotation, "__args__", ())
+        for section in inner:
+            yield from keys_of(section, f"{prefix}{name}.")
+        if not inner or name == "point_masses":
+            yield prefix + name
+
+
+def unknown_keys():
+    """Keys of the model that no random scene would ever vary."""
+    return set(keys_of(Scene)) - set(RANGES) - STRUCTURAL - LEFT_ALONE
+
+
+# -- structures --------------------------------------------------------------------------------------------------------
+
+SEA = {"depth": ANY, "density": ANY}
+TIME = {"step": ANY, "scheme": ANY, "spectral_radius": ANY, "tolerance": ANY}
+BARE = {"length": ANY, "line_density": ANY, "elements": ANY, "grading": ANY}
+WET = BARE | {"diameter": ANY}
+LOADED = WET | {"added_mass": ANY, "normal_drag": ANY, "tangential_drag": ANY}
+ELASTIC = {"axial_stiffness": ANY}
+P2P1 = {"position_degree": 2, "tension_degree": 1}
+FIXED, FREE = {"top": {"kind": "fixed"}}, {"top": {"kind": "free", "force": ANY}}
+MOVED = {"top": {"kind": "prescribed", "amplitude": ANY, "period": ANY, "phase_deg": ANY, "ramp": ANY}}
+WAVES = dict.fromkeys(("amplitude", "period", "direction_deg", "phase_deg", "ramp"), ANY)
+CURRENT = {"speed": ANY, "direction_deg": ANY}
+WIND = dict.fromkeys(("speed_10m", "direction_deg", "drag_coefficient", "area", "height", "air_density"), ANY)
+BODY = {"mass": ANY, "mooring_height": ANY}
+COEFFICIENTS = ("added_mass", "normal_drag", "axial_added_mass", "axial_drag", "rotational_damping")
+LOADED_BODY = BODY | dict.fromkeys(COEFFICIENTS, ANY)
+PUSHED = {"kind": "equilibrium", "buoy_velocity": ANY, "buoy_angular_velocity": ANY}
+POSED = PUSHED | {"buoy_position": ANY, "buoy_orientation": ANY}
+
+STRUCTURES = {
+    "inextensible in air": {"cable": BARE | FIXED},
+    "elastic in air": {"cable": BARE | ELASTIC | P2P1 | FIXED},
+    "energy form": {
+        "cable": BARE | ELASTIC | {"position_degree": 3, "tension_degree": 1, "strain_form": "energy"} | FIXED
+    },
+    "tension-only": {"sea": SEA, "cable": LOADED | ELASTIC | {"slack": "tension-only"} | FIXED},
+    "rope released": {"cable": BARE | {"slack": "tension-only"} | FREE, "initial": {"kind": "polyline"}},
+    "damped": {"cable": BARE | ELASTIC | {"damping": ANY} | MOVED},
+    "hanging free": {"cable": BARE | FREE | {"anchor": ANY}},
+    "released": {"cable": BARE | P2P1 | FREE, "initial": {"kind": "polyline"}},
+    "elastic, straight": {"cable": BARE | ELASTIC | FIXED, "initial": {"kind": "straight"}},
+    "top moved in water": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED},
+    "inextensible, top moved": {"sea": SEA, "cable": LOADED | P2P1 | MOVED},
+    "waves and current": {
+        "sea": SEA, "cable": LOADED | ELASTIC | FIXED, "waves": WAVES, "current": CURRENT,
+    },
+    "power law": {
+        "sea": SEA, "cable": LOADED | P2P1 | FIXED, "current": CURRENT | {"profile": "power", "exponent": ANY},
+    },
+    "current table": {
+        "sea": SEA, "cable": WET | ELASTIC | {"normal_drag": ANY} | FREE,
+        "current": {"direction_deg": ANY, "profile": [[-100.0, 0.2], [-20.0, 1.5], [0.0, 1.0]]},
+    },
+    "averaged strain": {"sea": SEA, "cable": WET | ELASTIC | P2P1 | {"strain": "element-average"} | FIXED},
+    "free buoy in waves": {
+        "sea": SEA, "buoy": LOADED_BODY, "waves": WAVES | {"wavelength": ANY, "stretching": "vertical"},
+        "wind": WIND, "initial": PUSHED,
+    },
+    "free body": {"buoy": {"mass": ANY}, "initial": POSED},
+    "moored, everything": {
+        "sea": SEA, "cable": LOADED | ELASTIC, "buoy": LOADED_BODY, "waves": WAVES, "current": CURRENT, "wind": WIND,
+        "external_force": {"force": ANY, "height": ANY},
+    },
+    "moored, inextensible": {"sea": SEA, "cable": WET, "buoy": BODY, "external_force": {"force": ANY}},
+    "moored, posed": {"sea": SEA, "cable": WET | ELASTIC, "buoy": BODY, "initial": POSED},
+    "hung": {"cable": BARE, "buoy": BODY, "initial": PUSHED},
+}  # fmt: skip
+
+
+PAIRS = ((1, 0), (2, 0), (2, 1), (3, 0), (3, 2), (4, 1), (4, 3))
+
+
+@st.composite
+def free_structures(draw):
+    """A structure put together at random."""
+    flag = st.booleans()
+    wet, body, rope = draw(flag), draw(flag), draw(flag)
+    structure = {"sea": SEA} if wet else {}
+    if rope or not body:
+        mu, nu = draw(st.sampled_from(PAIRS))
+        cable = (LOADED if wet else BARE) | {"position_degree": mu, "tension_degree": nu}
+        cable |= (
+            ELASTIC | draw(st.sampled_from([{}, {"damping": ANY}, {"strain": "element-average"}])) if draw(flag) else {}
+        )
+        cable["slack"] = draw(st.sampled_from(["compressive", "compressive", "tension-only"]))
+        cable["strain_form"] = draw(st.sampled_from(["paper", "energy"]))
+        structure["cable"] = cable if body else cable | draw(st.sampled_from([FIXED, FREE, MOVED]))
+    if body:
+        structure["buoy"] = LOADED_BODY if draw(flag) else BODY
+        structure |= {"wind": WIND} if draw(flag) else {}
+        structure |= {"external_force": {"force": ANY, "height": ANY}} if draw(flag) else {}
+        structure["initial"] = PUSHED if draw(flag) else {"kind": "equilibrium"}
+    if wet and draw(flag):
+        structure["waves"] = WAVES | {"stretching": draw(st.sampled_from(["wheeler", "vertical", "none"]))}
+    if wet and draw(flag):
+        structure["current"] = CURRENT | draw(st.sampled_from([{}, {"profile": "power", "exponent": ANY}]))
+    return structure
+
+
+@st.composite
+def scenes(draw, structure=None):
+    """A scene as dict; structure: a value of STRUCTURES."""
+    if structure is None:
+        structure = STRUCTURES[draw(st.sampled_from(sorted(STRUCTURES)))]
+    scene = _drawn(draw, structure | {"time": TIME, "gravity": ANY}, "")
+    if "buoy" in scene:
+        _shape_buoy(draw, scene)
+    if {"buoy", "cable", "sea"} <= scene.keys():
+        _balance(draw, scene)
+    if "cable" in scene:
+        _place_cable(draw, scene)
+    steps = draw(st.integers(0, 4))
+    scene["time"]["end"] = steps * scene["time"]["step"]
+    return scene
+
+
+def _drawn(draw, structure, prefix):
+    result = {}
+    for key, value in structure.items():
+        if isinstance(value, dict):
+            result[key] = _drawn(draw, value, f"{prefix}{key}.")
+        else:
+            drawn = draw(RANGES[prefix + key]) if value is ANY else value
+            if drawn is not None:
+                result[key] = drawn
+    return result
+
+
+def _shape_buoy(draw, scene):
+    """A hull of two to four stations, masses from light to too heavy, with and without masses above it."""
+    buoy = scene["buoy"]
+    if "sea" in scene or draw(st.booleans()):
+        height, diameter = draw(size(0.1, 30)), draw(size(0.1, 20))
+        inner = sorted(draw(st.lists(st.floats(0, 1), max_size=2)))
+        heights = [0.0, *(height * z for z in inner), height]
+        buoy["hull"] = [[z, diameter * draw(st.one_of(st.just(1.0), st.floats(0.05, 1)))] for z in heights]
+        volume = math.pi * diameter**2 / 4 * height
+        displaced = volume * scene.get("sea", {"density": 1000.0})["density"]
+        buoy["mass"] = displaced * draw(st.one_of(st.floats(0.05, 0.6), size(1e-3, 2)))
+        buoy["center_of_mass"] = height * draw(st.floats(-0.5, 1.5))
+        buoy["mooring_height"] = height * draw(st.floats(-0.5, 1.5))
+        buoy["point_masses"] = [
+            {"mass": buoy["mass"] * draw(size(1e-2, 0.5)), "height": height * draw(st.floats(-1, 3))}
+            for _ in range(draw(st.integers(0, 2)))
+        ]
+    else:
+        buoy["center_of_mass"] = draw(RANGES["buoy.center_of_mass"])
+        buoy["inertia"] = [buoy["mass"] * draw(size(1e-4, 1e4)) for _ in range(draw(st.sampled_from([2, 3])))]
+
+
+def _balance(draw, scene):
+    """Mostly a cable that the buoy can carry and that reaches from the bed to about the water."""
+    if draw(st.integers(0, 3)):
+        cable, buoy = scene["cable"], scene["buoy"]
+        cable["length"] = scene["sea"]["depth"] * draw(st.floats(0.7, 1.5))
+        cable["line_density"] = buoy["mass"] / cable["length"] * draw(size(1e-3, 0.3))
+        displaced = cable["line_density"] / scene["sea"]["density"] * draw(st.floats(0.05, 0.95))
+        cable["diameter"] = math.sqrt(4 * displaced / math.pi)
+
+
+def _place_cable(draw, scene):
+    """Ends of the cable: nearer than its length, at its length, farther; above, below, beside."""
+    cable = scene["cable"]
+    anchor = np.array(cable.get("anchor", [0.0, 0.0, -scene["sea"]["depth"] if "sea" in scene else 0.0]))
+    reach = draw(st.one_of(st.floats(0.001, 0.999), st.sampled_from([0.5, 1.0]), st.floats(0.9, 1.5)))
+    initial = scene.get("initial", {})
+    if initial.get("kind") == "polyline":
+        initial["points"] = _polyline(draw, anchor, cable["length"])
+    if "top" in cable and cable["top"]["kind"] != "free":
+        cable["top"]["position"] = (anchor + reach * np.array(draw(vector(1, 1))) * cable["length"]).tolist()
+    if "buoy_position" in initial and "buoy" in scene and "sea" in scene:
+        initial["buoy_position"] = (anchor + reach * np.array(draw(vector(1, 1))) * cable["length"]).tolist()
+
+
+def _polyline(draw, anchor, length):
+    """A line of up to three straight pieces with the given length."""
+    pieces = draw(st.lists(vector(1, 1), min_size=1, max_size=3))
+    shares = np.array([draw(st.floats(0.1, 1)) for _ in pieces])
+    steps = (shares / shares.sum() * length)[:, None] * np.array(pieces)
+    return [anchor.tolist(), *(anchor + np.cumsum(steps, axis=0)).tolist()]

@@ -1,0 +1,60 @@
+"""Random scenes over the whole admissible input range: each ends right, or in one sentence.
+
+Right means: a finite record to the end, unit quaternions, elements as long as their tension says, and end forces that
+carry the weight.  The quick test draws all numbers but takes what decides the compiled forms from a list.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from random_judge import judge
+from random_scenes import RANGES, STRUCTURES, free_structures, keys_of, scenes, unknown_keys
+
+from dolfbuoy.scene import Scene
+
+#: The same scenes in every run; no example may wait for another's compiler.
+FIXED = {"derandomize": True, "deadline": None, "database": None, "suppress_health_check": list(HealthCheck)}
+CHEAP = sorted(name for name, structure in STRUCTURES.items() if "buoy" not in structure)
+DEAR = sorted(set(STRUCTURES) - set(CHEAP))
+
+
+def test_every_key_is_varied():
+    """A key that is new in the model must find its range."""
+    assert unknown_keys() == set()
+    assert set(RANGES) <= set(keys_of(Scene))
+
+
+@settings(max_examples=170, **FIXED)
+@given(st.sampled_from(CHEAP).flatmap(lambda name: scenes(STRUCTURES[name])))
+def test_random_cables(scene):
+    assert judge(scene) in ("done", "refused", "failed")
+
+
+@settings(max_examples=30, **FIXED)
+@given(st.sampled_from(DEAR).flatmap(lambda name: scenes(STRUCTURES[name])))
+def test_random_buoys(scene):
+    assert judge(scene) in ("done", "refused", "failed")
+
+
+@pytest.mark.slow
+@settings(max_examples=200, **FIXED)
+@given(free_structures().flatmap(scenes))
+def test_random_structures(scene):
+    """What is compiled is random too."""
+    assert judge(scene) in ("done", "refused", "failed")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_most_scenes_are_no_mere_refusals(name):
+    """The ranges would prove nothing if hardly a scene came to its end."""
+    ends = []
+
+    @settings(max_examples=20, **FIXED)
+    @given(scenes(STRUCTURES[name]))
+    def collect(scene):
+        ends.append(judge(scene))
+
+    collect()
+    assert np.mean([end == "done" for end in ends]) > 0.15, ends
