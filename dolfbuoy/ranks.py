@@ -38,7 +38,8 @@ def end(say, code: int) -> None:
             signal.signal(number, signal.SIG_IGN)  # what can still come is the end itself
     together = _all_ended(comm)
     if comm.rank == 0 or not together:
-        sys.stderr = sys.__stderr__
+        if comm.rank != 0:
+            sys.stderr = sys.__stderr__
         say()
         sys.stderr.flush()
     if not together:

@@ -273,16 +273,18 @@ def draw(dataset: xr.Dataset) -> Figure:
     for axis, name in zip(axes, names, strict=False):
         mean, low, high = (dataset[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
         for k, (group, x, cases) in enumerate(groups):
-            place, m = x + width * (k - (len(groups) - 1) / 2), mean.values[cases]
-            reach = [m - low.values[cases], high.values[cases] - m]
+            good = np.isfinite(mean.values[cases])
+            cases = cases[good]
+            place, m = x[good] + width * (k - (len(groups) - 1) / 2), mean.values[cases]
+            reach = np.maximum([m - low.values[cases], high.values[cases] - m], 0.0)  # rounding of the mean
             axis.errorbar(place, m, reach, fmt="o", markersize=3.5, capsize=2.5, linewidth=1, label=group)
         axis.set_ylabel(f"{name.replace('_', ' ')} [{mean.attrs['units']}]", fontsize="small")
         axis.grid(alpha=0.3)
     axes[-1].set_xlabel(label)
     if len(groups) > 1:
-        figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize="small")
+        axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize="small", frameon=False)
     title = dataset.attrs.get("title", "")
-    axes[0].set_title(f"{title}\nmean and range over the run".strip(), fontsize="medium")
+    figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize="medium")
     return figure
 
 
@@ -290,10 +292,14 @@ def _groups(dataset):
     """Label of the abscissa, and (label, abscissa, cases) of each group of points."""
     keys = dataset.attrs["varied"].split(", ")
     first, *others = (dataset[key.replace(".", "_")].values for key in keys)
-    labels = [", ".join(f"{k} = {v[i]}" for k, v in zip(keys[1:], others, strict=True)) for i in range(len(first))]
+    labels = [
+        ", ".join(f"{k.rpartition('.')[2]} = {v[i]}" for k, v in zip(keys[1:], others, strict=True))
+        for i in range(len(first))
+    ]
     different = list(dict.fromkeys(labels))
     points = set(zip(labels, first.tolist(), strict=True))
-    if first.dtype.kind not in "if" or len(different) > 9 or len(points) < len(first):
+    crowded = len(different) > 9 or max(map(len, different)) > 40
+    if first.dtype.kind not in "if" or crowded or len(points) < len(first):
         return "case", [("", np.arange(len(first)), np.arange(len(first)))]
     members = [np.flatnonzero([label == group for label in labels]) for group in different]
     return keys[0], [(group, first[m], m) for group, m in zip(different, members, strict=True)]

@@ -1,0 +1,31 @@
+"""Shared by the tests that start mpirun."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+needs_mpirun = pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+
+
+def environment(**more):
+    """Of a process that may start more ranks than there are cores, also as root."""
+    found = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+    found |= {"PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe", "OMPI_MCA_mpi_yield_when_idle": "1"}
+    if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
+        found |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return found | {key: str(value) for key, value in more.items()}
+
+
+def command(ranks, arguments):
+    """mpirun with Python and its arguments."""
+    return ["mpirun", "-n", str(ranks), sys.executable, *map(str, arguments)]
+
+
+def start(ranks, arguments, folder, timeout=300, **more):
+    """A finished process of mpirun; more: variables of its environment."""
+    return subprocess.run(
+        command(ranks, arguments), cwd=folder, env=environment(**more), capture_output=True, text=True, timeout=timeout
+    )

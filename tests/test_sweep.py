@@ -1,0 +1,290 @@
+"""Sweeps: what is refused, what one file says of many runs, failing cases, resumption, and several ranks."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+from mpi_helpers import needs_mpirun, start
+
+from dolfbuoy import load_scene, simulate
+from dolfbuoy import sweep as sweeping
+from dolfbuoy.sweep import cases_of, dominant_period, parse_vary, statistics, sweep
+
+ROD = {
+    "title": "rod",
+    "cable": {"length": 3.0, "line_density": 2.0, "elements": 2, "top": {"kind": "free", "force": [1.0, 2.0, 0.0]}},
+    "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.8, 0.0, -2.4]]},
+    "time": {"end": 0.2, "step": 0.01},
+}
+VARY = ["cable.line_density=1,2", "gravity=5:9:4"]
+
+
+# -- what is asked for -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("waves.amplitude=0.5:3:0.5", ("waves.amplitude", [0.5, 1.0, 1.5, 2.0, 2.5, 3.0])),
+        ("a=0:0.3:0.1", ("a", [0.0, 0.1, 0.2, 0.3])),
+        ("a=1:0:-0.25", ("a", [1.0, 0.75, 0.5, 0.25, 0.0])),
+        ("a=0:1:0.4", ("a", [0.0, 0.4, 0.8])),
+        ("cable.elements=10:30:10", ("cable.elements", [10, 20, 30])),
+        (" a = 4,5 , 6 ", ("a", [4, 5, 6])),
+        ("time.scheme=bdf2,backward-euler", ("time.scheme", ["bdf2", "backward-euler"])),
+        ("cable.anchor=[0,0,-8],[1, 0, -8]", ("cable.anchor", [[0, 0, -8], [1, 0, -8]])),
+        ("cable.tangential_froude_krylov=true,false", ("cable.tangential_froude_krylov", [True, False])),
+    ],
+)
+def test_vary(text, expected):
+    key, values = parse_vary(text)
+    assert (key, values) == expected
+    assert [type(v) for v in values] == [type(v) for v in expected[1]]
+
+
+BAD = {
+    "no value": (["--vary", "gravity"], ["--vary gravity", "start:stop:step"]),
+    "no key": (["--vary", "=1,2"], ["--vary =1,2", "section.key"]),
+    "empty value": (["--vary", "time.scheme=bdf2,,x"], ["empty value"]),
+    "not a range": (["--vary", "gravity=1:2"], ["gravity=1:2", "start:stop:step"]),
+    "no step": (["--vary", "gravity=1:2:0"], ["step not zero"]),
+    "endless range": (["--vary", "gravity=1:inf:1"], ["finite"]),
+    "nan": (["--vary", "gravity=nan:2:1"], ["finite"]),
+    "wrong way": (["--vary", "gravity=2:1:1"], ["empty"]),
+    "twice": (["--vary", "gravity=1", "--vary", "gravity=2"], ["gravity", "more than once"]),
+    "unknown key": (["--vary", "cable.lenght=1,2"], ["cable.lenght", "length"]),
+    "key of a number": (["--vary", "gravity.x=1"], ["gravity.x", "not a section"]),
+    "nothing": ([], ["--vary", "--table"]),
+    "both": (["--vary", "gravity=1", "--table", "good.csv"], ["--vary", "--table"]),
+    "no such table": (["--table", "nowhere.csv"], ["nowhere.csv", "No such file"]),
+    "empty table": (["--table", "empty.csv"], ["empty.csv", "at least one row"]),
+    "short row": (["--table", "short.csv"], ["short.csv", "row 2", "gravity, cable.length"]),
+    "blank cell": (["--table", "blank.csv"], ["blank.csv", "row 1"]),
+    "double column": (["--table", "double.csv"], ["double.csv", "gravity,gravity"]),
+    "not text": (["--table", "binary.csv"], ["binary.csv", "cannot be read"]),
+}
+TABLES = {
+    "good": b"gravity\n1\n",
+    "empty": b"gravity\n",
+    "short": b"gravity,cable.length\n1,2\n3\n",
+    "blank": b"gravity,cable.length\n1,\n",
+    "double": b"gravity,gravity\n1,2\n",
+    "binary": b"\xff\xfe\x00\x81",
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_sentence_and_exit_code_2(name, tmp_path, monkeypatch, capsys):
+    from dolfbuoy import cli
+
+    arguments, words = BAD[name]
+    for table, content in TABLES.items():
+        (tmp_path / f"{table}.csv").write_bytes(content)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["dolfbuoy", "sweep", "hanging-chain", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    err = capsys.readouterr().err
+    assert stop.value.code == 2
+    assert err.strip().count("\n") == 0
+    for word in words:
+        assert word in err
+    assert not (tmp_path / "results").exists()
+
+
+def test_cases_of_a_table(tmp_path):
+    """With a byte order mark and empty lines, as spreadsheets write them; a list needs quotes."""
+    table = tmp_path / "cases.csv"
+    rows = ["\ufeffgravity,time.scheme,cable.anchor", '9.81,bdf2,"[0, 0, 1]"', "", '1,x,"[1, 0, 0]"', ""]
+    table.write_bytes("\r\n".join(rows).encode())
+    assert cases_of([], table) == [
+        {"gravity": 9.81, "time.scheme": "bdf2", "cable.anchor": [0, 0, 1]},
+        {"gravity": 1, "time.scheme": "x", "cable.anchor": [1, 0, 0]},
+    ]
+
+
+# -- statistics ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("period", [0.37, 1.0, 2.5, 4.9, 7.0])
+@pytest.mark.parametrize("uneven", [False, True])
+def test_dominant_period_of_a_sinusoid_on_a_trend_is_exact(period, uneven):
+    t = np.linspace(0, 20, 901)
+    if uneven:
+        t = t + 0.3 * np.sin(t) / (1 + t)
+    x = 3 + 0.2 * t + 1.7 * np.sin(2 * np.pi * t / period + 0.3)
+    assert dominant_period(t, x) == pytest.approx(period, rel=1e-10)
+    early = np.where(t < t[-1] / 2 - 0.1, 50 * np.sin(8 * t), 0.0)  # what the second half does not see
+    assert dominant_period(t, x + early) == pytest.approx(period, rel=1e-10)
+
+
+def test_dominant_period_is_that_of_the_larger_of_two():
+    t = np.linspace(0, 60, 3001)
+    one, two = np.sin(2 * np.pi * t / 5.0), np.sin(2 * np.pi * t / 1.3)
+    assert dominant_period(t, one + 0.6 * two) == pytest.approx(5.0, rel=1e-4)
+    assert dominant_period(t, 0.6 * one + two) == pytest.approx(1.3, rel=1e-4)
+
+
+def test_no_dominant_period():
+    t = np.linspace(0, 20, 901)
+    assert np.isnan(dominant_period(t, np.full_like(t, 3.0)))
+    assert np.isnan(dominant_period(t, 3.0 + 1e-12 * np.sin(t), noise=3e-9))
+    assert np.isnan(dominant_period(t[:3], t[:3]))
+
+
+def test_statistics_of_known_series():
+    """x = t^2 on uneven steps: mean 1/3 and deviation sqrt(1/5 - 1/9) up to the trapezoidal rule."""
+    t = np.linspace(0, 1, 2001) ** 1.5
+    record = xr.Dataset(
+        {
+            "tension_top": ("time", t**2),
+            "buoy_position": (("time", "xyz"), np.stack([t, np.cos(40 * t), 0 * t], axis=1)),
+            "newton_iterations": ("time", np.ones(len(t), dtype=int)),
+            "cable_tension": (("frame", "cell"), np.ones((2, 3))),
+        },
+        coords={"time": t, "xyz": ["x", "y", "z"]},
+    )
+    found = statistics(record)
+    assert set(found) == {"tension_top", "buoy_position_x", "buoy_position_y", "buoy_position_z"}
+    top = found["tension_top"]
+    assert (top["minimum"], top["maximum"]) == (0.0, 1.0)
+    assert top["mean"] == pytest.approx(1 / 3, rel=1e-6)
+    assert top["standard_deviation"] == pytest.approx(np.sqrt(1 / 5 - 1 / 9), rel=1e-6)
+    assert found["buoy_position_y"]["dominant_period"] == pytest.approx(2 * np.pi / 40, rel=1e-9)
+    assert np.isnan(found["buoy_position_z"]["dominant_period"])
+    assert found["buoy_position_z"]["standard_deviation"] == 0.0
+
+
+# -- whole sweeps ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """(folder, dataset) of a sweep of four cases."""
+    folder = tmp_path_factory.mktemp("sweep")
+    return folder, sweep(ROD, VARY, None, folder)
+
+
+def test_sweep_equals_single_runs(swept):
+    folder, dataset = swept
+    assert dataset.sizes["case"] == 4
+    assert list(dataset.status.values) == ["done"] * 4
+    for i, (density, gravity) in enumerate([(1, 5), (1, 9), (2, 5), (2, 9)]):
+        case = dataset.isel(case=i)
+        assert (case.cable_line_density, case.gravity) == (density, gravity)
+        record = simulate(ROD, cable__line_density=density, gravity=float(gravity))
+        for name in ("tension_top", "tension_anchor"):
+            assert float(case[f"{name}_maximum"]) == float(record[name].max())
+            assert float(case[f"{name}_minimum"]) == float(record[name].min())
+            mean = np.trapezoid if hasattr(np, "trapezoid") else np.trapz
+            assert float(case[f"{name}_mean"]) == pytest.approx(mean(record[name], record.time) / 0.2, rel=1e-12)
+        assert float(case.end_tension_x_maximum) == pytest.approx(1.0, rel=1e-12)
+    assert len(np.unique(dataset.tension_anchor_maximum)) == 4
+    for suffix in ("png", "svg"):
+        assert (folder / f"sweep.{suffix}").stat().st_size > 5000
+    with xr.open_dataset(folder / "sweep.nc") as written:
+        assert written.tension_top_mean.attrs["units"] == "N"
+        assert written.tension_top_dominant_period.attrs["units"] == "s"
+        assert all({"units", "long_name"} <= set(v.attrs) for n, v in written.items() if n.startswith("tension"))
+        xr.testing.assert_equal(written.load(), dataset)
+
+
+def test_a_finished_sweep_computes_nothing(swept, monkeypatch):
+    folder, dataset = swept
+    monkeypatch.setattr(sweeping, "evaluate", None)
+    xr.testing.assert_identical(sweep(ROD, VARY, None, folder), dataset)
+
+
+def test_a_longer_sweep_computes_only_what_is_new(swept, monkeypatch):
+    folder, dataset = swept
+    seen = []
+    whole = sweeping.evaluate
+    monkeypatch.setattr(sweeping, "evaluate", lambda case: (seen.append(case["changes"]), whole(case))[1])
+    longer = sweep(ROD, ["cable.line_density=1,2,3", VARY[1]], None, folder)
+    assert seen == [{"cable.line_density": 3, "gravity": g} for g in (5, 9)]
+    xr.testing.assert_equal(longer.isel(case=slice(4)), dataset)
+
+
+def test_a_failing_case_does_not_stop_the_others(tmp_path, monkeypatch):
+    """Refused values, a solve that fails, and any other error; all are kept, and said."""
+    whole = sweeping.simulate
+
+    def crash(scene, **options):
+        if scene.gravity == 4.0:
+            raise ZeroDivisionError("of the test")
+        return whole(scene, **options)
+
+    monkeypatch.setattr(sweeping, "simulate", crash)
+    table = tmp_path / "cases.csv"
+    hopeless = '"{snes_max_it = 1, snes_linesearch_max_it = 1}",1e-300'
+    table.write_text(
+        "gravity,cable.length,solver.petsc,solver.step_tolerance\n"
+        f"5,3,{{}},1e-8\n5,-3,{{}},1e-8\n5,3,{hopeless}\n4,3,{{}},1e-8\n6,3,{{}},1e-8\n"
+    )
+    dataset = sweep(ROD, [], table, tmp_path)
+    status = list(dataset.status.values)
+    assert [s.split(":")[0] for s in status] == ["done", "InputError", "SolveError", "ZeroDivisionError", "done"]
+    assert "cable.length = -3" in status[1]
+    assert "DIVERGED" in status[2]
+    assert list(np.isfinite(dataset.tension_top_mean.values)) == [True, False, False, False, True]
+    monkeypatch.setattr(sweeping, "evaluate", None)  # failed cases are not repeated either
+    xr.testing.assert_identical(sweep(ROD, [], table, tmp_path), dataset)
+
+
+def test_a_sweep_without_any_result_is_written(tmp_path):
+    dataset = sweep(ROD, ["cable.length=-1,-2"], None, tmp_path)
+    assert all("InputError" in s for s in dataset.status.values)
+    assert (tmp_path / "sweep.png").exists()
+
+
+def test_an_interrupted_sweep_goes_on(swept, tmp_path):
+    """SIGINT after the first case: exit code 130, finished cases stay as they are, the rest is computed."""
+    _, dataset = swept
+    load_scene(ROD).save(tmp_path / "rod.toml")
+    command = [sys.executable, "-m", "dolfbuoy.cli", "sweep", str(tmp_path / "rod.toml"), "--out", str(tmp_path)]
+    command += [word for text in VARY for word in ("--vary", text)]
+    process = subprocess.Popen(
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background shell ignores it
+    )
+    deadline = time.monotonic() + 120
+    while not list((tmp_path / "cases").glob("*.json")):
+        assert process.poll() is None, process.stderr.read()
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Interrupted" in err
+    assert "Traceback" not in err
+    finished = {path: path.stat().st_mtime_ns for path in (tmp_path / "cases").glob("*.json")}
+    assert 1 <= len(finished) < 4
+    assert all(json.loads(path.read_text())["status"] == "done" for path in finished)
+    done = sweep(tmp_path / "rod.toml", VARY, None, tmp_path)
+    assert all(path.stat().st_mtime_ns == stamp for path, stamp in finished.items())
+    xr.testing.assert_equal(done, dataset)
+
+
+@needs_mpirun
+@pytest.mark.mpi
+def test_three_ranks_are_identical_to_one(swept, tmp_path):
+    """Of three ranks two compute; a case that fails on one of them stops neither."""
+    _, dataset = swept
+    load_scene(ROD).save(tmp_path / "rod.toml")
+    vary = [word for text in (*VARY, "cable.length=3,-3") for word in ("--vary", text)]
+    done = start(3, ["-m", "dolfbuoy.cli", "sweep", "rod.toml", "--out", "all", *vary], tmp_path)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert done.stdout.count("8 cases") == 1
+    with xr.open_dataset(tmp_path / "all" / "sweep.nc") as parallel:
+        assert list(parallel.status.values[::2]) == ["done"] * 4
+        assert all("cable.length = -3" in status for status in parallel.status.values[1::2])
+        for name in dataset:
+            np.testing.assert_array_equal(parallel[name].values[::2], dataset[name].values, err_msg=name)
