@@ -254,7 +254,7 @@ def sweep(
         return
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     shown = [n for n in ("tension_top_maximum", "tension_anchor_maximum", "cone_angle_maximum") if n in dataset]
-    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} [{dataset[n].attrs['units']}]" for n in shown]
+    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} ({dataset[n].attrs['units']})" for n in shown]
     names = [key.replace("_", " ") for key in keys]  # words may be wrapped
     result = _table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *names, *titles, "status")
     for i in range(dataset.sizes["case"]):
