@@ -130,7 +130,7 @@ class Simulation:
         return {name: getattr(self, name) for name in own} | {
             "node_s": self.cable.node_s if self.cable else None,
             "u": self.system.u,
-            "fallbacks": self.system.fallbacks,
+            "system": self.system.state(),
             "series": {name: vars(series) for name, series in self.series.items()},
             "predictor": vars(self.predictor),
             "control": vars(self.control),
@@ -144,7 +144,7 @@ class Simulation:
             )
         self.t, self.end_tension = state["t"], state.get("end_tension")
         self.quaternion_drift, self.iterations = state["quaternion_drift"], state["iterations"]
-        self.system.fallbacks = state["fallbacks"]
+        self.system.restore(state["system"])
         self.series, self.predictor = {}, Predictor()
         for name, values in state.get("series", {}).items():
             self.series[name] = Series(values["rate"], values["rate"])

@@ -48,7 +48,7 @@ class Observer:
     def _wet_hull(self):
         b = np.zeros(7)
         self.problem.buoy.state.x.array[:] = self.problem.system.u[self.problem.state_part.slice]
-        self._wet.update_constants()
+        self._wet.prepare()
         self._wet.add_to_vector(b)
         mass, length = b[0], b[4]
         dry = mass <= 1e-9 * self.problem.buoy.mass.mass

@@ -39,8 +39,9 @@ class Problem:
         parts, residuals = self._parts()
         direct = "petsc" if dynamic else "mumps"
         solver = scene.solver
+        keep = dynamic and solver.keep_jacobian
         self.system = self._law()(
-            comm, parts, residuals, self._blocks(), *self._order(), direct, solver.petsc, solver.step_tolerance
+            comm, parts, residuals, self._blocks(), *self._order(), direct, solver.petsc, solver.step_tolerance, keep
         )
 
     def _law(self):
@@ -169,7 +170,7 @@ class Problem:
         """
         if self.mooring_slice:
             mine = -self.system.u[self.mooring_slice][3:] if self.buoy else None
-            return self.comm.bcast(mine, root=self.buoy_rank)
+            return mine if self.comm.size == 1 else self.comm.bcast(mine, root=self.buoy_rank)
         if self.cable.top_kind == "free":
             return np.array(self.scene.cable.top.force)
         residual = self.system.evaluate() if fresh else self.system.last_residual
@@ -178,7 +179,8 @@ class Problem:
 
     def anchor_tension(self) -> float:
         """T_h(0) [N], on every rank."""
-        values = self.comm.allgather(self.cable.anchor_tension(self.system.u))
+        mine = self.cable.anchor_tension(self.system.u)
+        values = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
         return next(v for v in values if not np.isnan(v))
 
     def destroy(self):

@@ -7,6 +7,9 @@ added up by the part that they test; the Jacobian is their derivative with respe
 Constrained dofs (an anchored end) are simply not unknowns: PETSc is given the index -1 for them and drops their rows
 and columns.  Unknowns and rows are scaled by typical sizes, so that metres, newtons and newton-metre-seconds meet in
 one norm.
+
+The Jacobian is exact, but need not be of today: while Newton's increments shrink fast with the matrix and the
+factorisation of an earlier iteration or step, these are kept (`JacobianAge`).
 """
 
 from dataclasses import dataclass, field
@@ -66,25 +69,90 @@ class Block:
 
 
 class Contribution:
-    """One compiled form and where it adds to the local residual or to the matrix."""
+    """One compiled form and where it adds to the local residual or to the matrix.
 
-    def __init__(self, form, row, column=None):
+    Constants and coefficients are packed once per solve (`prepare`); within a solve only the values of the unknowns
+    change, and these are put straight where the kernels read them.
+    """
+
+    def __init__(self, form, row, column=None, unknowns=()):
         self.form = compat.compile_form(form)  # kept alive: the C++ object refers to it
         self.cpp = compat.cpp_form(self.form)
         self.row, self.column = row, column
         spaces = [p.function.function_space for p in (row, column) if p is not None]
         self._unrolled = any(s.dofmap.index_map_bs > 1 for s in spaces)  # the matrix knows no blocks
-        self.update_constants()
+        live = [part for part in unknowns if part.function in form.coefficients()]
+        self._live, self._unchanging = self._places(live), False
+        self.prepare()
+        self._unchanging = len(form.coefficients()) == len(live) and not len(self.constants)
 
-    def update_constants(self):
-        """Read the form's constants again (once per solve: time, step and phase of the wave are among them)."""
+    def _places(self, unknowns):
+        """{key of an integral: (places in its packed coefficients, unknowns that belong there)}.
+
+        Found by packing the numbers of the unknowns: the elements here are packed without a transformation.
+        """
+        kept = [part.function.x.array.copy() for part in unknowns]
+        packed = []
+        for sign in (1, -1):
+            for part in unknowns:
+                part.function.x.array[:] = sign * np.arange(part.slice.start + 1, part.slice.stop + 1)
+            packed.append({key: np.array(array) for key, array in compat.pack_coefficients(self.cpp).items()})
+        for part, values in zip(unknowns, kept, strict=True):
+            part.function.x.array[:] = values
+        places = {}
+        for key, numbers in packed[0].items():
+            where = np.flatnonzero(numbers != packed[1][key])
+            if len(where):
+                places[key] = where, numbers.ravel()[where].astype(np.intp) - 1
+        return places
+
+    def prepare(self):
+        """Read constants (time, step and phase of the wave are among them) and Functions again."""
+        if self._unchanging:
+            return
         self.constants = compat.pack_constants(self.cpp)
+        self.coefficients = compat.pack_coefficients(self.cpp)
+        self._flat = [(self.coefficients[key].reshape(-1), *places) for key, places in self._live.items()]
+
+    def refresh(self, u):
+        """Read the local unknowns `u`, and nothing else, again."""
+        for coefficients, places, unknowns in self._flat:
+            coefficients[places] = u[unknowns]
 
     def add_to_vector(self, b):
-        compat.assemble_vector(b[self.row.slice], self.cpp, self.constants, compat.pack_coefficients(self.cpp))
+        compat.assemble_vector(b[self.row.slice], self.cpp, self.constants, self.coefficients)
 
     def add_to_matrix(self, A):
-        compat.assemble_matrix(A, self.cpp, self.constants, compat.pack_coefficients(self.cpp), [], self._unrolled)
+        compat.assemble_matrix(A, self.cpp, self.constants, self.coefficients, [], self._unrolled)
+
+
+class JacobianAge:
+    """When the matrix of an earlier iteration or step still serves.
+
+    With a kept matrix Newton's increments shrink by a factor instead of squaring.  Such an iteration costs a third of
+    one with a new matrix, or less, so that keeping it pays while the factor is small.
+    """
+
+    SLOW = 0.1  #: shrinking of the increments from which on a new matrix is due
+    MANY = 4  #: iterations of a solve after which the next one begins with a new matrix
+    MARGIN = 0.01  #: part of the tolerance that has to be met, as the last increment does not square the error
+
+    def __init__(self, keep):
+        self.keep = keep
+        self.valid = False  # the matrix at hand may be used
+        self.kept = False  # ... and is not that of the present iterate
+
+    def assembled(self):
+        """The matrix at hand is now that of the present iterate."""
+        self.valid, self.kept = True, False
+
+    def judge(self, ratio):
+        """The increment was `ratio` times the one before it."""
+        self.valid = self.keep and ratio <= self.SLOW
+
+    def judge_solve(self, iterations):
+        """A solve has ended."""
+        self.valid = self.valid and self.keep and iterations < self.MANY
 
 
 class System:
@@ -93,19 +161,31 @@ class System:
     comm: of the whole problem.  parts: this rank's parts.  residuals: list of (part, linear form).  blocks: cover all
     local unknowns.  order: free local unknowns owned by this rank, in the order of the matrix.  ghosts: (local index,
     global index) arrays of unknowns owned elsewhere.  direct: PETSc solver package for the factorisation;
-    "petsc" (natural ordering, no pivoting) falls back to "mumps" when a solve is not accurate.
+    "petsc" (natural ordering, no pivoting) falls back to "mumps" when a solve is not accurate.  keep_jacobian: use a
+    matrix for several iterations and steps.
     """
 
     def __init__(
-        self, comm, parts, residuals, blocks, order, ghosts=None, direct="mumps", options=None, tolerance=1e-9
+        self,
+        comm,
+        parts,
+        residuals,
+        blocks,
+        order,
+        ghosts=None,
+        direct="mumps",
+        options=None,
+        tolerance=1e-9,
+        keep_jacobian=False,
     ):
         self.comm, self.parts, self.blocks = comm, parts, blocks
         self.size = max((p.offset + p.size for p in parts), default=0)
         self.u = np.zeros(self.size)  # physical values of the local unknowns
         self._b = np.zeros(self.size)
         self.tolerance, self.options = tolerance, dict(options or {})
-        self.iterations_total = self.fallbacks = 0
-        self.residuals = [Contribution(form, part) for part, form in residuals]
+        self.iterations_total = self.jacobians_total = self.fallbacks = 0
+        self.age, self._gamma = JacobianAge(keep_jacobian), None
+        self.residuals = [Contribution(form, part, unknowns=parts) for part, form in residuals]
         self.jacobians = self._differentiate(residuals)
         self._number(order, ghosts)
         self._create_matrix()
@@ -123,7 +203,7 @@ class System:
                     continue
                 derivative = ufl.derivative(form, column.function, column.trial)
                 if not expand_derivatives(derivative).empty():
-                    jacobians.append(Contribution(derivative, row, column))
+                    jacobians.append(Contribution(derivative, row, column, self.parts))
         return jacobians
 
     def _number(self, order, ghosts):
@@ -238,7 +318,7 @@ class System:
     # -- callbacks --------------------------------------------------------------------------------------------------
 
     def _read(self, x):
-        """Unknowns of SNES -> physical values -> Functions of the forms (copies: nothing shares memory)."""
+        """Unknowns of SNES -> physical values."""
         if self._ghosted is None:
             values = x.array_r
         else:
@@ -247,7 +327,6 @@ class System:
             with self._ghosted.localForm() as local:
                 values = local.array_r.copy()
         self.u[self.visible] = values * self._xs
-        self.publish()
 
     def publish(self):
         """Copy `u` into the parts' Functions."""
@@ -256,6 +335,15 @@ class System:
 
     def evaluate(self):
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical]."""
+        self._prepare(self.residuals)
+        return self._assemble_residual()
+
+    @staticmethod
+    def _prepare(contributions):
+        for contribution in contributions:
+            contribution.prepare()
+
+    def _assemble_residual(self):
         self._b[:] = 0
         for contribution in self.residuals:
             contribution.add_to_vector(self._b)
@@ -268,10 +356,11 @@ class System:
 
     def _residual(self, snes, x, f):
         self._read(x)
-        self._scaled_residual(f)
+        for contribution in self.residuals:
+            contribution.refresh(self.u)
+        self._scale(self._assemble_residual(), f)
 
-    def _scaled_residual(self, f):
-        b = self.evaluate()
+    def _scale(self, b, f):
         if self._ghosted is None:
             f.setArray(b[self.order] * self._fs)
             return
@@ -282,14 +371,29 @@ class System:
         f.setArray(g.array_r * self._fs)
 
     def _jacobian(self, snes, x, J, P):
+        self.age.kept = self.age.valid
+        if self.age.valid:
+            return
         self._read(x)
-        self.assemble_jacobian()
+        if not self._jacobians_prepared:
+            self._prepare(self.jacobians)
+            self._jacobians_prepared = True
+        for contribution in self.jacobians:
+            contribution.refresh(self.u)
+        self._assemble_matrix()
         P.diagonalScale(self._row_scale, self._unknown_scale)
         if J != P:
             J.assemble()
+        self.age.assembled()
+        self.jacobians_total += 1
 
     def assemble_jacobian(self):
         """The Jacobian at the present Functions, unscaled, in `A`."""
+        self._prepare(self.jacobians)
+        self._assemble_matrix()
+        self.age.valid = False
+
+    def _assemble_matrix(self):
         self.A.zeroEntries()
         for contribution in self.jacobians:
             contribution.add_to_matrix(contribution.view)
@@ -307,13 +411,14 @@ class System:
             self._last_increment, self._last_norm = None, norms[2]
             return PETSc.SNES.ConvergedReason.ITERATING
         increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
-        ratio = 1.0
+        shrinking, ratio = 0.0, 1.0
         if self._last_increment is not None:
-            slower = max(increment / max(self._last_increment, 1e-300), norms[2] / max(self._last_norm, 1e-300))
-            ratio = min(1.0, slower)
+            shrinking = increment / max(self._last_increment, 1e-300)
+            ratio = min(1.0, max(shrinking, norms[2] / max(self._last_norm, 1e-300)))
         self._last_increment, self._last_norm = increment, norms[2]
-        if increment * ratio <= self.tolerance:
+        if increment * ratio <= self.tolerance * (self.age.MARGIN if self.age.kept else 1.0):
             return PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE
+        self.age.judge(shrinking)
         if iteration >= snes.getTolerances()[3]:
             return PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT
         return PETSc.SNES.ConvergedReason.ITERATING
@@ -322,6 +427,9 @@ class System:
 
     def set_scales(self, gamma):
         """Scale unknowns and rows for a step with d/dt ~ gamma."""
+        if self._gamma is not None and abs(gamma - self._gamma) <= 1e-9 * gamma:
+            return
+        self._gamma, self.age.valid = gamma, False  # the matrix at hand has the old gamma, and the old scales
         xs, fs = np.ones(self.size), np.ones(self.size)
         for block in self.blocks:
             xs[block.dofs] = block.unknown_size(gamma, self.tolerance)
@@ -336,9 +444,13 @@ class System:
         `u` holds the solution afterwards, or what it held before if SolveError is raised.
         """
         before = self.u.copy()
-        for contribution in [*self.residuals, *self.jacobians]:
-            contribution.update_constants()
+        self.publish()  # statics and users change u between solves
+        self._prepare(self.residuals)
+        self._jacobians_prepared = False
         iterations, reason = self._run(before)
+        if reason < 0 and self.age.keep:  # perhaps only the matrix was too old
+            more, reason = self._run_afresh(before)
+            iterations += more
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.direct == "petsc":
             self.fallbacks += 1
             self._set_direct_solver("mumps")
@@ -346,12 +458,14 @@ class System:
             iterations += more
             self._set_direct_solver(self.direct)
         self.iterations_total += iterations
+        self.age.judge_solve(iterations)
         if reason < 0 and not self._stalled_at_rounding(reason):
             message = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
             self.u[:] = before
             self.publish()
             raise SolveError(message)
         self._read(self.x)
+        self.publish()
         return iterations
 
     def _run(self, start):
@@ -368,6 +482,14 @@ class System:
             self._set_direct_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
         return self.snes.getIterationNumber(), reason
 
+    def _run_afresh(self, start):
+        """With a new matrix in every iteration."""
+        self.age.keep = self.age.valid = False
+        try:
+            return self._run(start)
+        finally:
+            self.age.keep = True
+
     def _stalled_at_rounding(self, reason):
         """The line search found nothing better because the residual is rounding noise already: the step that it
         was given is tiny."""
@@ -377,7 +499,7 @@ class System:
 
     def residual_by_block(self):
         """Largest scaled residual of every block at the present Functions."""
-        self._scaled_residual(self._f)
+        self._scale(self.evaluate(), self._f)
         scaled = np.zeros(self.size)
         scaled[self.order] = np.abs(self._f.array_r)
         largest = {b.name: (scaled[b.dofs].max() if len(b.dofs) else 0.0) for b in self.blocks}
@@ -387,6 +509,22 @@ class System:
         """Name of the block with the largest scaled residual."""
         sizes = self.residual_by_block()
         return max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
+
+    def state(self):
+        """The matrix that is kept for the next solve, if one is: values of this rank, and the gamma they were made for."""
+        values = self.A.getValuesCSR()[2] if self.age.valid else None
+        return {"gamma": self._gamma, "matrix": values, "fallbacks": self.fallbacks}
+
+    def restore(self, state):
+        """Go on with the matrix of `state`."""
+        self.fallbacks = state["fallbacks"]
+        self.set_scales(state["gamma"])
+        if state.get("matrix") is None:
+            return
+        rows, columns, _ = self.A.getValuesCSR()
+        self.A.setValuesCSR(rows, columns, state["matrix"])
+        self.A.assemble()
+        self.age.assembled()
 
     def destroy(self):
         """Give PETSc's objects back (sweeps make many systems)."""

@@ -272,7 +272,7 @@ def test_uniform_flow_and_acceleration_add_up_to_equation_10():
     problem.system.u[:] = state
     problem.system.publish()
     for contribution in problem.system.residuals:
-        contribution.update_constants()
+        contribution.prepare()
     residual = problem.system.evaluate()
     force, torque = mass * acceleration - residual[3:6], -residual[10:13]
 

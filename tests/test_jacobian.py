@@ -113,7 +113,7 @@ def random_state(problem, rng):
         problem.buoy.reference.x.array[:] = state + 0.05 * rng.standard_normal(7)
     u[problem.state_part.slice] = state
     for contribution in [*system.residuals, *system.jacobians]:
-        contribution.update_constants()
+        contribution.prepare()
     system.set_scales(7.7)
 
 
