@@ -5,12 +5,12 @@ import ufl
 from dolfinx import fem
 
 from . import compat
+from .assembly import Block
 from .forms import cable as form
 from .forms import coupling
 from .meshes import cable_nodes
 from .real import real_space
 from .sea_state import SeaState, ramp
-from .system import Block
 
 ANCHOR, TOP = 1, 2  # tags of the two ends
 
@@ -83,6 +83,9 @@ class CableModel:
             Q0, mean_dofs = compat.collapse(self.space, 2)
             self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
         self.anchor_dofs, self.top_dofs = (self._end_dofs(s) for s in (0.0, self.section.length))
+        first = np.flatnonzero(np.isclose(self.cell_ends[:, 0], 0.0, atol=1e-9 * self.section.length))
+        self._anchor_cell_dofs = self.T_dofs[first].ravel()
+        self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
 
     def _end_dofs(self, s):
         return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=1e-9 * self.section.length)].ravel()
@@ -208,14 +211,11 @@ class CableModel:
 
     def mean_tension(self, u):
         """Average of T on each owned cell [N]."""
-        return u[self.T_dofs] @ self._weights(lambda k: 1 / (k + 1))
+        return u[self.T_dofs] @ self._averaging
 
     def anchor_tension(self, u):
         """T_h(0) [N], on the rank that owns the first cell; nan elsewhere."""
-        first = np.flatnonzero(np.isclose(self.cell_ends[:, 0], 0.0, atol=1e-9 * self.section.length))
-        if not len(first):
-            return np.nan
-        return float(u[self.T_dofs[first[0]]] @ self._weights(lambda k: float(k == 0)))
+        return float(self._at_anchor @ u[self._anchor_cell_dofs]) if len(self._anchor_cell_dofs) else np.nan
 
     def _weights(self, moment):
         """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.

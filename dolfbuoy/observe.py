@@ -5,7 +5,7 @@ import time as clock
 import numpy as np
 
 from . import compat
-from .system import Contribution, Part
+from .assembly import Contribution, Part
 
 
 class Observer:

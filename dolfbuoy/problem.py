@@ -6,11 +6,12 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
+from .assembly import Block, Part
 from .buoy_model import BuoyModel
 from .cable_model import TOP, CableModel
 from .errors import InputError
 from .slack import TensionOnlySystem
-from .system import Block, Part, System
+from .system import System
 
 
 def _check_ranks(scene, comm):
@@ -39,7 +40,8 @@ class Problem:
         parts, residuals = self._parts()
         direct = "petsc" if dynamic else "mumps"
         solver = scene.solver
-        keep = dynamic and solver.keep_jacobian
+        smooth = self.cable is None or scene.cable.slack == "compressive"  # else rows change with what is slack
+        keep = dynamic and smooth and solver.keep_jacobian
         self.system = self._law()(
             comm, parts, residuals, self._blocks(), *self._order(), direct, solver.petsc, solver.step_tolerance, keep
         )

@@ -52,8 +52,8 @@ class TensionOnlySystem(System):
         strain = self._elastic + 2 / (self._mass_times_size * gamma**2) if self._dynamic else self._rest
         self._c = self._weights * strain
 
-    def evaluate(self):
-        b = super().evaluate()
+    def _assemble_residual(self):
+        b = super()._assemble_residual()
         g, bound = b[self._rows], -self._c * self.u[self._rows]
         self._slack = ~(g > bound)
         b[self._rows] = np.where(self._slack, bound, g)
@@ -67,8 +67,8 @@ class TensionOnlySystem(System):
             return PETSc.SNES.ConvergedReason.ITERATING
         return reason
 
-    def assemble_jacobian(self):
-        super().assemble_jacobian()
+    def _assemble_matrix(self):
+        super()._assemble_matrix()
         slack = self._slack_before = self._slack
         self.A.zeroRowsLocal(self._rows[slack], diag=0.0)
         self.A.getDiagonal(self._diagonal)

@@ -9,12 +9,12 @@ import ufl
 from mpi4py import MPI
 
 from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy.assembly import Part
 from dolfbuoy.buoy_model import BuoyModel
 from dolfbuoy.cable_model import CableModel
 from dolfbuoy.errors import InputError
 from dolfbuoy.problem import Problem
 from dolfbuoy.statics import check_feasible
-from dolfbuoy.system import Part
 
 BASE = {
     "sea": {"depth": 20.0},

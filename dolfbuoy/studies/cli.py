@@ -167,3 +167,15 @@ def endurance(
     loaded = study.load(scene, duration, step, scheme)
     if not study.run(folder_of("endurance", folder), loaded, window, skip, tolerance):
         raise typer.Exit(1)
+
+
+@app.command("step-cost")
+def step_cost(
+    scene: Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")],
+    steps: Annotated[int, typer.Option("--steps", min=1, help="Steps to measure.")] = 1000,
+    folder: OutOption = None,
+):
+    """Where the time of a Newton iteration goes, beside its floor.  Example: dolfbuoy study step-cost short"""
+    from . import step_cost as study
+
+    study.run(folder_of("step-cost", folder), scene, steps)

@@ -19,6 +19,7 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
+from ..assembly import Contribution, Part
 from ..buoy_model import KEEL
 from ..dynamics import Simulation
 from ..errors import InputError
@@ -28,7 +29,6 @@ from ..plot_style import PAGE, STYLE, new_figure
 from ..real import real_space
 from ..scene import load_scene
 from ..start import rotation_of
-from ..system import Contribution, Part
 from . import common
 
 #: Energies [J]; the others are powers [W].
@@ -124,7 +124,7 @@ class Meter:
         values = dict.fromkeys((*STORED, "drag", "stream", "inertia", "buoyancy", "outer", "top"), 0.0)
         for names, part, contribution in self._forms:
             b = np.zeros(part.size)
-            contribution.update_constants()
+            contribution.prepare()
             contribution.add_to_vector(b)
             for name, value in zip(names, b, strict=True):
                 values[name] += float(value)

@@ -1,0 +1,231 @@
+"""Where the time of a step goes, and the floor below which it cannot fall.
+
+A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones.  Then, at the state
+that it reached, each part of the work is done many times over and timed alone.  The floor of a Newton iteration is the
+compiled assemblers and the direct solver called back to back, as often as that run called them:
+
+    floor = (n_R t_residual + n_J (t_jacobian + t_factorisation) + n_K t_solve)/n_K
+
+with n_R residuals, n_J Jacobians and n_K iterations.  All times are this process's time on the processor; those of the
+parts are medians of the better half of many, since other programs on the machine only ever add to them.
+"""
+
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib
+import numpy as np
+import ufl
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from .. import compat
+from ..api import Recorder
+from ..assembly import Contribution
+from ..dynamics import Simulation
+from ..errors import InputError
+from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..scene import load_scene
+from .common import save, show
+
+WARM_UP = 50  # steps before the clock starts
+PARTS = ("residual kernels", "Jacobian kernels", "insertion", "factorisation", "solve", "packing", "record")
+
+
+def typical(function, count: int = 60) -> float:
+    """Seconds of a call: median of the better half of `count`."""
+    times = []
+    for _ in range(count):
+        begin = time.process_time()
+        function()
+        times.append(time.process_time() - begin)
+    return float(np.median(np.sort(times)[: max(1, count // 2)]))
+
+
+# -- the parts ---------------------------------------------------------------------------------------------------------
+
+
+def parts(simulation, count: int = 60) -> dict:
+    """Seconds of each part of the work at the present state of a Simulation, done once."""
+    system, b = simulation.system, np.zeros(simulation.system.size)
+    system.assemble_jacobian()
+    every = [*system.residuals, *system.jacobians]
+
+    def residuals():
+        for c in system.residuals:
+            c.add_to_vector(b)
+
+    def jacobians():
+        for c in system.jacobians:
+            c.add_to_matrix(c.view)
+
+    def pack(contributions):
+        return typical(lambda: [c.refresh(system.u) for c in contributions], count)
+
+    together = typical(jacobians, count)
+    system.A.assemble()
+    insertion = min(_insertion(system, count), together)
+    factorisation, solve = _direct_solver(system, count)
+    return {
+        "residual kernels": typical(residuals, count),
+        "Jacobian kernels": together - insertion,
+        "insertion": insertion,
+        "factorisation": factorisation,
+        "solve": solve,
+        "packing of a residual": pack(system.residuals),
+        "packing of a Jacobian": pack(system.jacobians),
+        "packing of a solve": typical(lambda: [c.prepare() for c in every], count),
+    }
+
+
+def _insertion(system, count):
+    """Of the largest Jacobian blocks: the cheapest form with the same element matrices, assembled the same way."""
+    cheapest = []
+    for part in (p for p in system.parts if p.name in ("cable", "buoy")):
+        form = ufl.inner(part.trial, part.test) * ufl.dx(domain=part.function.function_space.mesh, degree=1)
+        view = next(c.view for c in system.jacobians if c.row is part and c.column is part)
+        cheapest.append((Contribution(form, part, part), view))
+    seconds = typical(lambda: [c.add_to_matrix(view) for c, view in cheapest], count)
+    system.A.assemble()
+    return seconds
+
+
+def _direct_solver(system, count):
+    """Seconds of a factorisation and of a solve with it."""
+    system.assemble_jacobian()
+    A = system.A.copy()
+    A.diagonalScale(system._row_scale, system._unknown_scale)
+    pc = PETSc.PC().create(A.comm)
+    pc.setType("lu")
+    pc.setFactorSolverType(system.direct)
+    if system.direct == "petsc":
+        pc.setFactorOrdering("natural")
+    pc.setOperators(A)
+    pc.setUp()
+
+    def touch():
+        A.scale(-1.0)  # PETSc factorises again only what has changed
+
+    def again():
+        touch()
+        pc.setUp()
+
+    x, y = A.createVecs()
+    x.set(1.0)
+    factorisation = max(typical(again, count) - typical(touch, count), 0.0)
+    solve = typical(lambda: pc.apply(x, y), count)
+    for item in (pc, A, x, y):
+        item.destroy()
+    return factorisation, solve
+
+
+# -- runs --------------------------------------------------------------------------------------------------------------
+
+
+def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
+    """One row of the study: seconds per Newton iteration of a run, in parts, and the floor."""
+    scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"keep_jacobian": keep})})
+    simulation = Simulation(scene, MPI.COMM_SELF)
+    with TemporaryDirectory() as folder:
+        recorder = Recorder(simulation, Path(folder))
+        march = simulation.run()
+        for _ in range(WARM_UP):
+            recorder.add(*next(march))
+        counted = _counts(simulation.system)
+        in_steps = in_record = 0.0
+        done = 0
+        for done in range(1, steps + 1):
+            begin = time.process_time()
+            step = next(march, None)
+            middle = time.process_time()
+            if step is None:
+                break
+            recorder.add(*step)
+            in_steps, in_record = in_steps + middle - begin, in_record + time.process_time() - middle
+        n_K, n_R, n_J = (now - then for now, then in zip(_counts(simulation.system), counted, strict=True))
+        recorder.close()
+    row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
+    row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
+    row |= _split(parts(simulation, count), n_K, n_R, n_J, done, in_steps, in_record)
+    simulation.problem.destroy()
+    return row
+
+
+def _counts(system):
+    return system.iterations_total, system.residuals_total, system.jacobians_total
+
+
+def _split(part, n_K, n_R, n_J, steps, in_steps, in_record):
+    """Microseconds per Newton iteration."""
+    R, J = n_R / n_K, n_J / n_K
+    split = {
+        "residual kernels": R * part["residual kernels"],
+        "Jacobian kernels": J * part["Jacobian kernels"],
+        "insertion": J * part["insertion"],
+        "factorisation": J * part["factorisation"],
+        "solve": part["solve"],
+    }
+    floor = sum(split.values())
+    packing = R * part["packing of a residual"] + J * part["packing of a Jacobian"]
+    split["packing"] = packing + steps / n_K * part["packing of a solve"]
+    total = in_steps / n_K
+    split["SNES and Python"] = total - sum(split.values())
+    split["record"] = in_record / n_K
+    microseconds = {name: 1e6 * seconds for name, seconds in split.items()}
+    return microseconds | {
+        "total": 1e6 * (total + in_record / n_K),
+        "floor": 1e6 * floor,
+        "ratio": total / floor,
+        "milliseconds per step": 1e3 * (in_steps + in_record) / steps,
+    }
+
+
+# -- the study ---------------------------------------------------------------------------------------------------------
+
+
+def run(folder: Path, name: str, steps: int) -> None:
+    """Measure a scene, print the table, save rows and figure.  Raises InputError for a scene without a run."""
+    scene = load_scene(name)
+    if scene.time is None:
+        raise InputError("Missing section [time]: step-cost measures a run.")
+    if MPI.COMM_WORLD.size > 1:
+        raise InputError("step-cost measures one rank; start it without mpirun.")
+    rows = [measure(scene, steps, keep) for keep in (False, True)]
+    columns = {"jacobian": "Jacobian", "iterations": "its/step", "residuals": "R/step", "jacobians": "J/step"}
+    columns |= {key: key for key in rows[0] if key not in columns and key not in ("steps", "unknowns")}
+    versions = ", ".join(f"{key} {value}" for key, value in compat.versions().items())
+    notes = [
+        *(
+            f"{row['jacobian']} Jacobians: {row['total']:.0f} us per Newton iteration, {row['ratio']:.2f} times the "
+            f"floor of {row['floor']:.0f} us; {row['milliseconds per step']:.2f} ms per step"
+            for row in rows
+        ),
+        f"{rows[0]['unknowns']} unknowns, {rows[0]['steps']} steps; {versions}",
+    ]
+    transposed = [
+        {"part": heading, **{row["jacobian"]: row[key] for row in rows}}
+        for key, heading in columns.items()
+        if key != "jacobian"
+    ]
+    title = f"Cost of a Newton iteration of {scene.title or name} [us]"
+    show(title, transposed, {"part": "", "new": "new Jacobians", "kept": "kept Jacobians"}, notes)
+    save(folder, f"step_cost_{Path(name).stem}", rows, figure(rows), notes)
+
+
+def figure(rows: list[dict]):
+    """Stacked bars of the parts, and the floor."""
+    with matplotlib.rc_context(STYLE):
+        fig = new_figure(PAGE, 2.2)
+        axes = fig.add_subplot()
+        names = [name for name in (*PARTS[:5], "packing", "SNES and Python", "record") if name in rows[0]]
+        for k, row in enumerate(rows):
+            left = 0.0
+            for name, color in zip(names, [*list(COLORS.values())[:6], "0.5", "0.8"], strict=False):
+                axes.barh(k, row[name], left=left, height=0.6, color=color, label=name if k == 0 else None)
+                left += row[name]
+            axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)
+        axes.set_yticks(range(len(rows)), [f"{row['jacobian']} Jacobians" for row in rows])
+        axes.set_xlabel("microseconds per Newton iteration")
+        axes.legend(fontsize="x-small", ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.35), frameon=False)
+    return fig
