@@ -178,8 +178,8 @@ def test_two_sided_rope_stands_on_end():
 def test_laws_agree_in_motion_in_tension(scheme):
     """Always taut: the same record, with the same iterations."""
     time = {"end": 1.0, "step": 0.02, "scheme": scheme}
-    runs = [
-        dolfbuoy.simulate("driven", time=time, cable={"elements": 10, "slack": law})
+    runs = [  # the tension-only law never keeps a Jacobian
+        dolfbuoy.simulate("driven", time=time, cable={"elements": 10, "slack": law}, solver={"keep_jacobian": False})
         for law in ("compressive", "tension-only")
     ]
     np.testing.assert_allclose(runs[1].tension_top, runs[0].tension_top, rtol=1e-8)

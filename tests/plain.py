@@ -1,0 +1,111 @@
+"""The plain way to solve the same step: a matrix per pair of blocks, put together in Python, factorised by UMFPACK.
+
+Shares with the program the UFL residual of the scene and nothing of what makes it fast: contributions are assembled by
+dolfinx's own functions into separate vectors and matrices, every iteration has a new Jacobian, and the coefficients are
+packed anew each time.  With `estimated` the quadrature degree is left to UFL.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc
+from petsc4py import PETSc
+from ufl.algorithms import expand_derivatives
+
+from dolfbuoy import compat
+
+
+def _compile(form):
+    return compat.compile_form(form)
+
+
+def _free_of_degree(form):
+    return ufl.Form([integral.reconstruct(metadata={}) for integral in form.integrals()])
+
+
+class PlainNewton:
+    """`solve` for a Problem on one rank, to be put in the place of its System's."""
+
+    def __init__(self, problem, estimated=False):
+        self.system = problem.system
+        self.parts, residuals = problem._parts()
+        if estimated:
+            residuals = [(part, _free_of_degree(form)) for part, form in residuals]
+        self.vectors = [(part, _compile(form)) for part, form in residuals]
+        self.blocks = list(self._blocks(residuals))
+        self.ksp = PETSc.KSP().create(PETSc.COMM_SELF)
+        self.ksp.setType("preonly")
+        self.ksp.getPC().setType("lu")
+        self.ksp.getPC().setFactorSolverType("umfpack")
+
+    def _blocks(self, residuals):
+        for row, form in residuals:
+            for column in self.parts:
+                if column.function in form.coefficients():
+                    derivative = ufl.derivative(form, column.function, column.trial)
+                    if not expand_derivatives(derivative).empty():
+                        yield row, column, _compile(derivative)
+
+    def residual(self):
+        """Residual of all local unknowns."""
+        b = np.zeros(self.system.size)
+        for part, form in self.vectors:
+            vector = petsc.assemble_vector(form)
+            b[part.slice] += vector.array_r[: part.size]
+            vector.destroy()
+        return b
+
+    def jacobian(self):
+        """Jacobian of all local unknowns, a scipy matrix."""
+        n = self.system.size
+        J = sp.csr_matrix((n, n))
+        for row, column, form in self.blocks:
+            A = petsc.assemble_matrix(form)
+            A.assemble()
+            indptr, indices, data = A.getValuesCSR()
+            block = sp.csr_matrix((data, indices, indptr), shape=A.getSize()).tocoo()
+            J = J + sp.csr_matrix((block.data, (block.row + row.offset, block.col + column.offset)), shape=(n, n))
+            A.destroy()
+        return J
+
+    def solve(self):
+        """Newton from the values in `u` until the increment is at the tolerance; returns the iterations."""
+        system, free = self.system, self.system.order
+        previous = None
+        for iteration in range(1, 51):
+            system.publish()
+            b, J = self.residual(), self.jacobian()[free][:, free].tocsr()
+            step = self._direct(J, b[free])
+            system.u[free] -= step
+            increment = np.abs(step / system._xs).max()
+            ratio = 1.0 if previous is None else min(1.0, increment / max(previous, 1e-300))
+            if increment * ratio <= system.tolerance:
+                break
+            previous = increment
+        else:
+            raise RuntimeError("the plain Newton method did not converge")
+        system.publish()
+        system._b[:] = self.residual()
+        return iteration
+
+    def _direct(self, J, b):
+        A = PETSc.Mat().createAIJ(size=J.shape, csr=(J.indptr, J.indices, J.data), comm=PETSc.COMM_SELF)
+        rhs, x = PETSc.Vec().createWithArray(b.copy(), comm=PETSc.COMM_SELF), A.createVecRight()
+        self.ksp.setOperators(A)
+        self.ksp.solve(rhs, x)
+        values = x.array_r.copy()
+        for item in (A, rhs, x):
+            item.destroy()
+        return values
+
+
+def simulation(scene, estimated=False):
+    """A Simulation of a scene that solves the plain way."""
+    from mpi4py import MPI
+
+    from dolfbuoy.dynamics import Simulation
+
+    made = Simulation(scene, MPI.COMM_SELF)
+    made.system.solve = PlainNewton(made.problem, estimated).solve
+    return made
