@@ -8,7 +8,6 @@ packed anew each time.  With `estimated` the quadrature degree is left to UFL.
 import numpy as np
 import scipy.sparse as sp
 import ufl
-from dolfinx import fem
 from dolfinx.fem import petsc
 from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
@@ -80,14 +79,12 @@ class PlainNewton:
             system.u[free] -= step
             increment = np.abs(step / system._xs).max()
             ratio = 1.0 if previous is None else min(1.0, increment / max(previous, 1e-300))
-            if increment * ratio <= system.tolerance:
-                break
             previous = increment
-        else:
-            raise RuntimeError("the plain Newton method did not converge")
-        system.publish()
-        system._b[:] = self.residual()
-        return iteration
+            if increment * ratio <= system.tolerance:
+                system.publish()
+                system._b[:] = self.residual()
+                return iteration
+        raise RuntimeError("the plain Newton method did not converge")
 
     def _direct(self, J, b):
         A = PETSc.Mat().createAIJ(size=J.shape, csr=(J.indptr, J.indices, J.data), comm=PETSc.COMM_SELF)

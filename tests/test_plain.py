@@ -20,8 +20,8 @@ def trajectory(made):
     return np.array(rows), np.maximum(sizes, 1e-3 * sizes.max())
 
 
-@pytest.mark.parametrize("scheme, step", [("backward-euler", 0.01), ("bdf2", 0.05), ("generalized-alpha", 0.05)])
-@pytest.mark.parametrize("name, cells", [("short", 20), ("driven", 10)])
+@pytest.mark.parametrize(("scheme", "step"), [("backward-euler", 0.01), ("bdf2", 0.05), ("generalized-alpha", 0.05)])
+@pytest.mark.parametrize(("name", "cells"), [("short", 20), ("driven", 10)])
 def test_same_trajectory_as_the_plain_implementation(name, cells, scheme, step):
     overrides = {"cable.elements": cells, "time.scheme": scheme, "time.step": step}
     scene = load_scene(name, **overrides)

@@ -134,13 +134,11 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
             recorder.add(*next(march))
         counted = _counts(simulation.system)
         in_steps = in_record = 0.0
-        done = 0
-        for done in range(1, steps + 1):
+        done = min(steps, round(scene.time.end / scene.time.step) - WARM_UP)
+        for _ in range(done):
             begin = time.process_time()
-            step = next(march, None)
+            step = next(march)
             middle = time.process_time()
-            if step is None:
-                break
             recorder.add(*step)
             in_steps, in_record = in_steps + middle - begin, in_record + time.process_time() - middle
         n_K, n_R, n_J = (now - then for now, then in zip(_counts(simulation.system), counted, strict=True))
@@ -185,10 +183,14 @@ def _split(part, n_K, n_R, n_J, steps, in_steps, in_record):
 
 
 def run(folder: Path, name: str, steps: int) -> None:
-    """Measure a scene, print the table, save rows and figure.  Raises InputError for a scene without a run."""
+    """Measure a scene, print the table, save rows and figure.  Raises InputError for a scene without enough steps."""
     scene = load_scene(name)
     if scene.time is None:
         raise InputError("Missing section [time]: step-cost measures a run.")
+    if scene.time.tolerance is not None or scene.time.end < 2 * WARM_UP * scene.time.step:
+        raise InputError(
+            f"step-cost needs a run of at least {2 * WARM_UP} equal steps: no time.tolerance, time.end larger."
+        )
     if MPI.COMM_WORLD.size > 1:
         raise InputError("step-cost measures one rank; start it without mpirun.")
     rows = [measure(scene, steps, keep) for keep in (False, True)]

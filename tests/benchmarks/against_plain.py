@@ -15,11 +15,11 @@ from mpi4py import MPI
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from benchmarks.machine import sentence  # noqa: E402
-from plain import simulation  # noqa: E402
+from benchmarks.machine import sentence
+from plain import simulation
 
-from dolfbuoy import load_scene  # noqa: E402
-from dolfbuoy.dynamics import Simulation  # noqa: E402
+from dolfbuoy import load_scene
+from dolfbuoy.dynamics import Simulation
 
 TURN = 10
 
