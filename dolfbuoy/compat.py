@@ -5,6 +5,7 @@ functions below hide names, signatures and nothing else.
 """
 
 import fcntl
+import functools
 import logging
 import os
 import re
@@ -25,7 +26,7 @@ import dolfinx
 import numpy as np
 import ufl
 from dolfinx import cpp as _cpp
-from dolfinx import fem
+from dolfinx import fem, jit
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -53,8 +54,6 @@ def supported() -> bool:
 
 def jit_cache() -> Path:
     """Folder in which dolfinx keeps compiled forms."""
-    from dolfinx import jit
-
     options = (jit.get_parameters if LEGACY else jit.get_options)({})
     return Path(options["cache_dir"])
 
@@ -70,7 +69,7 @@ def interval_mesh(comm, nodes):
         # FFCx 0.5 makes this variant of it when it compiles: without it, a form has another name in the cache before
         # than after, and on the rank that compiles than on the others.
         domain = ufl.Mesh(ufl.VectorElement("Lagrange", cell, 1, variant="equispaced"))
-        return _compiled(comm, lambda _: dmesh.create_mesh(comm, cells, nodes, domain))
+        return dmesh.create_mesh(comm, cells, nodes, domain)
     return dmesh.create_mesh(comm, cells, x=nodes, e=basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
 
 
@@ -93,7 +92,8 @@ def mixed_element(elements):
 def function_space(mesh, element):
     """Function space of an element."""
     if LEGACY:
-        return _compiled(mesh.comm, lambda options: fem.FunctionSpace(mesh, element, jit_params=options))
+        with _quiet_compiler():
+            return fem.FunctionSpace(mesh, element, jit_params=JIT_OPTIONS)
     return fem.functionspace(mesh, element)
 
 
@@ -135,14 +135,11 @@ def _quiet_compiler():
 
 
 @contextmanager
-def _alone(comm):
+def _alone():
     """No other process compiles meanwhile (yields True), if the file system of the cache can promise that.
 
-    The first rank of `comm` compiles for all, so it is the one that waits; the lock ends with its process.
+    The lock ends with the process that holds it.  Nothing collective may happen inside: other ranks may want it too.
     """
-    if comm.rank != 0:
-        yield False
-        return
     folder = jit_cache()
     folder.mkdir(parents=True, exist_ok=True)
     handle = os.open(folder, os.O_RDONLY)
@@ -157,31 +154,38 @@ def _alone(comm):
         os.close(handle)
 
 
-def _compiled(comm, build):
-    """build(options), which compiles something or finds it in the cache; collective over `comm`.
+def _one_at_a_time(local_jit):
+    """dolfinx's compiler of one process, for one process at a time.
 
     FFCx claims a form by creating its C file, and who finds that file waits for the result: in vain, if the process
     was killed meanwhile.  While this process alone compiles, a claim without a result is a leftover; it is removed.
     """
-    with _quiet_compiler(), _alone(comm) as alone:
-        options = JIT_OPTIONS | {"timeout": 2 if alone else 600}
-        try:
-            return build(options)
-        except (TimeoutError, RuntimeError) as error:
-            failed_on_all = comm.size == 1 or "just-in-time" in str(error)  # else only here, and the others went on
-            claim = re.search(r"timed out.*remove (.+\.c)\)", str(error), re.DOTALL)
-            if not failed_on_all or not comm.bcast(bool(alone and claim)):
-                raise
-            if comm.rank == 0:
+    name = "jit_params" if LEGACY else "jit_options"
+
+    @functools.wraps(local_jit)
+    def locked_jit(*arguments, **options):
+        with _alone() as alone:
+            options[name] = {**(options.get(name) or {}), "timeout": 2 if alone else 600}
+            try:
+                return local_jit(*arguments, **options)
+            except TimeoutError as error:
+                claim = re.search(r"remove (.+\.c)\)", str(error))
+                if not alone or not claim:
+                    raise
                 Path(claim[1]).unlink(missing_ok=True)
-            return build(options)
+                return local_jit(*arguments, **options)
+
+    return locked_jit
+
+
+# dolfinx gives no other access to what each rank does by itself when a form is compiled for all ranks.
+jit.ffcx_jit = jit.mpi_jit_decorator(_one_at_a_time(jit.ffcx_jit.__wrapped__))
 
 
 def compile_form(form):
     """Compile a UFL form, or find it in the cache."""
-    (domain,) = form.subdomain_data()
-    name = "jit_params" if LEGACY else "jit_options"
-    return _compiled(domain.ufl_cargo().comm, lambda options: fem.form(form, **{name: options}))
+    with _quiet_compiler():
+        return fem.form(form, **{"jit_params" if LEGACY else "jit_options": JIT_OPTIONS})
 
 
 def cpp_form(form):

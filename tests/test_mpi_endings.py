@@ -167,3 +167,31 @@ def test_a_cold_start_of_several_processes(folder):
     assert time.monotonic() - begin < 120  # FFCx itself would wait for the dead as long as for the living
     assert {path.name for path in forms.glob("*.c")} == compiled  # the names of the forms are the same at every start
     assert {path.name.removesuffix(".cached") for path in forms.glob("*.cached")} == compiled
+
+
+#: Rank 1 compiles a form of its own while rank 0 waits for it in one that all ranks compile together.
+TOGETHER_AND_ALONE = """
+import time
+import ufl
+from mpi4py import MPI
+from dolfbuoy import compat
+
+def mass(comm, factor):
+    mesh = compat.interval_mesh(comm, [0.0, 1.0, 2.0, 3.0])
+    space = compat.function_space(mesh, compat.element(mesh, "P", 1))
+    return factor * ufl.TrialFunction(space) * ufl.TestFunction(space) * ufl.dx
+
+together, alone = mass(MPI.COMM_WORLD, 2), mass(MPI.COMM_SELF, 3)
+if MPI.COMM_WORLD.rank == 1:
+    time.sleep(2)
+    compat.compile_form(alone)
+compat.compile_form(together)
+print("compiled")
+"""
+
+
+def test_no_rank_waits_for_a_compiler_that_waits_for_it(folder):
+    (folder / "compile.py").write_text(TOGETHER_AND_ALONE)
+    done = start(2, ["compile.py"], folder, timeout=120, XDG_CACHE_HOME=folder / "cache")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("compiled") == 2
