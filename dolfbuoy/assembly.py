@@ -89,9 +89,9 @@ class Contribution:
                 places[key] = where, numbers.ravel()[where].astype(np.intp) - 1
         return places
 
-    def prepare(self):
+    def prepare(self, unknowns_too=True):
         """Read constants (time, step and phase of the wave are among them) and Functions again."""
-        if self._unchanging:
+        if self._unchanging and not unknowns_too:
             return
         self.constants = compat.pack_constants(self.cpp)
         self.coefficients = compat.pack_coefficients(self.cpp)

@@ -33,7 +33,7 @@ class JacobianAge:
 
     SLOW = 0.1  #: shrinking of the increments from which on a new matrix is due
     MANY = 4  #: iterations of a solve after which the next one begins with a new matrix
-    MARGIN = 0.01  #: part of the tolerance that has to be met, as the last increment does not square the error
+    MARGIN = 1e-4  #: part of the tolerance that has to be met, as the last increment does not square the error
 
     def __init__(self, keep):
         self.keep = keep
@@ -232,15 +232,15 @@ class System:
             part.function.x.array[:] = self.u[part.slice]
 
     def evaluate(self):
-        """Local residual at the present `u`, constrained rows included (they hold the reactions) [physical]."""
-        self._prepare(self.residuals)
-        self._refresh(self.residuals)
+        """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical]."""
+        for contribution in self.residuals:
+            contribution.prepare()
         return self._assemble_residual()
 
     @staticmethod
     def _prepare(contributions):
         for contribution in contributions:
-            contribution.prepare()
+            contribution.prepare(unknowns_too=False)
 
     def _refresh(self, contributions):
         for contribution in contributions:
@@ -290,9 +290,9 @@ class System:
         self.jacobians_total += 1
 
     def assemble_jacobian(self):
-        """The Jacobian at the present `u`, unscaled, in `A`."""
-        self._prepare(self.jacobians)
-        self._refresh(self.jacobians)
+        """The Jacobian at the present Functions, unscaled, in `A`."""
+        for contribution in self.jacobians:
+            contribution.prepare()
         self._assemble_matrix()
         self.age.valid = False
 

@@ -99,6 +99,7 @@ STRUCTURAL = {
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
     "time.min_step", "time.max_step", "time.output_every", "solver.petsc", "solver.step_tolerance",
+    "solver.keep_jacobian",
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
 }  # fmt: skip
 

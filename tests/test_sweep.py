@@ -242,10 +242,10 @@ def test_a_sweep_without_any_result_is_written(tmp_path):
     assert (tmp_path / "sweep.png").exists()
 
 
-def test_an_interrupted_sweep_goes_on(swept, tmp_path):
+def test_an_interrupted_sweep_goes_on(tmp_path):
     """SIGINT after the first case: exit code 130, finished cases stay as they are, the rest is computed."""
-    _, dataset = swept
-    load_scene(ROD).save(tmp_path / "rod.toml")
+    load_scene(ROD, **{"time.end": 5.0}).save(tmp_path / "rod.toml")  # half a second per case: time for a signal
+    dataset = sweep(tmp_path / "rod.toml", VARY, None, tmp_path / "uninterrupted")
     command = [sys.executable, "-m", "dolfbuoy.cli", "sweep", str(tmp_path / "rod.toml"), "--out", str(tmp_path)]
     command += [word for text in VARY for word in ("--vary", text)]
     process = subprocess.Popen(
