@@ -102,7 +102,7 @@ def _motion_noise(scene, h):
     if scene.time is None:
         return 0.0
     c = scene.cable
-    shortest = min(scene.time.step, max(1e-3 * scene.time.step, 1e-5))  # that of the consistent start, of adaptive steps
+    shortest = min(scene.time.step, max(1e-3 * scene.time.step, 1e-5))  # the start, adaptive steps
     return 4 * np.finfo(float).eps * c.line_density * h * c.length / shortest**2
 
 
