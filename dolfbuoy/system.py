@@ -33,7 +33,7 @@ class JacobianAge:
 
     SLOW = 0.1  #: shrinking of the increments from which on a new matrix is due
     MANY = 4  #: iterations of a solve after which the next one begins with a new matrix
-    MARGIN = 1e-4  #: part of the tolerance that has to be met, as the last increment does not square the error
+    MARGIN = 0.01  #: part of the tolerance that has to be met, as the last increment does not square the error
 
     def __init__(self, keep):
         self.keep = keep

@@ -112,7 +112,9 @@ def test_same_as_serial(serial, parallel, name):
     assert set(run.variables) == set(expected.variables)
     assert len(run.time) > 10
     effort = run.newton_iterations.values - expected.newton_iterations.values
-    assert np.abs(effort).max() <= 1  # rounding decides whether an increment at the tolerance is the last
+    # rounding decides whether an increment at the tolerance is the last, and with it when a new matrix is due
+    assert np.abs(effort).max() <= 3
+    assert abs(effort.mean()) <= 0.5
     for variable in set(run.data_vars) - {"newton_iterations"}:
         value, reference = run[variable].values, expected[variable].values
         assert value.shape == reference.shape, variable
