@@ -170,9 +170,9 @@ class CableModel:
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        u[self.anchor_dofs] = np.tile(self.scene.anchor, len(self.anchor_dofs) // 3)
+        u[self.anchor_dofs.reshape(-1, 3)] = self.scene.anchor
         if self.top_kind in ("fixed", "prescribed"):
-            u[self.top_dofs] = np.tile(self.top_position(t), len(self.top_dofs) // 3)
+            u[self.top_dofs.reshape(-1, 3)] = self.top_position(t)
 
     def elimination_order(self):
         """Free owned dofs along the cable, each tension after the positions that it constrains.

@@ -29,6 +29,7 @@ class Simulation:
         self.problem = Problem(scene, dynamic=True, comm=comm)
         self.system, self.cable, self.buoy = self.problem.system, self.problem.cable, self.problem.buoy
         self.quaternion_drift, self.iterations = 0.0, 0
+        self._rules = {}  # {series: (gamma, history)} of the step in hand: its rate is gamma x position + history
         self.control = self._make_control()
         if state is None:
             self._load(start)
@@ -167,24 +168,20 @@ class Simulation:
             gamma, h_r = self.scheme.rule(step, self.series["r"])
             _, h_v = self.scheme.rule(step, self.series["v"])
             c.gamma_v.value, c.gamma_a.value = gamma, gamma**2
-            c.history_v.x.array[:] = h_r
-            c.history_a.x.array[:] = gamma * h_r + h_v
+            h_a = gamma * h_r + h_v
+            c.history_v.x.array[:], c.history_a.x.array[:] = h_r, h_a
+            self._rules |= {"r": (gamma, h_r), "v": (gamma**2, h_a)}
         if self.buoy:
             gamma, h_y = self.scheme.rule(step, self.series["y"])
             self.buoy.gamma.value = gamma
             self.buoy.history.x.array[:] = h_y
+            self._rules["y"] = gamma, h_y
         self.system.set_scales(gamma)
 
     def _rates(self):
         """Rates of r, v and y at the end of the step that was just solved."""
-        u, rates = self.system.u, {}
-        if self.cable:
-            r, c = u[self.problem.cable_part.slice], self.cable
-            rates["r"] = c.gamma_v.value * r + c.history_v.x.array
-            rates["v"] = c.gamma_a.value * r + c.history_a.x.array
-        if self.buoy:
-            rates["y"] = self.buoy.gamma.value * u[self.problem.state_part.slice] + self.buoy.history.x.array
-        return rates
+        parts = {"r": self.problem.cable_part, "v": self.problem.cable_part, "y": self.problem.state_part}
+        return {name: gamma * self.system.u[parts[name].slice] + h for name, (gamma, h) in self._rules.items()}
 
     def step(self, h, judge=None):
         """One step of size h [s]; returns Newton's iterations.

@@ -1,5 +1,6 @@
 """What is recorded of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
 
+import math
 import time as clock
 
 import numpy as np
@@ -47,7 +48,7 @@ class Observer:
 
     def _wet_hull(self):
         b = np.zeros(7)
-        self.problem.buoy.state.x.array[:] = self.problem.system.u[self.problem.state_part.slice]
+        self.problem.state_part.values[:] = self.problem.system.u[self.problem.state_part.slice]
         self._wet.prepare()
         self._wet.add_to_vector(b)
         mass, length = b[0], b[4]
@@ -99,9 +100,9 @@ def _function_of(form):
 
 def cone_angle(q4) -> float:
     """Angle between the vertical and the axis R(q4) e3 [deg], accurate near 0 and 180."""
-    a, b, c, d = q4 / np.linalg.norm(q4)
-    across = 2 * np.hypot(b * d + a * c, c * d - a * b)
-    return float(np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d)))
+    a, b, c, d = map(float, q4)
+    across = 2 * math.hypot(b * d + a * c, c * d - a * b)
+    return math.degrees(math.atan2(across, a * a - b * b - c * c + d * d))
 
 
 def effects(scene) -> list[str]:

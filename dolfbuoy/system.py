@@ -18,7 +18,7 @@ from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
 
 from . import compat
-from .assembly import Contribution
+from .assembly import Contribution, Values
 from .errors import InputError, SolveError
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
@@ -83,7 +83,8 @@ class System:
         self.tolerance, self.options = tolerance, dict(options or {})
         self.iterations_total = self.residuals_total = self.jacobians_total = self.fallbacks = 0
         self.age, self._gamma = JacobianAge(keep_jacobian), None
-        self.residuals = [Contribution(form, part, unknowns=parts) for part, form in residuals]
+        self._values = Values(parts)
+        self.residuals = [Contribution(form, part, values=self._values) for part, form in residuals]
         self.jacobians = self._differentiate(residuals)
         self._number(order, ghosts)
         self._create_matrix()
@@ -101,7 +102,7 @@ class System:
                     continue
                 derivative = ufl.derivative(form, column.function, column.trial)
                 if not expand_derivatives(derivative).empty():
-                    jacobians.append(Contribution(derivative, row, column, self.parts))
+                    jacobians.append(Contribution(derivative, row, column, self._values))
         return jacobians
 
     def _number(self, order, ghosts):
@@ -229,22 +230,23 @@ class System:
     def publish(self):
         """Copy `u` into the parts' Functions."""
         for part in self.parts:
-            part.function.x.array[:] = self.u[part.slice]
+            part.values[:] = self.u[part.slice]
 
     def evaluate(self):
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical]."""
-        for contribution in self.residuals:
-            contribution.prepare()
+        self._read_functions(self.residuals)
         return self._assemble_residual()
 
-    @staticmethod
-    def _prepare(contributions):
+    def _read_functions(self, contributions):
+        self._values.read()
         for contribution in contributions:
-            contribution.prepare(unknowns_too=False)
+            contribution.read_constants()
+            contribution.refresh()
 
     def _refresh(self, contributions):
+        self._values.array[self._values.unknowns] = self.u
         for contribution in contributions:
-            contribution.refresh(self.u)
+            contribution.refresh()
 
     def _assemble_residual(self):
         self._b[:] = 0
@@ -279,7 +281,7 @@ class System:
             return
         self._read(x)
         if not self._jacobians_prepared:
-            self._prepare(self.jacobians)
+            _read_constants(self.jacobians)
             self._jacobians_prepared = True
         self._refresh(self.jacobians)
         self._assemble_matrix()
@@ -291,8 +293,7 @@ class System:
 
     def assemble_jacobian(self):
         """The Jacobian at the present Functions, unscaled, in `A`."""
-        for contribution in self.jacobians:
-            contribution.prepare()
+        self._read_functions(self.jacobians)
         self._assemble_matrix()
         self.age.valid = False
 
@@ -348,7 +349,8 @@ class System:
         """
         before = self.u.copy()
         self.publish()  # statics and users change u between solves
-        self._prepare(self.residuals)
+        self._values.read()
+        _read_constants(self.residuals)
         self._jacobians_prepared = False
         iterations, reason = self._run(before)
         if reason < 0 and self.age.keep:  # perhaps only the matrix was too old
@@ -436,6 +438,11 @@ class System:
             item.destroy()
         if self._ghosted is not None:
             self._ghosted.destroy()
+
+
+def _read_constants(contributions):
+    for contribution in contributions:
+        contribution.read_constants()
 
 
 def _dofs_per_cell(space):

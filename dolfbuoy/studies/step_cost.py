@@ -61,7 +61,12 @@ def parts(simulation, count: int = 60) -> dict:
             c.add_to_matrix(c.view)
 
     def pack(contributions):
-        return typical(lambda: [c.refresh(system.u) for c in contributions], count)
+        return typical(lambda: system._refresh(contributions), count)
+
+    def constants():
+        system._values.read()
+        for c in every:
+            c.read_constants()
 
     together = typical(jacobians, count)
     system.A.assemble()
@@ -75,7 +80,7 @@ def parts(simulation, count: int = 60) -> dict:
         "solve": solve,
         "packing of a residual": pack(system.residuals),
         "packing of a Jacobian": pack(system.jacobians),
-        "packing of a solve": typical(lambda: [c.prepare() for c in every], count),
+        "packing of a solve": typical(constants, count),
     }
 
 
