@@ -45,12 +45,21 @@ class Problem:
         self.system = self._law()(
             comm, parts, residuals, self._blocks(), *self._order(), direct, solver.petsc, solver.step_tolerance, keep
         )
+        if self.cable and smooth and self.cable.cable.EA is not None and not (dynamic and scene.cable.damping):
+            self.system.fault = self._inside_out
 
     def _law(self):
         """The kind of system: with a tension-only cable the rows of its tension are one-sided."""
         if self.cable is None or self.scene.cable.slack == "compressive":
             return System
         return partial(TensionOnlySystem, self.cable, self.typical_force)
+
+    def _inside_out(self):
+        """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
+        c = self.cable
+        T = self.system.u[c.T_dofs if c.mean_dofs is None else c.mean_dofs]
+        stretch = 1 + self.comm.allreduce(T.min(initial=0.0), op=MPI.MIN) / float(c.cable.EA.value)
+        return None if stretch >= 0 else f"the cable is turned inside out: a stretch of {stretch:.3g}"
 
     def _find_buoy_rank(self):
         if self.cable is None:

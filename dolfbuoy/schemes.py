@@ -82,6 +82,8 @@ class Series:
             derivative = (factor * x ** np.maximum(powers - order, 0)) @ coefficients
             values.append(value + np.where(self.lagged, change * derivative, 0.0))
         self.values = values
+        if m > 1:
+            self.second = (self.rate - self.previous_rate) / h0  # to fill up a past that has become too short
 
 
 class Scheme:
@@ -151,6 +153,7 @@ class BDF2(Scheme):
             series.values = [(1.5 * a - 2 * b + 0.5 * c) / step for a, b, c in zip(r, r[1:], r[2:], strict=False)]
             return
         super().begin(step, series)
+        series.extrapolated_past(step, 2)
 
     def rule(self, step, series):
         return 1.5 / step, (-2 * series.values[0] + 0.5 * series.values[1]) / step

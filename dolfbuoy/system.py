@@ -82,6 +82,7 @@ class System:
         self._b = np.zeros(self.size)
         self.tolerance, self.options = tolerance, dict(options or {})
         self.iterations_total = self.residuals_total = self.jacobians_total = self.fallbacks = 0
+        self.fault = lambda: None  # says what is wrong with a solution that no physical state can be
         self.age, self._gamma = JacobianAge(keep_jacobian), None
         self._values = Values(parts)
         self.residuals = [Contribution(form, part, values=self._values) for part, form in residuals]
@@ -364,13 +365,15 @@ class System:
             self._set_direct_solver(self.direct)
         self.iterations_total += iterations
         self.age.judge_solve(iterations)
-        if reason < 0 and not self._stalled_at_rounding(reason):
-            message = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
-            self.u[:] = before
-            self.publish()
-            raise SolveError(message)
         self._read(self.x)
         self.publish()
+        fault = self.fault()
+        if reason < 0 and not self._stalled_at_rounding(reason):
+            fault = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
+        if fault:
+            self.u[:] = before
+            self.publish()
+            raise SolveError(fault)
         return iterations
 
     def _run(self, start):

@@ -115,7 +115,7 @@ def check_lengths(position, tension, s, scene):
     stretch = 1 + tension / c.axial_stiffness
     tolerance = 1e-6 * max(1, np.abs(stretch).max()) + 1e-14 * (1 + np.abs(position).max() / np.diff(s).min())
     if c.slack == "compressive":
-        assert np.abs(chord - np.abs(stretch)).max() < tolerance, (chord, stretch)
+        assert np.abs(chord - stretch).max() < tolerance, (chord, stretch)
         return
     noise = _motion_noise(scene, np.diff(s).max()) + 1e-9
     pulled = tension > 1e-6 * np.abs(tension).max() + noise

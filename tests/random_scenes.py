@@ -285,6 +285,9 @@ def _place_cable(draw, scene):
         initial["points"] = _polyline(draw, anchor, cable["length"])
     if "top" in cable and cable["top"]["kind"] != "free":
         cable["top"]["position"] = (anchor + reach * np.array(draw(vector(1, 1))) * cable["length"]).tolist()
+    if "amplitude" in cable.get("top", {}) and draw(st.integers(0, 3)):  # mostly a motion within the cable's reach
+        amplitude = cable["length"] * abs(1 - reach) * np.array(draw(vector(1e-6, 1)))
+        cable["top"]["amplitude"] = amplitude.tolist()
     if "buoy_position" in initial and "buoy" in scene and "sea" in scene:
         initial["buoy_position"] = (anchor + reach * np.array(draw(vector(1, 1))) * cable["length"]).tolist()
 

@@ -324,6 +324,26 @@ def test_tension_after_a_change_of_step(scheme, factor, at_change, monkeypatch):
     assert wrong[1] == pytest.approx(wrong[0], rel=0.2)  # no step is small enough to make it good
 
 
+def decay(scheme, steps):
+    """Error of y_t = -y, y(0) = 1, after steps of these sizes."""
+    series = Series(np.ones(1), -np.ones(1))
+    series.second = np.ones(1)
+    for h in steps:
+        scheme.begin(h, series)
+        gamma, history = scheme.rule(h, series)
+        y = -history / (gamma + 1)
+        scheme.accept(series, y, -y)
+    return abs(series.values[0][0] - np.exp(-sum(steps)))
+
+
+@pytest.mark.parametrize("before", [1, 2, 3, 4])
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_step_longer_than_the_past(scheme, before):
+    """Ten times the size of so few steps before it: its local error has the scheme's order at least."""
+    errors = [decay(make_scheme(scheme), [h] * before + [10 * h]) for h in (0.01, 0.005, 0.0025)]
+    assert np.all(rates(errors) > SCHEMES[scheme] + 0.8), errors
+
+
 def energy(simulation):
     """Kinetic and potential energy of a chain of rods of 1 kg/m in all, 1 m long."""
     r, v, _ = state(simulation)

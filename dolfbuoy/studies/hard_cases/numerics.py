@@ -137,7 +137,7 @@ def kill_9(found):
         file = Path(folder) / "results.nc"
         _wait(lambda: file.is_file() and read(file).sizes["time"] > 100)
         process.send_signal(signal.SIGKILL)
-        process.wait()
+        process.communicate()
         record = read(file)
     found.holds(f"ended by signal {-process.returncode}", process.returncode == -signal.SIGKILL)
     found.finite(record)
