@@ -15,7 +15,6 @@ factorisation of an earlier iteration or step, these are kept (`JacobianAge`).
 import numpy as np
 import ufl
 from petsc4py import PETSc
-from ufl.algorithms import expand_derivatives
 
 from . import compat
 from .assembly import Contribution, Values
@@ -99,10 +98,8 @@ class System:
         jacobians = []
         for row, form in residuals:
             for column in self.parts:
-                if column.function not in form.coefficients():
-                    continue
-                derivative = ufl.derivative(form, column.function, column.trial)
-                if not expand_derivatives(derivative).empty():
+                if column.function in form.coefficients():
+                    derivative = ufl.derivative(form, column.function, column.trial)
                     jacobians.append(Contribution(derivative, row, column, self._values))
         return jacobians
 
