@@ -33,7 +33,11 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
     values["newton_iterations"] = problem.iterations
     values["smallest_tension"] = problem.smallest_tension() if problem.cable else None
     smallest = values.pop("smallest_tension")
-    info = attributes(problem) | ({"smallest_tension_N": smallest} if smallest is not None else {})
+    info = (
+        attributes(problem)
+        | {"route": problem.route}
+        | ({"smallest_tension_N": smallest} if smallest is not None else {})
+    )
     problem.destroy()
     if comm.rank != 0:
         return xr.Dataset()
@@ -110,6 +114,7 @@ class Recorder:
         fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
         self.record = results.Record(folder / "results.nc", attributes(simulation.problem), fixed)
+        self._drift = 0.0
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
         if point is None:
             self.add(0.0, 0)
@@ -138,6 +143,7 @@ class Recorder:
         begin = clock.monotonic()
         states = self.simulation.comm.gather(self.simulation.state())
         if self.root:
+            self._drift = max(state["quaternion_drift"] for state in states)  # the buoy is on one rank only
             self._flush()
             scene, rows = self.simulation.scene, self.record.counts
             checkpoint.write(checkpoint.Checkpoint(self.folder, scene, states, rows, self._next_frame))
@@ -155,7 +161,7 @@ class Recorder:
             "failed_steps": sim.control.failed,
             "rejected_steps": sim.control.rejected,
             "restarts": sim.control.restarts,
-            "quaternion_drift": sim.quaternion_drift,
+            "quaternion_drift": self._drift,
             "linear_solver_fallbacks": sim.system.fallbacks,
         }
         self.record.flush()

@@ -3,14 +3,12 @@
 import numpy as np
 from mpi4py import MPI
 
+from .consistent import MOMENTA, make_consistent
 from .errors import InputError, SolveError
 from .problem import Problem
-from .schemes import BackwardEuler, Predictor, Series, make_scheme
+from .schemes import Predictor, Series, make_scheme
 from .start import initial_state
 from .stepping import AdaptiveControl, StepControl
-
-#: Components p and L_C of the buoy's state (r_C, p, q_4, L_C).
-_MOMENTA = np.isin(np.arange(13), [3, 4, 5, 10, 11, 12])
 
 
 class Simulation:
@@ -66,7 +64,7 @@ class Simulation:
         self._reset(u, velocity)
         self.end_tension = start.end_tension
         if not start.at_rest:
-            self._make_consistent(u.copy())
+            make_consistent(self)
         self.system.publish()
         self.predictor = Predictor()
         self.predictor.add(0.0, u)
@@ -79,46 +77,7 @@ class Simulation:
             self.series["v"] = Series(velocity, np.zeros_like(r), lagged=True)
         if self.buoy:
             y = u[self.problem.state_part.slice]
-            self.series["y"] = Series(y, np.zeros_like(y), lagged=_MOMENTA)
-
-    def _make_consistent(self, u0):
-        """Velocity projected onto the constraint, then tension and acceleration that go with it.
-
-        Two tiny backward-Euler steps from the same positions: the first one ends with the admissible velocity that is
-        nearest in kinetic energy, the second one with tension and acceleration, up to terms of the size of that step.
-        What both added to the velocity is taken off again.
-        """
-        scheme, self.scheme = self.scheme, BackwardEuler()
-        h = max(1e-3 * self.scene.time.step, 1e-5)  # not smaller: rounding in the tension grows like 1/h^2
-        cable, state = self.problem.cable_part, self.problem.state_part
-        for passed in (1, 2):
-            self.system.u[:] = u0
-            self._prepare(h)
-            self.problem.set_time(h)
-            self.system.solve()
-            rates = {name: rate.copy() for name, rate in self._rates().items()}
-            solved, gained = self.system.u.copy(), (0.0, 2 * h)[passed - 1]
-            if self.cable:
-                velocity = rates["r"] - gained * rates["v"]
-                self.series["r"] = Series(u0[cable.slice], velocity)
-                self.series["v"] = Series(velocity, rates["v"], lagged=True)
-                self.series["r"].second = rates["v"]
-                u0[self._tension_dofs()] = solved[self._tension_dofs()]
-            if self.buoy:
-                y = u0[state.slice]
-                y[_MOMENTA] = solved[state.slice][_MOMENTA] - gained * rates["y"][_MOMENTA]
-                self.series["y"] = Series(y, rates["y"], lagged=_MOMENTA)
-                if self.problem.mooring_slice:
-                    u0[self.problem.mooring_slice][3:] = solved[self.problem.mooring_slice][3:]
-        self.end_tension = self.problem.end_tension() if self.cable else None
-        self.system.u[:] = u0
-        self.problem.set_time(0.0)
-        self.scheme = scheme
-
-    def _tension_dofs(self):
-        c = self.cable
-        dofs = c.T_dofs.ravel()
-        return dofs if c.mean_dofs is None else np.concatenate([dofs, c.mean_dofs])
+            self.series["y"] = Series(y, np.zeros_like(y), lagged=MOMENTA)
 
     # -- interruption -----------------------------------------------------------------------------------------------
 

@@ -32,6 +32,7 @@ class Problem:
 
     def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
+        self.route = None  # how the equilibrium was found
         _check_ranks(scene, comm)
         self.cable = CableModel(comm, scene, dynamic) if scene.cable else None
         self.buoy_rank = self._find_buoy_rank()

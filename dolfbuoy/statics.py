@@ -108,6 +108,11 @@ def _cable_start(scene, w):
     """Closed-form shape without current: between its ends, or under its end force."""
     c = scene.cable
     if c.top.kind == "free":
+        if w == 0 and scene.current is None and not any(c.top.force):
+            raise InputError(
+                f"cable.top.force = {list(c.top.force)}: nothing pulls at this cable, which has no weight here either: "
+                "nothing determines its equilibrium; give a force, weight or a current, or take another initial.kind."
+            )
         return catenary.under_end_force(scene.anchor, c.top.force, c.length, w, c.axial_stiffness)
     end = top_position(c.top, 0.0)
     distance = np.linalg.norm(end - np.array(scene.anchor))
@@ -141,23 +146,28 @@ def _free_buoy(scene, comm):
         problem.system.u[problem.state_part.slice] = pose
         problem.buoy.reference.x.array[:] = pose
     if scene.sea is not None and scene.gravity:
-        problem.iterations = problem.system.solve()
+        problem.iterations, problem.route = problem.system.solve(), "newton"
     else:
         problem.system.publish()
-        problem.iterations = 0
+        problem.iterations, problem.route = 0, "none: it floats where it is"
     return problem
 
 
 def _moored_buoy(problem):
     """Newton from the catenary under the estimated loads; if that fails, pseudo-transient continuation."""
     scene = problem.scene
-    if scene.sea is None:
+    if not (scene.gravity or scene.current or scene.wind or scene.external_force):
+        raise InputError(
+            "gravity = 0.0: no load holds the moored buoy, which may rest anywhere within reach of its cable: nothing "
+            "determines its equilibrium; give gravity, current, wind or external_force, or initial.buoy_position."
+        )
+    if scene.sea is None or not scene.gravity:
         shape, r_O, q4 = _hanging_start(scene, problem.cable.weight_per_length)
     else:
         shape, r_O, q4 = _floating_start(scene, problem.cable.weight_per_length)
     begin(problem, shape)
     _start_buoy(problem, shape, r_O, q4)
-    problem.iterations = 0
+    problem.iterations, problem.route = 0, "newton"
     try:
         _newton(problem)
     except SolveError:
@@ -174,7 +184,7 @@ def _newton(problem):
     except SolveError:
         if problem.scene.current is None:
             raise
-        problem.system.u[:] = start
+        problem.system.u[:], problem.route = start, "current"
         march(problem, lambda x: _scale_current(problem, x))
 
 
@@ -213,24 +223,28 @@ def _continue(problem, growth=4.0, steps=60):
                 raise
             continue
         if theta >= 1e4:
-            problem.iterations = iterations
+            problem.iterations, problem.route = iterations, "pseudo-transient continuation"
             return
         theta *= growth
     raise SolveError(f"the equilibrium was not reached in {steps} steps of pseudo-transient continuation")
 
 
 def _hanging_start(scene, w):
-    """A body that hangs from a cable in air, its mooring point up."""
-    shape = catenary.under_end_force(
-        scene.anchor, [0.0, 0.0, -scene.buoy.mass * scene.gravity], scene.cable.length, w, scene.cable.axial_stiffness
-    )
-    return shape, shape.position(np.array([scene.cable.length]))[0], np.array([0.0, 1.0, 0.0, 0.0])
+    """A body that no water carries: its cable in line with the load, its mooring point towards the cable."""
+    load = np.array([0.0, 0.0, -scene.buoy.mass * scene.gravity])
+    if scene.external_force:
+        load += scene.external_force.force
+    if scene.sea:
+        load[:2] = _horizontal_load(scene, shape_and_mass(scene)[0])[:2]
+    shape = catenary.under_end_force(scene.anchor, load, scene.cable.length, w, scene.cable.axial_stiffness)
+    q4 = np.array([1.0, 0.0, 0.0, 0.0] if load[2] > 0 else [0.0, 1.0, 0.0, 0.0])
+    return shape, shape.position(np.array([scene.cable.length]))[0], q4
 
 
 def _floating_start(scene, w):
     """Upright buoy on a cable whose end force is estimated from the loads."""
     c, (hull, mass) = scene.cable, shape_and_mass(scene)
-    anchor, g = np.array(scene.anchor), scene.gravity or 1.0
+    anchor, g = np.array(scene.anchor), scene.gravity
     H_vector = _horizontal_load(scene, hull)
     H = max(float(np.hypot(*H_vector[:2])), 1e-3 * abs(w) * c.length, 1e-3 * mass.mass * g * 1e-3)
     along = H_vector / np.linalg.norm(H_vector) if np.any(H_vector) else np.array([1.0, 0.0, 0.0])

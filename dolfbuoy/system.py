@@ -21,6 +21,7 @@ from .assembly import Contribution, Values
 from .errors import InputError, SolveError
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
+_UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
 
 
 class JacobianAge:
@@ -192,19 +193,29 @@ class System:
         self._apply_options()
 
     def _apply_options(self):
-        """Line search and the scene's own PETSc options, under a prefix that is gone from the database afterwards."""
+        """Line search and the scene's own PETSc options, under a prefix of this system's own.
+
+        They stay in the database until a solve has ended: solvers within a preconditioner read theirs only then.
+        """
         prefix, db = f"dolfbuoy_{id(self)}_", PETSc.Options()
         options = {"snes_linesearch_type": "bt", **self.options}
         self.snes.setOptionsPrefix(prefix)
-        for key, value in options.items():
-            db[prefix + key] = None if value is True else value  # a flag has no value
+        self._in_database = [prefix + key for key in options]
+        for key, value in zip(self._in_database, options.values(), strict=True):
+            db[key] = None if value is True else value  # a flag has no value
         try:
             self.snes.setFromOptions()
         except PETSc.Error as error:
-            raise InputError(f"solver.petsc = {self.options}: PETSc refuses it (error {error.ierr}).") from None
-        finally:
-            for key in options:
-                del db[prefix + key]
+            self._forget_options()
+            raise self._refused(error) from None
+
+    def _forget_options(self):
+        db = PETSc.Options()
+        while self._in_database:
+            del db[self._in_database.pop()]
+
+    def _refused(self, error):
+        return InputError(f"solver.petsc = {self.options}: PETSc refuses it (error {error.ierr}).")
 
     def _vector(self):
         x = PETSc.Vec().create(self.comm)
@@ -380,9 +391,13 @@ class System:
             self.snes.solve(None, self.x)
             reason = self.snes.getConvergedReason()
         except PETSc.Error as error:
+            if error.ierr == _UNKNOWN_TYPE:
+                raise self._refused(error) from None
             if error.ierr != _EXTERNAL_LIBRARY:
                 raise
             reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        finally:
+            self._forget_options()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
             self._set_direct_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
         return self.snes.getIterationNumber(), reason
@@ -433,6 +448,7 @@ class System:
 
     def destroy(self):
         """Give PETSc's objects back (sweeps make many systems)."""
+        self._forget_options()
         views = list(self._views.values())
         for item in [self.snes, *views, self.A, self.x, self._f, self._row_scale, self._unknown_scale, self.lgmap]:
             item.destroy()

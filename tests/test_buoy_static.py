@@ -7,6 +7,7 @@ import pytest
 from helpers import rates, reference, reference_buoy
 
 from dolfbuoy import solve_static
+from dolfbuoy.errors import InputError
 
 CASES = reference("buoy_statics")["moored_equilibria"]
 
@@ -95,3 +96,32 @@ def test_free_buoy_floats_at_its_draft():
     assert pytest.approx(b["M"], rel=1e-8) == float(result.displaced_mass)
     assert pytest.approx(b["zG_above_keel"] - b["draft"], abs=1e-3) == float(result.buoy_position[2])
     assert abs(float(result.cone_angle)) < 1e-8
+
+
+@pytest.mark.parametrize("elements", [1, 4])
+@pytest.mark.parametrize("EA", [100.0, float("inf")])
+@pytest.mark.parametrize("sea", [False, True])
+def test_weightless(sea, EA, elements):
+    """Without gravity and other loads nothing says where a moored buoy is; under one force its cable is straight."""
+    scene = {
+        "gravity": 0.0,
+        "cable": {"length": 2.0, "line_density": 1.0, "axial_stiffness": EA, "elements": elements},
+        "buoy": {"mass": 1.0, "center_of_mass": 0.5, "inertia": [1.0, 1.0]},
+    }
+    if sea:
+        wet = {"sea": {"depth": 5.0}, "cable": {"diameter": 0.05}, "buoy": {"hull": [[0.0, 1.0], [1.0, 1.0]]}}
+        scene = {"sea": wet["sea"]} | {k: v | wet.get(k, {}) if isinstance(v, dict) else v for k, v in scene.items()}
+    with pytest.raises(InputError, match="gravity = 0.0: no load holds the moored buoy"):
+        solve_static(scene)
+    force = np.array([3.0, 0.0, 4.0])
+    record = solve_static(scene, external_force__force=force.tolist())
+    assert record.attrs["route"] == "newton"
+    assert float(record.tension_top) == pytest.approx(5.0, rel=1e-9)
+    anchor = [0.0, 0.0, -5.0 if sea else 0.0]
+    assert np.allclose(record.mooring_point - anchor, 2.0 * (1 + 5.0 / EA) * force / 5, rtol=0, atol=1e-7)
+
+
+def test_a_free_weightless_cable_that_nothing_pulls_at():
+    scene = {"gravity": 0.0, "cable": {"length": 1.0, "line_density": 1.0, "elements": 2, "top": {"kind": "free"}}}
+    with pytest.raises(InputError, match="cable.top.force = .*nothing pulls at this cable"):
+        solve_static(scene)
