@@ -6,7 +6,7 @@ from mpi4py import MPI
 from .consistent import MOMENTA, make_consistent
 from .errors import InputError, SolveError
 from .problem import Problem
-from .schemes import Predictor, Series, make_scheme
+from .schemes import GeneralizedAlpha, Predictor, Series, make_scheme
 from .start import initial_state
 from .stepping import AdaptiveControl, StepControl
 
@@ -230,7 +230,7 @@ class Simulation:
                 try:
                     control.fail(h, str(error))
                 except SolveError as final:
-                    raise SolveError(f"At t = {self.t:.6g} s, step {h:.3g} s: {final}.") from None
+                    raise SolveError(f"At t = {self.t:.6g} s, step {h:.3g} s: {final}{self._why()}.") from None
                 continue
             if iterations is not None:
                 self.iterations += iterations
@@ -238,6 +238,16 @@ class Simulation:
             elif control.restart:
                 self._forget_the_past()
                 control.restart = False
+
+    def _why(self):
+        """What is known to make steps of this scene fail."""
+        radius = self.scene.time.spectral_radius
+        if self.scheme.name != GeneralizedAlpha.name or radius == 0 or self.cable is None:
+            return ""
+        return (
+            f"; generalized-alpha with time.spectral_radius = {radius:g} keeps the tension's jumps from step to step, and "
+            "in a whip or snap they grow: take 0, or time.scheme = 'bdf2' or 'backward-euler'"
+        )
 
     def run(self):
         """Steps to the end of the scene; yields (step, iterations) after each.

@@ -111,7 +111,7 @@ def test_weightless(sea, EA, elements):
     if sea:
         wet = {"sea": {"depth": 5.0}, "cable": {"diameter": 0.05}, "buoy": {"hull": [[0.0, 1.0], [1.0, 1.0]]}}
         scene = {"sea": wet["sea"]} | {k: v | wet.get(k, {}) if isinstance(v, dict) else v for k, v in scene.items()}
-    with pytest.raises(InputError, match="gravity = 0.0: no load holds the moored buoy"):
+    with pytest.raises(InputError, match=r"gravity = 0\.0: no load holds the moored buoy"):
         solve_static(scene)
     force = np.array([3.0, 0.0, 4.0])
     record = solve_static(scene, external_force__force=force.tolist())
@@ -123,5 +123,5 @@ def test_weightless(sea, EA, elements):
 
 def test_a_free_weightless_cable_that_nothing_pulls_at():
     scene = {"gravity": 0.0, "cable": {"length": 1.0, "line_density": 1.0, "elements": 2, "top": {"kind": "free"}}}
-    with pytest.raises(InputError, match="cable.top.force = .*nothing pulls at this cable"):
+    with pytest.raises(InputError, match=r"cable\.top\.force = .*nothing pulls at this cable"):
         solve_static(scene)

