@@ -245,8 +245,8 @@ class Simulation:
         if self.scheme.name != GeneralizedAlpha.name or radius == 0 or self.cable is None:
             return ""
         return (
-            f"; generalized-alpha with time.spectral_radius = {radius:g} keeps the tension's jumps from step to step, and "
-            "in a whip or snap they grow: take 0, or time.scheme = 'bdf2' or 'backward-euler'"
+            f"; generalized-alpha with time.spectral_radius = {radius:g} keeps jumps of the tension from step to step, "
+            "and in a whip or snap they grow: take 0, or time.scheme = 'bdf2' or 'backward-euler'"
         )
 
     def run(self):
