@@ -42,10 +42,14 @@ class Series:
         self.values, self.step, self.auxiliary = state
 
     def forget(self):
-        """Drop the past: as at a start, with the present value and rate."""
-        self.values, self.previous_rate = self.values[:1], self.rate
-        self.second, self.auxiliary, self.step = np.zeros_like(self.rate), None, None
-        self.steps_since_start = 0
+        """Drop the past values: as at a start, with the present value and rate.
+
+        An auxiliary rate stays: a start knows it less well, and generalized-alpha would ring.
+        """
+        self.values, self.steps_since_start = self.values[:1], 0
+        if self.auxiliary is None:
+            self.previous_rate, self.step = self.rate, None
+            self.second = np.zeros_like(self.rate)
 
     def extrapolated(self, order):
         """Value one step ahead on the polynomial of this order; None while the past is too short."""

@@ -344,6 +344,29 @@ def test_a_step_longer_than_the_past(scheme, before):
     assert np.all(rates(errors) > SCHEMES[scheme] + 0.8), errors
 
 
+def late_rates(forget, h, count=20):
+    """Auxiliary rates of generalized-alpha for y_t = -y, `count` steps of h and as many of h/10, over y."""
+    scheme, series = GeneralizedAlpha(0.8), Series(np.ones(1), -np.ones(1))
+    series.second, found = np.ones(1), []
+    for step in [h] * count + [h / 10] * count:
+        if forget and len(found) == count:
+            series.forget()
+        scheme.begin(step, series)
+        gamma, history = scheme.rule(step, series)
+        y = -history / (gamma + 1)
+        scheme.accept(series, y, -y)
+        found.append(series.auxiliary[0] / y[0])
+    return np.array(found[count:])
+
+
+def test_generalized_alpha_does_not_ring_after_a_forgotten_past():
+    """Its auxiliary rate, y_t at t + (alpha_f - alpha_m) h, is taken along: -y exp(...) up to the second order."""
+    scheme, h = GeneralizedAlpha(0.8), 0.01
+    exact = -np.exp((scheme.alpha_m - scheme.alpha_f) * h / 10)
+    assert np.abs(late_rates(True, h) - exact).max() < 1e-4
+    assert np.abs(late_rates(True, h) - late_rates(False, h)).max() < 1e-12
+
+
 def energy(simulation):
     """Kinetic and potential energy of a chain of rods of 1 kg/m in all, 1 m long."""
     r, v, _ = state(simulation)
