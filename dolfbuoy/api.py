@@ -135,7 +135,8 @@ class Recorder:
             self._next_frame = self.interval * (np.floor((sim.t + tolerance) / self.interval) + 1)
         if self.root:
             self.record.add(values)
-        if sim.comm.bcast(clock.monotonic() > self._next_save):
+        due = clock.monotonic() > self._next_save
+        if due if sim.comm.size == 1 else sim.comm.bcast(due):
             self.save()
 
     def save(self):

@@ -6,6 +6,7 @@ from mpi4py import MPI
 from .consistent import MOMENTA, make_consistent
 from .errors import InputError, SolveError
 from .problem import Problem
+from .ranks import combined
 from .schemes import GeneralizedAlpha, Predictor, Series, make_scheme
 from .start import initial_state
 from .stepping import AdaptiveControl, StepControl
@@ -193,7 +194,7 @@ class Simulation:
         constant = self.scheme.error_constant
         # Local errors of order p + 1 that are this small add up to about `tolerance` over a run (measured).
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
-        return self.comm.allreduce(largest, op=MPI.MAX) * constant / (1 + constant) / allowed
+        return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
     def _forget_the_past(self):
         """Begin the series anew from the present values and rates."""

@@ -10,6 +10,7 @@ from .assembly import Block, Part
 from .buoy_model import BuoyModel
 from .cable_model import TOP, CableModel
 from .errors import InputError
+from .ranks import combined
 from .slack import TensionOnlySystem
 from .system import System
 
@@ -59,7 +60,7 @@ class Problem:
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
         c = self.cable
         T = self.system.u[c.T_dofs if c.mean_dofs is None else c.mean_dofs]
-        stretch = 1 + self.comm.allreduce(T.min(initial=0.0), op=MPI.MIN) / float(c.cable.EA.value)
+        stretch = 1 + combined(self.comm, T.min(initial=0.0), MPI.MIN) / float(c.cable.EA.value)
         return None if stretch >= 0 else f"the cable is turned inside out: a stretch of {stretch:.3g}"
 
     def _find_buoy_rank(self):
@@ -172,7 +173,7 @@ class Problem:
     def smallest_tension(self) -> float:
         """Smallest element mean of T [N], over all ranks."""
         means = self.cable.mean_tension(self.system.u)
-        return self.comm.allreduce(means.min() if len(means) else np.inf, op=MPI.MIN)
+        return combined(self.comm, means.min(initial=np.inf), MPI.MIN)
 
     def end_tension(self, fresh=True):
         """T_bnd, the force that holds the cable's top end [N], on every rank.
@@ -187,7 +188,7 @@ class Problem:
             return np.array(self.scene.cable.top.force)
         residual = self.system.evaluate() if fresh else self.system.last_residual
         mine = residual[self.cable.top_dofs] if len(self.cable.top_dofs) else np.zeros(3)
-        return self.comm.allreduce(mine, op=MPI.SUM)
+        return combined(self.comm, mine, MPI.SUM)
 
     def anchor_tension(self) -> float:
         """T_h(0) [N], on every rank."""
