@@ -39,7 +39,7 @@ def _rights_itself(found, degrees):
     found.finite(record)
     _unit(found, record)
     found.below("cone angle after 60 s", record.cone_angle[-1], 1.0, " deg")
-    found.below("M_D/M - 1 after 60 s", abs(float(record.displaced_mass[-1]) / 1200 - 1), 5e-3)
+    found.below("M_D/M - 1 after 60 s", abs(float(record.displaced_mass[-1]) / 1200 - 1), 2e-3)
     found.holds(f"it started at {degrees} degrees", abs(float(record.cone_angle[0]) - degrees) < 1e-6)
 
 
@@ -69,8 +69,8 @@ def capsized_moored(found):
     record = run(with_(scene, initial=start))
     found.finite(record)
     _unit(found, record)
-    found.below("cone angle after 60 s", record.cone_angle[-1], 2.0, " deg")
-    found.close("top tension", record.tension_top[-1], float(rest.tension_top), 2e-2, " N")
+    found.below("cone angle after 60 s", record.cone_angle[-1], 0.05, " deg")
+    found.close("top tension", record.tension_top[-1], float(rest.tension_top), 1e-4, " N")
 
 
 @hard_case(
@@ -101,12 +101,12 @@ def dropped(found):
     found.finite(record)
     k = int(np.argmin(np.abs(record.time.values - 0.7)))
     fallen = z0 - float(record.buoy_position[k, 2])
-    found.close("fallen in 0.7 s", fallen, 9.81 * float(record.time[k]) ** 2 / 2, 2e-3, " m")
+    found.close("fallen in 0.7 s", fallen, 9.81 * float(record.time[k]) ** 2 / 2, 5e-4, " m")
     speed = -float(record.linear_momentum[:, 2].min()) / 1200
     found.remark(f"largest speed {speed:.3g} m/s (at the water sqrt(2 g 3 m) = 7.67)")
     excess = record.displaced_mass / 1200 - 1
     first, last = excess[(record.time > 1) & (record.time < 11)], excess[record.time > 30]
-    found.below("mean of M_D/M - 1 over the last 10 s", abs(float(last.mean())), 1e-2)
+    found.below("mean of M_D/M - 1 over the last 10 s", abs(float(last.mean())), 1e-3)
     found.below("its swing there over that of the first 10 s", float(last.max() / first.max()), 0.2)
 
 
@@ -135,7 +135,7 @@ def spinning(found):
     expected = e3 * math.cos(angle) + np.cross(n, e3) * math.sin(angle) + n * (n @ e3) * (1 - math.cos(angle))
     q0, q1, q2, q3 = record.buoy_orientation[-1].values
     axis = np.array([2 * (q1 * q3 + q0 * q2), 2 * (q2 * q3 - q0 * q1), 1 - 2 * (q1**2 + q2**2)])
-    found.below("axis after 2 s off by", np.abs(axis - expected).max(), 5e-3)
+    found.below("axis after 2 s off by", np.abs(axis - expected).max(), 2e-4)
 
 
 @hard_case(
@@ -150,7 +150,7 @@ def hundred_turns(found):
     _unit(found, record)
     found.finite(record)
     found.below("change of L", np.abs(record.angular_momentum - [0.0, 20.0, 0.0]).max() / 20, 1e-12)
-    found.below("most Newton iterations in a step", record.newton_iterations[1:].max(), 4)
+    found.below("most Newton iterations in a step", record.newton_iterations[1:].max(), 3)
     found.below("failed steps", record.attrs["failed_steps"], 0)
     q = record.buoy_orientation[-1].values
     angle = 2 * math.atan2(q[2], q[0])
@@ -177,14 +177,14 @@ def gm_negative(found):
     angle, t = np.radians(record.cone_angle.values), record.time.values
     inside = (angle > 0.004) & (angle < 0.04) & (np.maximum.accumulate(angle) == angle)
     measured = np.polyfit(t[inside], np.log(angle[inside]), 1)[0]
-    found.close(f"growth rate (GM = {GM:.3g} m)", measured, rate, 3e-2, " 1/s")
+    found.close(f"growth rate (GM = {GM:.3g} m)", measured, rate, 1e-2, " 1/s")
     wet = with_(bare, buoy={"added_mass": 0.3, "normal_drag": 1.2, "axial_drag": 1.2, "rotational_damping": 200.0})
     record = run(with_(wet, initial=start, time={"end": 120.0, "step": 0.05}))
     found.finite(record)
     _unit(found, record)
     tail = record.cone_angle[record.time > 110]
-    found.below("cone angle moves in the last 10 s by", np.ptp(tail.values), 1.0, " deg")
-    found.below("M_D/M - 1 at the end", abs(float(record.displaced_mass[-1]) / 700 - 1), 1e-2)
+    found.below("cone angle moves in the last 10 s by", np.ptp(tail.values), 0.2, " deg")
+    found.below("M_D/M - 1 at the end", abs(float(record.displaced_mass[-1]) / 700 - 1), 1e-5)
     found.remark(f"it lies at {float(tail[-1]):.3g} deg")
 
 
@@ -230,7 +230,7 @@ def zero_amplitude(found):
     calm, zero = run(scene), run(with_(scene, waves={"period": 5.0, "amplitude": 0.0}))
     off = np.abs(calm.buoy_position - zero.buoy_position).max() / 20.0
     found.below("buoy's position differs by", off, 1e-14, " of the depth")
-    found.below("top tension differs by", np.abs(calm.tension_top / zero.tension_top - 1).max(), 1e-11)
+    found.below("top tension differs by", np.abs(calm.tension_top / zero.tension_top - 1).max(), 1e-13)
 
 
 @hard_case("buoy", "deep-water", "T = 1.5 s in 700 m: kh = 1252, cosh kh overflows", "e^(kz); a finite run")

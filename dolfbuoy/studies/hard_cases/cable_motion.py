@@ -53,7 +53,8 @@ def driven_limit(found):
         record = run(with_(scene, cable__axial_stiffness=EA))
         tops.append(record.tension_top.values)
         iterations.append(float(record.newton_iterations[1:].mean()))
-    for EA, top, limit in zip((1e6, 1e8, 1e10, 1e12, 1e14), tops, (1e-1, 1e-3, 1e-5, 1e-6, 1e-6), strict=False):
+    for EA, top in zip((1e6, 1e8, 1e10, 1e12, 1e14), tops, strict=False):
+        limit = 4e4 / EA  # the strain T/EA, about 7000 N/EA, times some five for the sag that it changes
         found.below(f"EA = {EA:g}: top tension off by", np.abs(top / tops[-1] - 1).max(), limit)
     found.below("spread of iterations per step", max(iterations) - min(iterations), 1)
 
@@ -67,12 +68,12 @@ def driven_limit(found):
 def whip(found):
     three = run(with_(CHAIN, cable__elements=3, time={"end": 0.25, "output_every": 0.05}))
     angles = np.array([0.7495011118522598, 1.3106885391978178, 1.6741109192903898])
-    found.close("x of the end at 0.25 s", three.cable_position[-1, -1, 0], np.sin(angles).sum() / 3, 2e-3)
-    found.close("z of the end at 0.25 s", three.cable_position[-1, -1, 2], -np.cos(angles).sum() / 3, 2e-3)
+    found.close("x of the end at 0.25 s", three.cable_position[-1, -1, 0], np.sin(angles).sum() / 3, 1e-4)
+    found.close("z of the end at 0.25 s", three.cable_position[-1, -1, 2], -np.cos(angles).sum() / 3, 1e-4)
     scene = with_(CHAIN, cable__elements=20, time={"end": 2.0})
     _, energy = _energies(scene)
     swing = 9.81 / 2  # between horizontal and hanging
-    found.below("largest gain of energy / energy of the swing", (energy - energy[0]).max() / swing, 1e-3)
+    found.below("largest gain of energy / energy of the swing", (energy - energy[0]).max() / swing, 5e-4)
     found.remark(f"lost in 2 s: {(energy[0] - energy[-1]) / swing:.2g}")
     # 40 elements at 2 ms: jumps of the tension that generalized-alpha keeps grow; no radius, no jumps
     coarse = with_(CHAIN, cable__elements=40, time={"end": 1.0, "step": 2e-3, "output_every": 0.01})
@@ -139,9 +140,9 @@ def sign_change(found):
     frames = record.frame.values
     for t, expected in ((0.5, 0.4092369789783202), (1.0, -1.994959693836354)):
         x, _, z = record.cable_position[np.argmin(np.abs(frames - t)), -1].values
-        found.below(f"angle at {t} s off by", abs(math.atan2(x, -z) - expected), 2e-3)
-    found.below("T at release off by", abs(float(record.tension_anchor[1]) + 9.81 / 4), 5e-3, " N")
-    found.close("largest T, at the bottom", record.tension_anchor.max(), 2 * 9.81, 1e-3, " N")
+        found.below(f"angle at {t} s off by", abs(math.atan2(x, -z) - expected), 1e-5)  # (omega dt)^2
+    found.below("T at release off by", abs(float(record.tension_anchor[1]) + 9.81 / 4), 5e-5, " N")
+    found.close("largest T, at the bottom", record.tension_anchor.max(), 2 * 9.81, 1e-5, " N")
     found.says(said(scene, record), "compressed")
 
 
@@ -157,8 +158,8 @@ def still_water(found):
     record = run(scene)
     found.finite(record)
     moved = np.abs(record.cable_position - record.cable_position[0]).max()
-    found.below("largest displacement in 1 s", moved, 1e-7, " m")
-    found.below("change of the top tension", np.ptp(record.tension_top.values) / float(record.tension_top[0]), 1e-6)
+    found.below("largest displacement in 1 s", moved, 1e-11, " m")
+    found.below("change of the top tension", np.ptp(record.tension_top.values) / float(record.tension_top[0]), 1e-10)
 
 
 @hard_case(
@@ -196,5 +197,5 @@ def _comes_to_rest(found, initial):
         found.remark(f"after 60 s {off:.3g} m from the catenary")
         found.says(said(scene, record), "compressed")
     else:
-        found.below("from the catenary after 60 s", off, 0.02, " m")
+        found.below("from the catenary after 60 s", off, 1e-3, " m")
     found.remark(f"{record.attrs['failed_steps']} steps were cut")

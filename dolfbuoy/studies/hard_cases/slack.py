@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...scene import load_scene
+from ...summary import static_warnings
 from .case import hard_case
 from .tools import SHORT, UNIT, ending, hanging, run, said, static, with_
 
@@ -13,7 +14,8 @@ LAWS = ("compressive", "tension-only")
     "slack",
     "fold-unresolved",
     "ends at (0, 0, 0) and (0.01, 0, 0.8), a fold of 0.0015 in elements of 0.05, both slack laws",
-    "T >= 0 with tension-only; compression said with the other; the top tension right to the element's weight",
+    "the unresolved fold is said; T >= 0 with tension-only; compression said with the other; "
+    "the top tension right to the element's weight",
 )
 def fold_unresolved(found):
     scene = with_(UNIT, cable={"position_degree": 1, "tension_degree": 0}, cable__top__position=[0.01, 0.0, 0.8])
@@ -25,6 +27,7 @@ def fold_unresolved(found):
             found.says(words, "DIVERGED")
             continue
         found.below(f"{law}: top tension off by", abs(float(record.tension_top) - hanging(0.01, 0.8)[1]), 0.05, " w L")
+        found.says(static_warnings(record, load_scene(case)), "A fold of the cable is not resolved")
         smallest = record.attrs["smallest_tension_N"]
         if law == "tension-only":
             found.below(f"{law}: -min T", -smallest, 1e-9)
@@ -47,7 +50,7 @@ def straight_tension_only(found):
     found.finite(record)
     found.below("-min T", -float(record.cable_tension[1:].min()), 1e-6, " N")
     off = np.abs(record.cable_position[-1] - rest.cable_position.values).max()
-    found.below("from the catenary after 60 s", off, 0.02, " m")
+    found.below("from the catenary after 60 s", off, 1e-3, " m")
 
 
 @hard_case(
