@@ -6,8 +6,10 @@ compiled assemblers and the direct solver called back to back, as often as that 
 
     floor = (n_R t_residual + n_J (t_jacobian + t_factorisation) + n_K t_solve)/n_K
 
-with n_R residuals, n_J Jacobians and n_K iterations.  All times are this process's time on the processor; those of the
-parts are medians of the better half of many, since other programs on the machine only ever add to them.
+with n_R residuals, n_J Jacobians and n_K iterations.  `ratio`: of Newton's method to the floor; `ratio of a step`
+counts what surrounds it too: time scheme, predictor, forcing, record.  All times are this process's time on the
+processor, medians of the better half of many (of groups of steps, too), since other programs on the machine only ever
+add to them.
 """
 
 import time
@@ -30,7 +32,9 @@ from ..scene import load_scene
 from .common import save, show
 
 WARM_UP = 50  # steps before the clock starts
-PARTS = ("residual kernels", "Jacobian kernels", "insertion", "factorisation", "solve", "packing", "record")
+GROUP = 10  # steps that are timed together: a kept Jacobian is new in some of them only
+KERNELS = ("residual kernels", "Jacobian kernels", "insertion", "factorisation", "solve")  # what the floor is made of
+PARTS = (*KERNELS, "packing", "SNES and Python", "time scheme", "record")
 
 
 def typical(function, count: int = 60) -> float:
@@ -40,7 +44,12 @@ def typical(function, count: int = 60) -> float:
         begin = time.process_time()
         function()
         times.append(time.process_time() - begin)
-    return float(np.median(np.sort(times)[: max(1, count // 2)]))
+    return better_half(times)
+
+
+def better_half(times) -> float:
+    """Median of the smaller half."""
+    return float(np.median(np.sort(times)[: max(1, len(times) // 2)]))
 
 
 # -- the parts ---------------------------------------------------------------------------------------------------------
@@ -138,29 +147,51 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
         for _ in range(WARM_UP):
             recorder.add(*next(march))
         counted = _counts(simulation.system)
-        in_steps = in_record = 0.0
+        in_steps, in_record, in_newton = [], [], _clocked(simulation.system)
         done = min(steps, round(scene.time.end / scene.time.step) - WARM_UP)
         for _ in range(done):
             begin = time.process_time()
             step = next(march)
             middle = time.process_time()
             recorder.add(*step)
-            in_steps, in_record = in_steps + middle - begin, in_record + time.process_time() - middle
+            in_steps.append(middle - begin)
+            in_record.append(time.process_time() - middle)
         n_K, n_R, n_J = (now - then for now, then in zip(_counts(simulation.system), counted, strict=True))
         recorder.close()
     row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
     row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
-    row |= _split(parts(simulation, count), n_K, n_R, n_J, done, in_steps, in_record)
+    seconds = [_of_step(times) for times in (in_newton, in_steps, in_record)]
+    row |= _split(parts(simulation, count), n_K, n_R, n_J, done, *seconds)
     simulation.problem.destroy()
     return row
+
+
+def _clocked(system):
+    """Seconds of every solve from now on."""
+    solve, times = system.solve, []
+
+    def clocked():
+        begin = time.process_time()
+        iterations = solve()
+        times.append(time.process_time() - begin)
+        return iterations
+
+    system.solve = clocked
+    return times
+
+
+def _of_step(times):
+    """Seconds of a step."""
+    groups = np.array_split(times, max(1, len(times) // GROUP))
+    return better_half([group.mean() for group in groups])
 
 
 def _counts(system):
     return system.iterations_total, system.residuals_total, system.jacobians_total
 
 
-def _split(part, n_K, n_R, n_J, steps, in_steps, in_record):
-    """Microseconds per Newton iteration."""
+def _split(part, n_K, n_R, n_J, steps, of_newton, of_step, of_record):
+    """Microseconds per Newton iteration; of_newton, of_step, of_record: seconds per step."""
     R, J = n_R / n_K, n_J / n_K
     split = {
         "residual kernels": R * part["residual kernels"],
@@ -172,15 +203,17 @@ def _split(part, n_K, n_R, n_J, steps, in_steps, in_record):
     floor = sum(split.values())
     packing = R * part["packing of a residual"] + J * part["packing of a Jacobian"]
     split["packing"] = packing + steps / n_K * part["packing of a solve"]
-    total = in_steps / n_K
-    split["SNES and Python"] = total - sum(split.values())
-    split["record"] = in_record / n_K
+    newton = of_newton * steps / n_K
+    split["SNES and Python"] = newton - sum(split.values())
+    split["time scheme"] = (of_step - of_newton) * steps / n_K
+    split["record"] = of_record * steps / n_K
     microseconds = {name: 1e6 * seconds for name, seconds in split.items()}
     return microseconds | {
-        "total": 1e6 * (total + in_record / n_K),
+        "total": 1e6 * sum(split.values()),
         "floor": 1e6 * floor,
-        "ratio": total / floor,
-        "milliseconds per step": 1e3 * (in_steps + in_record) / steps,
+        "ratio": newton / floor,
+        "ratio of a step": sum(split.values()) / floor,
+        "milliseconds per step": 1e3 * (of_step + of_record),
     }
 
 
@@ -204,8 +237,9 @@ def run(folder: Path, name: str, steps: int) -> None:
     versions = ", ".join(f"{key} {value}" for key, value in compat.versions().items())
     notes = [
         *(
-            f"{row['jacobian']} Jacobians: {row['total']:.0f} us per Newton iteration, {row['ratio']:.2f} times the "
-            f"floor of {row['floor']:.0f} us; {row['milliseconds per step']:.2f} ms per step"
+            f"{row['jacobian']} Jacobians: a Newton iteration takes {row['ratio']:.2f} times its floor of "
+            f"{row['floor']:.0f} us, with all that a step does besides {row['ratio of a step']:.2f} times; "
+            f"{row['milliseconds per step']:.2f} ms per step"
             for row in rows
         ),
         f"{rows[0]['unknowns']} unknowns, {rows[0]['steps']} steps; {versions}",
@@ -225,10 +259,10 @@ def figure(rows: list[dict]):
     with matplotlib.rc_context(STYLE):
         fig = new_figure(PAGE, 2.2)
         axes = fig.add_subplot()
-        names = [name for name in (*PARTS[:5], "packing", "SNES and Python", "record") if name in rows[0]]
+        names = [name for name in PARTS if name in rows[0]]
         for k, row in enumerate(rows):
             left = 0.0
-            for name, color in zip(names, [*list(COLORS.values())[:6], "0.5", "0.8"], strict=False):
+            for name, color in zip(names, [*list(COLORS.values())[:6], "0.4", "0.6", "0.8"], strict=False):
                 axes.barh(k, row[name], left=left, height=0.6, color=color, label=name if k == 0 else None)
                 left += row[name]
             axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)
