@@ -78,7 +78,7 @@ def _from_equilibrium(problem) -> Start:
         start.mooring = u[problem.mooring_slice].copy()
     if problem.buoy:
         pose = u[problem.state_part.slice]
-        start.position, start.quaternion = pose[:3].copy(), pose[3:].copy()
+        start.position, start.quaternion = pose[:3].copy(), pose[3:] / np.linalg.norm(pose[3:])
     problem.destroy()
     return start
 

@@ -316,14 +316,18 @@ class System:
         """Stop when the error that the next increment would remove is below `tolerance` of the typical sizes.
 
         The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds it;
-        where the residual shrinks more slowly than the increment (near a singular state), its ratio counts.
+        where the residual shrinks more slowly than the increment (near a singular state), its ratio counts.  Where the
+        line search damped the increment, the one that Newton asked for counts.
         """
         if not np.isfinite(norms[2]):
             return PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
         if iteration == 0:
             self._last_increment, self._last_norm = None, norms[2]
             return PETSc.SNES.ConvergedReason.ITERATING
-        increment = snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY)
+        update = snes.getSolutionUpdate()
+        increment = update.norm(PETSc.NormType.NORM_INFINITY)
+        if increment > 0:
+            increment *= max(1.0, norms[1] / update.norm())  # norms[1] is that of the undamped increment
         shrinking, ratio = 0.0, 1.0
         if self._last_increment is not None:
             shrinking = increment / max(self._last_increment, 1e-300)
@@ -411,11 +415,16 @@ class System:
             self.age.keep = True
 
     def _stalled_at_rounding(self, reason):
-        """The line search found nothing better because the residual is rounding noise already: the step that it
-        was given is tiny."""
+        """The line search found nothing better because the residual is rounding noise already: the increment that
+        Newton asks for is tiny."""
         if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
             return False
-        return self.snes.getSolutionUpdate().norm(PETSc.NormType.NORM_INFINITY) <= 100 * self.tolerance
+        increment = self.x.duplicate()
+        self.snes.computeFunction(self.x, self._f)
+        self.snes.getKSP().solve(self._f, increment)
+        size = increment.norm(PETSc.NormType.NORM_INFINITY)
+        increment.destroy()
+        return size <= 100 * self.tolerance
 
     def residual_by_block(self):
         """Largest scaled residual of every block at the present Functions."""

@@ -265,3 +265,25 @@ def test_study_writes_table_and_figure_and_says_what_it_saw(tmp_path, monkeypatc
     said = capsys.readouterr().out
     assert "Folded: the two-sided law ends compressed in 3 cases" in said
     assert "Snap, tension-only: largest error at the top" in said
+
+
+@pytest.mark.parametrize(("elements", "force", "end"), [(2, 1e4, 1.0), (3, 10.0, 2.0)])
+def test_a_damped_increment_is_no_sign_of_convergence(elements, force, end):
+    """A chain thrown up in long steps: the line search damps much, and T >= 0, no element too long, all the same."""
+    run = dolfbuoy.simulate(
+        {
+            "cable": {
+                "length": 1.0,
+                "line_density": 1.0,
+                "elements": elements,
+                "slack": "tension-only",
+                "top": {"kind": "free", "force": [0.0, 0.0, force]},
+            },
+            "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0]]},
+            "time": {"step": 1.0, "end": end},
+        }
+    )
+    chord = np.linalg.norm(np.diff(run.cable_position.values, axis=1), axis=-1) * elements
+    assert run.cable_tension.values.min() >= -1e-9 * force
+    assert chord.max() <= 1 + 1e-8
+    assert chord[run.cable_tension.values > 1e-6 * force] == pytest.approx(1.0, abs=1e-8)
