@@ -43,6 +43,7 @@ class Block:
     moving: float = 0.0
     order: int = 1
     rounding: float = 0.0
+    unit: str = ""  # of the unknown
 
     def unknown_size(self, gamma, tolerance):
         """Typical size, enlarged so that `tolerance` times it is not below the rounding noise."""

@@ -221,19 +221,28 @@ class BuoyModel:
 
         if self.dynamic:
             blocks = [
-                Block("buoy position r_C", at(offset, 3), reach, 0.0, reach),
-                Block("buoy momentum p", at(offset + 3, 3), self.mass.mass * speed, force, self.mass.mass * speed),
+                Block("buoy position r_C", at(offset, 3), reach, 0.0, reach, unit="m"),
+                Block(
+                    "buoy momentum p",
+                    at(offset + 3, 3),
+                    self.mass.mass * speed,
+                    force,
+                    self.mass.mass * speed,
+                    unit="N s",
+                ),
                 Block("buoy orientation q_4", at(offset + 6, 4), 1.0, 0.0, 1.0),
-                Block("buoy angular momentum L_C", at(offset + 10, 3), spin, force * arm, spin),
+                Block("buoy angular momentum L_C", at(offset + 10, 3), spin, force * arm, spin, unit="N m s"),
             ]
         else:
             blocks = [
-                Block("buoy position r_C", at(offset, 3), reach, force),
+                Block("buoy position r_C", at(offset, 3), reach, force, unit="m"),
                 Block("buoy orientation q_4", at(offset + 3, 1), 1.0, 1.0),
                 Block("buoy torque balance", at(offset + 4, 3), 1.0, force * arm),
             ]
         if self.mooring is not None:
-            blocks.append(Block("mooring point r_O", at(mooring_offset, 3), reach, reach))
+            blocks.append(Block("mooring point r_O", at(mooring_offset, 3), reach, reach, unit="m"))
             mass = self.mass.mass
-            blocks.append(Block("mooring force T_O", at(mooring_offset + 3, 3), force, reach, rounding=mass * reach))
+            blocks.append(
+                Block("mooring force T_O", at(mooring_offset + 3, 3), force, reach, rounding=mass * reach, unit="N")
+            )
         return blocks

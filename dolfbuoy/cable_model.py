@@ -195,11 +195,11 @@ class CableModel:
         L, h = self.section.length, np.diff(self.nodes).min()
         rounding = self.section.line_density * h * L
         blocks = [
-            Block("cable position", self.node_dofs.ravel(), L, force, self.section.line_density * h * L, 2),
-            Block("cable tension", self.T_dofs.ravel(), force, h, rounding=rounding),
+            Block("cable position", self.node_dofs.ravel(), L, force, self.section.line_density * h * L, 2, unit="m"),
+            Block("cable tension", self.T_dofs.ravel(), force, h, rounding=rounding, unit="N"),
         ]
         if self.mean_dofs is not None:
-            blocks.append(Block("cable mean tension", self.mean_dofs, force, force * h, rounding=rounding))
+            blocks.append(Block("cable mean tension", self.mean_dofs, force, force * h, rounding=rounding, unit="N"))
         return blocks
 
     def set_shape(self, u, position, tension):

@@ -146,6 +146,10 @@ def _equilibrium(scene, report):
         offset = math.hypot(x - scene.anchor[0], y - scene.anchor[1])
         report.add("equilibrium: offset of C from the anchor", offset, "m")
         report.add("equilibrium: C above still water", z, "m")
+    tolerance = scene.solver.step_tolerance
+    for block in (block for block in problem.system.blocks if block.unit):
+        size = tolerance * block.unknown_size(1.0, tolerance)
+        report.add(f"tolerance of {block.name}", size, block.unit)
     problem.destroy()
 
 

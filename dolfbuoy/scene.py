@@ -267,7 +267,7 @@ class Solver(Section):
     step_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-9
     quadrature_degree: Annotated[int, Field(ge=1, le=30)] | None = None
     keep_jacobian: bool = True  # runs: a matrix serves as long as Newton converges fast with it
-    hull_cells: Annotated[int, Field(ge=1, le=1000)] = 24
+    hull_cells: Annotated[int, Field(ge=1, le=1000)] = 48
     hull_quadrature_degree: Annotated[int, Field(ge=1, le=30)] = 9
 
 
