@@ -5,6 +5,7 @@ import pytest
 from dynamics_helpers import rates, running
 
 from dolfbuoy import load_scene
+from dolfbuoy.consistent import make_consistent
 from dolfbuoy.observe import effects
 from dolfbuoy.schemes import Predictor, make_scheme
 from dolfbuoy.statics import solve_equilibrium
@@ -35,7 +36,7 @@ def release(simulation):
     s = cable.node_s
     u[cable.node_dofs[:, 0]] = s + AMPLITUDE * np.sin(K * s)
     simulation._reset(u, np.zeros_like(u))
-    simulation._make_consistent(u.copy())
+    make_consistent(simulation)
     simulation.predictor = Predictor()
     simulation.predictor.add(0.0, u)
 
