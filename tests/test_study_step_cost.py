@@ -1,0 +1,67 @@
+"""Study step-cost: its parts add up, its counts are those of the run, and what it refuses."""
+
+import json
+
+import pytest
+from dynamics_helpers import MOORED, merged
+
+from dolfbuoy import load_scene
+from dolfbuoy.cli import app
+from dolfbuoy.errors import InputError
+from dolfbuoy.studies import step_cost
+
+SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 2.0, "step": 0.01})
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """The row with new Jacobians and the one with kept ones."""
+    scene = load_scene(SCENE)
+    return [step_cost.measure(scene, 60, keep, count=10) for keep in (False, True)]
+
+
+def test_parts_add_up(rows):
+    """Kernels and factorisation are the floor; with all the rest they are a step."""
+    for row in rows:
+        assert row["floor"] == pytest.approx(sum(row[name] for name in step_cost.KERNELS))
+        assert row["total"] == pytest.approx(sum(row[name] for name in step_cost.PARTS))
+        assert row["milliseconds per step"] == pytest.approx(1e-3 * row["total"] * row["iterations"])
+        assert row["ratio of a step"] == pytest.approx(row["total"] / row["floor"])
+        assert 0 < row["ratio"] < row["ratio of a step"]
+
+
+def test_counts(rows):
+    """Every iteration has its residual, and every solve one before the first; new Jacobians: one in every iteration."""
+    new, kept = rows
+    assert new["jacobians"] == new["iterations"]
+    assert kept["jacobians"] < 0.7 * kept["iterations"]
+    for row in rows:
+        assert row["steps"] == 60
+        assert row["residuals"] >= row["iterations"] + 1
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"time": None}, "Missing section"),
+        ({"time__end": 0.5}, "at least 100 equal steps"),
+        ({"time__tolerance": 1e-3}, "equal steps"),
+    ],
+)
+def test_what_it_refuses(change, said, tmp_path):
+    """Scenes without steps of one size to measure."""
+    file = tmp_path / "scene.toml"
+    load_scene(SCENE, **change).save(file)
+    with pytest.raises(InputError, match=said):
+        step_cost.run(tmp_path, file, 60)
+
+
+def test_command(tmp_path, capsys):
+    """It prints the table and saves rows and figure."""
+    file = tmp_path / "scene.toml"
+    load_scene(SCENE).save(file)
+    app(["study", "step-cost", str(file), "--out", str(tmp_path / "out")], standalone_mode=False)
+    assert "times its floor" in capsys.readouterr().out
+    saved = json.loads((tmp_path / "out" / "step_cost_scene.json").read_text())
+    assert [row["jacobian"] for row in saved["rows"]] == ["new", "kept"]
+    assert (tmp_path / "out" / "step_cost_scene.png").stat().st_size > 10_000
