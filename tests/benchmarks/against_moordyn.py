@@ -149,8 +149,8 @@ class Comparison:
         numerics = {"segments": n, "scheme": self.scheme, "step": run["step"]}
         whole = run["cpu_per_second"] * runs.END
         end = runs.END
-        if self.stiffness > 1 or self.options.quick:  # cost is proportional to simulated time
-            end = runs.END * min(1.0, self.options.repeat_seconds / whole)
+        if whole > 4 * self.options.repeat_seconds:  # cost is proportional to simulated time
+            end = runs.END * self.options.repeat_seconds / whole
         time = self.ask("time", end=end, numerics=numerics, repeats=self.options.repeats)
         notes = [known] if known else []
         notes += [f"timed on {end:.3g} s"] if end < runs.END else []
@@ -257,7 +257,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="short cable, EA x 1 and 100, one repeat")
     parser.add_argument("--repeats", type=int, help="timed runs [5, quick 1]")
     parser.add_argument("--budget", type=float, help="CPU seconds of a run of MoorDyn for its accuracy [150, quick 15]")
-    parser.add_argument("--repeat-seconds", type=float, default=8.0, help="of a repeat at EA x 100 and more")
+    parser.add_argument("--repeat-seconds", type=float, default=8.0, help="of a repeat that would take four times as long")
     options = parser.parse_args()
     options.repeats = options.repeats or (1 if options.quick else 5)
     machine.wide_tables()
