@@ -257,7 +257,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="short cable, EA x 1 and 100, one repeat")
     parser.add_argument("--repeats", type=int, help="timed runs [5, quick 1]")
     parser.add_argument("--budget", type=float, help="CPU seconds of a run of MoorDyn for its accuracy [150, quick 15]")
-    parser.add_argument("--repeat-seconds", type=float, default=8.0, help="of a repeat that would take four times as long")
+    parser.add_argument("--repeat-seconds", type=float, default=8.0, help="of a repeat, if a run takes four times it")
     options = parser.parse_args()
     options.repeats = options.repeats or (1 if options.quick else 5)
     machine.wide_tables()
