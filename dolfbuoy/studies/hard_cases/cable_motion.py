@@ -94,7 +94,9 @@ def whip(found):
 def falling_chain(found):
     L, d, down = 2.0, 0.1, 0.75  # the fold, d wide, is resolved by the elements
     depth = math.sqrt(L**2 / 4 - d**2 / 4)
-    scene = with_(CHAIN, cable={"length": L, "elements": 80}, time={"end": 0.53, "step": 5e-4, "output_every": 0.002})
+    # the end whips at last: generalized-alpha of radius 0.8 keeps the jumps of the tension, and no step is small enough
+    time = {"end": 0.53, "step": 5e-4, "output_every": 0.002, "scheme": "bdf2"}
+    scene = with_(CHAIN, cable={"length": L, "elements": 80}, time=time)
     scene["initial"]["points"] = [[0.0, 0.0, 0.0], [d / 2, 0.0, -depth], [d, 0.0, 0.0]]
     record = run(scene)
     found.finite(record)
