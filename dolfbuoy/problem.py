@@ -61,7 +61,7 @@ class Problem:
         c = self.cable
         T = self.system.u[c.T_dofs if c.mean_dofs is None else c.mean_dofs]
         stretch = 1 + combined(self.comm, T.min(initial=0.0), MPI.MIN) / float(c.cable.EA.value)
-        return None if stretch >= 0 else f"the cable is turned inside out: a stretch of {stretch:.3g}"
+        return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
 
     def _find_buoy_rank(self):
         if self.cable is None:
