@@ -361,3 +361,19 @@ def test_faults_of_an_equilibrium_are_said():
     coarse = fixed_at(0.01, 0.8, 7)
     (fold,) = static_warnings(solve_static(coarse), coarse)
     assert "A fold of the cable is not resolved: elements 1 to 2 (s = 0 ... 0.2857 m)" in fold
+
+
+@pytest.mark.parametrize("strain_form", ["paper", "energy"])
+def test_no_element_is_turned_inside_out(strain_form):
+    """|r'| = |1 + e| has the root 1 + e = -1/2 too, T = -150 N; a straight element of half its length has T = -50 N."""
+    cable = {
+        "length": 1.0,
+        "line_density": 1.0,
+        "elements": 1,
+        "axial_stiffness": 100.0,
+        "strain_form": strain_form,
+        "top": {"kind": "fixed", "position": [0.5, 0.0, 0.0]},
+    }
+    record = solve_static({"cable": cable})
+    assert record.cable_tension.values == pytest.approx(-50.0, rel=1e-9)
+    assert record.end_tension.values == pytest.approx([-50.0, 0.0, 9.81 / 2], rel=1e-9)
