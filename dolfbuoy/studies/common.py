@@ -5,6 +5,7 @@ MPI.COMM_SELF, and `figure(rows)`.  The rows are the same for any number of rank
 """
 
 import csv
+import functools
 import hashlib
 import json
 import math
@@ -20,6 +21,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from .. import forms
 from ..errors import InputError, SolveError
 
 
@@ -28,10 +30,10 @@ def evaluate_all(
 ) -> list[dict] | None:
     """[{**case, **evaluate(case)}, ...] in the order of the cases; None on all ranks but 0.
 
-    A case that was finished before is read from `folder`/cases.  With `mpirun -n N` the others are spread over the
-    ranks: each takes the next case that no other has taken, until none is left.  structure(case): what decides which
-    forms are compiled; one case of each is evaluated first, by one rank, so that no two ranks compile the same form at
-    once.  What one rank raises is raised by all.
+    A case that the same program finished before is read from `folder`/cases.  With `mpirun -n N` the others are spread
+    over the ranks: each takes the next case that no other has taken, until none is left.  structure(case): what decides
+    which forms are compiled; one case of each is evaluated first, by one rank, so that no two ranks compile the same
+    form at once.  What one rank raises is raised by all.
     """
     comm, store = MPI.COMM_WORLD, Path(folder) / "cases"
     files = [store / f"{_key(case)}.json" for case in cases]
@@ -99,8 +101,16 @@ def _raise_together(comm, function, *arguments):
         raise error if comm.size == 1 else errors[0]
 
 
+@functools.cache
+def _program():
+    """Changes with the sources and the shipped scenes: what another program computed does not count."""
+    roots = [Path(__file__).parents[1], Path(forms.__file__).parent]  # apart in a source tree
+    files = sorted({file for root in roots for kind in ("*.py", "*.toml") for file in root.rglob(kind)})
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
+
+
 def _key(case):
-    return hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:20]
+    return hashlib.sha256((_program() + json.dumps(case, sort_keys=True)).encode()).hexdigest()[:20]
 
 
 def _write_json(path, value):
