@@ -195,7 +195,7 @@ class System:
     def _apply_options(self):
         """Line search and the scene's own PETSc options, under a prefix of this system's own.
 
-        They stay in the database until a solve has ended: solvers within a preconditioner read theirs only then.
+        The scene's stay in the database until a solve has ended: solvers within a preconditioner read theirs only then.
         """
         prefix, db = f"dolfbuoy_{id(self)}_", PETSc.Options()
         options = {"snes_linesearch_type": "bt", **self.options}
@@ -208,6 +208,8 @@ class System:
         except PETSc.Error as error:
             self._forget_options()
             raise self._refused(error) from None
+        if not self.options:
+            self._forget_options()
 
     def _forget_options(self):
         db = PETSc.Options()
@@ -457,6 +459,7 @@ class System:
 
     def destroy(self):
         """Give PETSc's objects back (sweeps make many systems)."""
+        self._forget_options()
         self._forget_options()
         views = list(self._views.values())
         for item in [self.snes, *views, self.A, self.x, self._f, self._row_scale, self._unknown_scale, self.lgmap]:
