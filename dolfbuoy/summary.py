@@ -34,19 +34,19 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     return rows
 
 
-#: Elements of a cable from which on two ranks are faster than one (`tests/benchmarks/scaling.py strong`).
-SHARING_PAYS_FROM = 100_000
+#: Elements of a cable up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).
+SHARING_SLOWER_TO = 100_000
 
 
 def sharing_note(scene, ranks: int) -> str | None:
     """A sentence if one rank would run this scene faster than so many; None if not."""
     elements = scene.cable.elements if scene.cable else 0
     cells = elements if isinstance(elements, int) else int(sum(count for _, count in elements))
-    if ranks == 1 or cells >= SHARING_PAYS_FROM:
+    if ranks == 1 or cells > SHARING_SLOWER_TO:
         return None
     return (
-        f"Note: one rank runs this scene faster than {ranks}: sharing a cable pays from about {SHARING_PAYS_FROM:,} "
-        f"elements on, and here are {cells:,}. Ranks do pay in sweep and study, which spread their cases."
+        f"Note: one rank runs this scene faster than {ranks}: up to {SHARING_SLOWER_TO:,} elements sharing a cable "
+        f"does not pay, and here are {cells:,}. Ranks do pay in sweep and study, which spread their cases."
     )
 
 

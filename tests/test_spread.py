@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from dolfbuoy import load_scene
-from dolfbuoy.summary import SHARING_PAYS_FROM, sharing_note
+from dolfbuoy.summary import SHARING_SLOWER_TO, sharing_note
 
 SCRIPT = """
 import json, sys, time
@@ -69,5 +69,5 @@ def test_note_about_ranks_that_do_not_pay():
     assert sharing_note(scene, 1) is None
     assert "20" in sharing_note(scene, 2)
     assert sharing_note(load_scene("free-buoy"), 2)
-    large = [[11.0, SHARING_PAYS_FROM - 5], [11.0, 5]]
+    large = [[11.0, SHARING_SLOWER_TO], [11.0, 5]]
     assert sharing_note(load_scene(scene, cable__elements=large), 2) is None
