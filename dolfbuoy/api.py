@@ -12,6 +12,7 @@ from . import checkpoint, results
 from .dynamics import Simulation
 from .errors import InputError
 from .observe import Observer, attributes
+from .ranks import told
 from .scene import Scene, load_scene
 from .statics import solve_equilibrium
 
@@ -31,13 +32,9 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
     if problem.cable:
         values |= observer.frame()
     values["newton_iterations"] = problem.iterations
-    values["smallest_tension"] = problem.smallest_tension() if problem.cable else None
-    smallest = values.pop("smallest_tension")
-    info = (
-        attributes(problem)
-        | {"route": problem.route}
-        | ({"smallest_tension_N": smallest} if smallest is not None else {})
-    )
+    info = attributes(problem) | {"route": problem.route}
+    if problem.cable:
+        info["smallest_tension_N"] = problem.smallest_tension()
     problem.destroy()
     if comm.rank != 0:
         return xr.Dataset()
@@ -135,8 +132,7 @@ class Recorder:
             self._next_frame = self.interval * (np.floor((sim.t + tolerance) / self.interval) + 1)
         if self.root:
             self.record.add(values)
-        due = clock.monotonic() > self._next_save
-        if due if sim.comm.size == 1 else sim.comm.bcast(due):
+        if told(sim.comm, clock.monotonic() > self._next_save):
             self.save()
 
     def save(self):

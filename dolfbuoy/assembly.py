@@ -62,7 +62,7 @@ class Values:
 
     def __init__(self, parts=()):
         self._places = {id(part.function): slice(1 + part.offset, 1 + part.slice.stop) for part in parts}
-        self._functions = [(slice(1 + part.offset, 1 + part.slice.stop), part.values) for part in parts]
+        self._functions = [(self._places[id(part.function)], part.values) for part in parts]
         self.unknowns = slice(1, 1 + max((part.slice.stop for part in parts), default=0))
         self.array = np.zeros(self.unknowns.stop)
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from . import compat
 from .assembly import Contribution, Part
+from .ranks import told
 
 
 class Observer:
@@ -29,7 +30,7 @@ class Observer:
             values["tension_anchor"] = problem.anchor_tension()
         if problem.scene.buoy:
             mine = self._buoy_values() if problem.buoy else None
-            values.update(mine if self.comm.size == 1 else self.comm.bcast(mine, root=problem.buoy_rank))
+            values.update(told(self.comm, mine, problem.buoy_rank))
         return values
 
     def _buoy_values(self):

@@ -10,7 +10,7 @@ from .assembly import Block, Part
 from .buoy_model import BuoyModel
 from .cable_model import TOP, CableModel
 from .errors import InputError
-from .ranks import combined
+from .ranks import combined, told
 from .slack import TensionOnlySystem
 from .system import System
 
@@ -183,7 +183,7 @@ class Problem:
         """
         if self.mooring_slice:
             mine = -self.system.u[self.mooring_slice][3:] if self.buoy else None
-            return mine if self.comm.size == 1 else self.comm.bcast(mine, root=self.buoy_rank)
+            return told(self.comm, mine, self.buoy_rank)
         if self.cable.top_kind == "free":
             return np.array(self.scene.cable.top.force)
         residual = self.system.evaluate() if fresh else self.system.last_residual

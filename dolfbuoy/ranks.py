@@ -28,6 +28,11 @@ def combined(comm, value, op):
     return value if comm.size == 1 else comm.allreduce(value, op=op)
 
 
+def told(comm, value, root=0):
+    """bcast; one rank alone keeps its value."""
+    return value if comm.size == 1 else comm.bcast(value, root=root)
+
+
 def end(say, code: int) -> None:
     """Leave the program with an error; does not return.
 

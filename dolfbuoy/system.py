@@ -250,14 +250,12 @@ class System:
 
     def _read_functions(self, contributions):
         self._values.read()
-        for contribution in contributions:
-            contribution.read_constants()
-            contribution.refresh()
+        _read_constants(contributions)
+        _read_coefficients(contributions)
 
     def _refresh(self, contributions):
         self._values.array[self._values.unknowns] = self.u
-        for contribution in contributions:
-            contribution.refresh()
+        _read_coefficients(contributions)
 
     def _assemble_residual(self):
         self._b[:] = 0
@@ -381,9 +379,10 @@ class System:
         self.age.judge_solve(iterations)
         self._read(self.x)
         self.publish()
-        fault = self.fault()
         if reason < 0 and not self._stalled_at_rounding(reason):
             fault = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
+        else:
+            fault = self.fault()
         if fault:
             self.u[:] = before
             self.publish()
@@ -460,7 +459,6 @@ class System:
     def destroy(self):
         """Give PETSc's objects back (sweeps make many systems)."""
         self._forget_options()
-        self._forget_options()
         views = list(self._views.values())
         for item in [self.snes, *views, self.A, self.x, self._f, self._row_scale, self._unknown_scale, self.lgmap]:
             item.destroy()
@@ -471,6 +469,11 @@ class System:
 def _read_constants(contributions):
     for contribution in contributions:
         contribution.read_constants()
+
+
+def _read_coefficients(contributions):
+    for contribution in contributions:
+        contribution.refresh()
 
 
 def _dofs_per_cell(space):

@@ -15,10 +15,6 @@ from ufl.algorithms import expand_derivatives
 from dolfbuoy import compat
 
 
-def _compile(form):
-    return compat.compile_form(form)
-
-
 def _free_of_degree(form):
     return ufl.Form([integral.reconstruct(metadata={}) for integral in form.integrals()])
 
@@ -31,7 +27,7 @@ class PlainNewton:
         self.parts, residuals = problem._parts()
         if estimated:
             residuals = [(part, _free_of_degree(form)) for part, form in residuals]
-        self.vectors = [(part, _compile(form)) for part, form in residuals]
+        self.vectors = [(part, compat.compile_form(form)) for part, form in residuals]
         self.blocks = list(self._blocks(residuals))
         self.ksp = PETSc.KSP().create(PETSc.COMM_SELF)
         self.ksp.setType("preonly")
@@ -44,7 +40,7 @@ class PlainNewton:
                 if column.function in form.coefficients():
                     derivative = ufl.derivative(form, column.function, column.trial)
                     if not expand_derivatives(derivative).empty():
-                        yield row, column, _compile(derivative)
+                        yield row, column, compat.compile_form(derivative)
 
     def residual(self):
         """Residual of all local unknowns."""

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from .. import forms
+from .. import forms, meshes
 from ..errors import InputError, SolveError
 
 
@@ -102,15 +102,15 @@ def _raise_together(comm, function, *arguments):
 
 
 @functools.cache
-def _program():
+def fingerprint() -> str:
     """Changes with the sources and the shipped scenes: what another program computed does not count."""
-    roots = [Path(__file__).parents[1], Path(forms.__file__).parent]  # apart in a source tree
+    roots = [Path(__file__).parents[1], *(Path(m.__file__).parent for m in (forms, meshes))]  # apart in a source tree
     files = sorted({file for root in roots for kind in ("*.py", "*.toml") for file in root.rglob(kind)})
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def _key(case):
-    return hashlib.sha256((_program() + json.dumps(case, sort_keys=True)).encode()).hexdigest()[:20]
+    return hashlib.sha256((fingerprint() + json.dumps(case, sort_keys=True)).encode()).hexdigest()[:20]
 
 
 def _write_json(path, value):

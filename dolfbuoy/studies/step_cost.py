@@ -259,10 +259,9 @@ def figure(rows: list[dict]):
     with matplotlib.rc_context(STYLE):
         fig = new_figure(PAGE, 2.2)
         axes = fig.add_subplot()
-        names = [name for name in PARTS if name in rows[0]]
         for k, row in enumerate(rows):
             left = 0.0
-            for name, color in zip(names, [*list(COLORS.values())[:5], "0.45", "0.6", "0.75", "0.88"], strict=False):
+            for name, color in zip(PARTS, [*list(COLORS.values())[:5], "0.45", "0.6", "0.75", "0.88"], strict=True):
                 axes.barh(k, row[name], left=left, height=0.6, color=color, label=name if k == 0 else None)
                 left += row[name]
             axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)

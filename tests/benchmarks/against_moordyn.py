@@ -21,7 +21,7 @@ from comparison import draw, table, write_markdown
 from store import kept
 
 from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies.common import save, show
+from dolfbuoy.studies.common import fingerprint, save, show
 
 ACCURACIES = (0.01, 0.001)
 #: Times that dolfbuoy is meant to be faster, by factor of EA.
@@ -47,7 +47,7 @@ class Comparison:
     def ask(self, what, end=None, **case):
         """Result of one run, kept on disk; those of dolfbuoy only as long as its sources do not change."""
         own = what in ("dolfbuoy", "advise") or (what == "time" and "numerics" not in case)
-        version = {"sources": machine.fingerprint()} if own else {}
+        version = {"sources": fingerprint()} if own else {}
         case = {"what": what, "cable": self.cable, "stiffness": self.stiffness, "end": end or self.until, **case}
         return kept(runs.evaluate, case | version, self.options.out, announce)
 

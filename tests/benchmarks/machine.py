@@ -1,18 +1,13 @@
-"""Where a benchmark ran: processor, cores, versions; and what its results depend on."""
+"""Where a benchmark ran: processor, cores, versions."""
 
 import contextlib
-import functools
-import hashlib
 import importlib.metadata as metadata
 import os
 import platform
 import sys
 from pathlib import Path
 
-import dolfbuoy
 from dolfbuoy import compat
-
-ROOT = Path(dolfbuoy.__file__).parent.parent
 
 
 def description() -> dict[str, str]:
@@ -41,10 +36,3 @@ def _processor():
     except OSError:
         return platform.processor()
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "unknown")
-
-
-@functools.cache
-def fingerprint() -> str:
-    """Changes with the program's sources: a kept result of other sources does not count."""
-    files = sorted(f for folder in ("dolfbuoy", "forms", "meshes") for f in (ROOT / folder).rglob("*.py"))
-    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:12]

@@ -30,7 +30,7 @@ from dolfbuoy.api import solve_static
 from dolfbuoy.scene import Scene, load_scene
 from dolfbuoy.studies import accuracy as acc
 from dolfbuoy.studies.advise import advise
-from dolfbuoy.studies.common import save
+from dolfbuoy.studies.common import fingerprint, save
 
 ACCURACIES = (0.01, 0.001)
 AIM = 10.0
@@ -155,7 +155,7 @@ class Comparison:
     def ask(self, what, end=None, **case):
         """Result of one run, kept on disk; those of dolfbuoy only as long as its sources do not change."""
         own = what in ("dolfbuoy", "advise") or (what == "time" and "numerics" not in case)
-        version = {"sources": machine.fingerprint()} if own else {}
+        version = {"sources": fingerprint()} if own else {}
         case = {"what": what, "cable": self.cable, "end": end or self.until, **case}
         return kept(evaluate, case | version, self.options.out, lambda c: print(c, file=sys.stderr, flush=True))
 

@@ -23,7 +23,7 @@ import numpy as np
 from store import kept
 
 from dolfbuoy.plot_style import COLORS, PAGE, STYLE, new_figure
-from dolfbuoy.studies.common import save, show
+from dolfbuoy.studies.common import fingerprint, save, show
 
 #: Linear solvers of the steps, by name: PETSc options (the equilibrium is found with the default one).
 SOLVERS = {
@@ -298,7 +298,7 @@ def main():
 
     def ask(**case):
         do = evaluate_sweep if "sweep" in case else evaluate
-        found = kept(do, case | {"sources": machine.fingerprint()}, options.out, lambda c: print(c, file=sys.stderr))
+        found = kept(do, case | {"sources": fingerprint()}, options.out, lambda c: print(c, file=sys.stderr))
         return case | found
 
     for name in options.studies or STUDIES:
