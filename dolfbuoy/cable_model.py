@@ -1,5 +1,7 @@
 """The cable of a scene on its mesh: spaces, constants and residual."""
 
+import math
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -19,8 +21,8 @@ def top_position(top, t):
     """r_bnd(t) of the scene's section cable.top, fixed or prescribed [m]."""
     position = np.array(top.position)
     if top.kind == "prescribed":
-        angle = 2 * np.pi * t / top.period + np.radians(top.phase_deg)
-        position = position + np.array(top.amplitude) * ramp(t, top.ramp) * np.sin(angle)
+        angle = 2 * math.pi * t / top.period + math.radians(top.phase_deg)
+        position += (ramp(t, top.ramp) * math.sin(angle)) * np.array(top.amplitude)
     return position
 
 
@@ -170,9 +172,10 @@ class CableModel:
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        u[self.anchor_dofs.reshape(-1, 3)] = self.scene.anchor
-        if self.top_kind in ("fixed", "prescribed"):
-            u[self.top_dofs.reshape(-1, 3)] = self.top_position(t)
+        if len(self.anchor_dofs):
+            u[self.anchor_dofs] = self.scene.anchor
+        if self.top_kind in ("fixed", "prescribed") and len(self.top_dofs):
+            u[self.top_dofs] = self.top_position(t)
 
     def elimination_order(self):
         """Free owned dofs along the cable, each tension after the positions that it constrains.

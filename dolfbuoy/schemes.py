@@ -8,7 +8,7 @@ Constraints hold at t_(n+1).  The problem is a differential-algebraic system of 
 derivative in disguise, which is why starts and changes of step are handled with care here.
 """
 
-from math import comb
+from math import comb, prod
 
 import numpy as np
 
@@ -200,7 +200,8 @@ class GeneralizedAlpha(Scheme):
         am, af, g = self.alpha_m, self.alpha_f, self.gamma
         b, rate = series.auxiliary, series.rate
         slope = am / (af * g * step)
-        return slope, -slope * series.values[0] + ((1 - am - am * (1 - g) / g) * b - (1 - af) * rate) / af
+        of_b, of_rate = (1 - am / g) / af, 1 / af - 1
+        return slope, of_b * b - of_rate * rate - slope * series.values[0]
 
     def symbol(self):
         am, af, g = self.alpha_m, self.alpha_f, self.gamma
@@ -208,7 +209,7 @@ class GeneralizedAlpha(Scheme):
 
     def accept(self, series, value, rate):
         g = self.gamma
-        series.auxiliary = ((value - series.values[0]) / series.step - (1 - g) * series.auxiliary) / g
+        series.auxiliary = (value - series.values[0]) * (1 / (g * series.step)) - (1 / g - 1) * series.auxiliary
         super().accept(series, value, rate)
 
 
@@ -224,7 +225,7 @@ class Predictor:
 
     def at(self, t):
         """Value extrapolated to t."""
-        weights = [np.prod([(t - tj) / (ti - tj) for tj in self.times if tj != ti]) for ti in self.times]
+        weights = [prod((t - tj) / (ti - tj) for tj in self.times if tj != ti) for ti in self.times]
         return sum(w * v for w, v in zip(weights, self.values, strict=True))
 
 
