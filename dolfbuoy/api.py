@@ -3,9 +3,9 @@
 import tempfile
 import time as clock
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from mpi4py import MPI
 
 from . import checkpoint, results
@@ -16,8 +16,11 @@ from .ranks import told
 from .scene import Scene, load_scene
 from .statics import solve_equilibrium
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, **overrides) -> xr.Dataset:
+
+def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, **overrides) -> "xr.Dataset":
     """Equilibrium in the mean current, wind and external force, without waves.
 
     out: folder for static.nc and scene.toml.  Returns the record of `results` without time (complete on rank 0).
@@ -37,7 +40,7 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
         info["smallest_tension_N"] = problem.smallest_tension()
     problem.destroy()
     if comm.rank != 0:
-        return xr.Dataset()
+        return results.nothing()
     dataset = results.dataset_of(values, fixed, info)
     if folder is not None:
         with results.replacing(folder / "static.nc") as part:
@@ -53,7 +56,7 @@ def simulate(
     progress=None,
     resume=None,
     **overrides,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Run a scene in time and return its record (complete on rank 0).
 
     out: folder for results.nc, scene.toml and checkpoint.npz, written as the run goes.  progress: called after each
@@ -93,7 +96,7 @@ def _drive(scene, folder, comm, progress, point=None):
             recorder.close()
             if done or comm.size == 1:  # collective: after an error on this rank, the others may be elsewhere
                 simulation.problem.destroy()
-    return results.read(folder / "results.nc") if comm.rank == 0 else xr.Dataset()
+    return results.read(folder / "results.nc") if comm.rank == 0 else results.nothing()
 
 
 class Recorder:

@@ -10,12 +10,15 @@ import shutil
 import time as clock
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import netCDF4
 import numpy as np
-import xarray as xr
 
 from .errors import InputError
+
+if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx, before the first step
+    import xarray as xr
 
 #: name: (dimensions after time or frame, unit, long name)
 SERIES = {
@@ -187,14 +190,25 @@ def _room(columns):
     return size
 
 
-def read(path) -> xr.Dataset:
+def read(path) -> "xr.Dataset":
     """Load a record into memory."""
+    import xarray as xr
+
     with xr.open_dataset(path, decode_times=False) as dataset:
         return dataset.load()
 
 
-def dataset_of(values, fixed, attributes) -> xr.Dataset:
+def nothing() -> "xr.Dataset":
+    """The record on ranks that do not have it."""
+    import xarray as xr
+
+    return xr.Dataset()
+
+
+def dataset_of(values, fixed, attributes) -> "xr.Dataset":
     """A record without time: variables named as in SERIES and FRAMES, without their first dimension."""
+    import xarray as xr
+
     data = {}
     for name, value in {**values, **fixed}.items():
         dimensions, unit, long_name = {**SERIES, **FRAMES, **FIXED}[name]
