@@ -228,4 +228,6 @@ def test_adaptive_runs_meet_their_tolerance(scene, share):
     coarse, _ = error_and_cost(step=end / 200)
     equal, equal_cost = error_and_cost(step=end / round(200 * np.sqrt(coarse / error)))
     assert error / 1.5 < equal < 1.5 * error
-    assert cost < share * equal_cost * np.sqrt(equal / error)
+    measured = cost / (equal_cost * np.sqrt(equal / error))
+    print(f"{measured:.2f} of the Newton iterations of equal steps")
+    assert measured < share
