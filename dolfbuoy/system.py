@@ -9,7 +9,7 @@ and columns.  Unknowns and rows are scaled by typical sizes, so that metres, new
 one norm.
 
 The Jacobian is exact, but need not be of today: while Newton's increments shrink fast with the matrix and the
-factorisation of an earlier iteration or step, these are kept (`JacobianAge`).
+factorisation of an earlier iteration or step, these are kept (`newton.JacobianAge`).
 """
 
 import numpy as np
@@ -18,39 +18,11 @@ from petsc4py import PETSc
 
 from . import compat
 from .assembly import Contribution, Values
-from .errors import InputError, SolveError
+from .errors import SolveError
+from .newton import JacobianAge, SolverOptions, reason_name
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
-
-
-class JacobianAge:
-    """When the matrix of an earlier iteration or step still serves.
-
-    With a kept matrix Newton's increments shrink by a factor instead of squaring.  Such an iteration costs a third of
-    one with a new matrix, or less, so that keeping it pays while the factor is small.
-    """
-
-    SLOW = 0.1  #: shrinking of the increments from which on a new matrix is due
-    MANY = 4  #: iterations of a solve after which the next one begins with a new matrix
-    MARGIN = 0.01  #: part of the tolerance that has to be met, as the last increment does not square the error
-
-    def __init__(self, keep):
-        self.keep = keep
-        self.valid = False  # the matrix at hand may be used
-        self.kept = False  # ... and is not that of the present iterate
-
-    def assembled(self):
-        """The matrix at hand is now that of the present iterate."""
-        self.valid, self.kept = True, False
-
-    def judge(self, ratio):
-        """The increment was `ratio` times the one before it."""
-        self.valid = self.keep and ratio <= self.SLOW
-
-    def judge_solve(self, iterations):
-        """A solve has ended."""
-        self.valid = self.valid and self.keep and iterations < self.MANY
 
 
 class System:
@@ -80,7 +52,7 @@ class System:
         self.size = max((p.offset + p.size for p in parts), default=0)
         self.u = np.zeros(self.size)  # physical values of the local unknowns
         self._b = np.zeros(self.size)
-        self.tolerance, self.options = tolerance, dict(options or {})
+        self.tolerance, self.options = tolerance, SolverOptions(options)
         self.iterations_total = self.residuals_total = self.jacobians_total = self.fallbacks = 0
         self.fault = lambda: None  # says what is wrong with a solution that no physical state can be
         self.age, self._gamma = JacobianAge(keep_jacobian), None
@@ -190,34 +162,7 @@ class System:
         ksp.setType("richardson")
         ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
         ksp.setTolerances(rtol=1e-8, atol=0, max_it=5)
-        self._apply_options()
-
-    def _apply_options(self):
-        """Line search and the scene's own PETSc options, under a prefix of this system's own.
-
-        The scene's stay in the database until a solve has ended: solvers within a preconditioner read theirs only then.
-        """
-        prefix, db = f"dolfbuoy_{id(self)}_", PETSc.Options()
-        options = {"snes_linesearch_type": "bt", **self.options}
-        self.snes.setOptionsPrefix(prefix)
-        self._in_database = [prefix + key for key in options]
-        for key, value in zip(self._in_database, options.values(), strict=True):
-            db[key] = None if value is True else value  # a flag has no value
-        try:
-            self.snes.setFromOptions()
-        except PETSc.Error as error:
-            self._forget_options()
-            raise self._refused(error) from None
-        if not self.options:
-            self._forget_options()
-
-    def _forget_options(self):
-        db = PETSc.Options()
-        while self._in_database:
-            del db[self._in_database.pop()]
-
-    def _refused(self, error):
-        return InputError(f"solver.petsc = {self.options}: PETSc refuses it (error {error.ierr}).")
+        self.options.apply(self.snes)
 
     def _vector(self):
         x = PETSc.Vec().create(self.comm)
@@ -397,12 +342,12 @@ class System:
             reason = self.snes.getConvergedReason()
         except PETSc.Error as error:
             if error.ierr == _UNKNOWN_TYPE:
-                raise self._refused(error) from None
+                raise self.options.refused(error) from None
             if error.ierr != _EXTERNAL_LIBRARY:
                 raise
             reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
         finally:
-            self._forget_options()
+            self.options.forget()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
             self._set_direct_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
         return self.snes.getIterationNumber(), reason
@@ -458,7 +403,7 @@ class System:
 
     def destroy(self):
         """Give PETSc's objects back (sweeps make many systems)."""
-        self._forget_options()
+        self.options.forget()
         views = list(self._views.values())
         for item in [self.snes, *views, self.A, self.x, self._f, self._row_scale, self._unknown_scale, self.lgmap]:
             item.destroy()
@@ -479,9 +424,3 @@ def _read_coefficients(contributions):
 def _dofs_per_cell(space):
     dofmap = space.dofmap
     return len(dofmap.cell_dofs(0)) * dofmap.bs if dofmap.index_map.size_local else 0
-
-
-def reason_name(reason):
-    """PETSc's name of a SNES reason."""
-    names = {v: k for k, v in vars(PETSc.SNES.ConvergedReason).items() if isinstance(v, int)}
-    return names.get(reason, str(reason))
