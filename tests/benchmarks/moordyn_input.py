@@ -14,7 +14,15 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from dolfbuoy.scene import Scene
+from dolfbuoy.sea_state import wavenumber
+
+#: Segments of the rod that is the hull (24 and 48 change nothing).
+ROD = 12
+#: Points of MoorDyn's table of the wave to a period, and to a wave length; it interpolates linearly.
+PER_WAVE = 64
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,7 @@ def write(folder: Path, scene: Scene, numerics: Numerics) -> Path:
     path.write_text(f"{scene.title}\nwritten for a benchmark\n{text}--- need this line ---\n")
     if scene.waves:
         (path.parent / "wave_frequencies.txt").write_text(_wave(scene))
+        (path.parent / "water_grid.txt").write_text(_grid(scene))
     if scene.current:
         (path.parent / "current_profile.txt").write_text(_current(scene))
     return path
@@ -69,7 +78,7 @@ def _body(scene):
     center, inertia = f"0|0|{b.center_of_mass:.14g}", f"{transverse:.14g}|{transverse:.14g}|{axial:.14g}"
     x, y, _ = scene.initial.buoy_position
     body = (1, "Free", x, y, -draft, 0.0, 0.0, 0.0, b.mass, center, inertia, 0.0, 0.0, 0.0)
-    rod = (1, "hull", "Body1", 0.0, 0.0, 0.0, 0.0, 0.0, height, scene.solver.hull_cells, "-")
+    rod = (1, "hull", "Body1", 0.0, 0.0, 0.0, 0.0, 0.0, height, ROD, "-")
     text = _table("BODIES", "ID Attachment X0 Y0 Z0 r0 p0 y0 Mass CG* I* Volume CdA* Ca*", body)
     return text + _table("RODS", "ID RodType Attachment Xa Ya Za Xb Yb Zb NumSegs RodOutputs", rod)
 
@@ -95,16 +104,30 @@ def _options(scene, numerics):
     options |= {"rho": scene.sea.density, "WtrDpth": bed, "kBot": 0, "cBot": 0, "TmaxIC": 0}
     options |= {"disableOutput": 1, "disableOutTime": 1}
     if scene.waves:
-        options |= {"WaveKin": 7, "waveKin_rampT": scene.waves.ramp}
+        options |= {"WaveKin": 2}
     if scene.current:
         options |= {"Currents": 1}
     return "--- OPTIONS ---\n" + "".join(f"{value} {key}\n" for key, value in options.items())
 
 
 def _wave(scene):
-    w = scene.waves
-    omega = 2 * math.pi / w.period
-    return f"0 0 0\n{omega:.14g} {w.size:.14g} 0 {math.radians(w.direction_deg):.14g}\n"
+    """A spectrum with one component; the empty ones up to the last set the steps of its table in time."""
+    assert scene.waves.direction_deg == 0, "the grid resolves waves along x"
+    omega = 2 * math.pi / scene.waves.period
+    rows = ((i * omega, scene.waves.size if i == 1 else 0.0) for i in range(PER_WAVE // 2 + 1))
+    return "".join(f"{frequency:.14g} {amplitude:.14g} 0 0\n" for frequency, amplitude in rows)
+
+
+def _grid(scene):
+    """Points of its table in space: PER_WAVE to a wave length along x and, near the surface, down z; constant in y."""
+    wave, depth = 2 * math.pi / wavenumber(scene), scene.sea.depth
+    ends = sorted((scene.anchor[0], scene.initial.buoy_position[0]))
+    x = np.arange(ends[0] - 0.5 * wave, ends[1] + 0.5 * wave, wave / PER_WAVE)
+    shallow = np.arange(0.0, min(depth, wave / 2), wave / PER_WAVE)
+    deep = np.linspace(shallow[-1], depth, 12)[1:]
+    z = -np.concatenate([shallow, deep])[::-1]
+    lists = ["1\n" + " ".join(f"{value:.6f}" for value in values) for values in (x, (-1e4, 1e4), z)]
+    return "waves\nx, y, z\nkind of list, values\n" + "\n".join(lists) + "\n"
 
 
 def _current(scene):
