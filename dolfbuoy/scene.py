@@ -77,6 +77,16 @@ class Top(Section):
         return self
 
 
+def _from_mesh_file(value):
+    """The name of a line mesh: the lengths of its elements, so that a scene is complete without the file."""
+    if not isinstance(value, str):
+        return value
+    from .meshes import read_nodes
+
+    nodes = read_nodes(value)
+    return [[float(b - a), 1] for a, b in itertools.pairwise(nodes)]
+
+
 class Cable(Section):
     """The cable and its finite elements."""
 
@@ -84,7 +94,7 @@ class Cable(Section):
     line_density: Positive
     diameter: Positive | None = None
     axial_stiffness: Annotated[float, Field(gt=0, allow_inf_nan=True)] = math.inf
-    elements: Annotated[int, Field(gt=0)] | list[Pair] = 20
+    elements: Annotated[Annotated[int, Field(gt=0)] | list[Pair], BeforeValidator(_from_mesh_file)] = 20
     grading: Positive = 1.0
     position_degree: Annotated[int, Field(ge=1, le=8)] = 1
     tension_degree: Annotated[int, Field(ge=0, le=7)] = 0
@@ -431,7 +441,7 @@ def _sentence(error: ValidationError) -> str:
         return f"{key}{value}: {message.removeprefix('Value error, ')}."
     if first["type"] == "model_type":
         return f"{key} = {first['input']!r}: must be a section, a table of keys."
-    unions = {"cable.elements": "or a list of [length, number] of segments"}
+    unions = {"cable.elements": "or a list of [length, number] of segments, or a mesh file"}
     unions["current.profile"] = "or a table [[z, speed], ...]"
     if key in unions:
         message = f"{message} {unions[key]}"

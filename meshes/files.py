@@ -15,9 +15,12 @@ def write_line(path, points, point_data=None, cell_data=None):
 def read_nodes(path):
     """Arc lengths of the nodes of a line mesh file (its x coordinate), sorted.
 
-    Raises ValueError if the file has no line cells or does not start at 0.
+    Raises ValueError if meshio cannot read the file, if it has no line cells or does not start at 0.
     """
-    mesh = meshio.read(path)
+    try:
+        mesh = meshio.read(path)
+    except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, SystemExit) as error:  # it exits at a bad file
+        raise ValueError(f"meshio cannot read {path} ({str(error).rstrip('.') or type(error).__name__})") from None
     lines = [block.data for block in mesh.cells if block.type == "line"]
     if not lines:
         raise ValueError(f"{path} has no line cells")

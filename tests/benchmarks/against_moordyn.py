@@ -26,7 +26,7 @@ from dolfbuoy.studies.common import fingerprint, save, show
 ACCURACIES = (0.01, 0.001)
 #: Times that dolfbuoy is meant to be faster, by factor of EA.
 AIMS = {1.0: 5.0, 100.0: None, 10000.0: 100.0}
-#: Integrators that are tried at EA x 1; the cheapest whose error is not much larger than the others' is used.
+#: Integrators that are tried at EA x 1; the one that is cheapest for its error is used.
 #: Local time steps (LEuler) are the same as Euler on one line.
 INTEGRATORS = ("Euler", "Heun", "RK2", "RK4", "Midpoint3", "Midpoint5", "BEuler5", "ACA5", "Wilson5")
 #: Segments at which integrators are compared, and from which the search for their number starts.
@@ -81,7 +81,8 @@ class Comparison:
         return self.ask("moordyn", segments=int(segments), scheme=scheme, budget=self.options.budget)
 
     def choose_integrator(self):
-        """The cheapest integrator whose error is at most 1.2 times the least."""
+        """The integrator with the least product of seconds and error: the first grows with the square of the number of
+        segments, the second shrinks with it."""
         if self.softer is not None:
             self.scheme, self.integrators = self.softer.scheme, []
             return
@@ -98,8 +99,7 @@ class Comparison:
             row = {"cable": self.cable, "integrator": scheme, "segments": n, "step": run["step"], "seconds": seconds}
             rows.append(row | {"error_percent": 100 * error, "remark": ""})
         good = [row for row in rows if "seconds" in row]
-        least = min(row["error_percent"] for row in good)
-        best = min((r for r in good if r["error_percent"] <= 1.2 * least), key=lambda row: row["seconds"])
+        best = min(good, key=lambda row: row["seconds"] * row["error_percent"])
         best["remark"] = "used"
         self.scheme, self.integrators = best["integrator"], rows
 
