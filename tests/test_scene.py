@@ -13,6 +13,7 @@ from dolfbuoy.assembly import Part
 from dolfbuoy.buoy_model import BuoyModel
 from dolfbuoy.cable_model import CableModel
 from dolfbuoy.errors import InputError
+from dolfbuoy.meshes import cable_nodes, write_line
 from dolfbuoy.problem import Problem
 from dolfbuoy.statics import check_feasible
 
@@ -134,6 +135,28 @@ def test_bad_scene_is_refused_in_one_sentence(changes, named):
     assert message.endswith(".")
     assert not message.endswith("..")
     assert "instance of" not in message  # no Python in a message to a user
+
+
+@pytest.mark.parametrize("suffix", ["vtu", "vtk", "xdmf"])
+def test_elements_from_a_mesh_file(tmp_path, suffix):
+    """They are those of the file, also in what the scene is saved as."""
+    path, nodes = tmp_path / f"cable.{suffix}", np.array([0.0, 1.0, 3.0, 10.5, 22.0])
+    write_line(path, np.column_stack([nodes, 0 * nodes, 0 * nodes]))
+    cable = load_scene(changed({"cable.elements": str(path)})).cable
+    np.testing.assert_allclose(cable_nodes(cable.length, cable.elements), nodes, rtol=1e-12)
+    assert str(path) not in str(cable)
+
+
+def test_bad_mesh_files_are_refused_in_one_sentence(tmp_path):
+    elsewhere, points = tmp_path / "elsewhere.vtu", np.zeros((3, 3))
+    points[:, 0] = [1.0, 2.0, 23.0]
+    write_line(elsewhere, points)
+    (tmp_path / "broken.vtu").write_text("no mesh")
+    for name, words in {"none.vtu": "not found", "broken.vtu": "cannot read", "elsewhere.vtu": "not at 0"}.items():
+        message = refusal(changed({"cable.elements": str(tmp_path / name)}))
+        assert message.startswith("cable.elements = "), message
+        assert words in message, message
+        assert "\n" not in message
 
 
 def test_missing_file():
