@@ -114,7 +114,7 @@ def _is_stable(scene, numerics, seconds):
     found = run(scene, numerics, max(PROBE * numerics.step, seconds))
     if found is None:
         return False
-    tension = found.values["tension_top"]
+    tension = found.values.get("force", found.values["tension_top"])
     return bool(tension.max() < 100 * tension[0])
 
 
