@@ -172,7 +172,7 @@ class Comparison:
         note = "misses the accuracy" if error > accuracy else ""
         if error <= accuracy:
             advised = settings
-            settings, error = self._coarsened(settings, error, accuracy)
+            settings, error = runs.coarsened(settings, error, accuracy, self.error_of_settings)
             note = f"advised: {runs.settings_text(advised)}" if settings != advised else ""
         time = self.ask("time", end=runs.END, repeats=self.options.repeats, **settings)
         return {"settings": runs.settings_text(settings), "error": error, **runs.spread(time), "note": note}
@@ -185,21 +185,6 @@ class Comparison:
             seconds = run["cpu"] * runs.END / self.until
             self.points.append({"program": "dolfbuoy", "seconds": seconds, "error": error})
         return error
-
-    def _coarsened(self, settings, error, accuracy):
-        """Larger steps and fewer elements in turn, as long as the accuracy holds: as MoorDyn's fewest segments.
-
-        `advise` takes no step above a fiftieth of the period.
-        """
-        tried = True
-        while tried:
-            tried = False
-            for change in (runs.larger_step, runs.fewer_elements):
-                candidate = change(settings)
-                found = self.error_of_settings(candidate) if candidate else math.inf
-                if found <= accuracy:
-                    settings, error, tried = candidate, found, True
-        return settings, error
 
     def rows(self):
         """A row per accuracy; and the points of the figure are complete."""

@@ -21,8 +21,8 @@ from dolfbuoy.sea_state import wavenumber
 
 #: Segments of the rod that is the hull (24 and 48 change nothing).
 ROD = 12
-#: Points of MoorDyn's table of the wave to a period, and to a wave length; it interpolates linearly.
-PER_WAVE = 64
+#: Points of MoorDyn's table of the wave to a wave length, and to a period; it interpolates linearly.
+PER_WAVE, PER_PERIOD = 64, 256
 
 
 @dataclass(frozen=True)
@@ -112,10 +112,12 @@ def _options(scene, numerics):
 
 def _wave(scene):
     """A spectrum with one component; the empty ones up to the last set the steps of its table in time."""
-    assert scene.waves.direction_deg == 0, "the grid resolves waves along x"
-    omega = 2 * math.pi / scene.waves.period
-    rows = ((i * omega, scene.waves.size if i == 1 else 0.0) for i in range(PER_WAVE // 2 + 1))
-    return "".join(f"{frequency:.14g} {amplitude:.14g} 0 0\n" for frequency, amplitude in rows)
+    w = scene.waves
+    assert w.direction_deg == 0, "the grid resolves waves along x"
+    omega, phase = 2 * math.pi / w.period, math.radians(w.phase_deg)
+    rows = [(i * omega, 0.0, 0.0) for i in range(PER_PERIOD // 2 + 1)]
+    rows[1] = (omega, w.size * math.cos(phase), -w.size * math.sin(phase))
+    return "".join(f"{frequency:.14g} {real:.14g} {imaginary:.14g} 0\n" for frequency, real, imaginary in rows)
 
 
 def _grid(scene):
