@@ -96,7 +96,7 @@ def segment_step(scene: Scene, segments: int) -> float:
 def largest_stable(scene: Scene, segments: int, scheme: str, seconds: float = 0.0) -> float:
     """Largest stable step [s] within 4 %, by doubling and bisection from `segment_step`; 0 if none is found.
 
-    Stable: the tension stays finite and within 100 times the first value for PROBE steps, or `seconds`.
+    Stable: the tension stays finite and within 100 times its median for PROBE steps, or `seconds`.
     """
     step, stable, unstable = 0.5 * segment_step(scene, segments), 0.0, math.inf
     for _ in range(16):
@@ -115,7 +115,7 @@ def _is_stable(scene, numerics, seconds):
     if found is None:
         return False
     tension = found.values.get("force", found.values["tension_top"])
-    return bool(tension.max() < 100 * tension[0])
+    return bool(tension.max() < 100 * np.median(tension))
 
 
 def stable_run(scene: Scene, numerics: Numerics, end: float, tries: int = 4) -> tuple[Numerics, Run | None]:
