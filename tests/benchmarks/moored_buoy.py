@@ -40,7 +40,7 @@ ACCURACIES = (0.01, 0.001)
 AIM = 10.0
 #: Segments of the cable: coarsest, then up by halves of a doubling; the reference has twice the last.
 LADDER = {"short": (5, 7, 10, 14, 20, 28, 40), "long": (12, 18, 25, 35, 50, 70, 100)}
-#: Integrators that are tried; Euler, cheapest for a driven cable, is unstable with the body of `short` and rings on `long`.
+#: Integrators that are tried; Euler is unstable with the body of `short` and rings on `long`.
 SCHEMES = ("RK2", "Midpoint3")
 #: Steps of MoorDyn in a call from Python: it updates the waves once per call, and their jumps make the cable ring.
 PER_CALL = 10
