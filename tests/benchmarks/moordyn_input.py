@@ -22,7 +22,7 @@ from dolfbuoy.sea_state import wavenumber
 #: Segments of the rod that is the hull (24 and 48 change nothing).
 ROD = 12
 #: Points of MoorDyn's table of the wave to a wave length, and to a period; it interpolates linearly.
-PER_WAVE, PER_PERIOD = 64, 256
+PER_WAVE = 64
 
 
 @dataclass(frozen=True)
@@ -111,20 +111,25 @@ def _options(scene, numerics):
 
 
 def _wave(scene):
-    """A spectrum with one component; the empty ones up to the last set the steps of its table in time."""
+    """A spectrum with one component.
+
+    The empty ones set the table in time that MoorDyn makes of it: their spacing its length, the last one its steps.  It
+    is longer than the run, because MoorDyn reads a wrong value where the table begins again, and the cable rings.
+    """
     w = scene.waves
-    assert w.direction_deg == 0, "the grid resolves waves along x"
-    omega, phase = 2 * math.pi / w.period, math.radians(w.phase_deg)
-    rows = [(i * omega, 0.0, 0.0) for i in range(PER_PERIOD // 2 + 1)]
-    rows[1] = (omega, w.size * math.cos(phase), -w.size * math.sin(phase))
-    return "".join(f"{frequency:.14g} {real:.14g} {imaginary:.14g} 0\n" for frequency, real, imaginary in rows)
+    assert (w.direction_deg, w.phase_deg) == (0, 0), "the grid resolves waves along x"
+    omega, periods = 2 * math.pi / w.period, math.ceil(scene.time.end / w.period) + 1
+    rows = [(i * omega / periods, w.size if i == periods else 0.0) for i in range(periods * PER_WAVE // 2 + 1)]
+    return "".join(f"{frequency:.14g} {amplitude:.14g} 0 0\n" for frequency, amplitude in rows)
 
 
 def _grid(scene):
-    """Points of its table in space: PER_WAVE to a wave length along x and, near the surface, down z; constant in y."""
+    """Points of its table in space: PER_WAVE to a wave length along x and, near the surface, down z; constant in y.
+
+    Along x it reaches half a wave length from the buoy; where the cable goes beyond, the wave is felt no more.
+    """
     wave, depth = 2 * math.pi / wavenumber(scene), scene.sea.depth
-    ends = sorted((scene.anchor[0], scene.initial.buoy_position[0]))
-    x = np.arange(ends[0] - 0.5 * wave, ends[1] + 0.5 * wave, wave / PER_WAVE)
+    x = scene.initial.buoy_position[0] + wave * np.linspace(-0.5, 0.5, PER_WAVE + 1)
     shallow = np.arange(0.0, min(depth, wave / 2), wave / PER_WAVE)
     deep = np.linspace(shallow[-1], depth, 12)[1:]
     z = -np.concatenate([shallow, deep])[::-1]

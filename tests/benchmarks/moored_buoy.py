@@ -69,8 +69,7 @@ COMMON = {
     "axial_drag": 1.1,
     "rotational_damping": 2000.0,
 }
-#: The phase keeps the end of MoorDyn's table, where it interpolates wrongly once in a period, away from the extremes.
-WAVES = {"amplitude": 1.0, "direction_deg": 0.0, "phase_deg": 90.0}
+WAVES = {"amplitude": 1.0, "direction_deg": 0.0}
 #: Speed [m/s], across and against the waves, so that the cable stays taut.
 CURRENT = {"short": 1.2, "long": 0.8}
 CURRENT_DIRECTION = 150.0
