@@ -20,7 +20,7 @@ from dolfbuoy.scene import Scene
 from dolfbuoy.sea_state import wavenumber
 
 #: Segments of the rod that is the hull (24 and 48 change nothing).
-ROD = 12
+ROD = 18
 #: Points of MoorDyn's table of the wave to a wave length, and to a period; it interpolates linearly.
 PER_WAVE = 64
 

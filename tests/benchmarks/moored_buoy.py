@@ -50,13 +50,13 @@ UNTIL = {"short": 60.0, "long": END}
 #: Slender spars, so that the moment of the water plane, which the two models treat differently, is small.
 BUOYS = {
     "short": {
-        "hull": [[0.0, 0.8], [5.0, 0.8]],
+        "hull": [[0.0, 0.8], [6.0, 0.8]],
         "mass": 1500.0,
         "center_of_mass": 1.6,
         "inertia": [3200.0, 120.0],
     },
     "long": {
-        "hull": [[0.0, 1.4], [6.0, 1.4]],
+        "hull": [[0.0, 1.4], [9.0, 1.4]],
         "mass": 4200.0,
         "center_of_mass": 2.0,
         "inertia": [13000.0, 1000.0],
