@@ -112,8 +112,10 @@ def largest_stable(scene: Scene, segments: int, scheme: str, seconds: float = 0.
 
 def _is_stable(scene, numerics, seconds):
     found = run(scene, numerics, max(PROBE * numerics.step, seconds))
-    if found is None:
-        return False
+    return found is not None and _is_bounded(found)
+
+
+def _is_bounded(found):
     tension = found.values.get("force", found.values["tension_top"])
     return bool(tension.max() < 100 * np.median(tension))
 
@@ -122,7 +124,7 @@ def stable_run(scene: Scene, numerics: Numerics, end: float, tries: int = 4) -> 
     """A run to `end`; where it diverges after all, with a step a tenth smaller."""
     for _ in range(tries):
         found = run(scene, numerics, end)
-        if found is not None:
+        if found is not None and _is_bounded(found):
             return numerics, found
         numerics = replace(numerics, step=0.9 * numerics.step)
     return numerics, None
