@@ -70,7 +70,8 @@ def write_markdown(path: Path, rows: list[dict], notes: list[str]) -> None:
 
 @matplotlib.rc_context(STYLE)
 def draw(rows: list[dict], points: list[dict]):
-    """Time against error, a panel per case; rings: the settings of the table."""
+    """Time against error, a panel per case; rings: the settings of the table.  Errors above 10 % are left out."""
+    points = [point for point in points if point["error"] <= 0.1]
     cases = list(dict.fromkeys((row["cable"], row["stiffness"]) for row in rows))
     columns = min(3, len(cases))
     lines = -(-len(cases) // columns)
