@@ -2,14 +2,11 @@
 
 A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones.  Then, at the state
 that it reached, each part of the work is done many times over and timed alone.  The floor of a Newton iteration is the
-compiled assemblers and the direct solver called back to back, as often as that run called them:
-
-    floor = (n_R t_residual + n_J (t_jacobian + t_factorisation) + n_K t_solve)/n_K
-
-with n_R residuals, n_J Jacobians and n_K iterations.  `ratio`: of Newton's method to the floor; `ratio of a step`
+compiled assemblers and the direct solver called back to back, with nothing else between them, in turn and as often as
+the run called them; it is measured after every few steps, side by side with them.  (The parts, each repeated alone,
+find their data in the cache and add up to somewhat less.)  `ratio`: of Newton's method to the floor; `ratio of a step`
 counts what surrounds it too: time scheme, predictor, forcing, record.  All times are this process's time on the
-processor, medians of the better half of many (of groups of steps, too), since other programs on the machine only ever
-add to them.
+processor, those of parts medians of the better half of many, since other programs on the machine only ever add to them.
 """
 
 import time
@@ -18,6 +15,7 @@ from tempfile import TemporaryDirectory
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import ufl
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -33,8 +31,8 @@ from .common import save, show
 
 WARM_UP = 50  # steps before the clock starts
 GROUP = 10  # steps that are timed together: a kept Jacobian is new in some of them only
-KERNELS = ("residual kernels", "Jacobian kernels", "insertion", "factorisation", "solve")  # what the floor is made of
-PARTS = (*KERNELS, "packing", "SNES and Python", "time scheme", "record")
+PARTS = ("residual kernels", "Jacobian kernels", "insertion", "factorisation", "solve")  # what the floor is made of
+PARTS += ("packing", "SNES and Python", "time scheme", "record")
 
 
 def typical(function, count: int = 60) -> float:
@@ -57,17 +55,10 @@ def better_half(times) -> float:
 
 def parts(simulation, count: int = 60) -> dict:
     """Seconds of each part of the work at the present state of a Simulation, done once."""
-    system, b = simulation.system, np.zeros(simulation.system.size)
+    system = simulation.system
     system.assemble_jacobian()
     every = [*system.residuals, *system.jacobians]
-
-    def residuals():
-        for c in system.residuals:
-            c.add_to_vector(b)
-
-    def jacobians():
-        for c in system.jacobians:
-            c.add_to_matrix(c.view)
+    residuals, jacobians = _assemblers(system)
 
     def pack(contributions):
         return typical(lambda: system._refresh(contributions), count)
@@ -80,17 +71,49 @@ def parts(simulation, count: int = 60) -> dict:
     together = typical(jacobians, count)
     system.A.assemble()
     insertion = min(_insertion(system, count), together)
-    factorisation, solve = _direct_solver(system, count)
+    factorise, solve = _direct_solver(system)
     return {
         "residual kernels": typical(residuals, count),
         "Jacobian kernels": together - insertion,
         "insertion": insertion,
-        "factorisation": factorisation,
-        "solve": solve,
+        "factorisation": typical(factorise, count),
+        "solve": typical(solve, count),
         "packing of a residual": pack(system.residuals),
         "packing of a Jacobian": pack(system.jacobians),
         "packing of a solve": typical(constants, count),
     }
+
+
+def back_to_back(system):
+    """A function of numbers of iterations, residuals and Jacobians: assemblers and direct solver alone, in turn."""
+    residuals, jacobians = _assemblers(system)
+    factorise, solve = _direct_solver(system)
+
+    def floor(n_K, n_R, n_J):
+        for k in range(n_K):
+            for _ in range(n_J * k // n_K, n_J * (k + 1) // n_K):
+                jacobians()
+                factorise()
+            solve()
+            for _ in range(n_R * k // n_K, n_R * (k + 1) // n_K):
+                residuals()
+
+    return floor
+
+
+def _assemblers(system):
+    """The compiled forms of all residuals, and of all Jacobians, added up."""
+    b = np.zeros(system.size)
+
+    def residuals():
+        for c in system.residuals:
+            c.add_to_vector(b)
+
+    def jacobians():
+        for c in system.jacobians:
+            c.add_to_matrix(c.view)
+
+    return residuals, jacobians
 
 
 def _insertion(system, count):
@@ -105,8 +128,8 @@ def _insertion(system, count):
     return seconds
 
 
-def _direct_solver(system, count):
-    """Seconds of a factorisation and of a solve with it."""
+def _direct_solver(system):
+    """A factorisation of the present Jacobian, and a solve with it."""
     system.assemble_jacobian()
     A = system.A.copy()
     A.diagonalScale(system._row_scale, system._unknown_scale)
@@ -118,20 +141,13 @@ def _direct_solver(system, count):
     pc.setOperators(A)
     pc.setUp()
 
-    def touch():
-        A.scale(-1.0)  # PETSc factorises again only what has changed
-
     def again():
-        touch()
+        A.stateIncrease()  # PETSc factorises again only what has changed
         pc.setUp()
 
     x, y = A.createVecs()
     x.set(1.0)
-    factorisation = max(typical(again, count) - typical(touch, count), 0.0)
-    solve = typical(lambda: pc.apply(x, y), count)
-    for item in (pc, A, x, y):
-        item.destroy()
-    return factorisation, solve
+    return again, lambda: pc.apply(x, y)
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------
@@ -140,30 +156,45 @@ def _direct_solver(system, count):
 def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
     """One row of the study: seconds per Newton iteration of a run, in parts, and the floor."""
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"keep_jacobian": keep})})
-    simulation = Simulation(scene, MPI.COMM_SELF)
+    simulation, twin = (Simulation(scene, MPI.COMM_SELF) for _ in range(2))
     with TemporaryDirectory() as folder:
         recorder = Recorder(simulation, Path(folder))
-        march = simulation.run()
+        marches = [sim.run() for sim in (simulation, twin)]
         for _ in range(WARM_UP):
-            recorder.add(*next(march))
-        counted = _counts(simulation.system)
-        in_steps, in_record, in_newton = [], [], _clocked(simulation.system)
-        done = min(steps, round(scene.time.end / scene.time.step) - WARM_UP)
-        for _ in range(done):
+            recorder.add(*next(marches[0]))
+            next(marches[1])
+        groups = _groups(simulation, marches[0], recorder, back_to_back(twin.system), steps // GROUP)
+        recorder.close()
+    done = GROUP * len(groups)
+    n_K, n_R, n_J = groups[["iterations", "residuals", "jacobians"]].sum()
+    row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
+    row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
+    row |= _split(parts(simulation, count), groups, n_R / n_K, n_J / n_K, done / n_K)
+    for sim in (simulation, twin):
+        sim.problem.destroy()
+    return row
+
+
+def _groups(simulation, march, recorder, floor, count):
+    """Counts of each group of steps, and its seconds: in Newton's method, in steps, in the record, and of the floor."""
+    system, end = simulation.system, simulation.scene.time.end
+    in_newton, rows = _clocked(system), []
+    while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
+        counted, in_steps, in_record = _counts(system), 0.0, 0.0
+        in_newton.clear()
+        for _ in range(GROUP):
             begin = time.process_time()
             step = next(march)
             middle = time.process_time()
             recorder.add(*step)
-            in_steps.append(middle - begin)
-            in_record.append(time.process_time() - middle)
-        n_K, n_R, n_J = (now - then for now, then in zip(_counts(simulation.system), counted, strict=True))
-        recorder.close()
-    row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
-    row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
-    seconds = [_of_step(times) for times in (in_newton, in_steps, in_record)]
-    row |= _split(parts(simulation, count), n_K, n_R, n_J, done, *seconds)
-    simulation.problem.destroy()
-    return row
+            in_steps += middle - begin
+            in_record += time.process_time() - middle
+        numbers = [now - then for now, then in zip(_counts(system), counted, strict=True)]
+        begin = time.process_time()
+        floor(*numbers)
+        rows.append([*numbers, sum(in_newton), in_steps, in_record, time.process_time() - begin])
+    names = ["iterations", "residuals", "jacobians", "newton", "steps", "record", "floor"]
+    return pd.DataFrame(rows, columns=names)
 
 
 def _clocked(system):
@@ -180,19 +211,12 @@ def _clocked(system):
     return times
 
 
-def _of_step(times):
-    """Seconds of a step."""
-    groups = np.array_split(times, max(1, len(times) // GROUP))
-    return better_half([group.mean() for group in groups])
-
-
 def _counts(system):
     return system.iterations_total, system.residuals_total, system.jacobians_total
 
 
-def _split(part, n_K, n_R, n_J, steps, of_newton, of_step, of_record):
-    """Microseconds per Newton iteration; of_newton, of_step, of_record: seconds per step."""
-    R, J = n_R / n_K, n_J / n_K
+def _split(part, groups, R, J, steps):
+    """Microseconds per Newton iteration; R, J, steps: residuals, Jacobians and steps to an iteration."""
     split = {
         "residual kernels": R * part["residual kernels"],
         "Jacobian kernels": J * part["Jacobian kernels"],
@@ -200,20 +224,21 @@ def _split(part, n_K, n_R, n_J, steps, of_newton, of_step, of_record):
         "factorisation": J * part["factorisation"],
         "solve": part["solve"],
     }
-    floor = sum(split.values())
     packing = R * part["packing of a residual"] + J * part["packing of a Jacobian"]
-    split["packing"] = packing + steps / n_K * part["packing of a solve"]
-    newton = of_newton * steps / n_K
+    split["packing"] = packing + steps * part["packing of a solve"]
+    newton, step, record, floor = (
+        better_half(groups[name]) * steps / GROUP for name in ("newton", "steps", "record", "floor")
+    )
     split["SNES and Python"] = newton - sum(split.values())
-    split["time scheme"] = (of_step - of_newton) * steps / n_K
-    split["record"] = of_record * steps / n_K
+    split["time scheme"] = step - newton
+    split["record"] = record
     microseconds = {name: 1e6 * seconds for name, seconds in split.items()}
     return microseconds | {
         "total": 1e6 * sum(split.values()),
         "floor": 1e6 * floor,
-        "ratio": newton / floor,
-        "ratio of a step": sum(split.values()) / floor,
-        "milliseconds per step": 1e3 * (of_step + of_record),
+        "ratio": float(np.median(groups.newton / groups.floor)),
+        "ratio of a step": float(np.median((groups.steps + groups.record) / groups.floor)),
+        "milliseconds per step": 1e3 * (step + record) / steps,
     }
 
 
