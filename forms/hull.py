@@ -68,14 +68,25 @@ def wet_section(radius, softening, d, x, eta):
     """
     e_z = as_vector([0.0, 0.0, 1.0])
     uphill = e_z - d[2] * d  # in the disk, of length sin(tilt)
-    extent2 = radius**2 * dot(uphill, uphill)
-    w = (extent2**4 + softening**8) ** (1 / 8)
+    square = radius * radius
+    extent2 = square * dot(uphill, uphill)
+    w = _eighth_root(_fourth_power(extent2) + _fourth_power(softening * softening))
     depth = -x[2] if eta is None else eta - x[2]
     c = max_value(min_value(depth / w, 1 - CLAMP), -1 + CLAMP)
-    chord = sqrt(1 - c**2)
-    area = radius**2 * (acos(-c) + c * chord)
-    within, along = -(2 / 3) * radius**4 / w, -(1 / 3) * radius**2 * (w**2 - extent2) / w
-    return area, chord**3 * (within * uphill + along * d[2] * d)
+    chord2 = 1 - c * c
+    chord = sqrt(chord2)
+    area = square * (acos(-c) + c * chord)
+    within, along = -(2 / 3) * square * square / w, -(1 / 3) * square * (w * w - extent2) / w
+    return area, chord2 * chord * (within * uphill + along * d[2] * d)
+
+
+def _fourth_power(x):
+    """By products: a power costs as much as the rest of a strip."""
+    return (x * x) * (x * x)
+
+
+def _eighth_root(x):
+    return sqrt(sqrt(sqrt(x)))
 
 
 def hydrostatics(rho_w, gravity, area, moment, lever):
