@@ -139,7 +139,7 @@ def _launch(command, ranks):
 # -- studies -----------------------------------------------------------------------------------------------------------
 
 
-def linear(ask, quick):
+def linear(ask, quick, largest):
     """Time and memory of one process, 20 to 20,000 elements; exponents between the larger sizes."""
     sizes = (20, 60, 200, 600, 2000) if quick else (20, 60, 200, 600, 2000, 6000, 20000)
     rows = [ask(elements=n, ranks=1, solver="default") for n in sizes]
@@ -152,17 +152,17 @@ def linear(ask, quick):
     return rows
 
 
-def stiffness(ask, quick):
+def stiffness(ask, quick, largest):
     """Iterations and time of an iteration from EA = 1e6 N to inextensible, at one size."""
     values = (1e6, 2.3e8, 1e12, math.inf) if quick else (1e6, 1e7, 2.3e8, 1e10, 1e12, math.inf)
     return [ask(elements=200, ranks=1, solver="default", axial_stiffness=value) for value in values]
 
 
-def strong(ask, quick):
+def strong(ask, quick, largest):
     """One cable of each size on 1 and 2 ranks, with every solver."""
     sizes = (1000, 10000) if quick else (1000, 3000, 10000, 30000, 100000, 300000, 1000000)
     rows = []
-    for n in sizes:
+    for n in (n for n in sizes if n <= largest):
         for solver in SOLVERS:
             if n > LARGE and solver not in ("default", "gmres + bjacobi/lu"):
                 continue  # minutes each
@@ -185,11 +185,11 @@ def _pays_from(rows):
     return said
 
 
-def weak(ask, quick):
+def weak(ask, quick, largest):
     """As many elements on each of 1 and 2 ranks."""
     sizes = (1000, 10000) if quick else (1000, 10000, 100000, 500000)
     rows = []
-    for n in sizes:
+    for n in (n for n in sizes if n <= largest):
         pair = [ask(elements=n * ranks, ranks=ranks, solver="default") for ranks in (1, 2)]
         for row in pair:
             row["efficiency"] = pair[0]["bdf2_iteration_s"] / row["bdf2_iteration_s"] if "failed" not in row else None
@@ -197,7 +197,7 @@ def weak(ask, quick):
     return rows
 
 
-def sweep(ask, quick):
+def sweep(ask, quick, largest):
     """Independent scenes, spread over 1 and 2 ranks."""
     count = 8 if quick else 64
     rows = [ask(sweep=count, ranks=ranks) for ranks in (1, 2)]
@@ -283,6 +283,7 @@ def main():
     parser.add_argument("studies", nargs="*", metavar="STUDY", help=", ".join(STUDIES))
     parser.add_argument("--out", type=Path, default=Path("results/benchmarks/scaling"))
     parser.add_argument("--quick", action="store_true", help="small sizes")
+    parser.add_argument("--largest", type=int, default=10**6, help="elements, of strong and weak [1000000]")
     parser.add_argument("--one", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
@@ -302,7 +303,7 @@ def main():
         return case | found
 
     for name in options.studies or STUDIES:
-        rows = STUDIES[name](ask, options.quick)
+        rows = STUDIES[name](ask, options.quick, options.largest)
         used = {key: heading for key, heading in COLUMNS.items() if any(row.get(key) is not None for row in rows)}
         notes = [machine.sentence(), *(_pays_from(rows) if name == "strong" else [])]
         show(f"{name}: {STUDIES[name].__doc__.splitlines()[0]}", rows, used, notes)
