@@ -20,14 +20,19 @@ def _cells(row):
         cells.append(row[f"{program}_settings"])
         cells.append(percent(row[f"{program}_error"]) if f"{program}_error" in row else "-")
         cells.append(_seconds(row, program))
-    cells.append(f"{row['ratio']:.3g} x" if row["ratio"] else "-")
+    cells.append(f"{_plain(row['ratio'], 2)} x" if row["ratio"] else "-")
     return [*cells, f"{row['aim']:g} x" if row["aim"] else ""]
 
 
 def _seconds(row, program):
     if f"{program}_cpu" not in row:
         return "-"
-    return f"{row[f'{program}_cpu']:.3g} ± {row[f'{program}_spread']:.1g}"
+    return f"{_plain(row[f'{program}_cpu'], 3)} ± {_plain(row[f'{program}_spread'], 1)}"
+
+
+def _plain(number, digits):
+    """Significant digits without an exponent."""
+    return f"{float(f'{number:.{digits}g}'):,.10g}"
 
 
 def _remarks(rows):
