@@ -128,21 +128,15 @@ class Simulation:
             gamma, h_r = self.scheme.rule(step, self.series["r"])
             _, h_v = self.scheme.rule(step, self.series["v"])
             h_a = gamma * h_r + h_v
-            if self._gamma("r") != gamma:
-                c.gamma_v.value, c.gamma_a.value = gamma, gamma**2
+            c.gamma_v.value, c.gamma_a.value = gamma, gamma**2
             c.history_v.x.array[:], c.history_a.x.array[:] = h_r, h_a
             self._rules |= {"r": (gamma, h_r), "v": (gamma**2, h_a)}
         if self.buoy:
             gamma, h_y = self.scheme.rule(step, self.series["y"])
-            if self._gamma("y") != gamma:
-                self.buoy.gamma.value = gamma
+            self.buoy.gamma.value = gamma
             self.buoy.history.x.array[:] = h_y
             self._rules["y"] = gamma, h_y
         self.system.set_scales(gamma)
-
-    def _gamma(self, name):
-        """That of the step before; None before the first."""
-        return self._rules[name][0] if name in self._rules else None
 
     def _rates(self):
         """Rates of r, v and y at the end of the step that was just solved."""
