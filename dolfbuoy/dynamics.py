@@ -127,8 +127,8 @@ class Simulation:
             c = self.cable
             gamma, h_r = self.scheme.rule(step, self.series["r"])
             _, h_v = self.scheme.rule(step, self.series["v"])
-            h_a = gamma * h_r + h_v
             c.gamma_v.value, c.gamma_a.value = gamma, gamma**2
+            h_a = gamma * h_r + h_v
             c.history_v.x.array[:], c.history_a.x.array[:] = h_r, h_a
             self._rules |= {"r": (gamma, h_r), "v": (gamma**2, h_a)}
         if self.buoy:

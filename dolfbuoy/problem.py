@@ -10,6 +10,7 @@ from .assembly import Block, Part
 from .buoy_model import BuoyModel
 from .cable_model import TOP, CableModel
 from .errors import InputError
+from .meshes import number_of_cells
 from .ranks import combined, told
 from .slack import TensionOnlySystem
 from .system import System
@@ -19,8 +20,7 @@ def _check_ranks(scene, comm):
     """dolfinx cannot work with a rank that has no cell."""
     if scene.cable is None:
         return
-    elements = scene.cable.elements
-    count = elements if isinstance(elements, int) else int(sum(n for _, n in elements))
+    count = number_of_cells(scene.cable.elements)
     if comm.size > count:
         raise InputError(f"cable.elements = {count}: fewer elements than the {comm.size} MPI ranks of this run.")
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .check import remaining_amplitude
+from .meshes import number_of_cells
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
@@ -40,8 +41,7 @@ SHARING_SLOWER_TO = 100_000
 
 def sharing_note(scene, ranks: int) -> str | None:
     """A sentence if one rank would run this scene faster than so many; None if not."""
-    elements = scene.cable.elements if scene.cable else 0
-    cells = elements if isinstance(elements, int) else int(sum(count for _, count in elements))
+    cells = number_of_cells(scene.cable.elements) if scene.cable else 0
     if ranks == 1 or cells > SHARING_SLOWER_TO:
         return None
     return (

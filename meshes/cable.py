@@ -18,6 +18,11 @@ def cable_nodes(length, elements, grading=1.0):
     return np.array(nodes)
 
 
+def number_of_cells(elements) -> int:
+    """Of what `cable_nodes` takes as elements."""
+    return elements if isinstance(elements, int) else int(sum(count for _, count in elements))
+
+
 def _fractions(count, grading):
     if grading == 1.0 or count == 1:
         return np.linspace(0.0, 1.0, count + 1)

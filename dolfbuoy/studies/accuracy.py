@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline
 
 from ..dynamics import Simulation
 from ..errors import InputError
+from ..meshes import number_of_cells
 from ..observe import cone_angle
 from ..scene import Scene, load_scene
 
@@ -72,10 +73,6 @@ def space_of(scene: Scene) -> Space:
 def stepping_of(scene: Scene) -> Stepping:
     """The scene's own scheme and step."""
     return Stepping(scene.time.scheme, scene.time.step, scene.time.tolerance)
-
-
-def number_of_cells(elements) -> int:
-    return elements if isinstance(elements, int) else int(sum(n for _, n in elements))
 
 
 def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:

@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 
 import matplotlib
 import numpy as np
-import pandas as pd
 import ufl
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -165,8 +164,8 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
             next(marches[1])
         groups = _groups(simulation, marches[0], recorder, back_to_back(twin.system), steps // GROUP)
         recorder.close()
-    done = GROUP * len(groups)
-    n_K, n_R, n_J = groups[["iterations", "residuals", "jacobians"]].sum()
+    done = GROUP * len(groups["steps"])
+    n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
     row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
     row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
     row |= _split(parts(simulation, count), groups, n_R / n_K, n_J / n_K, done / n_K)
@@ -194,7 +193,7 @@ def _groups(simulation, march, recorder, floor, count):
         floor(*numbers)
         rows.append([*numbers, sum(in_newton), in_steps, in_record, time.process_time() - begin])
     names = ["iterations", "residuals", "jacobians", "newton", "steps", "record", "floor"]
-    return pd.DataFrame(rows, columns=names)
+    return dict(zip(names, np.array(rows).T, strict=True))
 
 
 def _clocked(system):
@@ -236,8 +235,8 @@ def _split(part, groups, R, J, steps):
     return microseconds | {
         "total": 1e6 * sum(split.values()),
         "floor": 1e6 * floor,
-        "ratio": float(np.median(groups.newton / groups.floor)),
-        "ratio of a step": float(np.median((groups.steps + groups.record) / groups.floor)),
+        "ratio": float(np.median(groups["newton"] / groups["floor"])),
+        "ratio of a step": float(np.median((groups["steps"] + groups["record"]) / groups["floor"])),
         "milliseconds per step": 1e3 * (step + record) / steps,
     }
 

@@ -161,14 +161,7 @@ class Comparison:
 
     def dolfbuoy_row(self, accuracy):
         """Settings that `advise` gives, stricter where these miss the extremes, coarser where there is room."""
-        target = accuracy
-        for _ in range(5):
-            advice = self.ask("advise", end=runs.END, accuracy=round(target, 7))
-            settings = {key: advice[key] for key in ("space", "stepping")}
-            error = self.error_of_settings(settings)
-            if error <= accuracy:
-                break
-            target *= min(0.8, max(0.4, 0.8 * accuracy / error))
+        settings, error = runs.advised(self.ask, accuracy, self.error_of_settings)
         note = "misses the accuracy" if error > accuracy else ""
         if error <= accuracy:
             advised = settings

@@ -148,6 +148,19 @@ def fewer_elements(settings: dict) -> dict | None:
     return settings | {"space": [mu, nu, round(0.75 * cells)]} if cells > 2 else None
 
 
+def advised(ask, accuracy: float, error_of_settings) -> tuple[dict, float]:
+    """(settings that `dolfbuoy advise` gives for an accuracy, stricter where these miss it, and their error)."""
+    target = accuracy
+    for _ in range(5):
+        advice = ask("advise", end=END, accuracy=round(target, 7))
+        settings = {key: advice[key] for key in ("space", "stepping")}
+        error = error_of_settings(settings)
+        if error <= accuracy:
+            break
+        target *= min(0.8, max(0.4, 0.8 * accuracy / error))
+    return settings, error
+
+
 def coarsened(settings: dict, error: float, accuracy: float, error_of_settings) -> tuple[dict, float]:
     """Larger steps and fewer elements in turn, as long as the accuracy holds: as MoorDyn's fewest segments.
 

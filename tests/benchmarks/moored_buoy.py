@@ -24,7 +24,7 @@ from pathlib import Path
 
 import machine
 import moordyn_runs
-from cable_runs import END, coarsened, error_of, extrapolated, kept_of, settings_of, settings_text, spread
+from cable_runs import END, advised, coarsened, error_of, extrapolated, kept_of, settings_of, settings_text, spread
 from comparison import table, write_markdown
 from moordyn_input import Numerics
 from store import kept
@@ -206,8 +206,8 @@ class Comparison:
     def _dolfbuoy_row(self, accuracy):
         """The cheapest of what is advised for this and for the sharper accuracies, made coarser."""
         choices = [self._advised(sharper, accuracy) for sharper in ACCURACIES if sharper <= accuracy]
-        advised, settings, error = min(choices, key=self._seconds)
-        note = f"advised: {settings_text(advised)}" if settings != advised else ""
+        advice, settings, error = min(choices, key=self._seconds)
+        note = f"advised: {settings_text(advice)}" if settings != advice else ""
         if error > accuracy:
             note = "misses the accuracy"
         time = self.ask("time", end=END, repeats=self.options.repeats, **settings)
@@ -215,14 +215,10 @@ class Comparison:
 
     def _advised(self, sharper, accuracy):
         """(advice for one accuracy, made coarser as far as another one allows, error)."""
-        target = sharper
-        for _ in range(4):
-            advised = self.ask("advise", end=END, accuracy=round(target, 7))
-            error = self._error_of_settings(advised)
-            if error <= sharper:
-                return advised, *coarsened(advised, error, accuracy, self._error_of_settings)
-            target *= min(0.8, max(0.4, 0.8 * sharper / error))
-        return advised, advised, error
+        settings, error = advised(self.ask, sharper, self._error_of_settings)
+        if error > sharper:
+            return settings, settings, error
+        return settings, *coarsened(settings, error, accuracy, self._error_of_settings)
 
     def _seconds(self, choice):
         return self.ask("dolfbuoy", **choice[1]).get("cpu", float("inf"))

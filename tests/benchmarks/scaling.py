@@ -139,9 +139,9 @@ def _launch(command, ranks):
 # -- studies -----------------------------------------------------------------------------------------------------------
 
 
-def linear(ask, quick, largest):
+def linear(ask, options):
     """Time and memory of one process, 20 to 20,000 elements; exponents between the larger sizes."""
-    sizes = (20, 60, 200, 600, 2000) if quick else (20, 60, 200, 600, 2000, 6000, 20000)
+    sizes = (20, 60, 200, 600, 2000) if options.quick else (20, 60, 200, 600, 2000, 6000, 20000)
     rows = [ask(elements=n, ranks=1, solver="default") for n in sizes]
     base = rows[0]["memory_MB"]
     for before, row in zip([None, *rows], rows, strict=False):
@@ -152,17 +152,17 @@ def linear(ask, quick, largest):
     return rows
 
 
-def stiffness(ask, quick, largest):
+def stiffness(ask, options):
     """Iterations and time of an iteration from EA = 1e6 N to inextensible, at one size."""
-    values = (1e6, 2.3e8, 1e12, math.inf) if quick else (1e6, 1e7, 2.3e8, 1e10, 1e12, math.inf)
+    values = (1e6, 2.3e8, 1e12, math.inf) if options.quick else (1e6, 1e7, 2.3e8, 1e10, 1e12, math.inf)
     return [ask(elements=200, ranks=1, solver="default", axial_stiffness=value) for value in values]
 
 
-def strong(ask, quick, largest):
+def strong(ask, options):
     """One cable of each size on 1 and 2 ranks, with every solver."""
-    sizes = (1000, 10000) if quick else (1000, 3000, 10000, 30000, 100000, 300000, 1000000)
+    sizes = (1000, 10000) if options.quick else (1000, 3000, 10000, 30000, 100000, 300000, 1000000)
     rows = []
-    for n in (n for n in sizes if n <= largest):
+    for n in (n for n in sizes if n <= options.largest):
         for solver in SOLVERS:
             if n > LARGE and solver not in ("default", "gmres + bjacobi/lu"):
                 continue  # minutes each
@@ -185,11 +185,11 @@ def _pays_from(rows):
     return said
 
 
-def weak(ask, quick, largest):
+def weak(ask, options):
     """As many elements on each of 1 and 2 ranks."""
-    sizes = (1000, 10000) if quick else (1000, 10000, 100000, 500000)
+    sizes = (1000, 10000) if options.quick else (1000, 10000, 100000, 500000)
     rows = []
-    for n in (n for n in sizes if n <= largest):
+    for n in (n for n in sizes if n <= options.largest):
         pair = [ask(elements=n * ranks, ranks=ranks, solver="default") for ranks in (1, 2)]
         for row in pair:
             row["efficiency"] = pair[0]["bdf2_iteration_s"] / row["bdf2_iteration_s"] if "failed" not in row else None
@@ -197,9 +197,9 @@ def weak(ask, quick, largest):
     return rows
 
 
-def sweep(ask, quick, largest):
+def sweep(ask, options):
     """Independent scenes on 1, 2 and 3 ranks; of several the first hands out the cases only."""
-    count = 8 if quick else 64
+    count = 8 if options.quick else 64
     rows = [ask(sweep=count, ranks=ranks) for ranks in (1, 2, 3)]
     for row in rows:
         if "failed" not in row:
@@ -303,7 +303,7 @@ def main():
         return case | found
 
     for name in options.studies or STUDIES:
-        rows = STUDIES[name](ask, options.quick, options.largest)
+        rows = STUDIES[name](ask, options)
         used = {key: heading for key, heading in COLUMNS.items() if any(row.get(key) is not None for row in rows)}
         notes = [machine.sentence(), *(_pays_from(rows) if name == "strong" else [])]
         show(f"{name}: {STUDIES[name].__doc__.splitlines()[0]}", rows, used, notes)
