@@ -6,6 +6,7 @@ import numpy as np
 import ufl
 
 from . import compat
+from .loops import reading
 
 
 @dataclass
@@ -55,81 +56,80 @@ class Block:
 
 
 class Values:
-    """Values of the unknowns of this rank and, behind them, of every other Function that the forms read: one array.
+    """Values of the unknowns of this rank and, behind them, of all else that the forms read: one array.
 
-    Packed coefficients are an indexed copy of it.  Place 0 holds a zero: not every integral reads every coefficient.
+    parts: the unknowns.  forms: UFL forms, whose coefficients and constants get a place each.  Place 0 holds a zero:
+    not every integral reads every coefficient.
     """
 
-    def __init__(self, parts=()):
-        self._places = {id(part.function): slice(1 + part.offset, 1 + part.slice.stop) for part in parts}
-        self._functions = [(self._places[id(part.function)], part.values) for part in parts]
-        self.unknowns = slice(1, 1 + max((part.slice.stop for part in parts), default=0))
-        self.array = np.zeros(self.unknowns.stop)
+    def __init__(self, parts, forms):
+        self._places, unknown, given, end = {}, [], [], 1
+        for part in parts:
+            self._places[id(part.function)] = slice(1 + part.offset, 1 + part.slice.stop)
+            unknown.append((self._places[id(part.function)], part.values))
+            end = max(end, 1 + part.slice.stop)
+        unknowns = slice(1, end)
+        for thing in (thing for form in forms for thing in _read_by(form)):
+            if id(thing) not in self._places:
+                values = _array(thing)
+                self._places[id(thing)] = slice(end, end + len(values))
+                given.append((self._places[id(thing)], values))
+                end += len(values)
+        self.array = np.zeros(end)
+        self.unknowns = self.array[unknowns]
+        #: Read the unknowns from the parts' Functions.
+        self.read_unknowns = reading(unknown, self.array)
+        #: Read coefficients and constants again: time, step and the phase of the wave are among them.
+        self.read_given = reading(given, self.array)
 
-    def place(self, function):
-        """Slice of a Function's values, which get a place if they have none yet."""
-        if id(function) not in self._places:
-            begin, values = len(self.array), function.x.array
-            self._places[id(function)] = slice(begin, begin + len(values))
-            self._functions.append((self._places[id(function)], values))
-            self.array = np.concatenate([self.array, values])
-        return self._places[id(function)]
+    def sources(self, contribution):
+        """Where each packed coefficient of a form, by integral, and each packed constant stands in `array`.
 
-    def read(self):
-        """Read all Functions again."""
-        for place, values in self._functions:
-            self.array[place] = values
+        Found by packing the places: the elements here are packed without a transformation.
+        """
+        read = [(_array(thing), self._places[id(thing)]) for thing in _read_by(contribution.ufl_form)]
+        kept = [values.copy() for values, _ in read]
+        for values, place in read:
+            values[:] = np.arange(place.start, place.stop)
+        contribution.prepare()
+        for (values, _), old in zip(read, kept, strict=True):
+            values[:] = old
+        coefficients = {key: packed.astype(np.int32) for key, packed in contribution.coefficients.items()}
+        return coefficients, contribution.constants.astype(np.int32)
+
+
+def _read_by(form):
+    return [*form.coefficients(), *form.constants()]
+
+
+def _array(thing):
+    """Values of a Function or of a Constant as a flat view."""
+    return thing.x.array if hasattr(thing, "x") else np.reshape(thing.value, -1)
 
 
 class Contribution:
     """One compiled form and where it adds to the local residual or to the matrix.
 
-    values: shared by the contributions of a system.  Constants are packed by `read_constants`, once per solve; the
-    coefficients, by `refresh`, are put straight where the kernels read them.
+    The methods are dolfinx's way to evaluate it; a System does all its forms in a loop of its own (loops.Loop).
     """
 
-    def __init__(self, form, row, column=None, values=None):
+    def __init__(self, form, row, column=None):
+        self.ufl_form = form
         self.form = compat.compile_form(form)  # kept alive: the C++ object refers to it
         self.cpp = compat.cpp_form(self.form)
-        self.row, self.column, self.values = row, column, values or Values()
-        spaces = [p.function.function_space for p in (row, column) if p is not None]
-        self._unrolled = any(s.dofmap.index_map_bs > 1 for s in spaces)  # the matrix knows no blocks
-        self.constants = compat.pack_constants(self.cpp)
-        self.coefficients = compat.pack_coefficients(self.cpp)
-        self._packed = self._sources(form.coefficients())
-
-    def _sources(self, functions):
-        """[(packed coefficients of an integral, where in `values` each of them is)].
-
-        Found by packing the places: the elements here are packed without a transformation.
-        """
-        kept = [function.x.array.copy() for function in functions]
-        for function in functions:
-            place = self.values.place(function)
-            function.x.array[:] = np.arange(place.start, place.stop)
-        numbers = compat.pack_coefficients(self.cpp)
-        for function, values in zip(functions, kept, strict=True):
-            function.x.array[:] = values
-        return [(self.coefficients[key].reshape(-1), n.ravel().astype(np.intp)) for key, n in numbers.items()]
+        self.row, self.column = row, column
+        self.sides = [part for part in (row, column) if part is not None]
+        self.constants = self.coefficients = None
 
     def prepare(self):
-        """Read constants and Functions again."""
-        self.read_constants()
-        self.values.read()
-        self.refresh()
-
-    def read_constants(self):
-        """Read the constants again; time, step and the phase of the wave are among them."""
-        if len(self.constants):
-            self.constants = compat.pack_constants(self.cpp)
-
-    def refresh(self):
-        """Read the coefficients again from `values`."""
-        for coefficients, places in self._packed:
-            self.values.array.take(places, out=coefficients, mode="clip")  # the mode in which it does not buffer
+        """Pack constants and coefficients."""
+        self.constants, self.coefficients = compat.pack_constants(self.cpp), compat.pack_coefficients(self.cpp)
 
     def add_to_vector(self, b):
+        """Add to the local residual `b`."""
         compat.assemble_vector(b[self.row.slice], self.cpp, self.constants, self.coefficients)
 
     def add_to_matrix(self, A):
-        compat.assemble_matrix(A, self.cpp, self.constants, self.coefficients, [], self._unrolled)
+        """Add to the submatrix `A` of row and column."""
+        unrolled = any(part.function.function_space.dofmap.index_map_bs > 1 for part in self.sides)  # A knows no blocks
+        compat.assemble_matrix(A, self.cpp, self.constants, self.coefficients, [], unrolled)

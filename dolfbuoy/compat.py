@@ -4,6 +4,7 @@ Decided once, by version number, when this module is imported.  No algorithm dif
 functions below hide names, signatures and nothing else.
 """
 
+import ctypes
 import fcntl
 import functools
 import logging
@@ -11,6 +12,7 @@ import os
 import re
 import sys
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 # Must be set before the libraries behind numpy and PETSc start their threads; the user's own value is kept.
@@ -20,6 +22,8 @@ import petsc4py
 
 if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
     petsc4py.init(["dolfbuoy", "-no_signal_handler"])
+
+import cffi
 
 # The functions below hand these constructors the arguments of either version.
 import dolfinx
@@ -37,14 +41,15 @@ SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13", (0, 11): "Debian sid"}
 VERSION = tuple(int(part) for part in dolfinx.__version__.split(".")[:2])
 LEGACY = VERSION < (0, 8)  # UFL elements, dolfinx.cpp objects without a Python layer
 SEVERAL = VERSION >= (0, 11)  # meshes may have several cell types: lists of one dofmap where there was one dofmap
+KERNEL_TAKES_DATA = VERSION >= (0, 10)  # compiled kernels have one more argument
 
 if not LEGACY:
     import basix.ufl
 
 #: Options of every compiled form.  Forms are compiled once per machine and kept in the cache of dolfinx.  Square roots
 #: that need not set errno and comparisons that need not trap halve the time of the hull's Jacobian; results stay IEEE.
-_COMPILER = ["-O3", "-g0", "-fno-math-errno", "-fno-trapping-math"]
-JIT_OPTIONS = {"cffi_extra_compile_args": _COMPILER}
+COMPILER = ["-O3", "-g0", "-fno-math-errno", "-fno-trapping-math"]
+JIT_OPTIONS = {"cffi_extra_compile_args": COMPILER}
 
 
 def supported() -> bool:
@@ -92,7 +97,7 @@ def mixed_element(elements):
 def function_space(mesh, element):
     """Function space of an element."""
     if LEGACY:
-        with _quiet_compiler():
+        with quiet_compiler():
             return fem.FunctionSpace(mesh, element, jit_params=JIT_OPTIONS)
     return fem.functionspace(mesh, element)
 
@@ -124,7 +129,7 @@ def local_index_map(size):
 
 
 @contextmanager
-def _quiet_compiler():
+def quiet_compiler():
     """Building an extension module reports every compiler call through the root logger."""
     level = logging.root.manager.disable
     logging.disable(logging.INFO)
@@ -184,7 +189,7 @@ jit.ffcx_jit = jit.mpi_jit_decorator(_one_at_a_time(jit.ffcx_jit.__wrapped__))
 
 def compile_form(form):
     """Compile a UFL form, or find it in the cache."""
-    with _quiet_compiler():
+    with quiet_compiler():
         return fem.form(form, **{"jit_params" if LEGACY else "jit_options": JIT_OPTIONS})
 
 
@@ -202,6 +207,74 @@ pack_constants = _cpp.fem.pack_constants
 pack_coefficients = _cpp.fem.pack_coefficients
 assemble_vector = _cpp.fem.assemble_vector
 assemble_matrix = _cpp.fem.petsc.assemble_matrix
+
+
+@dataclass
+class Integral:
+    """Of a compiled form: address of its kernel, owned cells that it is summed over, and the facet of each, if any."""
+
+    kernel: int
+    cells: np.ndarray
+    facets: np.ndarray | None
+    key: tuple  #: of its packed coefficients
+
+
+def integrals(form) -> list[Integral]:
+    """The integrals of a compiled form."""
+    found, ffi, cpp, ufcx = [], cffi.FFI(), cpp_form(form), form.ufcx_form
+    for place, kind in enumerate((fem.IntegralType.cell, fem.IntegralType.exterior_facet)):
+        if LEGACY:
+            compiled, ids = ufcx.integrals(place), ufcx.integral_ids(place)
+            listed = range(ufcx.num_integrals(place))
+        else:
+            compiled, ids, ends = ufcx.form_integrals, ufcx.form_integral_ids, ufcx.form_integral_offsets
+            listed = range(ends[place], ends[place + 1])
+        for k in listed:
+            number = k - listed.start if SEVERAL else ids[k]
+            entities = np.asarray(cpp.domains(kind, number))
+            facets = None
+            if place == 1:
+                entities, facets = entities.reshape(-1, 2).T
+            kernel = int(ffi.cast("uintptr_t", compiled[k].tabulate_tensor_float64))
+            found.append(Integral(kernel, entities, facets, (kind, number)))
+    return found
+
+
+def cell_coordinates(mesh):
+    """Vertices of every owned cell as the kernels want them: (cells, 3 x vertices)."""
+    cells = mesh.topology.index_map(1).size_local
+    return mesh.geometry.x[_geometry_dofs(mesh)[:cells]].reshape(cells, -1)
+
+
+@functools.cache
+def _petsc_library():
+    return ctypes.CDLL(petsc4py.PETSc.__file__)
+
+
+def _petsc(name, *arguments):
+    """Call a function of PETSc's library that this petsc4py does not know."""
+    error = getattr(_petsc_library(), name)(*arguments)
+    if error:
+        raise PETSc.Error(error)
+
+
+def preallocate_coo(A, rows, columns):
+    """Fix the nonzero pattern of a matrix by global (row, column) pairs; negative ones are left out."""
+    rows, columns = (np.array(a, dtype=PETSc.IntType) for a in (rows, columns))  # PETSc may change them
+    if hasattr(A, "setPreallocationCOO"):
+        A.setPreallocationCOO(rows, columns)
+    else:
+        places = (ctypes.c_void_p(a.ctypes.data) for a in (rows, columns))
+        _petsc("MatSetPreallocationCOO", ctypes.c_void_p(A.handle), ctypes.c_ssize_t(len(rows)), *places)
+
+
+def set_values_coo(A, values):
+    """Set the matrix to the sums of `values`, one for each pair of `preallocate_coo`."""
+    if hasattr(A, "setValuesCOO"):
+        A.setValuesCOO(values, addv=PETSc.InsertMode.INSERT_VALUES)
+    else:
+        pointer = ctypes.c_void_p(values.ctypes.data)
+        _petsc("MatSetValuesCOO", ctypes.c_void_p(A.handle), pointer, ctypes.c_int(PETSc.InsertMode.INSERT_VALUES))
 
 
 def versions() -> dict[str, str]:
@@ -231,12 +304,14 @@ def cell_dofs(space):
 def cell_ends(mesh):
     """Coordinates of the two ends of every owned cell of an interval mesh, smaller first."""
     cells = mesh.topology.index_map(1).size_local
-    if LEGACY:
-        nodes = mesh.geometry.dofmap.array.reshape(-1, 2)
-    else:
-        nodes = mesh.geometry.dofmaps[0] if SEVERAL else mesh.geometry.dofmap
-    ends = mesh.geometry.x[np.asarray(nodes)[:cells], 0]
+    ends = mesh.geometry.x[_geometry_dofs(mesh)[:cells], 0]
     return np.sort(ends, axis=1)
+
+
+def _geometry_dofs(mesh):
+    if LEGACY:
+        return mesh.geometry.dofmap.array.reshape(-1, 2)
+    return np.asarray(mesh.geometry.dofmaps[0] if SEVERAL else mesh.geometry.dofmap)
 
 
 def end_tags(mesh, first, last):

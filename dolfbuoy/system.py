@@ -19,6 +19,7 @@ from petsc4py import PETSc
 from . import compat
 from .assembly import Contribution, Values
 from .errors import SolveError
+from .loops import Loop
 from .newton import JacobianAge, SolverOptions, reason_name
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
@@ -50,16 +51,18 @@ class System:
     ):
         self.comm, self.parts, self.blocks = comm, parts, blocks
         self.size = max((p.offset + p.size for p in parts), default=0)
-        self.u = np.zeros(self.size)  # physical values of the local unknowns
-        self._b = np.zeros(self.size)
         self.tolerance, self.options = tolerance, SolverOptions(options)
         self.iterations_total = self.residuals_total = self.jacobians_total = self.fallbacks = 0
         self.fault = lambda: None  # says what is wrong with a solution that no physical state can be
         self.age, self._gamma = JacobianAge(keep_jacobian), None
-        self._values = Values(parts)
-        self.residuals = [Contribution(form, part, values=self._values) for part, form in residuals]
+        self.residuals = [Contribution(form, part) for part, form in residuals]
         self.jacobians = self._differentiate(residuals)
+        self._values = Values(parts, [c.ufl_form for c in (*self.residuals, *self.jacobians)])
+        self.u = self._values.unknowns  # physical values of the local unknowns, where the loops read them
         self._number(order, ghosts)
+        self._add_residuals = Loop(self.residuals, self._values, self.size)
+        self._add_jacobians = Loop(self.jacobians, self._values, spare=len(self.order))
+        self._b = self._add_residuals.out
         self._create_matrix()
         self.direct = direct if comm.size == 1 else "mumps"
         self._create_snes()
@@ -73,7 +76,7 @@ class System:
             for column in self.parts:
                 if column.function in form.coefficients():
                     derivative = ufl.derivative(form, column.function, column.trial)
-                    jacobians.append(Contribution(derivative, row, column, self._values))
+                    jacobians.append(Contribution(derivative, row, column))
         return jacobians
 
     def _number(self, order, ghosts):
@@ -99,39 +102,11 @@ class System:
         A.setSizes([[n, N], [n, N]])
         A.setType("aij")
         A.setLGMap(self.lgmap, self.lgmap)
-        width = self._row_widths()
-        parallel = (np.minimum(width, n), np.minimum(width, N - n))  # columns of this rank, and of the others
-        A.setPreallocationNNZ(parallel if self.comm.size > 1 else width)
-        A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        # the spare entries: a diagonal even where the forms have none, for the factorisation
+        places = (np.concatenate([a, self.order]) for a in (self._add_jacobians.rows, self._add_jacobians.columns))
+        compat.preallocate_coo(A, *(self._global_index[place] for place in places))
+        compat.set_values_coo(A, self._add_jacobians.out)
         self.A = A
-        self._views = {}
-        for c in self.jacobians:  # the cable's own block comes first, with local indices equal to its dofs
-            key = (c.row.slice.start, c.row.size, c.column.slice.start, c.column.size)
-            if key not in self._views:
-                rows, columns = (np.arange(p.slice.start, p.slice.stop, dtype=PETSc.IntType) for p in (c.row, c.column))
-                self._views[key] = A.getLocalSubMatrix(
-                    PETSc.IS().createGeneral(rows, comm=PETSc.COMM_SELF),
-                    PETSc.IS().createGeneral(columns, comm=PETSc.COMM_SELF),
-                )
-            c.view = self._views[key]
-        for i in self._global_index[self.order]:  # a diagonal entry even where the form has none, for the factorisation
-            A.setValue(i, i, 0.0, addv=PETSc.InsertMode.ADD_VALUES)
-        for c in self.jacobians:  # fixes the pattern; the values mean nothing yet
-            c.add_to_matrix(c.view)
-        A.assemble()
-
-    def _row_widths(self):
-        """Upper bound of the entries in each row: every local element tensor that touches it."""
-        width = np.ones(self.size, dtype=PETSc.IntType)
-        seen = set()
-        for c in self.jacobians:
-            key = (c.row.offset, c.row.name, c.column.offset, c.column.name)
-            if key in seen:
-                continue
-            seen.add(key)
-            cells = 2 if c.column.function.function_space.dofmap.bs == 1 else 1
-            width[c.row.slice] += min(cells * _dofs_per_cell(c.column.function.function_space), c.column.size)
-        return np.minimum(width[self.order], self.unknowns)
 
     def _create_snes(self):
         x = self._vector()
@@ -158,11 +133,22 @@ class System:
         pc.setFactorSolverType(package)
         if package == "petsc":
             pc.setFactorOrdering("natural")
-        # Richardson on an exact factorisation: one solve, a look at its residual, refinement if it is not small.
         ksp.setType("richardson")
-        ksp.setNormType(PETSc.KSP.NormType.UNPRECONDITIONED)
-        ksp.setTolerances(rtol=1e-8, atol=0, max_it=5)
+        self._checked = None
+        self._check_linear_solves(True)
         self.options.apply(self.snes)
+
+    def _check_linear_solves(self, check):
+        """Richardson on an exact factorisation: one solve, a look at its residual, refinement if it is not small.
+
+        A kept matrix, whose factorisation was looked at when it was new, is not worth that: Newton refines.
+        """
+        if check is self._checked or (self.options.scene and self._checked is not None):
+            return
+        self._checked, ksp, norm = check, self.snes.getKSP(), PETSc.KSP.NormType
+        ksp.setNormType(norm.UNPRECONDITIONED if check else norm.NONE)
+        ksp.setTolerances(rtol=1e-8, atol=0, max_it=5 if check else 1)
+        ksp.setConvergenceTest(None if check else _never)
 
     def _vector(self):
         x = PETSc.Vec().create(self.comm)
@@ -190,23 +176,15 @@ class System:
 
     def evaluate(self):
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical]."""
-        self._read_functions(self.residuals)
+        self._read_functions()
         return self._assemble_residual()
 
-    def _read_functions(self, contributions):
-        self._values.read()
-        _read_constants(contributions)
-        _read_coefficients(contributions)
-
-    def _refresh(self, contributions):
-        self._values.array[self._values.unknowns] = self.u
-        _read_coefficients(contributions)
+    def _read_functions(self):
+        self._values.read_unknowns()
+        self._values.read_given()
 
     def _assemble_residual(self):
-        self._b[:] = 0
-        for contribution in self.residuals:
-            contribution.add_to_vector(self._b)
-        return self._b
+        return self._add_residuals()
 
     @property
     def last_residual(self):
@@ -216,7 +194,6 @@ class System:
     def _residual(self, snes, x, f):
         self.residuals_total += 1
         self._read(x)
-        self._refresh(self.residuals)
         self._scale(self._assemble_residual(), f)
 
     def _scale(self, b, f):
@@ -231,13 +208,10 @@ class System:
 
     def _jacobian(self, snes, x, J, P):
         self.age.kept = self.age.valid
+        self._check_linear_solves(not self.age.kept)
         if self.age.valid:
             return
         self._read(x)
-        if not self._jacobians_prepared:
-            _read_constants(self.jacobians)
-            self._jacobians_prepared = True
-        self._refresh(self.jacobians)
         self._assemble_matrix()
         P.diagonalScale(self._row_scale, self._unknown_scale)
         if J != P:
@@ -247,15 +221,12 @@ class System:
 
     def assemble_jacobian(self):
         """The Jacobian at the present Functions, unscaled, in `A`."""
-        self._read_functions(self.jacobians)
+        self._read_functions()
         self._assemble_matrix()
         self.age.valid = False
 
     def _assemble_matrix(self):
-        self.A.zeroEntries()
-        for contribution in self.jacobians:
-            contribution.add_to_matrix(contribution.view)
-        self.A.assemble()
+        compat.set_values_coo(self.A, self._add_jacobians())
 
     def _converged(self, snes, iteration, norms):
         """Stop when the error that the next increment would remove is below `tolerance` of the typical sizes.
@@ -306,10 +277,7 @@ class System:
         `u` holds the solution afterwards, or what it held before if SolveError is raised.
         """
         before = self.u.copy()
-        self.publish()  # statics and users change u between solves
-        self._values.read()
-        _read_constants(self.residuals)
-        self._jacobians_prepared = False
+        self._values.read_given()
         iterations, reason = self._run(before)
         if reason < 0 and self.age.keep:  # perhaps only the matrix was too old
             more, reason = self._run_afresh(before)
@@ -404,23 +372,12 @@ class System:
     def destroy(self):
         """Give PETSc's objects back (sweeps make many systems)."""
         self.options.forget()
-        views = list(self._views.values())
-        for item in [self.snes, *views, self.A, self.x, self._f, self._row_scale, self._unknown_scale, self.lgmap]:
+        for item in [self.snes, self.A, self.x, self._f, self._row_scale, self._unknown_scale, self.lgmap]:
             item.destroy()
         if self._ghosted is not None:
             self._ghosted.destroy()
 
 
-def _read_constants(contributions):
-    for contribution in contributions:
-        contribution.read_constants()
-
-
-def _read_coefficients(contributions):
-    for contribution in contributions:
-        contribution.refresh()
-
-
-def _dofs_per_cell(space):
-    dofmap = space.dofmap
-    return len(dofmap.cell_dofs(0)) * dofmap.bs if dofmap.index_map.size_local else 0
+def _never(ksp, iteration, norm):
+    """Of a linear solver that stops after its largest number of iterations."""
+    return PETSc.KSP.ConvergedReason.ITERATING

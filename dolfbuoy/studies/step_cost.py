@@ -1,12 +1,12 @@
-"""Where the time of a step goes, and the floor below which it cannot fall.
+"""Where the time of a step goes, and the floor to measure it by.
 
-A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones.  Then, at the state
-that it reached, each part of the work is done many times over and timed alone.  The floor of a Newton iteration is the
-compiled assemblers and the direct solver called back to back, with nothing else between them, in turn and as often as
-the run called them; it is measured after every few steps, side by side with them.  (The parts, each repeated alone,
-find their data in the cache and add up to somewhat less.)  `ratio`: of Newton's method to the floor; `ratio of a step`
-counts what surrounds it too: time scheme, predictor, forcing, record.  All times are this process's time on the
-processor, those of parts medians of the better half of many, since other programs on the machine only ever add to them.
+A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones, and its parts are
+timed as it goes; factorisation and solve, which PETSc calls, are done many times over at the state that was reached.
+The floor of a Newton iteration is dolfinx's assemblers and the direct solver called back to back, with nothing else
+between them, in turn and as often as the run called them; it is measured after every few steps, side by side with
+them.  `ratio`: of Newton's method to the floor (below 1 where the loops of `dolfbuoy.loops` gain more than all else
+takes); `ratio of a step` counts what surrounds it too: time scheme, predictor, forcing, record.  All times are this
+process's time on the processor; a ratio is the median of those of groups of steps, each side by side with its floor.
 """
 
 import time
@@ -15,13 +15,11 @@ from tempfile import TemporaryDirectory
 
 import matplotlib
 import numpy as np
-import ufl
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from .. import compat
 from ..api import Recorder
-from ..assembly import Contribution
 from ..dynamics import Simulation
 from ..errors import InputError
 from ..plot_style import COLORS, PAGE, STYLE, new_figure
@@ -30,57 +28,21 @@ from .common import save, show
 
 WARM_UP = 50  # steps before the clock starts
 GROUP = 10  # steps that are timed together: a kept Jacobian is new in some of them only
-PARTS = ("residual kernels", "Jacobian kernels", "insertion", "factorisation", "solve")  # what the floor is made of
-PARTS += ("packing", "SNES and Python", "time scheme", "record")
+PARTS = ("residual loop", "Jacobian loop", "insertion", "factorisation", "solve")
+PARTS += ("SNES and Python", "time scheme", "record")
 
 
 def typical(function, count: int = 60) -> float:
-    """Seconds of a call: median of the better half of `count`."""
+    """Seconds of a call: median of `count`."""
     times = []
     for _ in range(count):
         begin = time.process_time()
         function()
         times.append(time.process_time() - begin)
-    return better_half(times)
+    return float(np.median(times))
 
 
-def better_half(times) -> float:
-    """Median of the smaller half."""
-    return float(np.median(np.sort(times)[: max(1, len(times) // 2)]))
-
-
-# -- the parts ---------------------------------------------------------------------------------------------------------
-
-
-def parts(simulation, count: int = 60) -> dict:
-    """Seconds of each part of the work at the present state of a Simulation, done once."""
-    system = simulation.system
-    system.assemble_jacobian()
-    every = [*system.residuals, *system.jacobians]
-    residuals, jacobians = _assemblers(system)
-
-    def pack(contributions):
-        return typical(lambda: system._refresh(contributions), count)
-
-    def constants():
-        system._values.read()
-        for c in every:
-            c.read_constants()
-
-    together = typical(jacobians, count)
-    system.A.assemble()
-    insertion = min(_insertion(system, count), together)
-    factorise, solve = _direct_solver(system)
-    return {
-        "residual kernels": typical(residuals, count),
-        "Jacobian kernels": together - insertion,
-        "insertion": insertion,
-        "factorisation": typical(factorise, count),
-        "solve": typical(solve, count),
-        "packing of a residual": pack(system.residuals),
-        "packing of a Jacobian": pack(system.jacobians),
-        "packing of a solve": typical(constants, count),
-    }
+# -- the floor ---------------------------------------------------------------------------------------------------------
 
 
 def back_to_back(system):
@@ -101,30 +63,27 @@ def back_to_back(system):
 
 
 def _assemblers(system):
-    """The compiled forms of all residuals, and of all Jacobians, added up."""
-    b = np.zeros(system.size)
+    """dolfinx's assemblers of all residuals, and of all Jacobians, added up."""
+    b, A = np.zeros(system.size), system.A.duplicate()
+    A.setLGMap(system.lgmap, system.lgmap)
+    for c in (*system.residuals, *system.jacobians):
+        c.prepare()
+    blocks = [(c, A.getLocalSubMatrix(*(_numbers(part) for part in c.sides))) for c in system.jacobians]
 
     def residuals():
         for c in system.residuals:
             c.add_to_vector(b)
 
     def jacobians():
-        for c in system.jacobians:
-            c.add_to_matrix(c.view)
+        for c, block in blocks:
+            c.add_to_matrix(block)
 
     return residuals, jacobians
 
 
-def _insertion(system, count):
-    """Of the largest Jacobian blocks: the cheapest form with the same element matrices, assembled the same way."""
-    cheapest = []
-    for part in (p for p in system.parts if p.name in ("cable", "buoy")):
-        form = ufl.inner(part.trial, part.test) * ufl.dx(domain=part.function.function_space.mesh, degree=1)
-        view = next(c.view for c in system.jacobians if c.row is part and c.column is part)
-        cheapest.append((Contribution(form, part, part), view))
-    seconds = typical(lambda: [c.add_to_matrix(view) for c, view in cheapest], count)
-    system.A.assemble()
-    return seconds
+def _numbers(part):
+    numbers = np.arange(part.slice.start, part.slice.stop, dtype=PETSc.IntType)
+    return PETSc.IS().createGeneral(numbers, comm=PETSc.COMM_SELF)
 
 
 def _direct_solver(system):
@@ -168,19 +127,23 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
     n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
     row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
     row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
-    row |= _split(parts(simulation, count), groups, n_R / n_K, n_J / n_K, done / n_K)
+    factorise, solve = (typical(work, count) for work in _direct_solver(twin.system))
+    row |= _split(groups, n_J / n_K * factorise, solve, done / n_K)
     for sim in (simulation, twin):
         sim.problem.destroy()
     return row
 
 
 def _groups(simulation, march, recorder, floor, count):
-    """Counts of each group of steps, and its seconds: in Newton's method, in steps, in the record, and of the floor."""
+    """Counts of each group of steps, and its seconds: of parts of Newton's method, of steps, record, and floor."""
     system, end = simulation.system, simulation.scene.time.end
-    in_newton, rows = _clocked(system), []
+    parts = {"newton": "solve", "residuals of it": "_add_residuals", "jacobians of it": "_add_jacobians"}
+    parts |= {"matrices of it": "_assemble_matrix"}
+    clocks, rows = {name: _clocked(system, method) for name, method in parts.items()}, []
     while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
         counted, in_steps, in_record = _counts(system), 0.0, 0.0
-        in_newton.clear()
+        for times in clocks.values():
+            times.clear()
         for _ in range(GROUP):
             begin = time.process_time()
             step = next(march)
@@ -191,22 +154,23 @@ def _groups(simulation, march, recorder, floor, count):
         numbers = [now - then for now, then in zip(_counts(system), counted, strict=True)]
         begin = time.process_time()
         floor(*numbers)
-        rows.append([*numbers, sum(in_newton), in_steps, in_record, time.process_time() - begin])
-    names = ["iterations", "residuals", "jacobians", "newton", "steps", "record", "floor"]
+        in_floor = time.process_time() - begin
+        rows.append([*numbers, in_steps, in_record, in_floor, *(sum(times) for times in clocks.values())])
+    names = ["iterations", "residuals", "jacobians", "steps", "record", "floor", *clocks]
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
-def _clocked(system):
-    """Seconds of every solve from now on."""
-    solve, times = system.solve, []
+def _clocked(system, method):
+    """Seconds of every call of a method from now on."""
+    call, times = getattr(system, method), []
 
-    def clocked():
+    def clocked(*args):
         begin = time.process_time()
-        iterations = solve()
+        result = call(*args)
         times.append(time.process_time() - begin)
-        return iterations
+        return result
 
-    system.solve = clocked
+    setattr(system, method, clocked)
     return times
 
 
@@ -214,30 +178,26 @@ def _counts(system):
     return system.iterations_total, system.residuals_total, system.jacobians_total
 
 
-def _split(part, groups, R, J, steps):
-    """Microseconds per Newton iteration; R, J, steps: residuals, Jacobians and steps to an iteration."""
+def _split(groups, factorisation, solve, steps):
+    """Microseconds per Newton iteration; the other times in seconds per iteration; steps: to an iteration."""
+    spent = {name: times.mean() * steps / GROUP for name, times in groups.items()}
     split = {
-        "residual kernels": R * part["residual kernels"],
-        "Jacobian kernels": J * part["Jacobian kernels"],
-        "insertion": J * part["insertion"],
-        "factorisation": J * part["factorisation"],
-        "solve": part["solve"],
+        "residual loop": spent["residuals of it"],
+        "Jacobian loop": spent["jacobians of it"],
+        "insertion": spent["matrices of it"] - spent["jacobians of it"],
+        "factorisation": factorisation,
+        "solve": solve,
     }
-    packing = R * part["packing of a residual"] + J * part["packing of a Jacobian"]
-    split["packing"] = packing + steps * part["packing of a solve"]
-    newton, step, record, floor = (
-        better_half(groups[name]) * steps / GROUP for name in ("newton", "steps", "record", "floor")
-    )
-    split["SNES and Python"] = newton - sum(split.values())
-    split["time scheme"] = step - newton
-    split["record"] = record
+    split["SNES and Python"] = spent["newton"] - sum(split.values())
+    split["time scheme"] = spent["steps"] - spent["newton"]
+    split["record"] = spent["record"]
     microseconds = {name: 1e6 * seconds for name, seconds in split.items()}
     return microseconds | {
         "total": 1e6 * sum(split.values()),
-        "floor": 1e6 * floor,
+        "floor": 1e6 * spent["floor"],
         "ratio": float(np.median(groups["newton"] / groups["floor"])),
         "ratio of a step": float(np.median((groups["steps"] + groups["record"]) / groups["floor"])),
-        "milliseconds per step": 1e3 * (step + record) / steps,
+        "milliseconds per step": 1e3 * (spent["steps"] + spent["record"]) / steps,
     }
 
 
@@ -285,7 +245,7 @@ def figure(rows: list[dict]):
         axes = fig.add_subplot()
         for k, row in enumerate(rows):
             left = 0.0
-            for name, color in zip(PARTS, [*list(COLORS.values())[:5], "0.45", "0.6", "0.75", "0.88"], strict=True):
+            for name, color in zip(PARTS, [*list(COLORS.values())[:5], "0.5", "0.7", "0.85"], strict=True):
                 axes.barh(k, row[name], left=left, height=0.6, color=color, label=name if k == 0 else None)
                 left += row[name]
             axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)

@@ -1,0 +1,208 @@
+"""The loop over cells in C, compiled once per machine with cffi as FFCx does it with its forms.
+
+dolfinx's assemblers take packed coefficients and insert the tensor of every cell by itself.  Here one call of C does
+all forms of a residual or of a Jacobian: it gathers coefficients and constants of a cell from one array, calls the
+same compiled kernel, and adds the tensor to a vector or leaves it where PETSc's COO assembly reads it
+(`study step-cost` measures what that brings).
+"""
+
+import hashlib
+import importlib.util
+import os
+import sysconfig
+from functools import cache, partial
+from tempfile import TemporaryDirectory
+
+import cffi
+import numpy as np
+
+from . import compat
+
+_DECLARATIONS = """
+typedef struct {
+    uintptr_t kernel;          /* tabulate_tensor of FFCx */
+    int cells, tensor, coefficients, constants, coordinates;  /* cells, and numbers of a cell */
+    const int *w, *c;          /* places of coefficients (of each cell) and of constants in `values` */
+    int shared;                /* all cells have the same dofs: one tensor is the sum of all */
+    const int *targets;        /* places of the tensors in `out`; NULL: one after the other, from `first` on */
+    ptrdiff_t first;
+    const double *x;
+    const int *facets;         /* local number of the facet, or NULL */
+} integral;
+
+typedef struct {
+    const double *data;
+    ptrdiff_t length, place;
+} array;
+
+void add_up(const integral *integrals, int count, const double *values, double *work, double *out, ptrdiff_t length);
+void read_arrays(const array *arrays, int count, double *values);
+"""
+
+_SOURCE = """
+#include <stdint.h>
+#include <stddef.h>
+#include <string.h>
+%s
+typedef void (*tabulate_tensor)(double *, const double *, const double *, const double *, const int *,
+                                const uint8_t *%s);
+
+static const double *gather(double *w, const double *values, const int *places, int n)
+{
+    for (int k = 0; k < n; ++k)
+        w[k] = values[places[k]];
+    return w;
+}
+
+static void scatter(const double *tensor, double *out, const int *places, int n)
+{
+    for (int k = 0; k < n; ++k)
+        out[places[k]] += tensor[k];
+}
+
+static void integrate(const integral *I, const double *values, double *work, double *out)
+{
+    static const uint8_t permutation[2] = {0, 0};
+    const tabulate_tensor tabulate = (tabulate_tensor)I->kernel;
+    const double *c = gather(work, values, I->c, I->constants);
+    double *w = work + I->constants;
+    for (ptrdiff_t cell = 0; cell < I->cells; ++cell) {
+        const ptrdiff_t place = I->shared ? 0 : cell * I->tensor;
+        double *tensor = I->targets ? w + I->coefficients : out + I->first + place;
+        gather(w, values, I->w + cell * I->coefficients, I->coefficients);
+        if (I->targets && (cell == 0 || !I->shared))
+            memset(tensor, 0, I->tensor * sizeof(double));
+        tabulate(tensor, w, c, I->x + cell * I->coordinates, I->facets ? I->facets + cell : NULL, permutation%s);
+        if (I->targets && (cell == I->cells - 1 || !I->shared))
+            scatter(tensor, out, I->targets + place, I->tensor);
+    }
+}
+
+void add_up(const integral *integrals, int count, const double *values, double *work, double *out, ptrdiff_t length)
+{
+    memset(out, 0, length * sizeof(double));
+    for (int n = 0; n < count; ++n)
+        integrate(integrals + n, values, work, out);
+}
+
+void read_arrays(const array *arrays, int count, double *values)
+{
+    for (int n = 0; n < count; ++n)
+        memcpy(values + arrays[n].place, arrays[n].data, arrays[n].length * sizeof(double));
+}
+"""
+
+
+@cache
+def _library():
+    """The compiled module, from the cache of compiled forms or built into it."""
+    more = (", void *", ", NULL") if compat.KERNEL_TAKES_DATA else ("", "")
+    source = _SOURCE % (_DECLARATIONS, *more)
+    key = repr((source, compat.COMPILER, cffi.__version__, sysconfig.get_config_var("SOABI")))
+    name = f"dolfbuoy_loops_{hashlib.sha1(key.encode()).hexdigest()[:16]}"
+    path = compat.jit_cache() / (name + sysconfig.get_config_var("EXT_SUFFIX"))
+    if not path.exists():
+        _build(name, source, path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _build(name, source, path):
+    """Compile apart and move into place, so that other processes see all of it or nothing."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    builder = cffi.FFI()
+    builder.cdef(_DECLARATIONS)
+    builder.set_source(name, source, extra_compile_args=compat.COMPILER)
+    with TemporaryDirectory(dir=path.parent) as folder, compat.quiet_compiler():
+        os.replace(builder.compile(tmpdir=folder), path)
+
+
+def reading(pieces, values):
+    """A function that copies arrays to their places in `values`; pieces: list of (slice, array)."""
+    library, alive = _library(), [values, *(array for _, array in pieces)]
+    arrays = library.ffi.new("array[]", max(1, len(pieces)))
+    for described, (place, array) in zip(arrays, pieces, strict=False):
+        described.data = library.ffi.cast("double *", array.ctypes.data)
+        described.length, described.place = len(array), place.start
+    target = library.ffi.cast("double *", values.ctypes.data)
+
+    def read():
+        library.lib.read_arrays(arrays, len(alive) - 1, target)
+
+    return read
+
+
+class Loop:
+    """The forms of `contributions`, added up by one call.
+
+    values: a `Values` that knows all their unknowns, coefficients and constants.  A residual is added to an array of
+    `size` local unknowns.  Of Jacobians (size None) `out` holds the tensors, whose entries belong to the local unknowns
+    `rows` and `columns`, and behind them `spare` zeros.
+    """
+
+    def __init__(self, contributions, values, size=None, spare=0):
+        library = _library()
+        self._ffi, self._alive = library.ffi, []
+        found = [(c, compat.integrals(c.form)) for c in contributions]
+        count, length, work, entries = sum(len(integrals) for _, integrals in found), 0, 1, []
+        described = self._ffi.new("integral[]", max(1, count))
+        unused = iter(described)
+        for c, integrals in found:
+            coefficients, constants = values.sources(c)
+            for integral in integrals:
+                dofs = [part.offset + _unrolled(part.function.function_space)[integral.cells] for part in c.sides]
+                one = next(unused)
+                self._inputs(one, c, integral, coefficients[integral.key], constants)
+                one.tensor, one.first = np.prod([d.shape[1] for d in dofs]), length
+                one.shared = all(np.all(d == d[:1]) for d in dofs)
+                if one.shared:
+                    dofs = [d[:1] for d in dofs]
+                if size is None:
+                    entries.append(_entries(*dofs))
+                    length += len(entries[-1][0])
+                else:
+                    one.targets = self._ints(*dofs)
+                work = max(work, one.constants + one.coefficients + one.tensor)
+        if size is None:
+            self.rows, self.columns = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
+        self.out = np.zeros(length + spare if size is None else size)
+        inputs, outputs = (self._doubles(a) for a in (values.array, np.zeros(work))), self._doubles(self.out)
+        self._call = partial(library.lib.add_up, described, count, *inputs, outputs, len(self.out))
+
+    def __call__(self):
+        """`out`, from the present `values`."""
+        self._call()
+        return self.out
+
+    def _inputs(self, one, contribution, integral, coefficients, constants):
+        cells = integral.cells
+        x = compat.cell_coordinates(contribution.row.function.function_space.mesh)[cells]
+        one.kernel, one.cells = integral.kernel, len(cells)
+        one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
+        one.w, one.c, one.x = self._ints(coefficients), self._ints(constants), self._doubles(x)
+        if integral.facets is not None:
+            one.facets = self._ints(integral.facets)
+
+    def _ints(self, array):
+        return self._pointer("int *", np.ascontiguousarray(array, dtype=np.int32))
+
+    def _doubles(self, array):
+        return self._pointer("double *", np.ascontiguousarray(array, dtype=np.float64))
+
+    def _pointer(self, kind, array):
+        self._alive.append(array)
+        return self._ffi.cast(kind, array.ctypes.data)
+
+
+def _unrolled(space):
+    """Dofs of every owned cell, blocks one by one."""
+    blocks, size = compat.cell_dofs(space), space.dofmap.bs
+    return (size * blocks[:, :, None] + np.arange(size, dtype=np.int32)).reshape(len(blocks), -1)
+
+
+def _entries(rows, columns):
+    """Row and column of every entry of the cells' tensors."""
+    m, n = rows.shape[1], columns.shape[1]
+    return np.stack([np.repeat(rows, n, axis=1).ravel(), np.tile(columns, m).ravel()])
