@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from . import checkpoint, results
+from . import checkpoint, interruption, results
 from .dynamics import Simulation
 from .errors import InputError
 from .observe import Observer, attributes
@@ -88,6 +88,7 @@ def _drive(scene, folder, comm, progress, point=None):
         try:
             for step, iterations in simulation.run():
                 recorder.add(step, iterations)
+                interruption.check()
                 if progress is not None:
                     progress(simulation, iterations)
             recorder.save()

@@ -1,7 +1,6 @@
 """Command line: parse, call, print."""
 
 import os
-import signal
 import sys
 import traceback
 from pathlib import Path
@@ -12,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from . import ranks
+from . import interruption, ranks
 from .errors import InputError, SolveError
 from .studies.cli import app as study_app
 
@@ -151,7 +150,7 @@ def run(
         with bar:
             record = simulate(progress=bar.update, **source)
     except BaseException:
-        if _interrupt.received:
+        if interruption.received():
             raise Interrupted(folder) from None
         raise
     if _rank() != 0:
@@ -247,7 +246,7 @@ def sweep(
     try:
         dataset = run_all(scene, vary or [], table, folder)
     except BaseException:
-        if _interrupt.received:
+        if interruption.received():
             raise Interrupted(folder, "the same command") from None
         raise
     if dataset is None:
@@ -340,22 +339,10 @@ class Interrupted(Exception):
         self.folder, self.advice = folder, advice or f"dolfbuoy run --resume {folder}"
 
 
-def _interrupt(signum, frame):
-    """Handler of SIGINT and SIGTERM.  What arrives in the middle of a callback comes out of newer versions of PETSc as
-    an error of its own, so it is noted here that there was an interruption."""
-    _interrupt.received = True
-    raise KeyboardInterrupt
-
-
-_interrupt.received = False
-
-
 def main():
     """Entry point: every way to end, and its exit code."""
     ranks.only_first_speaks()
-    _interrupt.received = False
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _interrupt)
+    interruption.listen()
     try:
         app(standalone_mode=True)
     except InputError as error:
@@ -371,7 +358,7 @@ def main():
         place = f" {error.filename}" if error.filename else ""
         _fail(f"Error: cannot read or write{place}: {error.strerror or error}.", 1)
     except Exception:
-        if _interrupt.received:
+        if interruption.received():
             _fail("Interrupted.", 130)
         if not ranks.several():
             raise

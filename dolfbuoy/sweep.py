@@ -4,7 +4,6 @@ import csv
 import itertools
 import json
 import math
-import signal
 import tomllib
 from concurrent.futures import as_completed
 from pathlib import Path
@@ -17,6 +16,7 @@ from mpi4py import MPI
 from rich.console import Console
 from rich.progress import track
 
+from . import interruption
 from .api import simulate
 from .errors import InputError
 from .results import SERIES
@@ -105,9 +105,9 @@ def evaluate(case: dict) -> dict:
     try:
         record = simulate(build_scene(json.loads(case["scene"]), case["changes"]), comm=MPI.COMM_SELF)
     except Exception as error:  # whatever it is, the others go on
-        if getattr(signal.getsignal(signal.SIGTERM), "received", False):
-            raise KeyboardInterrupt from error
+        interruption.check()
         return {"status": f"{type(error).__name__}: {error}", "statistics": {}}
+    interruption.check()
     return {"status": "done", "statistics": statistics(record)}
 
 

@@ -288,3 +288,13 @@ def test_three_ranks_are_identical_to_one(swept, tmp_path):
         assert all("cable.length = -3" in status for status in parallel.status.values[1::2])
         for name in dataset:
             np.testing.assert_array_equal(parallel[name].values[::2], dataset[name].values, err_msg=name)
+
+
+def test_a_lost_interruption_is_noticed(tmp_path, monkeypatch):
+    """KeyboardInterrupt that a library swallowed within a case ends the sweep after it."""
+    from dolfbuoy import interruption
+
+    monkeypatch.setattr(interruption, "_received", True)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(ROD, ["cable.length=1,2"], None, tmp_path)
+    assert not list((tmp_path / "cases").glob("*.json"))

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from .. import forms, meshes
+from .. import forms, interruption, meshes
 from ..errors import InputError, SolveError
 
 
@@ -69,7 +69,9 @@ def _evaluate_share(evaluate, cases, files, indices, claims):
             if not _claim(claims / str(i)):
                 continue
             try:
-                _write_json(files[i], evaluate(cases[i]))
+                result = evaluate(cases[i])
+                interruption.check()
+                _write_json(files[i], result)
             except BaseException:
                 _claim(claims / "failed")
                 raise

@@ -25,11 +25,12 @@ from store import kept
 from dolfbuoy.plot_style import COLORS, PAGE, STYLE, new_figure
 from dolfbuoy.studies.common import fingerprint, save, show
 
-#: Linear solvers of the steps, by name: PETSc options (the equilibrium is found with the default one).
+#: Linear solvers of the steps, by name: a PETSc package for a factorisation, or PETSc options.  The default is "petsc",
+#: elimination along the cable, on one rank and MUMPS on several.
 SOLVERS = {
-    "default": {},
-    "mumps": {"pc_factor_mat_solver_type": "mumps"},
-    "superlu_dist": {"pc_factor_mat_solver_type": "superlu_dist"},
+    "default": None,
+    "mumps": "mumps",
+    "superlu_dist": "superlu_dist",
     "gmres + bjacobi/ilu(3)": {
         "ksp_type": "gmres",
         "pc_type": "bjacobi",
@@ -68,7 +69,7 @@ def evaluate_here(case: dict) -> dict | None:
         begin = clock.perf_counter()
         simulation = Simulation(scene, comm)
         result["setup_s"] = clock.perf_counter() - begin  # the second time: forms are compiled
-        _use(simulation.system.snes, SOLVERS[case["solver"]])
+        _use(simulation.system, SOLVERS[case["solver"]])
         try:
             result |= _steps(simulation, scheme, comm)
         except SolveError as error:
@@ -79,17 +80,13 @@ def evaluate_here(case: dict) -> dict | None:
     return result if comm.rank == 0 else None
 
 
-def _use(snes, options):
-    """Another linear solver.  Its options stay in PETSc's database: those of a block are read when it is set up."""
-    from petsc4py import PETSc
-
-    if not options:
-        return
-    database, prefix = PETSc.Options(), snes.getOptionsPrefix()
-    for key, value in (options | (NATURAL if "pc_type" in options else {})).items():
-        database[prefix + key] = value
-    snes.getKSP().reset()
-    snes.setFromOptions()
+def _use(system, solver):
+    """Another linear solver, in the way of one that a scene asks for."""
+    if isinstance(solver, str):
+        system.direct = solver
+    elif solver:
+        system.options.scene = solver | NATURAL
+    system._set_direct_solver(system.direct)
 
 
 def _steps(simulation, scheme, comm):
