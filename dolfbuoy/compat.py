@@ -140,7 +140,7 @@ def quiet_compiler():
 
 
 @contextmanager
-def _alone():
+def alone():
     """No other process compiles meanwhile (yields True), if the file system of the cache can promise that.
 
     The lock ends with the process that holds it.  Nothing collective may happen inside: other ranks may want it too.
@@ -169,13 +169,13 @@ def _one_at_a_time(local_jit):
 
     @functools.wraps(local_jit)
     def locked_jit(*arguments, **options):
-        with _alone() as alone:
-            options[name] = {**(options.get(name) or {}), "timeout": 2 if alone else 600}
+        with alone() as locked:
+            options[name] = {**(options.get(name) or {}), "timeout": 2 if locked else 600}
             try:
                 return local_jit(*arguments, **options)
             except TimeoutError as error:
                 claim = re.search(r"remove (.+\.c)\)", str(error))
-                if not alone or not claim:
+                if not locked or not claim:
                     raise
                 Path(claim[1]).unlink(missing_ok=True)
                 return local_jit(*arguments, **options)
@@ -220,8 +220,9 @@ class Integral:
 
 
 def integrals(form) -> list[Integral]:
-    """The integrals of a compiled form."""
+    """The integrals of a compiled form, which are over cells and exterior facets."""
     found, ffi, cpp, ufcx = [], cffi.FFI(), cpp_form(form), form.ufcx_form
+    assert set(cpp.integral_types) <= {fem.IntegralType.cell, fem.IntegralType.exterior_facet}
     for place, kind in enumerate((fem.IntegralType.cell, fem.IntegralType.exterior_facet)):
         if LEGACY:
             compiled, ids = ufcx.integrals(place), ufcx.integral_ids(place)

@@ -17,6 +17,7 @@ import cffi
 import numpy as np
 
 from . import compat
+from .errors import InputError
 
 _DECLARATIONS = """
 typedef struct {
@@ -102,7 +103,9 @@ def _library():
     name = f"dolfbuoy_loops_{hashlib.sha1(key.encode()).hexdigest()[:16]}"
     path = compat.jit_cache() / (name + sysconfig.get_config_var("EXT_SUFFIX"))
     if not path.exists():
-        _build(name, source, path)
+        with compat.alone():
+            if not path.exists():  # still
+                _build(name, source, path)
     spec = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -111,12 +114,16 @@ def _library():
 
 def _build(name, source, path):
     """Compile apart and move into place, so that other processes see all of it or nothing."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     builder = cffi.FFI()
     builder.cdef(_DECLARATIONS)
     builder.set_source(name, source, extra_compile_args=compat.COMPILER)
-    with TemporaryDirectory(dir=path.parent) as folder, compat.quiet_compiler():
-        os.replace(builder.compile(tmpdir=folder), path)
+    try:
+        with TemporaryDirectory(dir=path.parent) as folder, compat.quiet_compiler():
+            os.replace(builder.compile(tmpdir=folder), path)
+    except cffi.VerificationError as error:
+        raise InputError(f"The loop over cells cannot be compiled, dolfbuoy needs a C compiler: {error}.") from None
+    except PermissionError as error:
+        raise PermissionError(error.errno, error.strerror, str(path)) from None
 
 
 def reading(pieces, values):
@@ -138,8 +145,8 @@ class Loop:
     """The forms of `contributions`, added up by one call.
 
     values: a `Values` that knows all their unknowns, coefficients and constants.  A residual is added to an array of
-    `size` local unknowns.  Of Jacobians (size None) `out` holds the tensors, whose entries belong to the local unknowns
-    `rows` and `columns`, and behind them `spare` zeros.
+    `size` local unknowns.  Of Jacobians (size None) `out` holds the tensors, whose `entries` belong to local unknowns
+    (rows, columns), and behind them `spare` zeros.
     """
 
     def __init__(self, contributions, values, size=None, spare=0):
@@ -166,7 +173,7 @@ class Loop:
                     one.targets = self._ints(*dofs)
                 work = max(work, one.constants + one.coefficients + one.tensor)
         if size is None:
-            self.rows, self.columns = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
+            self.entries = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
         self.out = np.zeros(length + spare if size is None else size)
         inputs, outputs = (self._doubles(a) for a in (values.array, np.zeros(work))), self._doubles(self.out)
         self._call = partial(library.lib.add_up, described, count, *inputs, outputs, len(self.out))

@@ -103,8 +103,9 @@ class System:
         A.setType("aij")
         A.setLGMap(self.lgmap, self.lgmap)
         # the spare entries: a diagonal even where the forms have none, for the factorisation
-        places = (np.concatenate([a, self.order]) for a in (self._add_jacobians.rows, self._add_jacobians.columns))
+        places = [np.append(entries, self.order) for entries in self._add_jacobians.entries]
         compat.preallocate_coo(A, *(self._global_index[place] for place in places))
+        self._add_jacobians.entries = None  # as large as the tensors, and no longer needed
         compat.set_values_coo(A, self._add_jacobians.out)
         self.A = A
 
@@ -128,6 +129,7 @@ class System:
     def _set_direct_solver(self, package):
         ksp = self.snes.getKSP()
         ksp.reset()
+        self.age.valid = False  # a kept matrix goes with its factorisation
         pc = ksp.getPC()
         pc.setType("lu")
         pc.setFactorSolverType(package)
@@ -148,7 +150,6 @@ class System:
         self._checked, ksp, norm = check, self.snes.getKSP(), PETSc.KSP.NormType
         ksp.setNormType(norm.UNPRECONDITIONED if check else norm.NONE)
         ksp.setTolerances(rtol=1e-8, atol=0, max_it=5 if check else 1)
-        ksp.setConvergenceTest(None if check else _never)
 
     def _vector(self):
         x = PETSc.Vec().create(self.comm)
@@ -175,7 +176,10 @@ class System:
             part.values[:] = self.u[part.slice]
 
     def evaluate(self):
-        """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical]."""
+        """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical].
+
+        The Functions' values are those of `u` from then on.
+        """
         self._read_functions()
         return self._assemble_residual()
 
@@ -220,7 +224,7 @@ class System:
         self.jacobians_total += 1
 
     def assemble_jacobian(self):
-        """The Jacobian at the present Functions, unscaled, in `A`."""
+        """The Jacobian at the present Functions, unscaled, in `A`; their values are those of `u` from then on."""
         self._read_functions()
         self._assemble_matrix()
         self.age.valid = False
@@ -376,8 +380,3 @@ class System:
             item.destroy()
         if self._ghosted is not None:
             self._ghosted.destroy()
-
-
-def _never(ksp, iteration, norm):
-    """Of a linear solver that stops after its largest number of iterations."""
-    return PETSc.KSP.ConvergedReason.ITERATING

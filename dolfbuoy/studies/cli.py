@@ -172,7 +172,7 @@ def endurance(
 @app.command("step-cost")
 def step_cost(
     scene: Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")],
-    steps: Annotated[int, typer.Option("--steps", min=1, help="Steps to measure.")] = 1000,
+    steps: Annotated[int, typer.Option("--steps", min=10, help="Steps to measure.")] = 1000,
     folder: OutOption = None,
 ):
     """Where the time of a Newton iteration goes, beside its floor.  Example: dolfbuoy study step-cost short"""

@@ -1,7 +1,7 @@
 """Where the time of a step goes, and the floor to measure it by.
 
 A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones, and its parts are
-timed as it goes; factorisation and solve, which PETSc calls, are done many times over at the state that was reached.
+timed as it goes; factorisation and solve, which PETSc calls, are done many times over at a state of the run.
 The floor of a Newton iteration is dolfinx's assemblers and the direct solver called back to back, with nothing else
 between them, in turn and as often as the run called them; it is measured after every few steps, side by side with
 them.  `ratio`: of Newton's method to the floor (below 1 where the loops of `dolfbuoy.loops` gain more than all else
