@@ -38,6 +38,8 @@ typedef struct {
 
 void add_up(const integral *integrals, int count, const double *values, double *work, double *out, ptrdiff_t length);
 void read_arrays(const array *arrays, int count, double *values);
+void put(const double *x, const double *scale, const int *places, ptrdiff_t n, double *values);
+void take(const double *values, const double *scale, const int *places, ptrdiff_t n, double *x);
 """
 
 _SOURCE = """
@@ -91,6 +93,18 @@ void read_arrays(const array *arrays, int count, double *values)
     for (int n = 0; n < count; ++n)
         memcpy(values + arrays[n].place, arrays[n].data, arrays[n].length * sizeof(double));
 }
+
+void put(const double *x, const double *scale, const int *places, ptrdiff_t n, double *values)
+{
+    for (ptrdiff_t k = 0; k < n; ++k)
+        values[places[k]] = scale[k] * x[k];
+}
+
+void take(const double *values, const double *scale, const int *places, ptrdiff_t n, double *x)
+{
+    for (ptrdiff_t k = 0; k < n; ++k)
+        x[k] = scale[k] * values[places[k]];
+}
 """
 
 
@@ -139,6 +153,31 @@ def reading(pieces, values):
         library.lib.read_arrays(arrays, len(alive) - 1, target)
 
     return read
+
+
+class Scaled:
+    """Some entries of an array in units of their own, as PETSc sees them: entry k is scale[k] * values[places[k]].
+
+    scale: may be changed, in place.
+    """
+
+    def __init__(self, values, places, scale):
+        self._library, self.x = _library(), np.zeros(len(places))
+        self._alive = [values, np.array(places, dtype=np.int32), scale, self.x]
+        cast, kinds = self._library.ffi.cast, ("double *", "int *", "double *", "double *")
+        self._values, self._places, self._scale, self._x = (
+            cast(kind, array.ctypes.data) for kind, array in zip(kinds, self._alive, strict=True)
+        )
+
+    def take(self):
+        """x, from the values."""
+        self._library.lib.take(self._values, self._scale, self._places, len(self.x), self._x)
+        return self.x
+
+    def put(self, x):
+        """values[places[k]] = scale[k] * x[k]."""
+        x = self._library.ffi.from_buffer("double[]", x)
+        self._library.lib.put(x, self._scale, self._places, len(self.x), self._values)
 
 
 class Loop:

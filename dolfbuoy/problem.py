@@ -59,7 +59,7 @@ class Problem:
     def _inside_out(self):
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
         c = self.cable
-        T = self.system.u[c.T_dofs if c.mean_dofs is None else c.mean_dofs]
+        T = self.system.u.take(c.T_dofs if c.mean_dofs is None else c.mean_dofs)
         smallest = combined(self.comm, T.min(initial=0.0), MPI.MIN)
         stretch = 1 + smallest / float(c.cable.EA.value) if smallest < 0 else 1.0
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"

@@ -19,7 +19,7 @@ from petsc4py import PETSc
 from . import compat
 from .assembly import Contribution, Values
 from .errors import SolveError
-from .loops import Loop
+from .loops import Loop, Scaled
 from .newton import JacobianAge, SolverOptions, reason_name
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
@@ -63,6 +63,12 @@ class System:
         self._add_residuals = Loop(self.residuals, self._values, self.size)
         self._add_jacobians = Loop(self.jacobians, self._values, spare=len(self.order))
         self._b = self._add_residuals.out
+        self._xs, self._fs = (
+            np.ones(len(self.visible)),
+            np.ones(len(self.order)),
+        )  # units of unknowns and 1/units of rows
+        self._scaled_unknowns = Scaled(self.u, self.visible, self._xs)
+        self._scaled_residual = Scaled(self._b, self.order, self._fs)
         self._create_matrix()
         self.direct = direct if comm.size == 1 else "mumps"
         self._create_snes()
@@ -162,13 +168,12 @@ class System:
     def _read(self, x):
         """Unknowns of SNES -> physical values."""
         if self._ghosted is None:
-            values = x.array_r
-        else:
-            x.copy(self._ghosted)
-            self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-            with self._ghosted.localForm() as local:
-                values = local.array_r.copy()
-        self.u[self.visible] = values * self._xs
+            self._scaled_unknowns.put(x.array_r)
+            return
+        x.copy(self._ghosted)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._ghosted.localForm() as local:
+            self._scaled_unknowns.put(local.array_r)
 
     def publish(self):
         """Copy `u` into the parts' Functions."""
@@ -198,15 +203,17 @@ class System:
     def _residual(self, snes, x, f):
         self.residuals_total += 1
         self._read(x)
-        self._scale(self._assemble_residual(), f)
+        self._assemble_residual()
+        self._scale(f)
 
-    def _scale(self, b, f):
+    def _scale(self, f):
+        """Residual -> what SNES sees."""
         if self._ghosted is None:
-            f.setArray(b[self.order] * self._fs)
+            f.setArray(self._scaled_residual.take())
             return
         g = self._ghosted
         with g.localForm() as local:
-            local.setArray(b[self.visible])
+            local.setArray(self._b[self.visible])
         g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         f.setArray(g.array_r * self._fs)
 
@@ -271,7 +278,7 @@ class System:
         for block in self.blocks:
             xs[block.dofs] = block.unknown_size(gamma, self.tolerance)
             fs[block.dofs] = 1 / block.residual_size(gamma)
-        self._xs, self._fs = xs[self.visible], fs[self.order]
+        self._xs[:], self._fs[:] = xs[self.visible], fs[self.order]
         self._row_scale.setArray(self._fs)
         self._unknown_scale.setArray(xs[self.order])
 
@@ -346,7 +353,8 @@ class System:
 
     def residual_by_block(self):
         """Largest scaled residual of every block at the present Functions."""
-        self._scale(self.evaluate(), self._f)
+        self.evaluate()
+        self._scale(self._f)
         scaled = np.zeros(self.size)
         scaled[self.order] = np.abs(self._f.array_r)
         largest = {b.name: (scaled[b.dofs].max() if len(b.dofs) else 0.0) for b in self.blocks}
