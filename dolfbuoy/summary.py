@@ -36,7 +36,7 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
 
 
 #: Elements of a cable up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).
-SHARING_SLOWER_TO = 100_000
+SHARING_SLOWER_TO = 1_000_000
 
 
 def sharing_note(scene, ranks: int) -> str | None:
