@@ -23,8 +23,6 @@ import petsc4py
 if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
     petsc4py.init(["dolfbuoy", "-no_signal_handler"])
 
-import cffi
-
 # The functions below hand these constructors the arguments of either version.
 import dolfinx
 import numpy as np
@@ -219,9 +217,9 @@ class Integral:
     key: tuple  #: of its packed coefficients
 
 
-def integrals(form) -> list[Integral]:
-    """The integrals of a compiled form, which are over cells and exterior facets."""
-    found, ffi, cpp, ufcx = [], cffi.FFI(), cpp_form(form), form.ufcx_form
+def integrals(form, ffi) -> list[Integral]:
+    """The integrals of a compiled form, which are over cells and exterior facets; ffi: any of cffi's."""
+    found, cpp, ufcx = [], cpp_form(form), form.ufcx_form
     assert set(cpp.integral_types) <= {fem.IntegralType.cell, fem.IntegralType.exterior_facet}
     for place, kind in enumerate((fem.IntegralType.cell, fem.IntegralType.exterior_facet)):
         if LEGACY:

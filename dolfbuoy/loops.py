@@ -191,7 +191,7 @@ class Loop:
     def __init__(self, contributions, values, size=None, spare=0):
         library = _library()
         self._ffi, self._alive = library.ffi, []
-        found = [(c, compat.integrals(c.form)) for c in contributions]
+        found = [(c, compat.integrals(c.form, self._ffi)) for c in contributions]
         count, length, work, entries = sum(len(integrals) for _, integrals in found), 0, 1, []
         described = self._ffi.new("integral[]", max(1, count))
         unused = iter(described)
