@@ -78,6 +78,7 @@ def _assemblers(system):
         for c, block in blocks:
             c.add_to_matrix(block)
 
+    jacobians.matrix = A  # PETSc's submatrices do not keep it alive
     return residuals, jacobians
 
 
