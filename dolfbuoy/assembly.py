@@ -69,12 +69,13 @@ class Values:
             unknown.append((self._places[id(part.function)], part.values))
             end = max(end, 1 + part.slice.stop)
         unknowns = slice(1, end)
-        for thing in (thing for form in forms for thing in _read_by(form)):
-            if id(thing) not in self._places:
-                values = _array(thing)
-                self._places[id(thing)] = slice(end, end + len(values))
-                given.append((self._places[id(thing)], values))
-                end += len(values)
+        for form in forms:
+            for thing in _read_by(form):
+                if id(thing) not in self._places:
+                    values = _array(thing)
+                    self._places[id(thing)] = slice(end, end + len(values))
+                    given.append((self._places[id(thing)], values))
+                    end += len(values)
         self.array = np.zeros(end)
         self.unknowns = self.array[unknowns]
         #: Read the unknowns from the parts' Functions.

@@ -3,7 +3,7 @@
 dolfinx's assemblers take packed coefficients and insert the tensor of every cell by itself.  Here one call of C does
 all forms of a residual or of a Jacobian: it gathers coefficients and constants of a cell from one array, calls the
 same compiled kernel, and adds the tensor to a vector or leaves it where PETSc's COO assembly reads it
-(`study step-cost` measures what that brings).
+(`study step-cost` measures what that brings).  What has to be copied around that is done by C as well.
 """
 
 import hashlib
@@ -142,16 +142,12 @@ def _build(name, source, path):
 
 def reading(pieces, values):
     """A function that copies arrays to their places in `values`; pieces: list of (slice, array)."""
-    library, alive = _library(), [values, *(array for _, array in pieces)]
+    library = _library()
     arrays = library.ffi.new("array[]", max(1, len(pieces)))
     for described, (place, array) in zip(arrays, pieces, strict=False):
-        described.data = library.ffi.cast("double *", array.ctypes.data)
-        described.length, described.place = len(array), place.start
-    target = library.ffi.cast("double *", values.ctypes.data)
-
-    def read():
-        library.lib.read_arrays(arrays, len(alive) - 1, target)
-
+        described.data, described.length, described.place = _address(array), len(array), place.start
+    read = partial(library.lib.read_arrays, arrays, len(pieces), _address(values))
+    read.alive = values, pieces
     return read
 
 
@@ -163,11 +159,8 @@ class Scaled:
 
     def __init__(self, values, places, scale):
         self._library, self.x = _library(), np.zeros(len(places))
-        self._alive = [values, np.array(places, dtype=np.int32), scale, self.x]
-        cast, kinds = self._library.ffi.cast, ("double *", "int *", "double *", "double *")
-        self._values, self._places, self._scale, self._x = (
-            cast(kind, array.ctypes.data) for kind, array in zip(kinds, self._alive, strict=True)
-        )
+        self._alive = values, scale, np.array(places, dtype=np.int32), self.x
+        self._values, self._scale, self._places, self._x = map(_address, self._alive)
 
     def take(self):
         """x, from the values."""
@@ -189,11 +182,10 @@ class Loop:
     """
 
     def __init__(self, contributions, values, size=None, spare=0):
-        library = _library()
-        self._ffi, self._alive = library.ffi, []
-        found = [(c, compat.integrals(c.form, self._ffi)) for c in contributions]
+        library, self._alive = _library(), []
+        found = [(c, compat.integrals(c.form, library.ffi)) for c in contributions]
         count, length, work, entries = sum(len(integrals) for _, integrals in found), 0, 1, []
-        described = self._ffi.new("integral[]", max(1, count))
+        described = library.ffi.new("integral[]", max(1, count))
         unused = iter(described)
         for c, integrals in found:
             coefficients, constants = values.sources(c)
@@ -232,14 +224,19 @@ class Loop:
             one.facets = self._ints(integral.facets)
 
     def _ints(self, array):
-        return self._pointer("int *", np.ascontiguousarray(array, dtype=np.int32))
+        return self._kept(np.ascontiguousarray(array, dtype=np.int32))
 
     def _doubles(self, array):
-        return self._pointer("double *", np.ascontiguousarray(array, dtype=np.float64))
+        return self._kept(np.ascontiguousarray(array, dtype=np.float64))
 
-    def _pointer(self, kind, array):
+    def _kept(self, array):
         self._alive.append(array)
-        return self._ffi.cast(kind, array.ctypes.data)
+        return _address(array)
+
+
+def _address(array):
+    """Of integers or doubles, for C; whoever asks for it keeps the array alive."""
+    return _library().ffi.cast("int *" if array.dtype == np.int32 else "double *", array.ctypes.data)
 
 
 def _unrolled(space):

@@ -105,10 +105,11 @@ def evaluate(case: dict) -> dict:
     try:
         record = simulate(build_scene(json.loads(case["scene"]), case["changes"]), comm=MPI.COMM_SELF)
     except Exception as error:  # whatever it is, the others go on
-        interruption.check()
-        return {"status": f"{type(error).__name__}: {error}", "statistics": {}}
+        result = {"status": f"{type(error).__name__}: {error}", "statistics": {}}
+    else:
+        result = {"status": "done", "statistics": statistics(record)}
     interruption.check()
-    return {"status": "done", "statistics": statistics(record)}
+    return result
 
 
 def statistics(record: xr.Dataset) -> dict[str, dict[str, float]]:

@@ -63,10 +63,7 @@ class System:
         self._add_residuals = Loop(self.residuals, self._values, self.size)
         self._add_jacobians = Loop(self.jacobians, self._values, spare=len(self.order))
         self._b = self._add_residuals.out
-        self._xs, self._fs = (
-            np.ones(len(self.visible)),
-            np.ones(len(self.order)),
-        )  # units of unknowns and 1/units of rows
+        self._xs, self._fs = np.ones(len(self.visible)), np.ones(len(self.order))  # units of unknowns, 1/units of rows
         self._scaled_unknowns = Scaled(self.u, self.visible, self._xs)
         self._scaled_residual = Scaled(self._b, self.order, self._fs)
         self._create_matrix()
@@ -151,7 +148,7 @@ class System:
 
         A kept matrix, whose factorisation was looked at when it was new, is not worth that: Newton refines.
         """
-        if check is self._checked or (self.options.scene and self._checked is not None):
+        if check is self._checked:
             return
         self._checked, ksp, norm = check, self.snes.getKSP(), PETSc.KSP.NormType
         ksp.setNormType(norm.UNPRECONDITIONED if check else norm.NONE)
@@ -219,7 +216,8 @@ class System:
 
     def _jacobian(self, snes, x, J, P):
         self.age.kept = self.age.valid
-        self._check_linear_solves(not self.age.kept)
+        if not self.options.scene:  # else it chooses how its solves are checked
+            self._check_linear_solves(not self.age.kept)
         if self.age.valid:
             return
         self._read(x)

@@ -1,6 +1,7 @@
 """Study step-cost: its parts add up, its counts are those of the run, and what it refuses."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 from dynamics_helpers import MOORED, merged
@@ -33,9 +34,8 @@ def test_parts_add_up(rows):
 def test_floor_calls_what_the_run_called(monkeypatch):
     """As often, the Jacobians spread over the iterations."""
     called = []
-    monkeypatch.setattr(
-        step_cost, "_assemblers", lambda system: (lambda: called.append("R"), lambda: called.append("J"))
-    )
+    assemblers = SimpleNamespace(residuals=lambda: called.append("R"), jacobians=lambda: called.append("J"))
+    monkeypatch.setattr(step_cost, "Assemblers", lambda system: assemblers)
     monkeypatch.setattr(
         step_cost, "_direct_solver", lambda system: (lambda: called.append("F"), lambda: called.append("S"))
     )

@@ -47,39 +47,41 @@ def typical(function, count: int = 60) -> float:
 
 def back_to_back(system):
     """A function of numbers of iterations, residuals and Jacobians: assemblers and direct solver alone, in turn."""
-    residuals, jacobians = _assemblers(system)
+    assemblers = Assemblers(system)
     factorise, solve = _direct_solver(system)
 
     def floor(n_K, n_R, n_J):
         for k in range(n_K):
             for _ in range(n_J * k // n_K, n_J * (k + 1) // n_K):
-                jacobians()
+                assemblers.jacobians()
                 factorise()
             solve()
             for _ in range(n_R * k // n_K, n_R * (k + 1) // n_K):
-                residuals()
+                assemblers.residuals()
 
     return floor
 
 
-def _assemblers(system):
-    """dolfinx's assemblers of all residuals, and of all Jacobians, added up."""
-    b, A = np.zeros(system.size), system.A.duplicate()
-    A.setLGMap(system.lgmap, system.lgmap)
-    for c in (*system.residuals, *system.jacobians):
-        c.prepare()
-    blocks = [(c, A.getLocalSubMatrix(*(_numbers(part) for part in c.sides))) for c in system.jacobians]
+class Assemblers:
+    """dolfinx's assemblers of a System's forms, in its present state: into `b`, and into `A` with its pattern."""
 
-    def residuals():
-        for c in system.residuals:
-            c.add_to_vector(b)
+    def __init__(self, system):
+        self.b, self.A = np.zeros(system.size), system.A.duplicate()
+        self.A.setLGMap(system.lgmap, system.lgmap)
+        for c in (*system.residuals, *system.jacobians):
+            c.prepare()
+        self._residuals = system.residuals
+        self._jacobians = [(c, self.A.getLocalSubMatrix(*map(_numbers, c.sides))) for c in system.jacobians]
 
-    def jacobians():
-        for c, block in blocks:
+    def residuals(self):
+        """Add all residuals."""
+        for c in self._residuals:
+            c.add_to_vector(self.b)
+
+    def jacobians(self):
+        """Add all Jacobians; PETSc has to assemble A afterwards."""
+        for c, block in self._jacobians:
             c.add_to_matrix(block)
-
-    jacobians.matrix = A  # PETSc's submatrices do not keep it alive
-    return residuals, jacobians
 
 
 def _numbers(part):
