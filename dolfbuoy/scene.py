@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from .errors import InputError
+from .petsc_options import checked
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
@@ -271,9 +272,9 @@ class Time(Section):
 
 
 class Solver(Section):
-    """Nonlinear solver; `petsc` holds PETSc options of the SNES, for example {snes_monitor = true}."""
+    """Nonlinear solver; `petsc` holds options of PETSc's SNES (`petsc_options`), for example {snes_monitor = true}."""
 
-    petsc: dict[str, Any] = {}
+    petsc: Annotated[dict[str, bool | int | float | str], AfterValidator(checked)] = {}
     step_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-9
     quadrature_degree: Annotated[int, Field(ge=1, le=30)] | None = None
     keep_jacobian: bool = True  # runs: a matrix serves as long as Newton converges fast with it
