@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 import tomli_w
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from .errors import InputError
+from ..errors import InputError
 from .petsc_options import checked
 
 Positive = Annotated[float, Field(gt=0)]
@@ -82,7 +82,7 @@ def _from_mesh_file(value):
     """The name of a line mesh: the lengths of its elements, so that a scene is complete without the file."""
     if not isinstance(value, str):
         return value
-    from .meshes import read_nodes
+    from ..meshes import read_nodes
 
     nodes = read_nodes(value)
     return [[float(b - a), 1] for a, b in itertools.pairwise(nodes)]

@@ -1,0 +1,5 @@
+"""What a scene calls for: typed, bounded sections, and how they are read and written."""
+
+from .sections import Scene, Top, build_scene, load_scene, parse_assignment, shipped_scenes
+
+__all__ = ["Scene", "Top", "build_scene", "load_scene", "parse_assignment", "shipped_scenes"]
