@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from . import checkpoint, interruption, results
+from . import checkpoint, results
 from .dynamics import Simulation
 from .errors import InputError
 from .observe import Observer, attributes
-from .ranks import told
+from .parallel import interruption
+from .parallel.ranks import told
 from .scene import Scene, load_scene
 from .statics import solve_equilibrium
 

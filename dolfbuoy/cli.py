@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from . import interruption, ranks
 from .errors import InputError, SolveError
+from .parallel import interruption, ranks
 from .studies.cli import app as study_app
 
 app = typer.Typer(

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import compat
 from .assembly import Contribution, Part
-from .ranks import told
+from .parallel.ranks import told
 
 
 class Observer:

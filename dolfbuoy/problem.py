@@ -11,7 +11,7 @@ from .buoy_model import BuoyModel
 from .cable_model import TOP, CableModel
 from .errors import InputError
 from .meshes import number_of_cells
-from .ranks import combined, told
+from .parallel.ranks import combined, told
 from .slack import TensionOnlySystem
 from .system import System
 

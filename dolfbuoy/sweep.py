@@ -16,9 +16,9 @@ from mpi4py import MPI
 from rich.console import Console
 from rich.progress import track
 
-from . import interruption
 from .api import simulate
 from .errors import InputError
+from .parallel import interruption
 from .results import SERIES
 from .scene import build_scene, load_scene, parse_assignment
 from .studies import common

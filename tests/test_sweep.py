@@ -292,7 +292,7 @@ def test_three_ranks_are_identical_to_one(swept, tmp_path):
 
 def test_a_lost_interruption_is_noticed(tmp_path, monkeypatch):
     """KeyboardInterrupt that a library swallowed within a case ends the sweep after it."""
-    from dolfbuoy import interruption
+    from dolfbuoy.parallel import interruption
 
     monkeypatch.setattr(interruption, "_received", True)
     with pytest.raises(KeyboardInterrupt):

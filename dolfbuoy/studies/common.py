@@ -21,8 +21,9 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from .. import forms, interruption, meshes
+from .. import forms, meshes
 from ..errors import InputError, SolveError
+from ..parallel import interruption
 
 
 def evaluate_all(

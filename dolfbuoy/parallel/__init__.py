@@ -1,0 +1,1 @@
+"""Several ranks, many cases, and how they are interrupted."""
