@@ -265,8 +265,8 @@ def sweep(
 @app.command()
 def doctor():
     """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
-    from . import compat
     from .doctor import examine
+    from .solver import compat
 
     table = _table("Versions", "package", "version")
     for name, version in compat.versions().items():

@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 
-from . import compat
+from .solver import compat
 
 
 def examine() -> list[tuple[str, bool, str]]:

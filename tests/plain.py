@@ -12,7 +12,7 @@ from dolfinx.fem import petsc
 from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
 
-from dolfbuoy import compat
+from dolfbuoy.solver import compat
 
 
 def _free_of_degree(form):

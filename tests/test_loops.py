@@ -5,12 +5,13 @@ import pytest
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
-from dolfbuoy import compat, load_scene, loops, simulate
-from dolfbuoy.assembly import _array
+from dolfbuoy import load_scene, simulate
 from dolfbuoy.errors import InputError
 from dolfbuoy.problem import Problem
+from dolfbuoy.solver import compat, loops
+from dolfbuoy.solver.system import System
+from dolfbuoy.solver.unknowns import _array
 from dolfbuoy.studies.step_cost import Assemblers
-from dolfbuoy.system import System
 
 CASES = {
     "moored": {"cable__elements": 5},

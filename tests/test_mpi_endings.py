@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from mpi_helpers import command, environment, needs_mpirun, start
 
-from dolfbuoy import compat, load_scene
+from dolfbuoy import load_scene
 from dolfbuoy.results import read
+from dolfbuoy.solver import compat
 
 pytestmark = [pytest.mark.mpi, needs_mpirun]
 

@@ -9,12 +9,12 @@ import ufl
 from mpi4py import MPI
 
 from dolfbuoy import load_scene, simulate, solve_static
-from dolfbuoy.assembly import Part
 from dolfbuoy.buoy_model import BuoyModel
 from dolfbuoy.cable_model import CableModel
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes, write_line
 from dolfbuoy.problem import Problem
+from dolfbuoy.solver.unknowns import Part
 from dolfbuoy.statics import check_feasible
 
 BASE = {

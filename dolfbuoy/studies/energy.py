@@ -19,15 +19,15 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from ..assembly import Contribution, Part
 from ..buoy_model import KEEL
 from ..dynamics import Simulation
 from ..errors import InputError
 from ..forms import cable as cable_form
 from ..forms import hull as hull_form
 from ..plot_style import PAGE, STYLE, new_figure
-from ..real import real_space
 from ..scene import load_scene
+from ..solver.real import real_space
+from ..solver.unknowns import Contribution, Part
 from ..start import rotation_of
 from . import common
 

@@ -21,11 +21,11 @@ from dolfinx import fem
 from mpi4py import MPI
 from scipy.linalg import eigh
 
-from .. import compat
 from ..errors import InputError
 from ..meshes import cable_nodes
 from ..plot_style import COLORS, PAGE, STYLE, new_figure
 from ..scene import load_scene
+from ..solver import compat
 from .common import evaluate_all, save, show
 
 DEGREES = (1, 2, 3, 4)

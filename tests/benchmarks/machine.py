@@ -7,7 +7,7 @@ import platform
 import sys
 from pathlib import Path
 
-from dolfbuoy import compat
+from dolfbuoy.solver import compat
 
 
 def description() -> dict[str, str]:

@@ -16,11 +16,11 @@ import numpy as np
 import ufl
 from petsc4py import PETSc
 
+from ..errors import SolveError
 from . import compat
-from .assembly import Contribution, Values
-from .errors import SolveError
 from .loops import Loop, Scaled
 from .newton import JacobianAge, SolverOptions, reason_name
+from .unknowns import Contribution, Values
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name

@@ -2,7 +2,7 @@
 
 from petsc4py import PETSc
 
-from .errors import InputError
+from ..errors import InputError
 
 
 class JacobianAge:

@@ -16,8 +16,8 @@ from tempfile import TemporaryDirectory
 import cffi
 import numpy as np
 
+from ..errors import InputError
 from . import compat
-from .errors import InputError
 
 _DECLARATIONS = """
 typedef struct {

@@ -1,0 +1,1 @@
+"""Unknowns, compiled forms and Newton's method: knows no buoy."""
