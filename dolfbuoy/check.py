@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .hydrostatics import float_upright
+from .model.hydrostatics import float_upright
+from .model.sea import dispersion_wavenumber, wavenumber
 from .observe import effects
 from .schemes import make_scheme
-from .sea_state import dispersion_wavenumber, wavenumber
 from .statics import check_feasible, hanging_weight, shape_and_mass, solve_equilibrium
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import catenary
 from .errors import SolveError
-from .problem import Problem
+from .model.problem import Problem
 
 #: A compressed element counts if its T is below this part of the largest tension.
 ROUNDING = 1e-9

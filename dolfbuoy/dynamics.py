@@ -5,8 +5,8 @@ from mpi4py import MPI
 
 from .consistent import MOMENTA, make_consistent
 from .errors import InputError, SolveError
+from .model.problem import Problem
 from .parallel.ranks import combined
-from .problem import Problem
 from .schemes import GeneralizedAlpha, Predictor, Series, make_scheme
 from .start import initial_state
 from .stepping import AdaptiveControl, StepControl

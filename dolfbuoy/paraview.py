@@ -9,8 +9,8 @@ import numpy as np
 
 from .errors import InputError
 from .meshes import HullShape, write_line
+from .model.rigid import mass_properties
 from .results import read
-from .rigid import mass_properties
 from .scene import load_scene
 from .start import rotation_of
 

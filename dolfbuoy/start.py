@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .cable_model import top_position
 from .errors import InputError
-from .problem import Problem
+from .model.lines import top_position
+from .model.problem import Problem
 from .scene import Top
 from .statics import check_feasible, shape_and_mass, solve_equilibrium
 

@@ -7,14 +7,14 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from . import catenary
-from .cable_model import top_position
 from .continuation import begin, march, solve_cable
 from .errors import InputError, SolveError
-from .hydrostatics import float_upright
 from .meshes import HullShape
-from .problem import MPI, Problem
-from .rigid import mass_properties
-from .sea_state import heading
+from .model.hydrostatics import float_upright
+from .model.lines import top_position
+from .model.problem import MPI, Problem
+from .model.rigid import mass_properties
+from .model.sea import heading
 
 
 def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:

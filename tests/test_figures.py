@@ -11,9 +11,9 @@ from matplotlib.image import imread
 from dolfbuoy import InputError, results, simulate
 from dolfbuoy.figures import draw_all
 from dolfbuoy.forms import sea
+from dolfbuoy.model.sea import heading, ramp, wavenumber
 from dolfbuoy.paraview import export, hull_surface
 from dolfbuoy.scene import load_scene
-from dolfbuoy.sea_state import heading, ramp, wavenumber
 from dolfbuoy.snapshot import Water, snapshot
 
 WAVES = {"amplitude": 0.8, "period": 5.0, "ramp": 3.0, "direction_deg": 25.0, "phase_deg": 40.0}

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.hydrostatics import float_upright
 from dolfbuoy.meshes import HullShape
+from dolfbuoy.model.hydrostatics import float_upright
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.observe import Observer
-from dolfbuoy.problem import Problem
 from dolfbuoy.statics import shape_and_mass
 
 BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")

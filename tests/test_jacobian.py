@@ -12,8 +12,8 @@ from petsc4py import PETSc
 from scipy.spatial.transform import Rotation
 
 from dolfbuoy import load_scene
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.observe import Observer
-from dolfbuoy.problem import Problem
 
 TILT = math.radians(40)
 STEPS = 1e-4 * 0.5 ** np.arange(5)

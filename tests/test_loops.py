@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.errors import InputError
-from dolfbuoy.problem import Problem
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver import compat, loops
 from dolfbuoy.solver.system import System
 from dolfbuoy.solver.unknowns import _array

@@ -14,8 +14,8 @@ import ufl
 from dolfinx import fem
 from dynamics_helpers import rates, running
 
-from dolfbuoy.cable_model import CableModel
-from dolfbuoy.problem import Problem
+from dolfbuoy.model.lines import CableModel
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.schemes import Predictor, Series
 
 DENSITY = 1.3

@@ -10,7 +10,7 @@ from petsc4py import PETSc
 from dolfbuoy import catenary, load_scene, simulate, solve_static
 from dolfbuoy.continuation import begin
 from dolfbuoy.errors import InputError, SolveError
-from dolfbuoy.problem import Problem
+from dolfbuoy.model.problem import Problem
 
 
 @pytest.mark.parametrize("chord", [1e-3, 1e-2, 0.3])

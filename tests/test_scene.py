@@ -9,11 +9,11 @@ import ufl
 from mpi4py import MPI
 
 from dolfbuoy import load_scene, simulate, solve_static
-from dolfbuoy.buoy_model import BuoyModel
-from dolfbuoy.cable_model import CableModel
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes, write_line
-from dolfbuoy.problem import Problem
+from dolfbuoy.model.buoy import BuoyModel
+from dolfbuoy.model.lines import CableModel
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver.unknowns import Part
 from dolfbuoy.statics import check_feasible
 

@@ -11,7 +11,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from dolfbuoy import load_scene
 from dolfbuoy.forms import morison, sea, wind
-from dolfbuoy.sea_state import SeaState, dispersion_wavenumber, heading, ramp, wavenumber
+from dolfbuoy.model.sea import SeaState, dispersion_wavenumber, heading, ramp, wavenumber
 from dolfbuoy.solver.compat import MPI, interval_mesh
 
 WAVES = reference("waves")

@@ -207,7 +207,7 @@ def test_slack_cable_is_never_pushed():
 
 
 def test_only_who_asks_pays():
-    from dolfbuoy.problem import Problem
+    from dolfbuoy.model.problem import Problem
     from dolfbuoy.solver.system import System
 
     problem = Problem(load_scene("driven"), dynamic=True)

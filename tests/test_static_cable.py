@@ -8,7 +8,7 @@ from helpers import CableSolution, catenary_slope, rates, reference
 
 from dolfbuoy import catenary, continuation, load_scene, solve_static
 from dolfbuoy.errors import InputError
-from dolfbuoy.problem import Problem
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.statics import solve_equilibrium
 from dolfbuoy.summary import static_warnings
 

@@ -4,9 +4,10 @@ import json
 
 import pytest
 
-from dolfbuoy import buoy_model, load_scene
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.forms import morison
+from dolfbuoy.model import buoy as buoy_model
 from dolfbuoy.studies import regularisation as study
 
 CABLE = {

@@ -19,11 +19,11 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from ..buoy_model import KEEL
 from ..dynamics import Simulation
 from ..errors import InputError
 from ..forms import cable as cable_form
 from ..forms import hull as hull_form
+from ..model.buoy import KEEL
 from ..plot_style import PAGE, STYLE, new_figure
 from ..scene import load_scene
 from ..solver.real import real_space

@@ -13,10 +13,10 @@ import contextlib
 import numpy as np
 from mpi4py import MPI
 
-from .. import buoy_model
 from ..api import simulate, solve_static
 from ..errors import InputError
 from ..forms import morison
+from ..model import buoy as buoy_model
 from ..scene import Scene, load_scene
 from .common import evaluate_all, save, show
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dolfbuoy.model.sea import wavenumber
 from dolfbuoy.scene import Scene
-from dolfbuoy.sea_state import wavenumber
 
 #: Segments of the rod that is the hull (24 and 48 change nothing).
 ROD = 18

@@ -13,7 +13,7 @@ import moordyn_input
 import numpy as np
 from moordyn_input import Numerics
 
-from dolfbuoy.cable_model import top_position
+from dolfbuoy.model.lines import top_position
 from dolfbuoy.scene import Scene
 from dolfbuoy.studies.accuracy import Run
 

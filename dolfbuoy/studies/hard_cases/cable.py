@@ -4,7 +4,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.integrate import solve_ivp
 
-from ...problem import Problem
+from ...model.problem import Problem
 from ...scene import load_scene
 from .case import hard_case
 from .tools import INF, SHORT, UNIT, ending, hanging, refusal, said, shape_of_pulled, static, with_

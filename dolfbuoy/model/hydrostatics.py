@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from scipy.optimize import brentq
 
-from .errors import InputError
+from ..errors import InputError
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,15 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from .forms import buoy as body
-from .forms import coupling, hull, wind
-from .forms.rotation import rotation_matrix
-from .meshes import HullShape
+from ..forms import buoy as body
+from ..forms import coupling, hull, wind
+from ..forms.rotation import rotation_matrix
+from ..meshes import HullShape
+from ..solver import compat
+from ..solver.real import real_space
+from ..solver.unknowns import Block
 from .rigid import mass_properties
-from .sea_state import SeaState, heading
-from .solver import compat
-from .solver.real import real_space
-from .solver.unknowns import Block
+from .sea import SeaState, heading
 
 KEEL, TOP = 1, 2  # tags of the ends of the axis
 #: Length over which a strip of an upright hull passes from wet to dry, in axis cells: four cells' points resolve it.

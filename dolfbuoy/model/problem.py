@@ -6,14 +6,14 @@ import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
-from .buoy_model import BuoyModel
-from .cable_model import TOP, CableModel
-from .errors import InputError
-from .meshes import number_of_cells
-from .parallel.ranks import combined, told
-from .solver.system import System
-from .solver.tension_only import TensionOnlySystem
-from .solver.unknowns import Block, Part
+from ..errors import InputError
+from ..meshes import number_of_cells
+from ..parallel.ranks import combined, told
+from ..solver.system import System
+from ..solver.tension_only import TensionOnlySystem
+from ..solver.unknowns import Block, Part
+from .buoy import BuoyModel
+from .lines import TOP, CableModel
 
 
 def _check_ranks(scene, comm):

@@ -6,13 +6,13 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from .forms import cable as form
-from .forms import coupling
-from .meshes import cable_nodes
-from .sea_state import SeaState, ramp
-from .solver import compat
-from .solver.real import real_space
-from .solver.unknowns import Block
+from ..forms import cable as form
+from ..forms import coupling
+from ..meshes import cable_nodes
+from ..solver import compat
+from ..solver.real import real_space
+from ..solver.unknowns import Block
+from .sea import SeaState, ramp
 
 ANCHOR, TOP = 1, 2  # tags of the two ends
 

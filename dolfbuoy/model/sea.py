@@ -6,7 +6,7 @@ import numpy as np
 from dolfinx import fem
 from scipy.optimize import brentq
 
-from .forms import sea
+from ..forms import sea
 
 
 def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:

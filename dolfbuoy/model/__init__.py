@@ -1,0 +1,1 @@
+"""What a scene is made of, as unknowns and forms on meshes."""
