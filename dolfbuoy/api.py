@@ -15,7 +15,7 @@ from .observe import Observer, attributes
 from .parallel import interruption
 from .parallel.ranks import told
 from .scene import Scene, load_scene
-from .statics import solve_equilibrium
+from .statics.equilibrium import solve_equilibrium
 
 if TYPE_CHECKING:
     import xarray as xr

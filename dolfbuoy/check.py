@@ -9,7 +9,7 @@ from .model.hydrostatics import float_upright
 from .model.sea import dispersion_wavenumber, wavenumber
 from .observe import effects
 from .schemes import make_scheme
-from .statics import check_feasible, hanging_weight, shape_and_mass, solve_equilibrium
+from .statics.equilibrium import check_feasible, hanging_weight, shape_and_mass, solve_equilibrium
 
 
 @dataclass

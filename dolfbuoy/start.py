@@ -10,7 +10,7 @@ from .errors import InputError
 from .model.lines import top_position
 from .model.problem import Problem
 from .scene import Top
-from .statics import check_feasible, shape_and_mass, solve_equilibrium
+from .statics.equilibrium import check_feasible, shape_and_mass, solve_equilibrium
 
 
 @dataclass

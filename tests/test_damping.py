@@ -8,7 +8,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.consistent import make_consistent
 from dolfbuoy.observe import effects
 from dolfbuoy.schemes import Predictor, make_scheme
-from dolfbuoy.statics import solve_equilibrium
+from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
 
 L, RHO, EA = 1.0, 1.0, 1.0e4
 K = np.pi / (2 * L)  # first mode, fixed at s = 0 and free at s = L

@@ -7,10 +7,11 @@ import pytest
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfbuoy import catenary, load_scene, simulate, solve_static
-from dolfbuoy.continuation import begin
+from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.problem import Problem
+from dolfbuoy.statics.equilibrium import catenary
+from dolfbuoy.statics.equilibrium.continuation import begin
 
 
 @pytest.mark.parametrize("chord", [1e-3, 1e-2, 0.3])

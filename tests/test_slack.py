@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 import dolfbuoy
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.statics import solve_equilibrium
+from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
 from dolfbuoy.summary import warnings
 
 INF = math.inf

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from helpers import CableSolution, catenary_slope, rates, reference
 
-from dolfbuoy import catenary, continuation, load_scene, solve_static
+from dolfbuoy import load_scene, solve_static
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.statics import solve_equilibrium
+from dolfbuoy.statics.equilibrium import catenary, continuation
+from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
 from dolfbuoy.summary import static_warnings
 
 ANCHOR = (0.3, -0.2, 0.1)

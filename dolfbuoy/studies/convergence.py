@@ -11,11 +11,11 @@ import matplotlib
 import numpy as np
 from mpi4py import MPI
 
-from .. import catenary
 from ..errors import InputError
 from ..scene import load_scene
 from ..snapshot import COLORS, PAGE, STYLE, new_figure
-from ..statics import solve_equilibrium
+from ..statics import catenary
+from ..statics.equilibrium import solve_equilibrium
 from .common import evaluate_all, orders, save, show
 
 FORCE = (0.5, 0.0, 0.75)

@@ -23,11 +23,11 @@ from matplotlib.lines import Line2D
 from mpi4py import MPI
 from scipy.linalg import cholesky, solve_triangular, svdvals
 
-from .. import catenary
 from ..forms import cable as form
 from ..meshes import cable_nodes
 from ..plot_style import COLORS, PAGE, STYLE, new_figure
 from ..solver import compat
+from ..statics import catenary
 from .common import evaluate_all, save, show
 
 ENDS = {"dir": "fixed", "free": "free"}

@@ -12,11 +12,11 @@ import matplotlib
 import numpy as np
 from mpi4py import MPI
 
-from .. import catenary
 from ..errors import InputError, SolveError
 from ..scene import load_scene
 from ..snapshot import COLORS, PAGE, STYLE, new_figure
-from ..statics import solve_equilibrium
+from ..statics import catenary
+from ..statics.equilibrium import solve_equilibrium
 from .common import evaluate_all, save, show
 from .convergence import Profile
 

@@ -14,7 +14,7 @@ from ..api import simulate
 from ..errors import SolveError
 from ..scene import load_scene
 from ..snapshot import COLORS, PAGE, STYLE, new_figure
-from ..statics import solve_equilibrium
+from ..statics.equilibrium import solve_equilibrium
 from .common import evaluate_all, save, show
 from .convergence import Profile, errors
 from .rising import X_END, exact_cable

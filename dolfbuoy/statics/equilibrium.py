@@ -6,15 +6,15 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
+from ..errors import InputError, SolveError
+from ..meshes import HullShape
+from ..model.hydrostatics import float_upright
+from ..model.lines import top_position
+from ..model.problem import MPI, Problem
+from ..model.rigid import mass_properties
+from ..model.sea import heading
 from . import catenary
 from .continuation import begin, march, solve_cable
-from .errors import InputError, SolveError
-from .meshes import HullShape
-from .model.hydrostatics import float_upright
-from .model.lines import top_position
-from .model.problem import MPI, Problem
-from .model.rigid import mass_properties
-from .model.sea import heading
 
 
 def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:

@@ -7,9 +7,9 @@ rest are minima of a convex energy where no current blows, so that nothing compr
 
 import numpy as np
 
+from ..errors import SolveError
+from ..model.problem import Problem
 from . import catenary
-from .errors import SolveError
-from .model.problem import Problem
 
 #: A compressed element counts if its T is below this part of the largest tension.
 ROUNDING = 1e-9

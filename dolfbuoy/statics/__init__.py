@@ -1,0 +1,1 @@
+"""Rest: closed forms, Newton, continuation."""
