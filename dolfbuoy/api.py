@@ -9,8 +9,8 @@ import numpy as np
 from mpi4py import MPI
 
 from . import checkpoint, results
-from .dynamics import Simulation
 from .errors import InputError
+from .motion.simulation import Simulation
 from .observe import Observer, attributes
 from .parallel import interruption
 from .parallel.ranks import told

@@ -10,9 +10,9 @@ import numpy as np
 from .errors import InputError
 from .meshes import HullShape, write_line
 from .model.rigid import mass_properties
+from .motion.start import rotation_of
 from .results import read
 from .scene import load_scene
-from .start import rotation_of
 
 
 def export(folder: str | Path) -> list[Path]:

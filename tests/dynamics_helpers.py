@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from dolfbuoy import load_scene, simulate
-from dolfbuoy.dynamics import Simulation
+from dolfbuoy.motion.simulation import Simulation
 
 FOLDER = Path(__file__).parent / "reference_dynamics"
 

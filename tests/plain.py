@@ -97,7 +97,7 @@ def simulation(scene, estimated=False):
     """A Simulation of a scene that solves the plain way."""
     from mpi4py import MPI
 
-    from dolfbuoy.dynamics import Simulation
+    from dolfbuoy.motion.simulation import Simulation
 
     made = Simulation(scene, MPI.COMM_SELF)
     made.system.solve = PlainNewton(made.problem, estimated).solve

@@ -5,9 +5,9 @@ import pytest
 from dynamics_helpers import rates, running
 
 from dolfbuoy import load_scene
-from dolfbuoy.consistent import make_consistent
+from dolfbuoy.motion.consistent import make_consistent
+from dolfbuoy.motion.schemes import Predictor, make_scheme
 from dolfbuoy.observe import effects
-from dolfbuoy.schemes import Predictor, make_scheme
 from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
 
 L, RHO, EA = 1.0, 1.0, 1.0e4

@@ -16,7 +16,7 @@ from dynamics_helpers import rates, running
 
 from dolfbuoy.model.lines import CableModel
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.schemes import Predictor, Series
+from dolfbuoy.motion.schemes import Predictor, Series
 
 DENSITY = 1.3
 AXES = np.linalg.qr(np.array([[1.0, 2.0, 2.0], [0.3, -1.0, 0.5]]).T)[0].T  # a plane at random

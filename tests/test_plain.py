@@ -6,7 +6,7 @@ from mpi4py import MPI
 from plain import simulation
 
 from dolfbuoy import load_scene
-from dolfbuoy.dynamics import Simulation
+from dolfbuoy.motion.simulation import Simulation
 
 STEPS = 25
 

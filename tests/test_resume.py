@@ -16,8 +16,8 @@ from test_mpi import start
 
 import dolfbuoy
 from dolfbuoy import api, checkpoint, cli
-from dolfbuoy.dynamics import Simulation
 from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results import read
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged, rates, running
 
-from dolfbuoy.schemes import BDF2, BackwardEuler, GeneralizedAlpha, Predictor, Series, make_scheme
+from dolfbuoy.motion.schemes import BDF2, BackwardEuler, GeneralizedAlpha, Predictor, Series, make_scheme
 
 SCHEMES = {"backward-euler": 1, "bdf2": 2, "generalized-alpha": 2}
 

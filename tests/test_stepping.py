@@ -6,7 +6,7 @@ from dynamics_helpers import MOORED, merged, running
 from scipy.interpolate import CubicSpline
 
 from dolfbuoy.errors import SolveError
-from dolfbuoy.stepping import AdaptiveControl, StepControl
+from dolfbuoy.motion.stepping import AdaptiveControl, StepControl
 
 
 def march(control, ends, error=lambda t, h: 0.5, fails=lambda t, h: False, most=10000):

@@ -12,9 +12,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator
 from mpi4py import MPI
 from scipy.interpolate import CubicSpline
 
-from ..dynamics import Simulation
 from ..errors import InputError
 from ..meshes import number_of_cells
+from ..motion.simulation import Simulation
 from ..observe import cone_angle
 from ..scene import Scene, load_scene
 

@@ -19,16 +19,16 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from ..dynamics import Simulation
 from ..errors import InputError
 from ..forms import cable as cable_form
 from ..forms import hull as hull_form
 from ..model.buoy import KEEL
+from ..motion.simulation import Simulation
+from ..motion.start import rotation_of
 from ..plot_style import PAGE, STYLE, new_figure
 from ..scene import load_scene
 from ..solver.real import real_space
 from ..solver.unknowns import Contribution, Part
-from ..start import rotation_of
 from . import common
 
 #: Energies [J]; the others are powers [W].

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..dynamics import Simulation
+from ..motion.schemes import make_scheme
+from ..motion.simulation import Simulation
 from ..scene import Scene, load_scene
-from ..schemes import make_scheme
 from . import accuracy as acc
 from . import convergence
 from . import report_text as text

@@ -19,8 +19,8 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from ..api import Recorder
-from ..dynamics import Simulation
 from ..errors import InputError
+from ..motion.simulation import Simulation
 from ..plot_style import COLORS, PAGE, STYLE, new_figure
 from ..scene import load_scene
 from ..solver import compat

@@ -19,7 +19,7 @@ from benchmarks.machine import sentence
 from plain import simulation
 
 from dolfbuoy import load_scene
-from dolfbuoy.dynamics import Simulation
+from dolfbuoy.motion.simulation import Simulation
 
 TURN = 10
 

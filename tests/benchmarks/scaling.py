@@ -54,8 +54,8 @@ def evaluate_here(case: dict) -> dict | None:
     """Equilibrium and a few steps of each scheme; seconds, iterations and memory; None on all ranks but 0."""
     from mpi4py import MPI
 
-    from dolfbuoy.dynamics import Simulation
     from dolfbuoy.errors import SolveError
+    from dolfbuoy.motion.simulation import Simulation
     from dolfbuoy.scene import load_scene
 
     comm = MPI.COMM_WORLD

@@ -6,7 +6,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.integrate import quad
 
-from ...dynamics import Simulation
+from ...motion.simulation import Simulation
 from ...scene import load_scene
 from .case import hard_case
 from .tools import INF, SHORT, ending, run, said, static, with_

@@ -2,7 +2,7 @@
 
 import math
 
-from .errors import SolveError
+from ..errors import SolveError
 
 
 class StepControl:

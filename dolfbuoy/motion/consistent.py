@@ -7,8 +7,8 @@ they follow from the positions, the velocity that the constraints admit, and the
 import numpy as np
 from mpi4py import MPI
 
+from ..solver import compat
 from .schemes import BackwardEuler, Predictor, Series
-from .solver import compat
 
 #: Components p and L_C of the buoy's state (r_C, p, q_4, L_C).
 MOMENTA = np.isin(np.arange(13), [3, 4, 5, 10, 11, 12])

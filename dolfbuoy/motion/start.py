@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from .errors import InputError
-from .model.lines import top_position
-from .model.problem import Problem
-from .scene import Top
-from .statics.equilibrium import check_feasible, shape_and_mass, solve_equilibrium
+from ..errors import InputError
+from ..model.lines import top_position
+from ..model.problem import Problem
+from ..scene import Top
+from ..statics.equilibrium import check_feasible, shape_and_mass, solve_equilibrium
 
 
 @dataclass

@@ -3,10 +3,10 @@
 import numpy as np
 from mpi4py import MPI
 
+from ..errors import InputError, SolveError
+from ..model.problem import Problem
+from ..parallel.ranks import combined
 from .consistent import MOMENTA, make_consistent
-from .errors import InputError, SolveError
-from .model.problem import Problem
-from .parallel.ranks import combined
 from .schemes import GeneralizedAlpha, Predictor, Series, make_scheme
 from .start import initial_state
 from .stepping import AdaptiveControl, StepControl

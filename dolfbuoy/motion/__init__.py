@@ -1,0 +1,1 @@
+"""Motion: starts, time schemes, steps."""
