@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from mpi4py import MPI
 
-from . import checkpoint, results
 from .errors import InputError
 from .motion.simulation import Simulation
-from .observe import Observer, attributes
 from .parallel import interruption
 from .parallel.ranks import told
+from .results import checkpoint
+from .results import record as results
+from .results.observe import Observer, attributes
 from .scene import Scene, load_scene
 from .statics.equilibrium import solve_equilibrium
 

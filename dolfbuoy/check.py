@@ -8,7 +8,7 @@ import numpy as np
 from .model.hydrostatics import float_upright
 from .model.sea import dispersion_wavenumber, wavenumber
 from .motion.schemes import make_scheme
-from .observe import effects
+from .results.observe import effects
 from .statics.equilibrium import check_feasible, hanging_weight, shape_and_mass, solve_equilibrium
 
 

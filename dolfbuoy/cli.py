@@ -95,7 +95,7 @@ def check(scene: SceneArgument, assign: SetOption = None):
 def static(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
     """Equilibrium without waves, written to static.nc.  Example: dolfbuoy static short --out calm"""
     from .api import solve_static
-    from .summary import static_warnings
+    from .results.summary import static_warnings
 
     folder, loaded = _folder(scene, folder), _load(scene, assign)
     record = solve_static(loaded, out=folder)
@@ -164,7 +164,7 @@ def _checkpoint(folder, t_end):
     """Where a stopped run goes on; None, said so, when it is complete."""
     from mpi4py import MPI
 
-    from .checkpoint import load
+    from .results.checkpoint import load
 
     point = load(folder, MPI.COMM_WORLD.size, t_end)
     if point.complete and _rank() == 0:
@@ -175,7 +175,7 @@ def _checkpoint(folder, t_end):
 def _say_if_one_rank_is_faster(scene):
     from mpi4py import MPI
 
-    from .summary import sharing_note
+    from .results.summary import sharing_note
 
     note = sharing_note(scene, MPI.COMM_WORLD.size)
     if note and _rank() == 0:
@@ -281,8 +281,8 @@ def doctor():
 
 
 def _draw(folder):
-    from .figures import draw_all
-    from .paraview import export
+    from .results.figures import draw_all
+    from .results.paraview import export
 
     files = [*draw_all(folder), *export(folder)]
     out.print(f"{len(files)} files in {folder / 'figures'} and {folder / 'paraview'}")
@@ -322,7 +322,7 @@ class _Bar:
 
 
 def _print_summary(record, scene, folder):
-    from .summary import summary, warnings
+    from .results.summary import summary, warnings
 
     table = _table(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
     for name, value, unit in summary(record, scene):

@@ -19,7 +19,7 @@ from rich.progress import track
 from .api import simulate
 from .errors import InputError
 from .parallel import interruption
-from .results import SERIES
+from .results.record import SERIES
 from .scene import build_scene, load_scene, parse_assignment
 from .studies import common
 

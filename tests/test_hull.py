@@ -14,7 +14,7 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import HullShape
 from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.observe import Observer
+from dolfbuoy.results.record.observe import Observer
 from dolfbuoy.statics.equilibrium.equilibrium import shape_and_mass
 
 BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")

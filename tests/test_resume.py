@@ -15,10 +15,11 @@ from dynamics_helpers import MOORED, merged
 from test_mpi import start
 
 import dolfbuoy
-from dolfbuoy import api, checkpoint, cli
+from dolfbuoy import api, cli
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.results import read
+from dolfbuoy.results.record import checkpoint
+from dolfbuoy.results.record.record import read
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}
 TIME = {"end": 0.6, "step": 0.02, "output_every": 0.1}

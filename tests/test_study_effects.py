@@ -5,8 +5,9 @@ import json
 import pytest
 from dynamics_helpers import MOORED, merged
 
-from dolfbuoy import load_scene, observe
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
+from dolfbuoy.results.record import observe
 from dolfbuoy.studies import accuracy as acc
 from dolfbuoy.studies import effects as study
 

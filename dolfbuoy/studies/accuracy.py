@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from ..errors import InputError
 from ..meshes import number_of_cells
 from ..motion.simulation import Simulation
-from ..observe import cone_angle
+from ..results.observe import cone_angle
 from ..scene import Scene, load_scene
 
 #: What is compared, and its name in a sentence.

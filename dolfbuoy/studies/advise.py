@@ -8,7 +8,7 @@ import matplotlib
 from mpi4py import MPI
 
 from ..errors import InputError, SolveError
-from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..results.style import COLORS, PAGE, STYLE, new_figure
 from ..scene import Scene
 from . import accuracy as acc
 from .accuracy import QUANTITIES, SCHEMES, Stepping, percent

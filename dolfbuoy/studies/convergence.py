@@ -12,8 +12,8 @@ import numpy as np
 from mpi4py import MPI
 
 from ..errors import InputError
+from ..results.snapshot import COLORS, PAGE, STYLE, new_figure
 from ..scene import load_scene
-from ..snapshot import COLORS, PAGE, STYLE, new_figure
 from ..statics import catenary
 from ..statics.equilibrium import solve_equilibrium
 from .common import evaluate_all, orders, save, show

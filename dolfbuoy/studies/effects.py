@@ -25,10 +25,10 @@ from ufl.algorithms import expand_derivatives
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.corealg.traversal import unique_pre_traversal
 
-from .. import observe
 from ..errors import InputError, SolveError
 from ..motion.simulation import Simulation
-from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..results import observe
+from ..results.style import COLORS, PAGE, STYLE, new_figure
 from ..scene import Scene, load_scene
 from . import accuracy as acc
 from .common import evaluate_all, save, show

@@ -9,9 +9,10 @@ import matplotlib as mpl
 import numpy as np
 from mpi4py import MPI
 
-from .. import checkpoint, simulate
+from .. import simulate
 from ..errors import InputError
-from ..plot_style import PAGE, STYLE, new_figure
+from ..results import checkpoint
+from ..results.style import PAGE, STYLE, new_figure
 from ..scene import load_scene
 from . import common
 

@@ -25,7 +25,7 @@ from ..forms import hull as hull_form
 from ..model.buoy import KEEL
 from ..motion.simulation import Simulation
 from ..motion.start import rotation_of
-from ..plot_style import PAGE, STYLE, new_figure
+from ..results.style import PAGE, STYLE, new_figure
 from ..scene import load_scene
 from ..solver.real import real_space
 from ..solver.unknowns import Contribution, Part

@@ -23,7 +23,7 @@ from scipy.linalg import eigh
 
 from ..errors import InputError
 from ..meshes import cable_nodes
-from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..results.style import COLORS, PAGE, STYLE, new_figure
 from ..scene import load_scene
 from ..solver import compat
 from .common import evaluate_all, save, show

@@ -25,7 +25,7 @@ from scipy.linalg import cholesky, solve_triangular, svdvals
 
 from ..forms import cable as form
 from ..meshes import cable_nodes
-from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..results.style import COLORS, PAGE, STYLE, new_figure
 from ..solver import compat
 from ..statics import catenary
 from .common import evaluate_all, save, show

@@ -12,8 +12,8 @@ from mpi4py import MPI
 
 from ..api import simulate
 from ..errors import SolveError
+from ..results.snapshot import COLORS, PAGE, STYLE, new_figure
 from ..scene import load_scene
-from ..snapshot import COLORS, PAGE, STYLE, new_figure
 from ..statics.equilibrium import solve_equilibrium
 from .common import evaluate_all, save, show
 from .convergence import Profile, errors

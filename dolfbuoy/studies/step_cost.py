@@ -21,7 +21,7 @@ from petsc4py import PETSc
 from ..api import Recorder
 from ..errors import InputError
 from ..motion.simulation import Simulation
-from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..results.style import COLORS, PAGE, STYLE, new_figure
 from ..scene import load_scene
 from ..solver import compat
 from .common import save, show

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from mpi4py import MPI
 
 from ..errors import InputError, SolveError
-from ..plot_style import COLORS, PAGE, STYLE, new_figure
+from ..results.style import COLORS, PAGE, STYLE, new_figure
 from ..scene import Scene, load_scene
 from . import accuracy as acc
 from .accuracy import Error, Reference, Run, Space, Stepping, percent

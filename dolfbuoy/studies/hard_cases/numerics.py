@@ -12,7 +12,7 @@ import numpy as np
 from mpi4py import MPI
 
 from ...api import simulate
-from ...results import read
+from ...results.record import read
 from ...scene import load_scene
 from .case import hard_case
 from .tools import INF, MOORED, run, said, static, with_

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ...results.summary import static_warnings
 from ...scene import load_scene
-from ...summary import static_warnings
 from .case import hard_case
 from .tools import SHORT, UNIT, ending, hanging, run, said, static, with_
 

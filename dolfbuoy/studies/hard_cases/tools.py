@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 from ...api import simulate, solve_static
 from ...check import check
 from ...errors import InputError, SolveError
+from ...results.summary import warnings
 from ...scene import load_scene
-from ...summary import warnings
 
 INF = float("inf")
 

@@ -9,8 +9,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from .paraview import read_run
-from .plot_style import COLORS, COLUMN, STYLE, new_figure
 from .snapshot import equal_scale, snapshot
+from .style import COLORS, COLUMN, STYLE, new_figure
 
 #: A run of more periods than this gets an enlarged end in the figures over time.
 MANY_PERIODS = 6

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from .errors import InputError
-from .results import replacing
-from .scene import Scene, build_scene, load_scene
+from ..errors import InputError
+from ..scene import Scene, build_scene, load_scene
+from .record import replacing
 
 FORMAT = 1
 NAME = "checkpoint.npz"

@@ -5,9 +5,9 @@ import time as clock
 
 import numpy as np
 
-from .parallel.ranks import told
-from .solver import compat
-from .solver.unknowns import Contribution, Part
+from ..parallel.ranks import told
+from ..solver import compat
+from ..solver.unknowns import Contribution, Part
 
 
 class Observer:

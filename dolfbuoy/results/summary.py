@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .check import remaining_amplitude
-from .meshes import number_of_cells
+from ..check import remaining_amplitude
+from ..meshes import number_of_cells
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:

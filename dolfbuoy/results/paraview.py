@@ -7,12 +7,12 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 
-from .errors import InputError
-from .meshes import HullShape, write_line
-from .model.rigid import mass_properties
-from .motion.start import rotation_of
-from .results import read
-from .scene import load_scene
+from ..errors import InputError
+from ..meshes import HullShape, write_line
+from ..model.rigid import mass_properties
+from ..motion.start import rotation_of
+from ..scene import load_scene
+from .record import read
 
 
 def export(folder: str | Path) -> list[Path]:

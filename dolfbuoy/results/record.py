@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import netCDF4
 import numpy as np
 
-from .errors import InputError
+from ..errors import InputError
 
 if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx, before the first step
     import xarray as xr

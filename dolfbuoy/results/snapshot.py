@@ -11,11 +11,11 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from .meshes import HullShape
-from .model.rigid import mass_properties
-from .model.sea import heading, ramp, wavenumber
+from ..meshes import HullShape
+from ..model.rigid import mass_properties
+from ..model.sea import heading, ramp, wavenumber
 from .paraview import hull_surface, pose
-from .plot_style import COLORS, COLUMN, PAGE, STYLE, new_figure
+from .style import COLORS, COLUMN, PAGE, STYLE, new_figure
 
 
 class Water:
