@@ -8,7 +8,7 @@ import time
 import pytest
 import xarray as xr
 
-from dolfbuoy import cli
+from dolfbuoy.commands import main as cli
 from dolfbuoy.results.record.record import read
 
 SHORT = ["--set", "time.end=0.03", "--no-plot"]
@@ -111,7 +111,7 @@ def test_failed_solve_is_exit_code_1_and_names_the_place(call, tmp_path):
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 130), (signal.SIGKILL, -9)])
 def test_an_interrupted_run_leaves_its_record(tmp_path, number, code):
-    command = [sys.executable, "-m", "dolfbuoy.cli", "run", "short", "--out", str(tmp_path), "--no-plot"]
+    command = [sys.executable, "-m", "dolfbuoy.commands.main", "run", "short", "--out", str(tmp_path), "--no-plot"]
     process = subprocess.Popen(
         command,
         stdout=subprocess.DEVNULL,

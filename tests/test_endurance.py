@@ -6,9 +6,9 @@ import xarray as xr
 from dynamics_helpers import MOORED, gauss, lagrange, length, merged, rates, running, string_matrices
 from typer.testing import CliRunner
 
+from dolfbuoy.commands.study import app
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies import endurance, energy
-from dolfbuoy.studies.cli import app
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 2.0}
 CABLE = {

@@ -144,7 +144,7 @@ def test_a_cold_start_of_several_processes(folder):
     more = {"XDG_CACHE_HOME": folder / "cache"}
 
     def run(out, ranks=None):
-        arguments = ["-m", "dolfbuoy.cli", "run", "rod.toml", "--out", out, "--no-plot"]
+        arguments = ["-m", "dolfbuoy.commands.main", "run", "rod.toml", "--out", out, "--no-plot"]
         line = command(ranks, arguments) if ranks else [sys.executable, *arguments]
         return subprocess.Popen(line, cwd=folder, env=environment(**more), stderr=subprocess.PIPE, text=True)
 

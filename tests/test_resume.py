@@ -15,7 +15,8 @@ from dynamics_helpers import MOORED, merged
 from test_mpi import start
 
 import dolfbuoy
-from dolfbuoy import api, cli
+from dolfbuoy import api
+from dolfbuoy.commands import main as cli
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.record import checkpoint
@@ -180,7 +181,7 @@ def test_two_ranks(tmp_path):
 
 
 def command(*arguments):
-    return [sys.executable, "-m", "dolfbuoy.cli", *map(str, arguments)]
+    return [sys.executable, "-m", "dolfbuoy.commands.main", *map(str, arguments)]
 
 
 def finished(*arguments, **options):

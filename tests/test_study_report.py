@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from dolfbuoy.cli import app
+from dolfbuoy.commands.main import app
 from dolfbuoy.studies import accuracy as acc
 from dolfbuoy.studies import report as study
 from dolfbuoy.studies import report_text as text

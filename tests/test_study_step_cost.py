@@ -7,7 +7,7 @@ import pytest
 from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import load_scene
-from dolfbuoy.cli import app
+from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies import step_cost
 

@@ -12,8 +12,8 @@ import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import load_scene, simulate
-from dolfbuoy import sweep as sweeping
-from dolfbuoy.sweep import cases_of, dominant_period, parse_vary, statistics, sweep
+from dolfbuoy.studies import sweep as sweeping
+from dolfbuoy.studies.sweep import cases_of, dominant_period, parse_vary, statistics, sweep
 
 ROD = {
     "title": "rod",
@@ -80,7 +80,7 @@ TABLES = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_one_sentence_and_exit_code_2(name, tmp_path, monkeypatch, capsys):
-    from dolfbuoy import cli
+    from dolfbuoy.commands import main as cli
 
     arguments, words = BAD[name]
     for table, content in TABLES.items():
@@ -246,7 +246,15 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
     """SIGINT after the first case: exit code 130, finished cases stay as they are, the rest is computed."""
     load_scene(ROD, **{"time.end": 5.0}).save(tmp_path / "rod.toml")  # half a second per case: time for a signal
     dataset = sweep(tmp_path / "rod.toml", VARY, None, tmp_path / "uninterrupted")
-    command = [sys.executable, "-m", "dolfbuoy.cli", "sweep", str(tmp_path / "rod.toml"), "--out", str(tmp_path)]
+    command = [
+        sys.executable,
+        "-m",
+        "dolfbuoy.commands.main",
+        "sweep",
+        str(tmp_path / "rod.toml"),
+        "--out",
+        str(tmp_path),
+    ]
     command += [word for text in VARY for word in ("--vary", text)]
     process = subprocess.Popen(
         command,
@@ -280,7 +288,7 @@ def test_three_ranks_are_identical_to_one(swept, tmp_path):
     _, dataset = swept
     load_scene(ROD).save(tmp_path / "rod.toml")
     vary = [word for text in (*VARY, "cable.length=3,-3") for word in ("--vary", text)]
-    done = start(3, ["-m", "dolfbuoy.cli", "sweep", "rod.toml", "--out", "all", *vary], tmp_path)
+    done = start(3, ["-m", "dolfbuoy.commands.main", "sweep", "rod.toml", "--out", "all", *vary], tmp_path)
     assert done.returncode == 0, done.stderr[-3000:]
     assert done.stdout.count("8 cases") == 1
     with xr.open_dataset(tmp_path / "all" / "sweep.nc") as parallel:

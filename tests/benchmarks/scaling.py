@@ -220,7 +220,7 @@ def sweep_here(case: dict) -> dict | None:
     """The sweep of a table by all ranks; None on all but 0."""
     from mpi4py import MPI
 
-    from dolfbuoy.sweep import sweep as run_all
+    from dolfbuoy.studies.sweep import sweep as run_all
 
     comm = MPI.COMM_WORLD
     comm.barrier()

@@ -192,7 +192,7 @@ def _start(*arguments, before=""):
     """dolfbuoy's command in a process of its own, outside of any MPI run; before: statements that come first."""
     mpi, keep = ("OMPI_", "PMIX_", "PRTE_", "PMI_"), ("OMPI_MCA", "OMPI_ALLOW")
     environment = {k: v for k, v in os.environ.items() if not k.startswith(mpi) or k.startswith(keep)}
-    call = [sys.executable, "-c", f"{before}from dolfbuoy.cli import main; main()", *arguments]
+    call = [sys.executable, "-c", f"{before}from dolfbuoy.commands.main import main; main()", *arguments]
     return subprocess.Popen(call, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
 
 

@@ -11,9 +11,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from .errors import InputError, SolveError
-from .parallel import interruption, ranks
-from .studies.cli import app as study_app
+from ..errors import InputError, SolveError
+from ..parallel import interruption, ranks
+from .study import app as study_app
 
 app = typer.Typer(
     add_completion=False,
@@ -33,7 +33,7 @@ QuantityOption = Annotated[
 
 
 def _load(scene, assignments, **overrides):
-    from .scene import load_scene, parse_assignment
+    from ..scene import load_scene, parse_assignment
 
     overrides |= dict(parse_assignment(text) for text in assignments or [])
     return load_scene(scene, **overrides)
@@ -59,7 +59,7 @@ def _table(title, *columns):
 @app.command("list")
 def list_scenes():
     """Shipped scenes.  Example: dolfbuoy list"""
-    from .scene import load_scene, shipped_scenes
+    from ..scene import load_scene, shipped_scenes
 
     table = _table("Shipped scenes", "name", "title")
     for name in shipped_scenes():
@@ -70,8 +70,8 @@ def list_scenes():
 @app.command()
 def check(scene: SceneArgument, assign: SetOption = None):
     """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
-    from .check import check as examine
-    from .check import remaining_amplitude
+    from ..check import check as examine
+    from ..check import remaining_amplitude
 
     loaded = _load(scene, assign)
     report = examine(loaded)
@@ -94,8 +94,8 @@ def check(scene: SceneArgument, assign: SetOption = None):
 @app.command()
 def static(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
     """Equilibrium without waves, written to static.nc.  Example: dolfbuoy static short --out calm"""
-    from .api import solve_static
-    from .results.summary import static_warnings
+    from ..api import solve_static
+    from ..results.summary import static_warnings
 
     folder, loaded = _folder(scene, folder), _load(scene, assign)
     record = solve_static(loaded, out=folder)
@@ -124,8 +124,8 @@ def run(
     ] = None,
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
-    from .api import simulate
-    from .statics.equilibrium import check_feasible
+    from ..api import simulate
+    from ..statics.equilibrium import check_feasible
 
     if (scene is None) == (resume is None):
         raise InputError("run needs either a SCENE or --resume DIR.")
@@ -164,7 +164,7 @@ def _checkpoint(folder, t_end):
     """Where a stopped run goes on; None, said so, when it is complete."""
     from mpi4py import MPI
 
-    from .results.checkpoint import load
+    from ..results.checkpoint import load
 
     point = load(folder, MPI.COMM_WORLD.size, t_end)
     if point.complete and _rank() == 0:
@@ -175,7 +175,7 @@ def _checkpoint(folder, t_end):
 def _say_if_one_rank_is_faster(scene):
     from mpi4py import MPI
 
-    from .results.summary import sharing_note
+    from ..results.summary import sharing_note
 
     note = sharing_note(scene, MPI.COMM_WORLD.size)
     if note and _rank() == 0:
@@ -198,8 +198,8 @@ def advise(
 
 def _advised(scene, quantity, accuracy, folder=None, write=None):
     """The scene with settings of this accuracy; says what was chosen."""
-    from .studies import advise as study
-    from .studies.accuracy import parse_accuracy
+    from ..studies import advise as study
+    from ..studies.accuracy import parse_accuracy
 
     def say(text):
         out.print(text, soft_wrap=True, highlight=False, markup=False)
@@ -217,7 +217,7 @@ def report(
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
 ):
     """What accuracy costs: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
-    from .studies.report import run as write_report
+    from ..studies.report import run as write_report
 
     write_report(folder, quick)
 
@@ -240,7 +240,7 @@ def sweep(
     folder: OutOption = None,
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
-    from .sweep import sweep as run_all
+    from ..studies.sweep import sweep as run_all
 
     folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
     try:
@@ -265,8 +265,8 @@ def sweep(
 @app.command()
 def doctor():
     """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
+    from ..solver import compat
     from .doctor import examine
-    from .solver import compat
 
     table = _table("Versions", "package", "version")
     for name, version in compat.versions().items():
@@ -281,8 +281,8 @@ def doctor():
 
 
 def _draw(folder):
-    from .results.figures import draw_all
-    from .results.paraview import export
+    from ..results.figures import draw_all
+    from ..results.paraview import export
 
     files = [*draw_all(folder), *export(folder)]
     out.print(f"{len(files)} files in {folder / 'figures'} and {folder / 'paraview'}")
@@ -322,7 +322,7 @@ class _Bar:
 
 
 def _print_summary(record, scene, folder):
-    from .results.summary import summary, warnings
+    from ..results.summary import summary, warnings
 
     table = _table(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
     for name, value, unit in summary(record, scene):

@@ -18,7 +18,7 @@ def folder_of(name: str, folder: Path | None) -> Path:
 @app.command("inf-sup")
 def inf_sup(folder: OutOption = None):
     """Inf-sup constant of the linearised cable: which pairs are stable.  Example: dolfbuoy study inf-sup"""
-    from . import inf_sup as study
+    from ..studies import inf_sup as study
 
     study.run(folder_of("inf-sup", folder))
 
@@ -29,7 +29,7 @@ def explicit_limit(
     folder: OutOption = None,
 ):
     """Step an explicit method would need, Eq. (24), beside the implicit one.  Example: dolfbuoy study explicit-limit"""
-    from . import explicit_limit as study
+    from ..studies import explicit_limit as study
 
     study.run(folder_of("explicit-limit", folder), scene)
 
@@ -41,7 +41,7 @@ def convergence(
     cells: Annotated[str, typer.Option("--cells", help="Numbers of elements.")] = "2,4,8,16,32,64",
 ):
     """Figs. 2 to 4: errors and orders of the static cable.  Example: dolfbuoy study convergence --figure 3"""
-    from . import convergence as study
+    from ..studies import convergence as study
 
     study.run(folder_of("convergence", folder), study.parse_figures(figure), study.parse_cells(cells))
 
@@ -53,7 +53,7 @@ def rising(
     cells: Annotated[int | None, typer.Option("--cells", help="Number of elements of that pair.")] = None,
 ):
     """Fig. 5: a folded cable whose end rises.  Example: dolfbuoy study rising --pair 2,0 --cells 20"""
-    from . import rising as study
+    from ..studies import rising as study
 
     study.run(folder_of("rising", folder), study.parse_pair(pair, cells))
 
@@ -64,7 +64,7 @@ def slack(
     folder: OutOption = None,
 ):
     """Compressed or slack: a folded cable and snap loads under both laws.  Example: dolfbuoy study slack"""
-    from . import slack as study
+    from ..studies import slack as study
 
     study.run(folder_of("slack", folder), t_end)
 
@@ -76,7 +76,7 @@ def hard_cases(
     folder: OutOption = None,
 ):
     """Hard scenes, and what the program makes of each; exit code 1 if one fails.  Example: dolfbuoy study hard-cases"""
-    from . import hard_cases as study
+    from ..studies import hard_cases as study
 
     if not study.run(folder_of("hard-cases", folder), only, slow):
         raise typer.Exit(1)
@@ -89,7 +89,7 @@ def regularisation(
     folder: OutOption = None,
 ):
     """What rounding off |v| and the wet section changes.  Example: dolfbuoy study regularisation short"""
-    from . import regularisation as study
+    from ..studies import regularisation as study
 
     study.run(folder_of("regularisation", folder), study.load(scene, t_end))
 
@@ -107,7 +107,7 @@ def work_precision(
     folder: OutOption = None,
 ):
     """Error against time: pairs, cells, schemes, steps.  Example: dolfbuoy study work-precision short --repeats 1"""
-    from . import work_precision as study
+    from ..studies import work_precision as study
 
     study.run(
         folder_of("work-precision", folder),
@@ -129,7 +129,7 @@ def effects(
     folder: OutOption = None,
 ):
     """What each effect of a scene changes and costs.  Example: dolfbuoy study effects short --t-end 15"""
-    from . import effects as study
+    from ..studies import effects as study
 
     study.run(folder_of("effects", folder), *study.load(scene, t_end, threshold))
 
@@ -142,8 +142,8 @@ def energy(
     folder: OutOption = None,
 ):
     """Work in = dissipated + stored, up to the scheme's order.  Example: dolfbuoy study energy driven --t-end 15"""
-    from . import energy as study
-    from .work_precision import parse_numbers
+    from ..studies import energy as study
+    from ..studies.work_precision import parse_numbers
 
     study.run(folder_of("energy", folder), scene, t_end, parse_numbers("--steps", steps))
 
@@ -162,7 +162,7 @@ def endurance(
     folder: OutOption = None,
 ):
     """A long run without drift or growth.  Example: dolfbuoy study endurance short --duration 300 --window 50"""
-    from . import endurance as study
+    from ..studies import endurance as study
 
     loaded = study.load(scene, duration, step, scheme)
     if not study.run(folder_of("endurance", folder), loaded, window, skip, tolerance):
@@ -176,6 +176,6 @@ def step_cost(
     folder: OutOption = None,
 ):
     """Where the time of a Newton iteration goes, beside its floor.  Example: dolfbuoy study step-cost short"""
-    from . import step_cost as study
+    from ..studies import step_cost as study
 
     study.run(folder_of("step-cost", folder), scene, steps)

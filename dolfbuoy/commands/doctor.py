@@ -5,7 +5,7 @@ import shutil
 import subprocess
 import sys
 
-from .solver import compat
+from ..solver import compat
 
 
 def examine() -> list[tuple[str, bool, str]]:
@@ -25,7 +25,7 @@ def _version():
 
 
 def _solve():
-    from .api import solve_static
+    from ..api import solve_static
 
     top = {"kind": "fixed", "position": [0.6, 0.0, 0.5]}
     scene = {"gravity": 1.0, "cable": {"length": 1.0, "line_density": 1.0, "elements": 16, "top": top}}

@@ -16,12 +16,12 @@ from mpi4py import MPI
 from rich.console import Console
 from rich.progress import track
 
-from .api import simulate
-from .errors import InputError
-from .parallel import interruption
-from .results.record import SERIES
-from .scene import build_scene, load_scene, parse_assignment
-from .studies import common
+from ..api import simulate
+from ..errors import InputError
+from ..parallel import interruption
+from ..results.record import SERIES
+from ..scene import build_scene, load_scene, parse_assignment
+from . import common
 
 #: What is said of every recorded quantity over the whole run.
 STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
