@@ -4,9 +4,10 @@ A scene is run for a number of steps, with a new Jacobian in every iteration and
 timed as it goes; factorisation and solve, which PETSc calls, are done many times over at a state of the run.
 The floor of a Newton iteration is dolfinx's assemblers and the direct solver called back to back, with nothing else
 between them, in turn and as often as the run called them; it is measured after every few steps, side by side with
-them.  `ratio`: of Newton's method to the floor (below 1 where the loops of `dolfbuoy.solver.loops` gain more than all else
-takes); `ratio of a step` counts what surrounds it too: time scheme, predictor, forcing, record.  All times are this
-process's time on the processor; a ratio is the median of those of groups of steps, each side by side with its floor.
+them.  `ratio`: of Newton's method to the floor (below 1 where the loops of `dolfbuoy.solver.loops` gain more than all
+else takes); `ratio of a step` counts what surrounds it too: time scheme, predictor, forcing, record.  All times are
+this process's time on the processor; a ratio is the median of those of groups of steps, each side by side with its
+floor.
 """
 
 import time

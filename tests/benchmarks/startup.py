@@ -15,7 +15,7 @@ from machine import sentence
 REPEATS = 7
 CHILD = """
 import sys
-import dolfbuoy.cli
+import dolfbuoy.commands.main
 from dolfbuoy import load_scene, simulate
 scene = load_scene(sys.argv[1])
 simulate(load_scene(scene, time__end=scene.time.step), progress=lambda *_: print("stepped", flush=True))
