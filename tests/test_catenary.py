@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers import reference
 
-from dolfbuoy.statics.equilibrium import catenary
+from dolfbuoy.statics import catenary
 
 CASES = reference("catenary")
 BETWEEN = ["C1_fold_0.01_0.8", "C3_moderate_0.6_0.5", "E4_dirichlet_EA1e6", "P_short_EA2.3e8", "P_long_EA2.3e8"]

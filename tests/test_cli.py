@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from dolfbuoy.commands import main as cli
-from dolfbuoy.results.record.record import read
+from dolfbuoy.results.record import read
 
 SHORT = ["--set", "time.end=0.03", "--no-plot"]
 

@@ -8,7 +8,7 @@ from helpers import CableSolution, rates, reference
 from scipy.integrate import solve_ivp
 
 from dolfbuoy import load_scene
-from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
+from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 CASES = reference("cable_in_current")
 GRAVITY, DENSITY, DIAMETER, NORMAL_DRAG, TANGENTIAL_DRAG = 9.81, 1025.0, 0.08, 0.8, 0.1

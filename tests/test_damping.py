@@ -7,8 +7,8 @@ from dynamics_helpers import rates, running
 from dolfbuoy import load_scene
 from dolfbuoy.motion.consistent import make_consistent
 from dolfbuoy.motion.schemes import Predictor, make_scheme
-from dolfbuoy.results.record.observe import effects
-from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
+from dolfbuoy.results.observe import effects
+from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 L, RHO, EA = 1.0, 1.0, 1.0e4
 K = np.pi / (2 * L)  # first mode, fixed at s = 0 and free at s = L

@@ -11,10 +11,10 @@ from matplotlib.image import imread
 from dolfbuoy import InputError, simulate
 from dolfbuoy.forms import sea
 from dolfbuoy.model.sea import heading, ramp, wavenumber
-from dolfbuoy.results.record import record as results
-from dolfbuoy.results.record.figures import draw_all
-from dolfbuoy.results.record.paraview import export, hull_surface
-from dolfbuoy.results.record.snapshot import Water, snapshot
+from dolfbuoy.results import record as results
+from dolfbuoy.results.figures import draw_all
+from dolfbuoy.results.paraview import export, hull_surface
+from dolfbuoy.results.snapshot import Water, snapshot
 from dolfbuoy.scene import load_scene
 
 WAVES = {"amplitude": 0.8, "period": 5.0, "ramp": 3.0, "direction_deg": 25.0, "phase_deg": 40.0}

@@ -14,8 +14,8 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import HullShape
 from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.results.record.observe import Observer
-from dolfbuoy.statics.equilibrium.equilibrium import shape_and_mass
+from dolfbuoy.results.observe import Observer
+from dolfbuoy.statics.equilibrium import shape_and_mass
 
 BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")
 HEADING = 0.4  # [rad] towards which the hull is tilted

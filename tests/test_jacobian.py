@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from dolfbuoy import load_scene
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.results.record.observe import Observer
+from dolfbuoy.results.observe import Observer
 
 TILT = math.radians(40)
 STEPS = 1e-4 * 0.5 ** np.arange(5)

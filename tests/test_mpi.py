@@ -11,7 +11,7 @@ import pytest
 from dynamics_helpers import MOORED, merged
 
 import dolfbuoy
-from dolfbuoy.results.record.record import read
+from dolfbuoy.results.record import read
 
 pytestmark = [pytest.mark.mpi, pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")]
 

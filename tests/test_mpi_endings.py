@@ -12,7 +12,7 @@ import pytest
 from mpi_helpers import command, environment, needs_mpirun, start
 
 from dolfbuoy import load_scene
-from dolfbuoy.results.record.record import read
+from dolfbuoy.results.record import read
 from dolfbuoy.solver import compat
 
 pytestmark = [pytest.mark.mpi, needs_mpirun]

@@ -10,8 +10,8 @@ from petsc4py import PETSc
 from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.statics.equilibrium import catenary
-from dolfbuoy.statics.equilibrium.continuation import begin
+from dolfbuoy.statics import catenary
+from dolfbuoy.statics.continuation import begin
 
 
 @pytest.mark.parametrize("chord", [1e-3, 1e-2, 0.3])

@@ -19,8 +19,8 @@ from dolfbuoy import api
 from dolfbuoy.commands import main as cli
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.results.record import checkpoint
-from dolfbuoy.results.record.record import read
+from dolfbuoy.results import checkpoint
+from dolfbuoy.results.record import read
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}
 TIME = {"end": 0.6, "step": 0.02, "output_every": 0.1}

@@ -15,7 +15,7 @@ from dolfbuoy.model.buoy import BuoyModel
 from dolfbuoy.model.lines import CableModel
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver.unknowns import Part
-from dolfbuoy.statics.equilibrium.equilibrium import check_feasible
+from dolfbuoy.statics.equilibrium import check_feasible
 
 BASE = {
     "sea": {"depth": 20.0},

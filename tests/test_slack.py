@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 import dolfbuoy
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.results.record.summary import warnings
-from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
+from dolfbuoy.results.summary import warnings
+from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 INF = math.inf
 

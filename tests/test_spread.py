@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from dolfbuoy import load_scene
-from dolfbuoy.results.record.summary import SHARING_SLOWER_TO, sharing_note
+from dolfbuoy.results.summary import SHARING_SLOWER_TO, sharing_note
 
 SCRIPT = """
 import json, sys, time

@@ -9,9 +9,9 @@ from helpers import CableSolution, catenary_slope, rates, reference
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.results.record.summary import static_warnings
-from dolfbuoy.statics.equilibrium import catenary, continuation
-from dolfbuoy.statics.equilibrium.equilibrium import solve_equilibrium
+from dolfbuoy.results.summary import static_warnings
+from dolfbuoy.statics import catenary, continuation
+from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 ANCHOR = (0.3, -0.2, 0.1)
 HEADING = 0.7  # [rad] of the cable's vertical plane: not a coordinate plane

@@ -7,7 +7,7 @@ from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.results.record import observe
+from dolfbuoy.results import observe
 from dolfbuoy.studies import accuracy as acc
 from dolfbuoy.studies import effects as study
 

@@ -22,7 +22,7 @@ import matplotlib
 import numpy as np
 from store import kept
 
-from dolfbuoy.results.record.style import COLORS, PAGE, STYLE, new_figure
+from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure
 from dolfbuoy.studies.common import fingerprint, save, show
 
 #: Linear solvers of the steps, by name: a PETSc package for a factorisation, or PETSc options.  The default is "petsc",
