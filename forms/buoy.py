@@ -1,8 +1,20 @@
 """The buoy as a rigid body: Euler's equations (8) and the equilibrium that they leave at rest."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 from ufl import as_vector, cross, dot, inner
 
 from .rotation import apply_inverse_inertia, conjugate, prolong, quaternion_product, rotation_matrix
+
+
+class Body(NamedTuple):
+    """Where the body is and how it moves, for loads at its points."""
+
+    position: object  #: r_C
+    quaternion: object  #: q_4
+    flow: Callable  #: x -> undisturbed water there (forms.sea.Flow)
+    motion: object = None  #: forms.hull.BodyMotion; None in statics
 
 
 def translation(r_C_t, p, mass, test):
@@ -35,12 +47,20 @@ def point_torque(q4, body_offset, force):
     return cross(rotation_matrix(q4) * body_offset, force)
 
 
-def axial_damping(q4, L_C, inertia, coefficient):
-    """-c (omega . d) d: linear damping of the rotation about the axis d [N m]."""
-    R = rotation_matrix(q4)
-    d = R * as_vector([0.0, 0.0, 1.0])
-    omega = apply_inverse_inertia(R, inertia, L_C)
-    return -coefficient * dot(omega, d) * d
+# -- loads at points: functions (coefficients, body) -> (force [N], torque about C [N m]), None for what is absent -----
+
+
+def external_force(c, body):
+    """A constant force c.force at the body point c.offset from C (None: at C)."""
+    return c.force, None if c.offset is None else point_torque(body.quaternion, c.offset, c.force)
+
+
+def rotational_damping(coefficient, body):
+    """-c (omega . d) d: linear damping of the rotation about the axis d."""
+    if body.motion is None:
+        return None, None
+    d = rotation_matrix(body.quaternion) * as_vector([0.0, 0.0, 1.0])
+    return None, -coefficient * dot(body.motion.angular_velocity, d) * d
 
 
 def turn(q4, q4_ref):

@@ -15,17 +15,21 @@ from . import morison
 
 
 class Cable(NamedTuple):
-    """Properties of a cable, UFL scalars; None for what is absent."""
+    """Material of a cable, UFL scalars; None for what is absent."""
 
     line_density: object  #: rho0 [kg/m]
     EA: object = None  #: axial stiffness [N]; None: inextensible
     diameter: object = None  #: D [m]
     area: object = None  #: A0 [m^2]
-    added_mass: object = None  #: C_A = C_M - 1
-    normal_drag: object = None  #: C_dn
-    tangential_drag: object = None  #: C_dt
-    tangential_froude_krylov: bool = False
     damping: object = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
+
+
+class Point(NamedTuple):
+    """A point of the cable: unit tangent, velocity and acceleration; the latter are None in statics."""
+
+    tangent: object
+    velocity: object = None
+    acceleration: object = None
 
 
 def strain(cable, T, r=None, r_t=None):
@@ -90,30 +94,66 @@ def tangent(r):
     return r.dx(0) / sqrt(dot(r.dx(0), r.dx(0)))
 
 
-def hydrodynamic_force(cable, rho_w, flow, r, r_t=None, r_tt=None):
-    """f_am + f_dn + f_dt of Eq. (6) [N per stretched metre]; None where nothing of it is called for.
+# -- forces of the water, Eq. (6): functions (coefficient, cable, rho_w, flow, point) [N per stretched metre] ----------
+#
+# `flow` is the undisturbed water at the point (forms.sea.flow).  Each returns None where nothing moves that it feels.
 
-    `flow` is the undisturbed water at r (forms.sea.flow); r_t and r_tt are None in statics.  The tangential
-    Froude-Krylov force rho_w A (a_w.t) t is absent in the paper and a choice of the cable.
-    """
-    t = tangent(r)
-    terms = []
 
-    v_rel = r_t
-    if flow.velocity is not None:
-        v_rel = -flow.velocity if r_t is None else r_t - flow.velocity
-    if v_rel is not None:
-        v_n, _ = morison.split(v_rel, t)
-        if cable.normal_drag is not None:
-            terms.append(morison.normal_drag(rho_w, cable.diameter, cable.normal_drag, v_n))
-        if cable.tangential_drag is not None:
-            terms.append(morison.tangential_drag(rho_w, cable.diameter, cable.tangential_drag, t, v_rel))
+def relative_velocity(flow, velocity):
+    """v_rel = v - v_a; None when neither the cable nor the water moves."""
+    if flow.velocity is None:
+        return velocity
+    return -flow.velocity if velocity is None else velocity - flow.velocity
 
-    a_n = None if r_tt is None else morison.split(r_tt, t)[0]
-    a_wn, a_wt = (None, None) if flow.acceleration is None else morison.split(flow.acceleration, t)
-    terms.append(morison.inertia(rho_w, cable.area, cable.added_mass, a_n, a_wn))
-    if cable.tangential_froude_krylov and a_wt is not None:
-        terms.append(rho_w * cable.area * a_wt)
 
-    terms = [term for term in terms if term is not None]
-    return sum(terms[1:], terms[0]) if terms else None
+def normal_drag(C_dn, cable, rho_w, flow, point):
+    """f_dn."""
+    v_rel = relative_velocity(flow, point.velocity)
+    if v_rel is None:
+        return None
+    return morison.normal_drag(rho_w, cable.diameter, C_dn, morison.split(v_rel, point.tangent)[0])
+
+
+def tangential_drag(C_dt, cable, rho_w, flow, point):
+    """f_dt."""
+    v_rel = relative_velocity(flow, point.velocity)
+    if v_rel is None:
+        return None
+    return morison.tangential_drag(rho_w, cable.diameter, C_dt, point.tangent, v_rel)
+
+
+def added_mass(C_A, cable, rho_w, flow, point):
+    """The part of f_am that the cable's own inertia in the water makes: rho_w A C_A (a_w,n - a_n)."""
+    a_rel = relative_acceleration(flow, point.acceleration)
+    if a_rel is None:
+        return None
+    return -rho_w * cable.area * C_A * morison.split(a_rel, point.tangent)[0]
+
+
+def normal_froude_krylov(_, cable, rho_w, flow, point):
+    """The rest of f_am, the pressure of the undisturbed wave: rho_w A a_w,n."""
+    if flow.acceleration is None:
+        return None
+    return rho_w * cable.area * morison.split(flow.acceleration, point.tangent)[0]
+
+
+def tangential_froude_krylov(_, cable, rho_w, flow, point):
+    """rho_w A (a_w.t) t: absent in the paper, a choice of the cable."""
+    if flow.acceleration is None:
+        return None
+    return rho_w * cable.area * morison.split(flow.acceleration, point.tangent)[1]
+
+
+def relative_acceleration(flow, acceleration):
+    """a - a_w; None when neither is there."""
+    if flow.acceleration is None:
+        return acceleration
+    return -flow.acceleration if acceleration is None else acceleration - flow.acceleration
+
+
+# -- power that stays in the material ----------------------------------------------------------------------------------
+
+
+def damping_power(c, r, r_t):
+    """-c e_t^2 per unstretched length [W/m], what Kelvin-Voigt damping takes."""
+    return -c * strain_rate(r, r_t) ** 2
