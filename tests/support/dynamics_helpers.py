@@ -1,20 +1,16 @@
-"""What the dynamic tests share: scenes, reference values, and a cable and a sea of their own in plain numpy.
+"""What the dynamic tests share: scenes, and a cable and a sea of their own in plain numpy.
 
 The numpy code is written from the equations in the project's documentation, not from the package: it is dense, slow
 and short.
 """
 
 import copy
-import json
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.motion.simulation import Simulation
-
-FOLDER = Path(__file__).parent / "reference_dynamics"
 
 MOORED = {
     "sea": {"depth": 20.0},
@@ -44,11 +40,6 @@ MOORED = {
     "waves": {"amplitude": 0.8, "period": 5.0, "ramp": 5.0},
     "time": {"end": 2.0, "step": 0.01},
 }
-
-
-def reference(name):
-    """A table of reference_dynamics/."""
-    return json.loads((FOLDER / f"{name}.json").read_text())
 
 
 def merged(base, **changes):
