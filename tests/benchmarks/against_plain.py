@@ -1,4 +1,4 @@
-"""The fast path against the plain one (tests/plain.py), side by side: the paper's short cable, backward Euler.
+"""The fast path against the plain one (tests/support/plain.py), side by side: the paper's short cable, backward Euler.
 
     .venv/bin/python tests/benchmarks/against_plain.py [--scene short] [--steps 400]
 
@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from benchmarks.machine import sentence
+from machine import sentence
 from plain import simulation
 
 from dolfbuoy import load_scene

@@ -2,14 +2,11 @@
 
 import json
 import math
-import os
-import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from helpers import reference
+from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies import common
@@ -111,15 +108,11 @@ def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path,
 
 
 @pytest.mark.mpi
-@pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+@needs_mpirun
 def test_two_ranks_write_the_same_files(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "draw", lambda *_: None)
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
-    if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     program = "from dolfbuoy.studies import convergence as s; s.draw = lambda *_: None; s.run('two', (4,), (2, 4))"
-    command = ["mpirun", "-n", "2", sys.executable, "-c", program]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    done = start(2, ["-c", program], tmp_path)
     assert done.returncode == 0, done.stderr[-3000:]
     study.run(tmp_path / "one", (4,), (2, 4))
     for end in ("neumann", "dirichlet"):

@@ -2,12 +2,11 @@
 
 import json
 import os
-import shutil
-import subprocess
-import sys
 
+import dynamics_helpers
 import pytest
 from dynamics_helpers import MOORED, merged
+from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import load_scene
 from dolfbuoy.studies import common, effects, explicit_limit, inf_sup, rising, work_precision
@@ -15,7 +14,7 @@ from dolfbuoy.studies import common, effects, explicit_limit, inf_sup, rising, w
 pytestmark = [
     pytest.mark.slow,  # many forms
     pytest.mark.mpi,
-    pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed"),
+    needs_mpirun,
 ]
 
 WET = merged(MOORED, cable__elements=3, waves__ramp=0.1, solver__hull_cells=6, time={"end": 0.3, "step": 0.02})
@@ -63,13 +62,9 @@ def rows(folder, name):
 def by_two(tmp_path_factory):
     """Folder in which two ranks ran all studies, each in a folder of its name."""
     folder = tmp_path_factory.mktemp("two")
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
-    environment |= {"PYTHONPATH": os.path.dirname(__file__), "OMPI_MCA_mpi_yield_when_idle": "1"}
-    if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     program = "import test_study_ranks as t\nfor name, (run, _) in t.STUDIES.items(): run(name)"
-    command = ["mpirun", "-n", "2", sys.executable, "-c", program]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=900)
+    path = os.pathsep.join([os.path.dirname(__file__), os.path.dirname(dynamics_helpers.__file__)])
+    done = start(2, ["-c", program], folder, timeout=900, PYTHONPATH=path)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder
 

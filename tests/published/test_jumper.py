@@ -7,7 +7,8 @@ published curves are periodic by then.
 
 import numpy as np
 import pytest
-from dynamics_helpers import FOLDER, merged
+from dynamics_helpers import merged
+from helpers import REFERENCE
 
 import dolfbuoy
 
@@ -42,7 +43,7 @@ IN_WAVES = merged(
 
 def difference(run, case, start, shift=0.0):
     """Computed minus published top tension [kN] at the published instants after `start`."""
-    time, tension = np.loadtxt(FOLDER / f"case{case}.csv", delimiter=",").T
+    time, tension = np.loadtxt(REFERENCE / f"case{case}.csv", delimiter=",").T
     time = time + shift
     seen = (time >= start) & (time <= float(run.time[-1]))
     assert seen.sum() > 0.9 * np.sum(time >= start)

@@ -6,7 +6,8 @@ start it from the first two recorded positions; how a run starts is a test of it
 
 import numpy as np
 import pytest
-from dynamics_helpers import NumpyCable, merged, reference, running, simulate_evenly, string_matrices
+from dynamics_helpers import NumpyCable, merged, running, simulate_evenly, string_matrices
+from helpers import reference
 from scipy.linalg import eigh
 
 G = 9.81

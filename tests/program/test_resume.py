@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
-from test_mpi import start
+from mpi_helpers import needs_mpirun, start_scenes
 
 import dolfbuoy
 from dolfbuoy import api
@@ -160,13 +160,13 @@ for name, scene in json.load(open(sys.argv[1])).items():
 
 
 @pytest.mark.mpi
-@pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+@needs_mpirun
 def test_two_ranks(tmp_path):
     cases = [*(("moored buoy", scheme) for scheme in SCHEMES), ("cable", "bdf2"), ("buoy", "bdf2")]
     scenes = {f"{name}, {scheme}": merged(SCENES[name], time__scheme=scheme) for name, scheme in cases}
     scenes["adaptive"] = merged(SCENES["moored buoy"], time__scheme="bdf2", time__tolerance=1e-2)
     for what in ("stop", "resume"):
-        done = start(2, scenes, tmp_path, RANKS, what)
+        done = start_scenes(2, scenes, tmp_path, RANKS, what)
         assert done.returncode == 0, done.stderr[-3000:]
         if what == "stop":
             for name in scenes:

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from dynamics_helpers import merged, quaternion_product, rates, reference, rotation_matrix, simulate_evenly
+from dynamics_helpers import merged, quaternion_product, rates, rotation_matrix, simulate_evenly
+from helpers import reference
 
 BUOY = reference("buoy")
 CENTER = (400 * 0.5 + 150 * 2 + 150 * 3) / 700

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from dynamics_helpers import reference
+from helpers import reference
 
 import dolfbuoy
 

@@ -2,10 +2,10 @@
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import reference
 from numpy.polynomial import legendre
 from scipy.integrate import quad
 
@@ -13,7 +13,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies import inf_sup
 
-REFERENCE = json.loads((Path(__file__).parent / "reference_studies_infsup" / "inf_sup.json").read_text())
+REFERENCE = reference("inf_sup")
 PAIRS = [(int(name[1]), int(name[3])) for name in REFERENCE["catenary"]["discrete"]]
 STABLE = [(mu, nu) for mu, nu in PAIRS if nu < mu]
 STATES = ("catenary", "folded", "straight")

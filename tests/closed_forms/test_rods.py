@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from dynamics_helpers import merged, rates, reference, rotation_matrix, simulate_evenly
+from dynamics_helpers import merged, rates, rotation_matrix, simulate_evenly
+from helpers import reference
 
 RODS = reference("rods")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-REFERENCE = Path(__file__).parent / "reference"
+REFERENCE = Path(__file__).parents[1] / "reference"
 
 
 def reference(name):

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from dynamics_helpers import reference, running
+from dynamics_helpers import running
+from helpers import reference
 from scipy.optimize import minimize
 
 import dolfbuoy

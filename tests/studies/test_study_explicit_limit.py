@@ -2,16 +2,16 @@
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import reference
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes
 from dolfbuoy.studies import explicit_limit as study
 
-REFERENCE = json.loads((Path(__file__).parent / "reference_studies_infsup" / "explicit_limit.json").read_text())
+REFERENCE = reference("explicit_limit")
 KEYS = ("free_free", "fixed_free", "fixed_fixed")
 CABLE = {"length": 7.0, "elements": 4, "rho0": 3.0, "EA": 500.0}
 

@@ -1,19 +1,14 @@
 """The same trajectory on two and three ranks as on one, to 1e-8 of the size of each quantity."""
 
-import json
-import os
-import shutil
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
+from mpi_helpers import needs_mpirun, start_scenes
 
 import dolfbuoy
 from dolfbuoy.results.record import read
 
-pytestmark = [pytest.mark.mpi, pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")]
+pytestmark = [pytest.mark.mpi, needs_mpirun]
 
 SCRIPT = """
 import json, sys
@@ -77,23 +72,11 @@ SCENES = {
 }
 
 
-def start(ranks, scenes, folder, script=SCRIPT, *arguments):
-    """A finished process of mpirun that ran all scenes."""
-    (folder / "run.py").write_text(script)
-    (folder / "scenes.json").write_text(json.dumps(scenes))
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
-    environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
-    if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    command = ["mpirun", "-n", str(ranks), sys.executable, "run.py", "scenes.json", *arguments]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
-
-
 @pytest.fixture(scope="module", params=[2, 3])
 def parallel(request, tmp_path_factory):
     """(number of ranks, folder with one record per scene)."""
     folder = tmp_path_factory.mktemp("mpi")
-    done = start(request.param, SCENES, folder)
+    done = start_scenes(request.param, SCENES, folder, SCRIPT)
     assert done.returncode == 0, done.stderr[-3000:]
     return request.param, folder
 
@@ -135,5 +118,5 @@ def test_serial_run_moves(serial, name):
 def test_more_ranks_than_elements(tmp_path):
     """It runs, or it says in a sentence why not; it does not crash."""
     scene = merged(SCENES["free end"], cable__elements=1)
-    done = start(2, {"rod": scene}, tmp_path)
+    done = start_scenes(2, {"rod": scene}, tmp_path, SCRIPT)
     assert done.returncode == 0 or "dolfbuoy.errors.InputError" in done.stderr, done.stderr[-3000:]

@@ -1,5 +1,6 @@
 """Shared by the tests that start mpirun."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -29,3 +30,10 @@ def start(ranks, arguments, folder, timeout=300, **more):
     return subprocess.run(
         command(ranks, arguments), cwd=folder, env=environment(**more), capture_output=True, text=True, timeout=timeout
     )
+
+
+def start_scenes(ranks, scenes, folder, script, *arguments):
+    """A finished process of mpirun of a script that is given the path of scenes.json, a name to each scene."""
+    (folder / "run.py").write_text(script)
+    (folder / "scenes.json").write_text(json.dumps(scenes))
+    return start(ranks, ["run.py", "scenes.json", *arguments], folder, timeout=600)
