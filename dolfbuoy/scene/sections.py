@@ -1,21 +1,16 @@
-"""What a scene calls for: typed, bounded sections read from TOML.
+"""What a scene calls for: typed, bounded sections.
 
-A section that is missing is an effect that is off.  An unknown key, a wrong type or a value out of range is an
-`InputError` of one sentence that names the key, the value and what is allowed.  SI units; degrees only where the
-key says so.
+A section that is missing is an effect that is off.  SI units; degrees only where the key says so.
 """
 
 import itertools
 import math
-import tomllib
-from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tomli_w
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from ..errors import InputError
 from .petsc_options import checked
 
 Positive = Annotated[float, Field(gt=0)]
@@ -351,114 +346,9 @@ class Scene(Section):
         Path(path).write_text(tomli_w.dumps(self.to_dict()))
 
 
-def shipped_scenes() -> dict[str, Path]:
-    """Name -> file of the scenes that come with dolfbuoy."""
-    folder = resources.files("dolfbuoy") / "scenes"
-    return {Path(str(f)).stem: Path(str(f)) for f in sorted(folder.iterdir(), key=str) if f.name.endswith(".toml")}
-
-
-def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
-    """Read and check a scene: a shipped name, a path, a dict of sections, or a Scene.
-
-    Overrides: nested dicts (`time={"end": 5}`), or keys with dots or double underscores (`time__end=5`).
-    Raises InputError with one sentence.
-    """
-    return build_scene(_read(scene), overrides)
-
-
-def build_scene(data: dict, overrides: dict | None = None) -> Scene:
-    """Scene from a dict of sections and overrides; raises InputError."""
-    for key, value in (overrides or {}).items():
-        data = _merge(data, key.replace("__", ".").split("."), value)
-    try:
-        return Scene.model_validate(data)
-    except ValidationError as error:
-        raise InputError(_sentence(error)) from None
-
-
-def parse_assignment(text: str) -> tuple[str, Any]:
-    """`section.key=value` of the command line, the value in TOML (a bare word is a string)."""
-    key, equals, value = text.partition("=")
-    if not equals or not key.strip():
-        raise InputError(f"--set {text}: must have the form section.key=value.")
-    try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), value.strip()
-
-
-def _read(scene) -> dict:
-    if isinstance(scene, Scene):
-        return scene.to_dict()
-    if isinstance(scene, dict):
-        return scene
-    shipped, path = shipped_scenes(), Path(scene)
-    if str(scene) in shipped:
-        path = shipped[str(scene)]
-    elif not path.is_file():
-        raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
-    try:
-        return tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"Scene file {path} is not valid TOML: {error}.") from None
-
-
-def _merge(data: dict, keys: list[str], value) -> dict:
-    """A copy of `data` with `value` under the nested `keys`; a dict is merged, None removes the key."""
-    head, rest = keys[0], keys[1:]
-    old = data.get(head)
-    if rest:
-        if old is not None and not isinstance(old, dict):
-            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
-        value = _merge(old or {}, rest, value)
-    elif isinstance(value, dict) and isinstance(old, dict):
-        merged = old
-        for key, item in value.items():
-            merged = _merge(merged, [key], item)
-        value = merged
-    result = {k: v for k, v in data.items() if k != head}
-    return result if value is None else {**result, head: value}
-
-
 def _without_none(value):
     if isinstance(value, dict):
         return {k: _without_none(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple):
         return [_without_none(v) for v in value]
     return value
-
-
-def _sentence(error: ValidationError) -> str:
-    """The first thing that is wrong, as one sentence with key, value and what is allowed."""
-    first = error.errors()[0]
-    location = [str(part) for part in first["loc"] if not _is_type_tag(part)]
-    key, message = ".".join(location) or "scene", first["msg"]
-    if first["type"] == "extra_forbidden":
-        return f"Unknown key {key}; allowed here: {', '.join(_fields(location[:-1]))}."
-    if first["type"] == "missing":
-        return f"Missing key {key}."
-    if first["type"] == "value_error":
-        value = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
-        return f"{key}{value}: {message.removeprefix('Value error, ')}."
-    if first["type"] == "model_type":
-        return f"{key} = {first['input']!r}: must be a section, a table of keys."
-    unions = {"cable.elements": "or a list of [length, number] of segments, or a mesh file"}
-    unions["current.profile"] = "or a table [[z, speed], ...]"
-    if key in unions:
-        message = f"{message} {unions[key]}"
-    return f"{key} = {first['input']!r}: {message[0].lower()}{message[1:]}."
-
-
-def _is_type_tag(part) -> bool:
-    """Pydantic names the member of a union it tried; that is no key of the file."""
-    return isinstance(part, str) and ("[" in part or "-" in part or part in ("int", "float", "constrained"))
-
-
-def _fields(location) -> list[str]:
-    model: Any = Scene
-    for name in location:
-        annotation = model.model_fields[name].annotation if name in getattr(model, "model_fields", {}) else None
-        candidates = [annotation, *getattr(annotation, "__args__", ())]
-        candidates += [a for c in candidates for a in getattr(c, "__args__", ())]
-        model = next((c for c in candidates if isinstance(c, type) and issubclass(c, Section)), model)
-    return sorted(model.model_fields)
