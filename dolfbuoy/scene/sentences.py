@@ -1,10 +1,8 @@
 """What pydantic finds wrong with a scene, as one sentence."""
 
-from typing import Any
-
 from pydantic import ValidationError
 
-from .sections import Scene, Section
+from .sections import Scene, section_in
 
 
 def sentence(error: ValidationError) -> str:
@@ -34,10 +32,9 @@ def _is_type_tag(part) -> bool:
 
 
 def _fields(location) -> list[str]:
-    model: Any = Scene
+    """Keys of the section at a location."""
+    model = Scene
     for name in location:
-        annotation = model.model_fields[name].annotation if name in getattr(model, "model_fields", {}) else None
-        candidates = [annotation, *getattr(annotation, "__args__", ())]
-        candidates += [a for c in candidates for a in getattr(c, "__args__", ())]
-        model = next((c for c in candidates if isinstance(c, type) and issubclass(c, Section)), model)
+        info = model.model_fields.get(name)
+        model = (info and section_in(info.annotation)) or model
     return sorted(model.model_fields)
