@@ -4,6 +4,7 @@ An unknown key, a wrong type or a value out of range is an `InputError` of one s
 and what is allowed.
 """
 
+import copy
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -33,12 +34,39 @@ def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
 
 def build_scene(data: dict, overrides: dict | None = None) -> Scene:
     """Scene from a dict of sections and overrides; raises InputError."""
-    for key, value in (overrides or {}).items():
-        data = _merge(data, key.replace("__", ".").split("."), value)
     try:
-        return Scene.model_validate(data)
+        return Scene.model_validate(merged(data, **(overrides or {})))
     except ValidationError as error:
         raise InputError(sentence(error)) from None
+
+
+def merged(data: dict, /, **changes) -> dict:
+    """A deep copy of a dict of sections (or of a section's keys) with changes.
+
+    A key with dots or double underscores leads into sections (`time__end=5`); a dict is merged into the section that is
+    there (`time={"end": 5}`), None removes.  Raises InputError where a key leads into what is no section.
+    """
+    result = copy.deepcopy(data)
+    for key, value in changes.items():
+        result = _merge(result, key.replace("__", ".").split("."), copy.deepcopy(value))
+    return result
+
+
+def _merge(data: dict, keys: list[str], value) -> dict:
+    """`data` with `value` under the nested `keys`."""
+    head, rest = keys[0], keys[1:]
+    old = data.get(head)
+    if rest:
+        if old is not None and not isinstance(old, dict):
+            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
+        value = _merge(old or {}, rest, value)
+    elif isinstance(value, dict) and isinstance(old, dict):
+        inner = old
+        for key, item in value.items():
+            inner = _merge(inner, [key], item)
+        value = inner
+    result = {k: v for k, v in data.items() if k != head}
+    return result if value is None else {**result, head: value}
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
@@ -66,20 +94,3 @@ def _read(scene) -> dict:
         return tomllib.loads(path.read_text())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"Scene file {path} is not valid TOML: {error}.") from None
-
-
-def _merge(data: dict, keys: list[str], value) -> dict:
-    """A copy of `data` with `value` under the nested `keys`; a dict is merged, None removes the key."""
-    head, rest = keys[0], keys[1:]
-    old = data.get(head)
-    if rest:
-        if old is not None and not isinstance(old, dict):
-            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
-        value = _merge(old or {}, rest, value)
-    elif isinstance(value, dict) and isinstance(old, dict):
-        merged = old
-        for key, item in value.items():
-            merged = _merge(merged, [key], item)
-        value = merged
-    result = {k: v for k, v in data.items() if k != head}
-    return result if value is None else {**result, head: value}
