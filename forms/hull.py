@@ -11,6 +11,8 @@ from typing import NamedTuple
 from ufl import acos, as_vector, cross, dot, max_value, min_value, pi, sqrt
 
 from . import morison, rotation
+from .kinds import Expr, Scalar
+from .sea import Flow
 
 #: |c| is kept this far from 1, where acos(c) has no derivative; changes the wet area by 1e-15 of itself.
 CLAMP = 1e-10
@@ -19,45 +21,45 @@ CLAMP = 1e-10
 class Hull(NamedTuple):
     """Properties of a hull, UFL scalars; None for what is absent."""
 
-    radius: object  #: R(zeta) [m]
-    softening: object  #: w0 [m], vertical half-extent given to the strip of an upright hull
-    added_mass: object = None  #: C_A = C_M - 1, all directions, of the displaced mass
-    normal_drag: object = None  #: C_dn, transverse
-    axial_added_mass: object = None  #: of the end discs, referred to rho 2/3 pi R^3
-    axial_drag: object = None  #: of the end discs
+    radius: Expr  #: R(zeta) [m]
+    softening: Scalar  #: w0 [m], vertical half-extent given to the strip of an upright hull
+    added_mass: Scalar | None = None  #: C_A = C_M - 1, all directions, of the displaced mass
+    normal_drag: Scalar | None = None  #: C_dn, transverse
+    axial_added_mass: Scalar | None = None  #: of the end discs, referred to rho 2/3 pi R^3
+    axial_drag: Scalar | None = None  #: of the end discs
 
 
 class BodyMotion(NamedTuple):
     """Rigid motion: velocity and acceleration of C, angular velocity and acceleration (world frame)."""
 
-    velocity: object
-    angular_velocity: object
-    acceleration: object
-    angular_acceleration: object
+    velocity: Expr
+    angular_velocity: Expr
+    acceleration: Expr
+    angular_acceleration: Expr
 
-    def velocity_at(self, lever):
+    def velocity_at(self, lever: Expr) -> Expr:
         """v + omega x lever."""
         return self.velocity + cross(self.angular_velocity, lever)
 
-    def acceleration_at(self, lever):
+    def acceleration_at(self, lever: Expr) -> Expr:
         """a + omega_t x lever + omega x (omega x lever)."""
         w = self.angular_velocity
         return self.acceleration + cross(self.angular_acceleration, lever) + cross(w, cross(w, lever))
 
 
-def body_motion(R, mass, inertia, p, p_t, L_C, L_C_t):
+def body_motion(R: Expr, mass: Scalar, inertia: Expr, p: Expr, p_t: Expr, L_C: Expr, L_C_t: Expr) -> BodyMotion:
     """Motion of the body from its momenta and their rates."""
     omega = rotation.apply_inverse_inertia(R, inertia, L_C)
     omega_t = rotation.angular_acceleration(R, inertia, L_C, L_C_t)
     return BodyMotion(p / mass, omega, p_t / mass, omega_t)
 
 
-def axis(q4):
+def axis(q4: Expr) -> Expr:
     """d = R(q4) e3, the slenderness axis in the world frame, from keel to top."""
     return rotation.rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
 
 
-def wet_section(radius, softening, d, x, eta):
+def wet_section(radius: Expr, softening: Scalar, d: Expr, x: Expr, eta: Expr | None) -> tuple[Expr, Expr]:
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
 
     The disk's vertical half-extent R sin(tilt) is rounded to w = ((R sin(tilt))^8 + w0^8)^(1/8), which keeps
@@ -80,22 +82,31 @@ def wet_section(radius, softening, d, x, eta):
     return area, chord2 * chord * (within * uphill + along * d[2] * d)
 
 
-def _fourth_power(x):
+def _fourth_power(x: Expr) -> Expr:
     """By products: a power costs as much as the rest of a strip."""
     return (x * x) * (x * x)
 
 
-def _eighth_root(x):
+def _eighth_root(x: Expr) -> Expr:
     return sqrt(sqrt(sqrt(x)))
 
 
-def hydrostatics(rho_w, gravity, area, moment, lever):
+def hydrostatics(rho_w: Scalar, gravity: Expr, area: Expr, moment: Expr, lever: Expr) -> tuple[Expr, Expr]:
     """Archimedes' force of a strip and its torque about C, per metre of axis: F^r and tau^r of Eq. (10)."""
     lift = -rho_w * gravity
     return area * lift, cross(area * lever + moment, lift)
 
 
-def strip_loads(hull, rho_w, area, moment, lever, d, flow, motion):
+def strip_loads(
+    hull: Hull,
+    rho_w: Scalar,
+    area: Expr,
+    moment: Expr,
+    lever: Expr,
+    d: Expr,
+    flow: Flow,
+    motion: BodyMotion | None,
+) -> tuple[Expr | None, Expr | None]:
     """F^hyd and tau_C^hyd of a strip, per metre of axis, Eq. (10)_2; (None, None) if nothing is called for.
 
     Inertia acts on the wet area in all directions, drag on the wetted diameter across the axis; both act at the
@@ -116,7 +127,9 @@ def strip_loads(hull, rho_w, area, moment, lever, d, flow, motion):
     return area * density, cross(area * lever + moment, density)
 
 
-def end_disc_force(hull, rho_w, area, lever, d, flow, motion):
+def end_disc_force(
+    hull: Hull, rho_w: Scalar, area: Expr, lever: Expr, d: Expr, flow: Flow, motion: BodyMotion | None
+) -> Expr | None:
     """Axial drag and added mass of a wet end disc [N], on the axis, hence without torque about C; None if absent.
 
     The added mass is referred to half a sphere, rho_w 2/3 pi R^3 (as MoorDyn's end coefficient); 2/pi is the
@@ -137,7 +150,7 @@ def end_disc_force(hull, rho_w, area, lever, d, flow, motion):
     return force
 
 
-def relative_velocity(flow, motion, lever):
+def relative_velocity(flow: Flow, motion: BodyMotion | None, lever: Expr) -> Expr | None:
     """v_rel = v - v_a at a strip; None when neither the body nor the water moves."""
     if motion is None:
         return None if flow.velocity is None else -flow.velocity

@@ -2,13 +2,14 @@
 
 from ufl import max_value
 
+from .kinds import Expr, Scalar
 from .sea import linear_below
 
 #: Height below which the profile's infinite slope at the water is replaced by a straight line [m].
 SMOOTHING_HEIGHT = 1e-3
 
 
-def wind_force(z, direction, speed_10m, C_wind, rho_air, A_T):
+def wind_force(z: Expr, direction: Expr, speed_10m: Scalar, C_wind: Scalar, rho_air: Scalar, A_T: Scalar) -> Expr:
     """F_wind = 1/2 C rho_air A_T |v| v with v = v10 (z/10)^(1/7), z the height above the water [N].
 
     Zero at and below z = 0; exact above one millimetre.
