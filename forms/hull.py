@@ -11,6 +11,8 @@ from typing import NamedTuple
 from ufl import acos, as_vector, cross, dot, max_value, min_value, pi, sqrt
 
 from . import morison, rotation
+from .kinds import Expr, Scalar
+from .sea import Flow, relative
 
 #: |c| is kept this far from 1, where acos(c) has no derivative; changes the wet area by 1e-15 of itself.
 CLAMP = 1e-10
@@ -19,70 +21,62 @@ CLAMP = 1e-10
 class Hull(NamedTuple):
     """Shape of a hull, UFL scalars."""
 
-    radius: object  #: R(zeta) [m]
-    softening: object  #: w0 [m], vertical half-extent given to the strip of an upright hull
-
-
-class Strip(NamedTuple):
-    """A strip of the hull: lever from C, axis d, undisturbed water there, wet area [m^2] and its first moment [m^3]."""
-
-    lever: object
-    axis: object
-    flow: object
-    area: object
-    moment: object
-    motion: object = None  #: BodyMotion; None in statics
-
-    @property
-    def relative_velocity(self):
-        """v_rel = v - v_a; None when neither the body nor the water moves."""
-        water = self.flow.velocity
-        if self.motion is None:
-            return None if water is None else -water
-        v = self.motion.velocity_at(self.lever)
-        return v if water is None else v - water
-
-    @property
-    def relative_acceleration(self):
-        """a - a_w; None when neither is there."""
-        water = self.flow.acceleration
-        if self.motion is None:
-            return None if water is None else -water
-        a = self.motion.acceleration_at(self.lever)
-        return a if water is None else a - water
+    radius: Expr  #: R(zeta) [m]
+    softening: Scalar  #: w0 [m], vertical half-extent given to the strip of an upright hull
 
 
 class BodyMotion(NamedTuple):
     """Rigid motion: velocity and acceleration of C, angular velocity and acceleration (world frame)."""
 
-    velocity: object
-    angular_velocity: object
-    acceleration: object
-    angular_acceleration: object
+    velocity: Expr
+    angular_velocity: Expr
+    acceleration: Expr
+    angular_acceleration: Expr
 
-    def velocity_at(self, lever):
+    def velocity_at(self, lever: Expr) -> Expr:
         """v + omega x lever."""
         return self.velocity + cross(self.angular_velocity, lever)
 
-    def acceleration_at(self, lever):
+    def acceleration_at(self, lever: Expr) -> Expr:
         """a + omega_t x lever + omega x (omega x lever)."""
         w = self.angular_velocity
         return self.acceleration + cross(self.angular_acceleration, lever) + cross(w, cross(w, lever))
 
 
-def body_motion(R, mass, inertia, p, p_t, L_C, L_C_t):
+class Strip(NamedTuple):
+    """A strip of the hull: lever from C, axis d, undisturbed water there, wet area [m^2] and its first moment [m^3]."""
+
+    lever: Expr
+    axis: Expr
+    flow: Flow
+    area: Expr
+    moment: Expr
+    motion: BodyMotion | None = None  #: None in statics
+
+    @property
+    def relative_velocity(self) -> Expr | None:
+        """v_rel = v - v_a; None when neither the body nor the water moves."""
+        return relative(self.motion and self.motion.velocity_at(self.lever), self.flow.velocity)
+
+    @property
+    def relative_acceleration(self) -> Expr | None:
+        """a - a_w; None when neither is there."""
+        return relative(self.motion and self.motion.acceleration_at(self.lever), self.flow.acceleration)
+
+
+def body_motion(R: Expr, mass: Scalar, inertia: Expr, p: Expr, p_t: Expr, L_C: Expr, L_C_t: Expr) -> BodyMotion:
     """Motion of the body from its momenta and their rates."""
     omega = rotation.apply_inverse_inertia(R, inertia, L_C)
     omega_t = rotation.angular_acceleration(R, inertia, L_C, L_C_t)
     return BodyMotion(p / mass, omega, p_t / mass, omega_t)
 
 
-def axis(q4):
+def axis(q4: Expr) -> Expr:
     """d = R(q4) e3, the slenderness axis in the world frame, from keel to top."""
     return rotation.rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
 
 
-def wet_section(radius, softening, d, x, eta):
+def wet_section(radius: Expr, softening: Scalar, d: Expr, x: Expr, eta: Expr | None) -> tuple[Expr, Expr]:
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
 
     The disk's vertical half-extent R sin(tilt) is rounded to w = ((R sin(tilt))^8 + w0^8)^(1/8), which keeps
@@ -105,16 +99,16 @@ def wet_section(radius, softening, d, x, eta):
     return area, chord2 * chord * (within * uphill + along * d[2] * d)
 
 
-def _fourth_power(x):
+def _fourth_power(x: Expr) -> Expr:
     """By products: a power costs as much as the rest of a strip."""
     return (x * x) * (x * x)
 
 
-def _eighth_root(x):
+def _eighth_root(x: Expr) -> Expr:
     return sqrt(sqrt(sqrt(x)))
 
 
-def strip_load(strip, density):
+def strip_load(strip: Strip, density: Expr) -> tuple[Expr, Expr]:
     """Force and torque about C, per metre of axis, of a force per wet area that acts at the wet segment's centroid.
 
     In a uniform flow the strips then add up to Eq. (10)_2 with its resultant in B.
@@ -127,23 +121,23 @@ def strip_load(strip, density):
 # Each returns None where nothing moves that it feels.
 
 
-def buoyancy(gravity, hull, rho_w, strip):
+def buoyancy(gravity: Expr, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr:
     """Archimedes: -rho_w g, of which F^r and tau^r of Eq. (10) come."""
     return -rho_w * gravity
 
 
-def froude_krylov(_, hull, rho_w, strip):
+def froude_krylov(_: None, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
     """Pressure of the undisturbed wave, rho_w a_w."""
     return None if strip.flow.acceleration is None else rho_w * strip.flow.acceleration
 
 
-def added_mass(C_A, hull, rho_w, strip):
+def added_mass(C_A: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
     """rho_w C_A (a_w - a), in all directions."""
     a_rel = strip.relative_acceleration
     return None if a_rel is None else -rho_w * C_A * a_rel
 
 
-def normal_drag(C_dn, hull, rho_w, strip):
+def normal_drag(C_dn: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
     """Drag across the axis, on the wetted diameter 2 R A/(pi R^2)."""
     v_rel = strip.relative_velocity
     if v_rel is None:
@@ -155,7 +149,7 @@ def normal_drag(C_dn, hull, rho_w, strip):
 # -- on the end discs: functions (coefficient, hull, rho_w, strip) [N], on the axis, hence without torque about C ------
 
 
-def axial_drag(C, hull, rho_w, strip):
+def axial_drag(C: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
     """-1/2 C rho_w A |v_rel.d| (v_rel.d) d of a wet end disc."""
     v_rel = strip.relative_velocity
     if v_rel is None:
@@ -164,7 +158,7 @@ def axial_drag(C, hull, rho_w, strip):
     return -0.5 * C * rho_w * strip.area * morison.smooth_abs(speed) * speed * strip.axis
 
 
-def axial_added_mass(C, hull, rho_w, strip):
+def axial_added_mass(C: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
     """Added mass of a wet end disc along the axis, referred to half a sphere, rho_w 2/3 pi R^3 (as MoorDyn's end
     coefficient); 2/pi is the value of one face of a thin disc.
     """

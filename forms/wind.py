@@ -1,8 +1,11 @@
 """Wind on the part of the buoy above the water, Eq. (2)."""
 
+from typing import Any
+
 from ufl import max_value
 
-from .buoy import point_torque
+from .buoy import Body, point_torque
+from .kinds import Expr, Scalar
 from .rotation import rotation_matrix
 from .sea import linear_below
 
@@ -10,7 +13,7 @@ from .sea import linear_below
 SMOOTHING_HEIGHT = 1e-3
 
 
-def wind_force(z, direction, speed_10m, C_wind, rho_air, A_T):
+def wind_force(z: Expr, direction: Expr, speed_10m: Scalar, C_wind: Scalar, rho_air: Scalar, A_T: Scalar) -> Expr:
     """F_wind = 1/2 C rho_air A_T |v| v with v = v10 (z/10)^(1/7), z the height above the water [N].
 
     Zero at and below z = 0; exact above one millimetre.
@@ -20,7 +23,7 @@ def wind_force(z, direction, speed_10m, C_wind, rho_air, A_T):
     return 0.5 * C_wind * rho_air * A_T * speed_10m**2 * squared_profile * direction
 
 
-def wind_load(c, body):
+def wind_load(c: Any, body: Body) -> tuple[Expr, Expr]:
     """Wind force at the body point c.offset from C, by its height over the water there, and its torque about C.
 
     c: offset, direction, speed, drag_coefficient, air_density, area.

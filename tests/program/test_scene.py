@@ -14,6 +14,7 @@ from dolfbuoy.meshes import cable_nodes, write_line
 from dolfbuoy.model.buoy import BuoyModel
 from dolfbuoy.model.lines import CableModel
 from dolfbuoy.model.problem import Problem
+from dolfbuoy.scene import merged
 from dolfbuoy.solver.unknowns import Part
 from dolfbuoy.statics.equilibrium import check_feasible
 
@@ -29,16 +30,7 @@ HELD = {"kind": "fixed", "position": [3.0, 0.0, -0.5]}
 
 def changed(changes):
     """BASE with values under dotted keys replaced, or removed by None."""
-    scene = copy.deepcopy(BASE)
-    for key, value in changes.items():
-        *path, last = key.split(".")
-        section = scene
-        for name in path:
-            section = section.setdefault(name, {})
-        section.pop(last, None)
-        if value is not None:
-            section[last] = value
-    return scene
+    return merged(BASE, **changes)
 
 
 def refusal(scene):
@@ -183,6 +175,21 @@ def test_file_and_overrides(tmp_path):
     assert (scene.cable.length, scene.time.end, scene.time.step) == (21.5, 7.0, 0.1)
     message = refusal_of_override(path, cable__length="x")
     assert "cable.length = 'x'" in message
+
+
+def test_merged_changes_a_copy():
+    base = {"time": {"end": 1.0, "step": 0.1}, "cable": {"top": {"kind": "free"}}}
+    changes = {"time": {"end": 7.0, "step": None}, "cable.top.force": [1.0, 0.0, 0.0], "waves__ramp": 2.0}
+    found = merged(base, **changes)
+    assert found["time"] == {"end": 7.0}
+    assert found["cable"] == {"top": {"kind": "free", "force": [1.0, 0.0, 0.0]}}
+    assert found["waves"] == {"ramp": 2.0}
+    found["cable"]["top"]["kind"] = found["cable"]["top"]["force"][0] = None
+    assert merged(base) == base == {"time": {"end": 1.0, "step": 0.1}, "cable": {"top": {"kind": "free"}}}
+    assert changes["cable.top.force"] == [1.0, 0.0, 0.0]
+    assert merged(base, cable=None) == {"time": base["time"]}
+    with pytest.raises(InputError, match=r"^end\.first: end is not a section\.$"):
+        merged(base, time__end__first=3)
 
 
 def refusal_of_override(path, **overrides):

@@ -1,7 +1,5 @@
 """What the hard cases share: base scenes, runs on one rank, refusals, and closed forms that owe the program nothing."""
 
-import copy
-
 import numpy as np
 from mpi4py import MPI
 from scipy.integrate import quad
@@ -11,7 +9,7 @@ from ...api import simulate, solve_static
 from ...check import check
 from ...errors import InputError, SolveError
 from ...results.summary import warnings
-from ...scene import load_scene
+from ...scene import load_scene, merged
 
 INF = float("inf")
 
@@ -62,19 +60,7 @@ FLOATING = {"sea": {"depth": 20.0}, "buoy": BUOY}
 
 def with_(base: dict, **changes) -> dict:
     """A deep copy of a scene with `section__key=value` changed; a dict is merged into a section, None removes."""
-    scene = copy.deepcopy(base)
-    for key, value in changes.items():
-        *sections, last = key.split("__")
-        target = scene
-        for section in sections:
-            target = target.setdefault(section, {})
-        if value is None:
-            target.pop(last, None)
-        elif isinstance(value, dict) and isinstance(target.get(last), dict):
-            target[last] |= value
-        else:
-            target[last] = value
-    return scene
+    return merged(base, **changes)
 
 
 def static(scene: dict):
