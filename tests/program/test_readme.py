@@ -10,8 +10,8 @@ import pytest
 from typer.main import get_command
 
 from dolfbuoy import load_scene
+from dolfbuoy.check import check
 from dolfbuoy.commands.main import app
-from dolfbuoy.results.observe import effects
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "tests" / "benchmarks" / "results"
@@ -56,9 +56,9 @@ def test_scene_and_python_of_the_readme_run(tmp_path, monkeypatch, capsys):
 def test_a_line_of_the_scene_is_an_effect(section):
     with_it = tomllib.loads(block("toml"))
     without = {key: value for key, value in with_it.items() if key != section}
-    before, after = effects(load_scene(with_it)), effects(load_scene(without))
-    assert set(after) < set(before)
-    assert all(section in name or "Froude-Krylov" in name for name in set(before) - set(after))
+    before, after = (set(check(load_scene(scene)).effects) for scene in (with_it, without))
+    assert after < before
+    assert all(section in name or "Froude-Krylov" in name for name in before - after)
 
 
 def test_times_of_the_readme_are_measured_ones():
