@@ -68,7 +68,7 @@ class Assemblers:
 
     def __init__(self, system):
         self.b, self.A = np.zeros(system.size), system.A.duplicate()
-        self.A.setLGMap(system.lgmap, system.lgmap)
+        self.A.setLGMap(system.numbering.lgmap, system.numbering.lgmap)
         for c in (*system.residuals, *system.jacobians):
             c.prepare()
         self._residuals = system.residuals
@@ -90,15 +90,15 @@ def _numbers(part):
     return PETSc.IS().createGeneral(numbers, comm=PETSc.COMM_SELF)
 
 
-def _direct_solver(system):
+def _direct_solver(newton):
     """A factorisation of the present Jacobian, and a solve with it."""
-    system.assemble_jacobian()
-    A = system.A.copy()
-    A.diagonalScale(system._row_scale, system._unknown_scale)
+    newton.system.assemble_jacobian()
+    A = newton.system.A.copy()
+    newton.system.scale_matrix(A)
     pc = PETSc.PC().create(A.comm)
     pc.setType("lu")
-    pc.setFactorSolverType(system.direct)
-    if system.direct == "petsc":
+    pc.setFactorSolverType(newton.direct)
+    if newton.direct == "petsc":
         pc.setFactorOrdering("natural")
     pc.setOperators(A)
     pc.setUp()
@@ -131,7 +131,7 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
     n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
     row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
     row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
-    factorise, solve = (typical(work, count) for work in _direct_solver(twin.system))
+    factorise, solve = (typical(work, count) for work in _direct_solver(twin.newton))
     row |= _split(groups, n_J / n_K * factorise, solve, done / n_K)
     for sim in (simulation, twin):
         sim.problem.destroy()
@@ -140,12 +140,14 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
 
 def _groups(simulation, march, recorder, floor, count):
     """Counts of each group of steps, and its seconds: of parts of Newton's method, of steps, record, and floor."""
-    system, end = simulation.system, simulation.scene.time.end
-    parts = {"newton": "solve", "residuals of it": "_add_residuals", "jacobians of it": "_add_jacobians"}
-    parts |= {"matrices of it": "_assemble_matrix"}
-    clocks, rows = {name: _clocked(system, method) for name, method in parts.items()}, []
+    newton, system, end = simulation.newton, simulation.system, simulation.scene.time.end
+    parts = {"residuals of it": "add_residuals", "jacobians of it": "add_jacobians"}
+    parts |= {"matrices of it": "assemble_matrix"}
+    clocks = {"newton": _clocked(newton, "solve")}
+    clocks |= {name: _clocked(system, method) for name, method in parts.items()}
+    rows = []
     while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
-        counted, in_steps, in_record = _counts(system), 0.0, 0.0
+        counted, in_steps, in_record = _counts(newton), 0.0, 0.0
         for times in clocks.values():
             times.clear()
         for _ in range(GROUP):
@@ -155,7 +157,7 @@ def _groups(simulation, march, recorder, floor, count):
             recorder.add(*step)
             in_steps += middle - begin
             in_record += time.process_time() - middle
-        numbers = [now - then for now, then in zip(_counts(system), counted, strict=True)]
+        numbers = [now - then for now, then in zip(_counts(newton), counted, strict=True)]
         begin = time.process_time()
         floor(*numbers)
         in_floor = time.process_time() - begin
@@ -164,9 +166,9 @@ def _groups(simulation, march, recorder, floor, count):
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
-def _clocked(system, method):
+def _clocked(thing, method):
     """Seconds of every call of a method from now on."""
-    call, times = getattr(system, method), []
+    call, times = getattr(thing, method), []
 
     def clocked(*args):
         begin = time.process_time()
@@ -174,12 +176,12 @@ def _clocked(system, method):
         times.append(time.process_time() - begin)
         return result
 
-    setattr(system, method, clocked)
+    setattr(thing, method, clocked)
     return times
 
 
-def _counts(system):
-    return system.iterations_total, system.residuals_total, system.jacobians_total
+def _counts(newton):
+    return newton.iterations_total, newton.residuals_total, newton.jacobians_total
 
 
 def _split(groups, factorisation, solve, steps):

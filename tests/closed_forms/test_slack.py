@@ -27,7 +27,7 @@ def folded(elements, z, EA=INF, degrees=(1, 0), slack="tension-only", **cable):
 def solution(scene):
     """(nodes in order, T in order) of the equilibrium."""
     problem = solve_equilibrium(scene)
-    cable, u = problem.cable, problem.system.u
+    cable, u = problem.lines, problem.system.u
     r = u[cable.node_dofs[np.argsort(cable.node_s)]].copy()
     cells = np.argsort(cable.T_s.mean(axis=1))
     T = u[cable.T_dofs[cells]].copy()
@@ -116,11 +116,11 @@ def test_jacobian_is_the_derivative_on_both_sides_of_the_maximum():
     problem = solve_equilibrium(folded(6, 0.9, 20.0, (2, 1)))
     system, rng = problem.system, np.random.default_rng(3)
     system.u[:] += 0.05 * rng.standard_normal(system.size)
-    system.u[problem.cable.T_dofs] += 2.0 * rng.standard_normal(problem.cable.T_dofs.shape)
+    system.u[problem.lines.T_dofs] += 2.0 * rng.standard_normal(problem.lines.T_dofs.shape)
     system.publish()
     u, free = system.u.copy(), system.order
     system.evaluate()
-    slack = system._slack.copy()
+    slack = problem.law.slack.copy()
     assert 0 < slack.sum() < len(slack)
     system.assemble_jacobian()
     rows = system.A.getValues(range(len(free)), range(len(free)))
@@ -131,7 +131,7 @@ def test_jacobian_is_the_derivative_on_both_sides_of_the_maximum():
         system.u[free] += sign * step * direction
         system.publish()
         values.append(system.evaluate()[free].copy())
-        np.testing.assert_array_equal(system._slack, slack)
+        np.testing.assert_array_equal(problem.law.slack, slack)
     np.testing.assert_allclose(rows @ direction, (values[0] - values[1]) / (2 * step), rtol=1e-6, atol=1e-8)
     problem.destroy()
 
@@ -153,8 +153,8 @@ def test_a_rope_stood_on_end_falls_freely_and_comes_taut():
         z, T, drop = [], [], []
         for _ in simulation.run():
             u = simulation.system.u
-            z.append(u[simulation.cable.top_dofs][2])
-            T.append(u[simulation.cable.T_dofs.ravel()][0])
+            z.append(u[simulation.problem.lines.top_dofs()][2])
+            T.append(u[simulation.problem.lines.T_dofs.ravel()][0])
     z, T, n = np.array(z), np.array(T), np.arange(1, len(z) + 1)
     falling = 1 - 1.5 * g * step**2 * n * (n + 1) / 2
     drop = falling > -1

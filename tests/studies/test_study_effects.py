@@ -7,7 +7,7 @@ from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.results import observe
+from dolfbuoy.model import effects
 from dolfbuoy.studies import accuracy as acc
 from dolfbuoy.studies import effects as study
 
@@ -17,7 +17,7 @@ ALWAYS = {"inextensible cable", "buoy", "hydrostatics"}
 
 
 def test_every_effect_can_be_left_out():
-    """Whatever `observe.effects` can name is in the table, and leaving it out takes the name away."""
+    """Whatever `effects.names` can name is in the table, and leaving it out takes the name away."""
     scene = load_scene(
         SCENE,
         wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0},
@@ -25,12 +25,12 @@ def test_every_effect_can_be_left_out():
         cable__strain="element-average",
     )
     names = study.effects_of(scene)
-    assert set(names) == set(observe.effects(scene)) - ALWAYS == set(study.REMOVABLE)
+    assert set(names) == set(effects.names(scene)) - ALWAYS == {e.name for e in effects.EFFECTS if e.removable}
     for name in names:
         left = set(names) - {name} - ({"cable tangential Froude-Krylov"} if name == "waves" else set())
-        assert set(observe.effects(study.variant(scene, [name]))) - ALWAYS == left
-    assert set(observe.effects(study.variant(scene, only=[]))) == ALWAYS
-    assert set(observe.effects(study.variant(scene, only=["current"]))) == ALWAYS | {"current"}
+        assert set(effects.names(study.variant(scene, [name]))) - ALWAYS == left
+    assert set(effects.names(study.variant(scene, only=[]))) == ALWAYS
+    assert set(effects.names(study.variant(scene, only=["current"]))) == ALWAYS | {"current"}
 
 
 def test_an_effect_that_cannot_be_left_out(monkeypatch):
