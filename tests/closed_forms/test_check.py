@@ -16,7 +16,14 @@ from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.statics.equilibrium import shape_and_mass
 
 RHO, G, DEPTH = 1019.0, 9.7, 24.0
-CABLE = {"length": 30.0, "line_density": 31.0, "diameter": 0.09, "axial_stiffness": 4e6, "elements": 12, "added_mass": 0.7}
+CABLE = {
+    "length": 30.0,
+    "line_density": 31.0,
+    "diameter": 0.09,
+    "axial_stiffness": 4e6,
+    "elements": 12,
+    "added_mass": 0.7,
+}
 BUOY = {
     "hull": [[0.0, 2.2], [2.4, 2.2]],
     "mass": 1900.0,
