@@ -321,7 +321,7 @@ def test_every_continuation_ends_where_newton_does(top, EA, names):
     direct = solve_equilibrium(scene)
     problem = Problem(scene, dynamic=False)
     problem.iterations = 0
-    ways = dict(continuation._ways(problem, exact_shape(top, EA)))
+    ways = dict(continuation.ways(problem, exact_shape(top, EA)))
     assert list(ways) == ["newton", *names]
     for name in names:
         problem.system.u[:] = 0.0

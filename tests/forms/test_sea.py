@@ -176,6 +176,30 @@ def test_wave_of_a_scene_moves_with_time():
     assert (float(state.wave.cos_direction.value), float(state.wave.sin_direction.value)) == (0.0, 1.0)
 
 
+@pytest.mark.parametrize(("profile", "full"), [("uniform", [0.0, 0.7, 0.0]), ([[-15.0, 0.2], [0.0, 0.9]], [0.2, 0.9])])
+def test_current_of_a_scene_is_scaled(profile, full):
+    """To any part of itself, and back: how continuation leads to a strong current."""
+    current = {"direction_deg": 90.0, "profile": profile} | ({"speed": 0.7} if profile == "uniform" else {})
+    scene = load_scene(
+        {
+            "sea": {"depth": 20.0},
+            "cable": {
+                "length": 30.0,
+                "line_density": 5.0,
+                "diameter": 0.1,
+                "elements": 2,
+                "normal_drag": 1.0,
+                "top": {"kind": "free"},
+            },
+            "current": current,
+        }
+    )
+    state = SeaState(interval_mesh(MPI.COMM_SELF, [0.0, 1.0]), scene)
+    for factor in (0.25, 0.0, 1.0):
+        state.scale_current(factor)
+        np.testing.assert_allclose(state.scene_current[0].value, factor * np.array(full), rtol=1e-15)
+
+
 @pytest.mark.parametrize("z", [0.002, 0.5, 3.0, 10.0, 27.0])
 def test_wind_force(z):
     """Eq. (2) with the 1/7 power profile."""

@@ -25,8 +25,8 @@ def call(monkeypatch, capsys):
         captured = capsys.readouterr()
         return stop.value.code or 0, captured.out, captured.err
 
-    monkeypatch.setattr(cli.out, "_width", 200)
-    monkeypatch.setattr(cli.err, "_width", 200)
+    monkeypatch.setattr(cli.out, "width", 200)
+    monkeypatch.setattr(cli.err, "width", 200)
     return run
 
 

@@ -223,8 +223,8 @@ def call(monkeypatch, capsys):
         captured = capsys.readouterr()
         return stop.value.code or 0, captured.out, captured.err
 
-    monkeypatch.setattr(cli.out, "_width", 300)
-    monkeypatch.setattr(cli.err, "_width", 300)
+    monkeypatch.setattr(cli.out, "width", 300)
+    monkeypatch.setattr(cli.err, "width", 300)
     return run
 
 

@@ -250,7 +250,7 @@ def shown(monkeypatch, capsys):
 
     def run(*arguments):
         monkeypatch.setattr("sys.argv", ["dolfbuoy", *map(str, arguments)])
-        monkeypatch.setattr(cli.out, "_width", 200)
+        monkeypatch.setattr(cli.out, "width", 200)
         with pytest.raises(SystemExit) as stop:
             cli.main()
         assert not stop.value.code
