@@ -1,4 +1,7 @@
-"""Static cable by finite elements against the closed-form catenary, and against a separate numpy code's errors."""
+"""Static cable by finite elements against the closed-form catenary, and against a separate numpy code's errors.
+
+Source: the closed-form catenary, errors of a separate numpy code (tests/reference).
+"""
 
 import math
 

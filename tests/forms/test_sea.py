@@ -1,4 +1,7 @@
-"""Waves, currents, wind and drag as expressions, evaluated in numbers."""
+"""Waves, currents, wind and drag as expressions, evaluated in numbers.
+
+Source: kinematics and dispersion of tests/reference (scipy/mpmath), finite differences, the formulas in numpy.
+"""
 
 import math
 

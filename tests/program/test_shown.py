@@ -13,7 +13,6 @@ from dynamics_helpers import MOORED, merged, rotation_matrix
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.check import check
-from dolfbuoy.commands import main as cli
 from dolfbuoy.results import figures
 from dolfbuoy.results.observe import cone_angle
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
@@ -244,24 +243,9 @@ def table_rows(text):
     return {row[0]: row[1:] for row in rows if len(row) > 1}
 
 
-@pytest.fixture
-def shown(monkeypatch, capsys):
-    """What a command prints."""
-
-    def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["dolfbuoy", *map(str, arguments)])
-        monkeypatch.setattr(cli.out, "width", 200)
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        assert not stop.value.code
-        return table_rows(capsys.readouterr().out)
-
-    return run
-
-
-def test_tables_on_the_terminal(shown, tmp_path):
+def test_tables_on_the_terminal(call, tmp_path):
     """`check` prints its report, and what remains of a motion in per cent; `static` prints what it writes."""
-    rows, report = shown("check", "short"), check(load_scene("short"))
+    rows, report = table_rows(call("check", "short")[1]), check(load_scene("short"))
     assert len(report.numbers) > 15
     for name, value, unit, _ in report.numbers:
         assert rows[name][0] == f"{value:.5g}"
@@ -270,7 +254,7 @@ def test_tables_on_the_terminal(shown, tmp_path):
     for name, period in report.periods.items():
         left = 100 * (1 + (2 * math.pi / period * step) ** 2) ** (-0.5 * end / step)
         assert rows[name] == [f"{period:.5g}", "s", f"{left:.1f} %"]
-    rows, record = shown("static", "short", "--out", tmp_path), solve_static("short")
+    rows, record = table_rows(call("static", "short", "--out", tmp_path)[1]), solve_static("short")
     for name in ("tension_top", "tension_anchor", "buoy_position", "cone_angle", "displaced_mass"):
         text = " ".join(f"{v:.6g}" for v in record[name].values.ravel())
         label = record[name].attrs["long_name"]
