@@ -8,6 +8,7 @@ import pytest
 from dynamics_helpers import running
 
 from dolfbuoy.motion.schemes import BDF2, Series
+from dolfbuoy.results.observe import Observer
 
 BODY, ROD, TOLERANCE = 2.0, 1.0, 1e-3  # kg, kg/m of the rod
 #: Order p, and C of the local error C h^(p+1) y^(p+1).
@@ -29,9 +30,10 @@ def estimates(scene, h, steps):
     """(angle that was turned, estimated error over the tolerance) after each step that has a past to be judged by."""
     found = []
     with running(scene) as simulation:
+        observer = Observer(simulation.problem)
         for _ in range(steps):
             assert simulation.step(h, lambda _, error: found.append(error) or True) is not None
-            x, y, _ = simulation.system.u[simulation.problem.state_part.slice][:3]
+            x, y, _ = observer.values(simulation.end_tension)["buoy_position"]
             found[-1] = (np.arctan2(y, x), found[-1])
     return np.array([pair for pair in found if pair[1] is not None])
 
@@ -107,6 +109,6 @@ def test_sizes_of_a_buoys_numbers():
         "time": {"end": 1.0, "step": 0.01},
     }
     with running(scene) as simulation:
-        found = simulation.buoy.state_sizes
+        found = simulation.problem.buoy.state_sizes
     speed = np.sqrt(9.0 * height)
     assert found == pytest.approx(np.repeat([height, mass * speed, 1.0, 300.0 * speed / height], [3, 3, 4, 3]))
