@@ -6,6 +6,8 @@ exact solution:
     r' = (1 + e) t,  t = (sin a, -cos a),  a = phi(t) + kappa(t) s,  T = T0(t) (L - s),  e = T/EA,  L = 1.
 
 `Motion` writes it once for both UFL (which differentiates it for the force) and numpy (which judges the result).
+
+Source: the motion itself, written once for ufl and numpy.
 """
 
 import numpy as np

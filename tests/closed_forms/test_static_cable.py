@@ -1,4 +1,7 @@
-"""Static cable by finite elements against the closed-form catenary, and against a separate numpy code's errors."""
+"""Static cable by finite elements against the closed-form catenary, and against a separate numpy code's errors.
+
+Source: the closed-form catenary, errors of a separate numpy code (tests/reference).
+"""
 
 import math
 
@@ -321,7 +324,7 @@ def test_every_continuation_ends_where_newton_does(top, EA, names):
     direct = solve_equilibrium(scene)
     problem = Problem(scene, dynamic=False)
     problem.iterations = 0
-    ways = dict(continuation._ways(problem, exact_shape(top, EA)))
+    ways = dict(continuation.ways(problem, exact_shape(top, EA)))
     assert list(ways) == ["newton", *names]
     for name in names:
         problem.system.u[:] = 0.0

@@ -1,4 +1,7 @@
-"""Long runs: no drift, no growth, and an energy balance that closes at the order of the scheme."""
+"""Long runs: no drift, no growth, and an energy balance that closes at the order of the scheme.
+
+Source: sums over elements in numpy, the balance of energy.
+"""
 
 import numpy as np
 import pytest

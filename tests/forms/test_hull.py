@@ -1,4 +1,8 @@
-"""Strips of the hull against exact geometry of a partly submerged cylinder, and their sum against Eq. (10)."""
+"""Strips of the hull against exact geometry of a partly submerged cylinder, and their sum against Eq. (10).
+
+Source: exact geometry by quadrature over the columns of still water, righting levers of tests/reference, Eq. (10) by
+hand.
+"""
 
 import itertools
 import math

@@ -1,4 +1,7 @@
-"""The loops in C against dolfinx's assemblers, and how their library comes into the cache."""
+"""The loops in C against dolfinx's assemblers, and how their library comes into the cache.
+
+Source: dolfinx's assemblers.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""When Newton's method may stop, and what it says when it cannot go on."""
+"""When Newton's method may stop, and what it says when it cannot go on.
+
+Source: statements about failure, and closed forms of what converges.
+"""
 
 import re
 

@@ -1,4 +1,7 @@
-"""What a scene may say, and what it makes the program compile."""
+"""What a scene may say, and what it makes the program compile.
+
+Source: a list of what is allowed and what is not; coefficients counted in the compiled forms.
+"""
 
 import copy
 import math

@@ -1,4 +1,7 @@
-"""Many cases over ranks, and one scene over ranks: who works, what is said, and that an error ends all ranks."""
+"""Many cases over ranks, and one scene over ranks: who works, what is said, and that an error ends all ranks.
+
+Source: a serial loop over the same cases.
+"""
 
 import json
 import os

@@ -1,4 +1,7 @@
-"""The catalogue of hard cases, one test each, and the machinery that runs it."""
+"""The catalogue of hard cases, one test each, and the machinery that runs it.
+
+Source: bounds of each case's own closed form, quadrature, growth rate or program.
+"""
 
 import json
 

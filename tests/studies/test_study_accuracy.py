@@ -1,10 +1,14 @@
-"""Error measure, reference check and Pareto front of `study work-precision`; the promise of `advise`."""
+"""Error measure, reference check and Pareto front of `study work-precision`; the promise of `advise`.
+
+Source: errors of functions that splines are exact for, powers, the record of the same run.
+"""
 
 import math
 
 import numpy as np
 import pytest
 
+from dolfbuoy import simulate
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.scene import load_scene
 from dolfbuoy.studies import accuracy as acc
@@ -88,6 +92,17 @@ def test_error_of_a_vector_and_before_the_start():
     wrong = line + np.where(t < 1.95, 100.0, 0.0)[:, None] + [0.0, 0.0, 0.5]
     error = reference.error(run_of(t, r=wrong), "r")
     assert (error.rms, error.maximum) == pytest.approx((0.1, 0.1), rel=1e-10)
+
+
+def test_a_run_holds_what_a_record_holds():
+    """Every quantity at every step, of a scene in which all of them differ."""
+    scene = load_scene(moored(0.8, 5.0), **{"time.end": 0.1, "cable.elements": 6, "waves.ramp": 0.1})
+    run, record = acc.compute(scene, list(acc.QUANTITIES)), simulate(scene)
+    np.testing.assert_allclose(run.t, record.time)
+    for name, values in run.values.items():
+        np.testing.assert_allclose(values, record[name], rtol=1e-9, atol=1e-9, err_msg=name)
+    assert (run.steps, run.iterations) == (10, int(record.newton_iterations.sum()))
+    assert run.unknowns == record.attrs["unknowns"]
 
 
 def test_error_of_a_constant_is_infinite_unless_it_is_zero():

@@ -1,4 +1,7 @@
-"""The study of Figs. 2 to 4: numbers of a separate code, orders, what it says, ranks, resumption."""
+"""The study of Figs. 2 to 4: numbers of a separate code, orders, what it says, ranks, resumption.
+
+Source: errors of a separate numpy code (tests/reference), theory of the elements.
+"""
 
 import json
 import math

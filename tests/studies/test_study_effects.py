@@ -1,4 +1,7 @@
-"""The study of effects: what is left out, what it changes and what it costs."""
+"""The study of effects: what is left out, what it changes and what it costs.
+
+Source: runs with the effect taken out by hand.
+"""
 
 import json
 

@@ -1,4 +1,7 @@
-"""Largest eigenvalues of a cable against exact formulas and a separate code, and the steps that follow from them."""
+"""Largest eigenvalues of a cable against exact formulas and a separate code, and the steps that follow from them.
+
+Source: exact eigenvalues of chains, a separate code's (tests/reference), stability by carrying out steps.
+"""
 
 import json
 import math

@@ -1,4 +1,7 @@
-"""Inf-sup constants against a separate code's, against numpy on other bases, and against what theory says."""
+"""Inf-sup constants against a separate code's, against numpy on other bases, and against what theory says.
+
+Source: a separate code (tests/reference), numpy on other bases, theory.
+"""
 
 import json
 import math

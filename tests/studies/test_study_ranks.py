@@ -1,4 +1,7 @@
-"""Studies with two ranks: the same files as with one, times aside, and nothing is computed again afterwards."""
+"""Studies with two ranks: the same files as with one, times aside, and nothing is computed again afterwards.
+
+Source: the same study on one rank.
+"""
 
 import json
 import os

@@ -1,4 +1,7 @@
-"""Scales of the two regularisations: what varying them changes, and that nothing of it stays behind."""
+"""Scales of the two regularisations: what varying them changes, and that nothing of it stays behind.
+
+Source: the scales before, hydrostatics in closed form.
+"""
 
 import json
 

@@ -1,4 +1,7 @@
-"""Study step-cost: its parts add up, its counts are those of the run, and what it refuses."""
+"""Study step-cost: its parts add up, its counts are those of the run, and what it refuses.
+
+Source: counts of the run itself.
+"""
 
 import json
 from types import SimpleNamespace

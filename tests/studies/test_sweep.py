@@ -1,4 +1,7 @@
-"""Sweeps: what is refused, what one file says of many runs, failing cases, resumption, and several ranks."""
+"""Sweeps: what is refused, what one file says of many runs, failing cases, resumption, and several ranks.
+
+Source: single runs, series with known statistics.
+"""
 
 import json
 import signal
