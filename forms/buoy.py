@@ -1,9 +1,25 @@
 """The buoy as a rigid body: Euler's equations (8) and the equilibrium that they leave at rest."""
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
 from ufl import as_vector, cross, dot, inner
 
 from .kinds import Expr, Scalar
 from .rotation import apply_inverse_inertia, conjugate, prolong, quaternion_product, rotation_matrix
+from .sea import Flow
+
+if TYPE_CHECKING:
+    from .hull import BodyMotion
+
+
+class Body(NamedTuple):
+    """Where the body is and how it moves, for loads at its points."""
+
+    position: Expr  #: r_C
+    quaternion: Expr  #: q_4
+    flow: Callable[[Expr], Flow]  #: x -> undisturbed water there
+    motion: "BodyMotion | None" = None  #: None in statics
 
 
 def translation(r_C_t: Expr, p: Expr, mass: Scalar, test: Expr) -> Expr:
@@ -36,12 +52,20 @@ def point_torque(q4: Expr, body_offset: Expr, force: Expr) -> Expr:
     return cross(rotation_matrix(q4) * body_offset, force)
 
 
-def axial_damping(q4: Expr, L_C: Expr, inertia: Expr, coefficient: Scalar) -> Expr:
-    """-c (omega . d) d: linear damping of the rotation about the axis d [N m]."""
-    R = rotation_matrix(q4)
-    d = R * as_vector([0.0, 0.0, 1.0])
-    omega = apply_inverse_inertia(R, inertia, L_C)
-    return -coefficient * dot(omega, d) * d
+# -- loads at points: functions (coefficients, body) -> (force [N], torque about C [N m]), None for what is absent -----
+
+
+def external_force(c: Any, body: Body) -> tuple[Expr, Expr | None]:
+    """A constant force c.force at the body point c.offset from C (None: at C)."""
+    return c.force, None if c.offset is None else point_torque(body.quaternion, c.offset, c.force)
+
+
+def rotational_damping(coefficient: Scalar, body: Body) -> tuple[None, Expr | None]:
+    """-c (omega . d) d: linear damping of the rotation about the axis d."""
+    if body.motion is None:
+        return None, None
+    d = rotation_matrix(body.quaternion) * as_vector([0.0, 0.0, 1.0])
+    return None, -coefficient * dot(body.motion.angular_velocity, d) * d
 
 
 def turn(q4: Expr, q4_ref: Expr) -> Expr:

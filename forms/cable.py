@@ -13,21 +13,25 @@ from ufl import dot, inner, sqrt
 
 from . import morison
 from .kinds import Expr, Scalar
-from .sea import Flow
+from .sea import Flow, relative
 
 
 class Cable(NamedTuple):
-    """Properties of a cable, UFL scalars; None for what is absent."""
+    """Material of a cable, UFL scalars; None for what is absent."""
 
     line_density: Scalar  #: rho0 [kg/m]
     EA: Scalar | None = None  #: axial stiffness [N]; None: inextensible
     diameter: Scalar | None = None  #: D [m]
     area: Scalar | None = None  #: A0 [m^2]
-    added_mass: Scalar | None = None  #: C_A = C_M - 1
-    normal_drag: Scalar | None = None  #: C_dn
-    tangential_drag: Scalar | None = None  #: C_dt
-    tangential_froude_krylov: bool = False
     damping: Scalar | None = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
+
+
+class Point(NamedTuple):
+    """A point of the cable: unit tangent, velocity and acceleration; the latter are None in statics."""
+
+    tangent: Expr
+    velocity: Expr | None = None
+    acceleration: Expr | None = None
 
 
 def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None) -> Expr | None:
@@ -92,32 +96,52 @@ def tangent(r: Expr) -> Expr:
     return r.dx(0) / sqrt(dot(r.dx(0), r.dx(0)))
 
 
-def hydrodynamic_force(
-    cable: Cable, rho_w: Scalar, flow: Flow, r: Expr, r_t: Expr | None = None, r_tt: Expr | None = None
-) -> Expr | None:
-    """f_am + f_dn + f_dt of Eq. (6) [N per stretched metre]; None where nothing of it is called for.
+# -- forces of the water, Eq. (6): functions (coefficient, cable, rho_w, flow, point) [N per stretched metre] ----------
+#
+# `flow` is the undisturbed water at the point (forms.sea.flow).  Each returns None where nothing moves that it feels.
 
-    `flow` is the undisturbed water at r (forms.sea.flow); r_t and r_tt are None in statics.  The tangential
-    Froude-Krylov force rho_w A (a_w.t) t is absent in the paper and a choice of the cable.
-    """
-    t = tangent(r)
-    terms = []
 
-    v_rel = r_t
-    if flow.velocity is not None:
-        v_rel = -flow.velocity if r_t is None else r_t - flow.velocity
-    if v_rel is not None:
-        v_n, _ = morison.split(v_rel, t)
-        if cable.normal_drag is not None:
-            terms.append(morison.normal_drag(rho_w, cable.diameter, cable.normal_drag, v_n))
-        if cable.tangential_drag is not None:
-            terms.append(morison.tangential_drag(rho_w, cable.diameter, cable.tangential_drag, t, v_rel))
+def normal_drag(C_dn: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """f_dn."""
+    v_rel = relative(point.velocity, flow.velocity)
+    if v_rel is None:
+        return None
+    return morison.normal_drag(rho_w, cable.diameter, C_dn, morison.split(v_rel, point.tangent)[0])
 
-    a_n = None if r_tt is None else morison.split(r_tt, t)[0]
-    a_wn, a_wt = (None, None) if flow.acceleration is None else morison.split(flow.acceleration, t)
-    terms.append(morison.inertia(rho_w, cable.area, cable.added_mass, a_n, a_wn))
-    if cable.tangential_froude_krylov and a_wt is not None:
-        terms.append(rho_w * cable.area * a_wt)
 
-    terms = [term for term in terms if term is not None]
-    return sum(terms[1:], terms[0]) if terms else None
+def tangential_drag(C_dt: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """f_dt."""
+    v_rel = relative(point.velocity, flow.velocity)
+    if v_rel is None:
+        return None
+    return morison.tangential_drag(rho_w, cable.diameter, C_dt, point.tangent, v_rel)
+
+
+def added_mass(C_A: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """The part of f_am that the cable's own inertia in the water makes: rho_w A C_A (a_w,n - a_n)."""
+    a_rel = relative(point.acceleration, flow.acceleration)
+    if a_rel is None:
+        return None
+    return -rho_w * cable.area * C_A * morison.split(a_rel, point.tangent)[0]
+
+
+def normal_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """The rest of f_am, the pressure of the undisturbed wave: rho_w A a_w,n."""
+    if flow.acceleration is None:
+        return None
+    return rho_w * cable.area * morison.split(flow.acceleration, point.tangent)[0]
+
+
+def tangential_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """rho_w A (a_w.t) t: absent in the paper, a choice of the cable."""
+    if flow.acceleration is None:
+        return None
+    return rho_w * cable.area * morison.split(flow.acceleration, point.tangent)[1]
+
+
+# -- power that stays in the material ----------------------------------------------------------------------------------
+
+
+def damping_power(c: Scalar, r: Expr, r_t: Expr) -> Expr:
+    """-c e_t^2 per unstretched length [W/m], what Kelvin-Voigt damping takes."""
+    return -c * strain_rate(r, r_t) ** 2

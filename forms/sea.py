@@ -121,6 +121,14 @@ def tabulated_current(direction: Expr, z: Sequence[Scalar], speed: Sequence[Scal
     return profile
 
 
+def relative(own: Expr | None, water: Expr | None) -> Expr | None:
+    """A body's velocity or acceleration less the water's; what is absent is None, and so is their difference if both
+    are."""
+    if water is None:
+        return own
+    return -water if own is None else own - water
+
+
 def flow(x: Expr, wave: Wave | None = None, current: Current | None = None) -> Flow:
     """The undisturbed water at x: v_a = v_w + v_c.  An absent part is None, not zero; no sea motion at all gives a
     Flow of three Nones (elevation None means still water)."""

@@ -125,7 +125,7 @@ def run(
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from ..api import simulate
-    from ..statics.equilibrium import check_feasible
+    from ..model.feasible import check_feasible
 
     if (scene is None) == (resume is None):
         raise InputError("run needs either a SCENE or --resume DIR.")

@@ -54,10 +54,14 @@ def alone():
     return jit.alone(jit_cache())
 
 
-def interval_mesh(comm, nodes):
-    """Mesh of the line through `nodes` (increasing, the same on every rank), split over the ranks of `comm`."""
-    nodes = np.asarray(nodes, dtype=np.float64).reshape(-1, 1)
-    cells = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))]).astype(np.int64)
+def interval_mesh(comm, *pieces):
+    """Mesh of the intervals through the nodes of each piece (increasing, the same on every rank), which do not touch
+    each other, split over the ranks of `comm`."""
+    nodes = np.concatenate(pieces).astype(np.float64).reshape(-1, 1)
+    left = np.concatenate([np.full(len(piece), True) for piece in pieces])
+    left[np.cumsum([len(piece) for piece in pieces]) - 1] = False
+    left = np.flatnonzero(left)
+    cells = np.column_stack([left, left + 1]).astype(np.int64)
     if comm.rank != 0:  # the root's mesh is distributed; the others bring nothing
         nodes, cells = nodes[:0], cells[:0]
     if LEGACY:
@@ -224,9 +228,9 @@ def _geometry_dofs(mesh):
     return np.asarray(mesh.geometry.dofmaps[0] if SEVERAL else mesh.geometry.dofmap)
 
 
-def end_tags(mesh, first, last):
-    """Facet tags 1 at the coordinate `first`, 2 at `last`."""
-    found = [dmesh.locate_entities_boundary(mesh, 0, lambda x, at=at: np.isclose(x[0], at)) for at in (first, last)]
+def end_tags(mesh, *places):
+    """Facet tags 1, 2, ... at the coordinates of the ends of the mesh."""
+    found = [dmesh.locate_entities_boundary(mesh, 0, lambda x, at=at: np.isclose(x[0], at)) for at in places]
     facets = np.concatenate(found).astype(np.int32)
     values = np.concatenate([np.full(len(f), tag, dtype=np.int32) for tag, f in enumerate(found, start=1)])
     order = np.argsort(facets)

@@ -13,21 +13,19 @@ What a buoy is made of (point masses, inertia) is no effect: nothing in the form
 
 import hashlib
 import json
-import math
 import time as clock
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-import ufl
 from mpi4py import MPI
 from ufl.algorithms import expand_derivatives
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.corealg.traversal import unique_pre_traversal
 
 from ..errors import InputError, SolveError
+from ..model import effects as model
 from ..motion.simulation import Simulation
-from ..results import observe
 from ..results.style import COLORS, PAGE, STYLE, new_figure
 from ..scene import Scene, load_scene
 from . import accuracy as acc
@@ -37,37 +35,16 @@ from .common import evaluate_all, save, show
 TIMED = 200
 
 
-#: Effect as `observe.effects` names it -> key of the scene, and the value that takes it away.
-REMOVABLE = {
-    "waves": ("waves", None),
-    "current": ("current", None),
-    "wind": ("wind", None),
-    "external force": ("external_force", None),
-    "elastic cable": ("cable.axial_stiffness", math.inf),
-    "mean strain": ("cable.strain", "exact"),
-    "cable added mass": ("cable.added_mass", 0.0),
-    "cable normal drag": ("cable.normal_drag", 0.0),
-    "cable tangential drag": ("cable.tangential_drag", 0.0),
-    "cable tangential Froude-Krylov": ("cable.tangential_froude_krylov", False),
-    "buoy added mass": ("buoy.added_mass", 0.0),
-    "buoy normal drag": ("buoy.normal_drag", 0.0),
-    "buoy axial added mass": ("buoy.axial_added_mass", 0.0),
-    "buoy axial drag": ("buoy.axial_drag", 0.0),
-    "buoy rotational damping": ("buoy.rotational_damping", 0.0),
-}
-
-
 def effects_of(scene: Scene) -> list[str]:
-    """The effects that the scene calls for and that can be left out."""
-    called = observe.effects(scene)
-    return [name for name in REMOVABLE if name in called]
+    """Names of the effects that the scene calls for and that can be left out."""
+    return [effect.name for effect in model.called_by(scene) if effect.removable]
 
 
 def variant(scene: Scene, left_out=(), only=None) -> Scene:
     """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
-    return load_scene(scene, **dict(REMOVABLE[name] for name in left_out))
+    return load_scene(scene, **{e.key: e.neutral for e in model.EFFECTS if e.name in left_out})
 
 
 BASES = {"full": {}, "barest": {"only": []}}
@@ -187,14 +164,7 @@ def _costs(pair, spent):
 
 def operations(problem) -> int:
     """Distinct operations in the residual forms of a dynamic Problem, see above."""
-    forms, cable, buoy = [], problem.cable, problem.buoy
-    if cable:
-        forms.append(cable.residual(problem.cable_part.test, dynamic=True))
-        if cable.mooring is not None:
-            forms.append(cable.attachment(ufl.TestFunction(cable.mooring.function_space)))
-    if buoy:
-        forms += [form for _, form in buoy.residuals(problem.state_part, problem.mooring_part)]
-    return sum(_operations(form) for form in forms)
+    return sum(_operations(form) for _, form in problem.residuals())
 
 
 def _operations(form):

@@ -21,10 +21,9 @@ from mpi4py import MPI
 
 from ..errors import InputError
 from ..forms import cable as cable_form
-from ..forms import hull as hull_form
-from ..model.buoy import KEEL
+from ..model import effects
+from ..model.rigid import rotation_of
 from ..motion.simulation import Simulation
-from ..motion.start import rotation_of
 from ..results.style import PAGE, STYLE, new_figure
 from ..scene import load_scene
 from ..solver.real import real_space
@@ -40,123 +39,86 @@ SCENES = {"driven": (60.0, (0.04, 0.02, 0.01)), "short": (40.0, (0.04, 0.02, 0.0
 class Meter:
     """Energies and powers of a Simulation on one rank.
 
-    drag: on cable and hull, f . v_rel, never positive.  stream: f . v_water of the same forces, what moving water does.
-    inertia: added mass and Froude-Krylov.  buoyancy: of the hull (the cable's is in its weight).  top: of the
-    prescribed end.  outer: wind, external force, rotational damping.
+    The powers are those of the effects that the scene calls for (`model.effects`), each in the account that its
+    declaration names.  drag: f . v_rel, never positive.  stream: f . v_water of the same forces, what moving water
+    does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull (the cable's is in its weight).  damping: what
+    stays in the material of the cable.  outer: wind, external force, rotational damping.  top: of a prescribed end.
     """
 
     def __init__(self, simulation):
         self.simulation, self._forms = simulation, []
-        if simulation.cable:
-            self._add(*self._cable(simulation.cable))
-        if simulation.buoy:
-            self._add(*self._buoy(simulation.buoy))
+        if simulation.problem.lines:
+            self._add(simulation.problem.lines, self._lines(simulation.problem.lines))
+        if simulation.problem.buoy:
+            self._add(simulation.problem.buoy, self._buoy(simulation.problem.buoy))
 
-    def _add(self, names, form):
-        part = Part("powers", fem.Function(form.arguments()[0].ufl_function_space()), 0)
+    def _add(self, model, densities):
+        """densities: [(account, integrand, measure)]; one linear form, whose components are the accounts."""
+        names = list(dict.fromkeys(name for name, _, _ in densities))
+        test = ufl.TestFunction(real_space(model.mesh, max(len(names), 2)))
+        form = sum(value * test[names.index(name)] * measure for name, value, measure in densities)
+        part = Part("powers", fem.Function(test.ufl_function_space()), 0)
         self._forms.append((names, part, Contribution(form, part)))
 
     @staticmethod
-    def _cable(model):
-        """Names, and the linear form whose components are the numbers."""
-        parts, c = ufl.split(model.w), model.cable
-        r, T = parts[:2]
-        e = cable_form.strain(c, parts[2] if model.mean_dofs is not None else T)
-        v = model.gamma_v * r + ufl.split(model.history_v)[0]
-        a = model.gamma_a * r + ufl.split(model.history_a)[0]
-        rho_w, flow = model.sea.density, model.sea.flow(r)
-        weight = cable_form.weight_in_water(c, model.gravity, rho_w)
-        values = {"kinetic": 0.5 * c.line_density * ufl.inner(v, v), "gravity": -ufl.inner(weight, r)}
+    def _lines(lines):
+        r, _, e, v, _ = lines.kinematics()
+        c, dx, water = lines.cable, lines.dx, lines.sea.flow(r).velocity
+        weight = cable_form.weight_in_water(c, lines.gravity, lines.sea.density)
+        found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
         if e is not None:
-            values["elastic"] = 0.5 * c.EA * e**2
-        if rho_w is not None:
-            f = cable_form.hydrodynamic_force(c, rho_w, flow._replace(acceleration=None), r, v)
-            if f is not None:
-                values |= _drag_powers(cable_form.stretched(c, e, f), v, flow.velocity)
-            c = c._replace(normal_drag=None, tangential_drag=None)
-            f = cable_form.hydrodynamic_force(c, rho_w, flow, r, v, a)
-            if f is not None:
-                values["inertia"] = ufl.inner(cable_form.stretched(c, e, f), v)
-        test = ufl.TestFunction(real_space(model.mesh, len(values)))
-        return list(values), sum(value * test[i] for i, value in enumerate(values.values())) * model.dx
+            found.append(("elastic", 0.5 * c.EA * e**2, dx))
+        for effect, force in lines.water_forces():
+            f = cable_form.stretched(c, e, force)
+            found += _powers(effect.account, f, v, water, dx)
+        return found + [(effect.account, power, dx) for effect, power in lines.material_powers()]
 
     @staticmethod
-    def _buoy(model):
-        r_C, q4, motion = model._kinematics()
-        names = ("outer", "buoyancy", "drag", "stream", "inertia")
-        test = dict(zip(names, ufl.TestFunction(real_space(model.mesh, len(names))), strict=True))
-
-        def work(force, torque):
-            return ufl.inner(force, motion.velocity) + ufl.inner(torque, motion.angular_velocity)
-
-        force, torques = model._point_loads(r_C, q4)  # weight and cable among them: `read` takes them off
-        if model.spin_damping is not None:
-            d = hull_form.axis(q4)
-            torques = [*torques, -model.spin_damping * ufl.dot(motion.angular_velocity, d) * d]
-        form = model.one * work(force, sum(torques, start=ufl.zero(3))) * test["outer"] * model.ds(KEEL)
-        if model.sea.density is None:
-            return names, form
-        lever, d, flow, area, moment = model._section_at(r_C, q4)
-        strip = model.sea.density, area, moment, lever, d
-        end = model.sea.density, area, lever, d
-        form += work(*hull_form.hydrostatics(strip[0], model.gravity, *strip[1:4])) * test["buoyancy"] * model.dx
-        still = flow._replace(acceleration=None)
-        parts = {
-            "drag": (model.hull._replace(added_mass=None, axial_added_mass=None), still),
-            "inertia": (model.hull._replace(normal_drag=None, axial_drag=None), flow),
-        }
-        for name, (hull, water) in parts.items():
-            loads = [(*hull_form.strip_loads(hull, *strip, water, motion), model.dx)]
-            disc = hull_form.end_disc_force(hull, *end, water, motion)
-            if disc is not None:
-                loads.append((disc, ufl.cross(lever, disc), model.ds))
-            for force, torque, measure in loads:
-                if force is None:
-                    continue
-                by_water = ufl.inner(force, flow.velocity) if name == "drag" and flow.velocity is not None else 0
-                form += model.one * (work(force, torque) - by_water) * test[name] * measure
-                if by_water != 0:
-                    form += model.one * by_water * test["stream"] * measure
-        return names, form
+    def _buoy(buoy):
+        state, found = buoy.kinematics(), []
+        v, omega = state.motion.velocity, state.motion.angular_velocity
+        for load in (*buoy.point_loads(state), *buoy.water_loads(state)):
+            if load.account is None:  # the weight has an energy
+                continue
+            if load.force is not None:
+                found += _powers(load.account, buoy.one * load.force, v, load.water, load.measure)
+            if load.torque is not None:
+                found.append((load.account, buoy.one * ufl.inner(load.torque, omega), load.measure))
+        return found
 
     def read(self) -> dict[str, float]:
         """All numbers at the present time."""
-        values = dict.fromkeys((*STORED, "drag", "stream", "inertia", "buoyancy", "outer", "top"), 0.0)
+        accounts = dict.fromkeys(effect.account for effect in effects.EFFECTS)
+        values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top"), 0.0)
         for names, part, contribution in self._forms:
             b = np.zeros(part.size)
             contribution.prepare()
             contribution.add_to_vector(b)
-            for name, value in zip(names, b, strict=True):
+            for name, value in zip(names, b, strict=False):
                 values[name] += float(value)
-        sim = self.simulation
-        if sim.buoy:
-            self._add_body(values)
-        elif sim.cable:
-            v = sim.cable.gamma_v.value * sim.system.u + sim.cable.history_v.x.array
-            values["top"] = float(sim.end_tension @ v[sim.cable.top_dofs])
+        problem = self.simulation.problem
+        if problem.buoy:
+            self._add_body(problem.buoy, values)
+        elif problem.lines:
+            lines = problem.lines
+            v = lines.gamma_v.value * problem.system.u[lines.part.slice] + lines.history_v.x.array
+            values["top"] = float(self.simulation.end_tension @ v[lines.top_dofs()])
         return values
 
-    def _add_body(self, values):
-        """Energy of the rigid body; its weight is in that, and its cable is no outer force."""
-        sim = self.simulation
-        mass, y = sim.buoy.mass, sim.system.u[sim.problem.state_part.slice]
-        R = rotation_of(y[6:10])
-        v, omega = y[3:6] / mass.mass, R @ (R.T @ y[10:13] / np.array(mass.inertia))
-        weight = mass.mass * sim.scene.gravity
-        values["kinetic"] += 0.5 * (v @ y[3:6] + omega @ y[10:13])
-        values["gravity"] += weight * y[2]
-        values["outer"] += weight * v[2]
-        if sim.problem.mooring_slice:
-            lever = R @ [0.0, 0.0, sim.scene.buoy.mooring_height - mass.height]
-            T_O = sim.system.u[sim.problem.mooring_slice][3:]
-            values["outer"] -= T_O @ (v + np.cross(omega, lever))
+    def _add_body(self, buoy, values):
+        """Energy of the rigid body."""
+        y, mass = buoy.fields.of(self.simulation.system.u[buoy.part.slice]), buoy.mass
+        R = rotation_of(y.orientation)
+        v, omega = y.momentum / mass.mass, R @ (R.T @ y.angular_momentum / np.array(mass.inertia))
+        values["kinetic"] += 0.5 * (v @ y.momentum + omega @ y.angular_momentum)
+        values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
 
 
-def _drag_powers(f, v, water):
-    """f . v as f . v_rel and f . v_water; in still water there is nothing of the latter."""
-    if water is None:
-        return {"drag": ufl.inner(f, v)}
-    return {"drag": ufl.inner(f, v - water), "stream": ufl.inner(f, water)}
+def _powers(account, force, velocity, water, measure):
+    """[(account, power, measure)] of a force; that of a drag is split into f . v_rel and f . v_water."""
+    if account != "drag" or water is None:
+        return [(account, ufl.inner(force, velocity), measure)]
+    return [(account, ufl.inner(force, velocity - water), measure), ("stream", ufl.inner(force, water), measure)]
 
 
 def load(name, t_end, step, scheme):
@@ -207,6 +169,7 @@ COLUMNS = {
     "inertia": "water's inertia [J]",
     "buoyancy": "buoyancy [J]",
     "outer": "wind, F_ext [J]",
+    "damping": "damping [J]",
     "drag": "drag [J]",
     "stored": "stored [J]",
     "defect": "defect [J]",

@@ -181,9 +181,9 @@ def evaluate_pendulum(case: dict) -> dict:
     try:
         for _ in simulation.run():
             pass
-        tip = simulation.cable.top_dofs
+        tip = simulation.problem.lines.top_dofs()
         x, _, z = simulation.system.u[tip]
-        u, _, w = simulation.series["r"].rate[tip]
+        u, _, w = simulation.line_velocity[tip]
         angle, rate = math.atan2(x, -z), (x * w - z * u) / (x * x + z * z)
     finally:
         simulation.problem.destroy()

@@ -73,13 +73,13 @@ def raise_end(problem, start: float, target: float) -> int:
 
     Returns the number of halvings.  Raises SolveError if steps of SMALLEST_STEP do not help either.
     """
-    system, top = problem.system, problem.cable.top_dofs
+    system, top = problem.system, problem.lines.top_dofs()
     height, step, halved = start, target - start, 0
     while height < target:
         goal = min(height + step, target)
         system.u[top] = [X_END, 0.0, goal]
         try:
-            system.solve()
+            problem.newton.solve()
         except SolveError:
             step, halved = step / 2, halved + 1
             if step < SMALLEST_STEP:

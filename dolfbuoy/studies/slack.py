@@ -96,7 +96,7 @@ def fold(case: dict) -> dict:
     norms = errors(Profile(problem), exact)
     top = float(np.linalg.norm(problem.end_tension()) / exact.tension(1.0) - 1)
     found = {"r_L2": norms["r_L2"], "T_L2": norms["T_L2"], "top_error": top}
-    found |= {"T_min": float(problem.system.u[problem.cable.T_dofs].min()), "iterations": problem.iterations}
+    found |= {"T_min": float(problem.system.u[problem.lines.T_dofs].min()), "iterations": problem.iterations}
     problem.destroy()
     return found
 

@@ -1,21 +1,46 @@
-"""Balances of a coupled run at every step, with loads that are worked out again in numpy."""
+"""Balances of a coupled run at every step, with loads that are worked out again in numpy.
+
+Source: dense numpy code of the equations (tests/support/dynamics_helpers.py): nodes of the cable, slices of the hull.
+"""
 
 import itertools
 
 import numpy as np
 import pytest
-from dynamics_helpers import MOORED, cable_residual, hull_loads, merged, quaternion_product, rotation_matrix, running
+from dynamics_helpers import (
+    MOORED,
+    Body,
+    NumpySea,
+    Strips,
+    cable_residual,
+    merged,
+    quaternion_product,
+    rotation_matrix,
+    running,
+    wind_force,
+)
 
-#: Everything moves, in all three directions: waves, current and force each have their own heading.
+from dolfbuoy.results.observe import Observer
+
+#: Everything moves, in all three directions: waves, wind, current and force each have their own heading; it spins too.
 ROUGH = merged(
     MOORED,
     cable__elements=6,
+    buoy__axial_added_mass=0.6,
     current__direction_deg=70.0,
     waves__direction_deg=-25.0,
     waves__ramp=0.3,
     waves__phase_deg=200.0,
-    external_force__force=[900.0, -700.0, 200.0],
-    external_force__height=2.2,
+    wind={
+        "speed_10m": 25.0,
+        "direction_deg": 150.0,
+        "area": 6.0,
+        "height": 2.6,
+        "drag_coefficient": 1.1,
+        "air_density": 1.3,
+    },
+    external_force={"force": [900.0, -700.0, 200.0], "height": 2.2},
+    initial__buoy_angular_velocity=[0.15, -0.1, 1.2],
     solver__hull_cells=100,
     time__step=0.02,
 )
@@ -24,6 +49,14 @@ CASES = {
     "elastic, P1-P0": ROUGH,
     "inextensible, P2-P1": merged(
         ROUGH, cable__axial_stiffness=None, cable__position_degree=2, cable__tension_degree=1, cable__elements=4
+    ),
+    # loaded until it is nearly awash: crests go over its deck
+    "submerged at times": merged(
+        ROUGH,
+        external_force__force=[900.0, -700.0, -41000.0],
+        waves__amplitude=0.6,
+        waves__period=3.0,
+        waves__phase_deg=-90.0,
     ),
 }
 
@@ -42,55 +75,72 @@ class Snapshot:
         self.r_C, self.p, self.q4, self.L_C = np.split(u[problem.state_part.slice].copy(), [3, 6, 10])
         self.r_O, self.T_O = np.split(u[problem.mooring_slice].copy(), 2)
         self.T_bnd = np.array(simulation.end_tension)
+        self.R = rotation_matrix(self.q4)
+        self.d = self.R[:, 2]
+
+
+class History:
+    """A run of 25 steps: snapshots, residual by block of every step, and what is recorded of the last one."""
+
+    def __init__(self, scene):
+        self.scene, self.body, self.dt = scene, Body(scene), scene["time"]["step"]
+        with running(scene) as simulation:
+            self.snapshots, self.blocks = [Snapshot(simulation)], []
+            for _ in range(25):
+                simulation.step(self.dt)
+                self.snapshots.append(Snapshot(simulation))
+                self.blocks.append(simulation.system.residual_by_block())
+            self.recorded = Observer(simulation.problem).values(simulation.end_tension)
+
+    def omega(self, s):
+        return s.R @ (s.R.T @ s.L_C / self.body.inertia)
+
+    def strips(self, old, new):
+        """The hull after a step."""
+        omega, L_t = self.omega(new), (new.L_C - old.L_C) / self.dt
+        omega_t = new.R @ (new.R.T @ (L_t - np.cross(omega, new.L_C)) / self.body.inertia)
+        mass = self.body.mass
+        motion = new.p / mass, omega, (new.p - old.p) / self.dt / mass, omega_t
+        return Strips(self.scene, new.r_C, new.q4, self.body.center, new.t, motion)
 
 
 @pytest.fixture(scope="module", params=CASES)
 def history(request):
-    """(scene, simulation's constants, snapshots, residual by block of every step)."""
-    scene = CASES[request.param]
-    with running(scene) as simulation:
-        snapshots, blocks = [Snapshot(simulation)], []
-        for _ in range(25):
-            simulation.step(scene["time"]["step"])
-            snapshots.append(Snapshot(simulation))
-            blocks.append(simulation.system.residual_by_block())
-    return scene, snapshots, blocks
-
-
-MASS, CENTER = 700.0, (400 * 0.5 + 150 * 2 + 150 * 3) / 700
-STEINER = 400 * (0.5 - CENTER) ** 2 + 150 * (2 - CENTER) ** 2 + 150 * (3 - CENTER) ** 2
-INERTIA = np.array([192 + STEINER, 192 + STEINER, 288.0])
-
-
-def omega_of(s):
-    R = rotation_matrix(s.q4)
-    return R @ (R.T @ s.L_C / INERTIA)
+    return History(CASES[request.param])
 
 
 def test_the_run_is_rough(history):
     """The balances below are those of a state in which every term counts."""
-    _, snapshots, _ = history
-    first, last = snapshots[0], snapshots[-1]
-    assert np.linalg.norm(last.p) > 0.2 * MASS
+    first, last = history.snapshots[0], history.snapshots[-1]
+    assert np.linalg.norm(last.p) > 0.2 * history.body.mass
     assert np.all(np.abs(last.r - first.r).max(axis=0) > 0.01)
-    assert np.abs(omega_of(last)).max() > 0.02
-    assert np.degrees(np.arccos(rotation_matrix(last.q4)[2, 2])) > 1
+    assert np.abs(history.omega(last)).max() > 0.02
+    assert np.degrees(np.arccos(last.d[2])) > 1
+
+
+def test_one_of_the_runs_is_submerged_at_times(history):
+    """There the deck is under water for some steps and out of it for others; elsewhere it is dry."""
+    over = []
+    for s in history.snapshots:
+        deck = s.r_C + (history.scene["buoy"]["hull"][-1][0] - history.body.center) * s.d
+        eta = NumpySea(history.scene).at(deck[None, :], s.t)[0][0]
+        over.append(eta > deck[2])
+    assert any(over) == (history.scene["external_force"]["force"][2] < 0)
+    assert not all(over)
 
 
 def test_residual_of_every_block(history):
-    _, _, blocks = history
-    for n, step in enumerate(blocks):
+    for n, step in enumerate(history.blocks):
         for name, size in step.items():
             assert size < 1e-9, f"{name} after step {n + 1}"
 
 
 def test_constraints(history):
     """The cable ends in O, O is fixed to the body, the quaternion has length 1, and action equals reaction."""
-    scene, snapshots, _ = history
-    for s in snapshots:
-        assert s.r[0] == pytest.approx([0.0, 0.0, -scene["sea"]["depth"]], abs=1e-14)
+    for s in history.snapshots:
+        assert s.r[0] == pytest.approx([0.0, 0.0, -history.scene["sea"]["depth"]], abs=1e-14)
         assert s.r[-1] == pytest.approx(s.r_O, abs=1e-11)
-        assert s.r_O - s.r_C == pytest.approx(-CENTER * rotation_matrix(s.q4)[:, 2], abs=1e-11)
+        assert s.r_O - s.r_C == pytest.approx(-history.body.center * s.d, abs=1e-11)
         assert np.linalg.norm(s.q4) == pytest.approx(1.0, abs=1e-15 if s.t else 1e-12)
         assert np.array_equal(s.T_bnd, -s.T_O)
 
@@ -101,35 +151,50 @@ def test_momentum_of_every_node(history):
     Summed over all nodes this is the balance of the whole cable, whose momentum changes by its loads, by T_bnd and by
     what the anchor holds.
     """
-    scene, snapshots, _ = history
-    dt = scene["time"]["step"]
-    v = [np.zeros_like(snapshots[0].r)]
-    for old, new in itertools.pairwise(snapshots):
-        v.append((new.r - old.r) / dt)
-        momentum, strain = cable_residual(scene, new.r, new.T, v[-1], (v[-1] - v[-2]) / dt, new.t)
-        size = np.abs(new.T).max()
-        momentum[-1] -= new.T_bnd
+    scene, dt = history.scene, history.dt
+    v = [(new.r - old.r) / dt for old, new in itertools.pairwise(history.snapshots)]
+    for n, s in enumerate(history.snapshots[2:], start=1):
+        momentum, strain = cable_residual(scene, s.r, s.T, v[n], (v[n] - v[n - 1]) / dt, s.t)
+        size = np.abs(s.T).max()
+        momentum[-1] -= s.T_bnd
         assert np.abs(momentum[1:]).max() < 1e-6 * size
         assert strain < 1e-10
 
 
 def test_momentum_of_the_buoy(history):
-    """p_t = F, L_t = tau_C, r_C,t = p/M and the turn of the quaternion, with the water's loads strip by strip."""
-    scene, snapshots, _ = history
-    dt, force_ext = scene["time"]["step"], np.array(scene["external_force"]["force"])
-    for old, new in itertools.pairwise(snapshots):
-        omega, p_t, L_t = omega_of(new), (new.p - old.p) / dt, (new.L_C - old.L_C) / dt
-        R = rotation_matrix(new.q4)
-        d = R[:, 2]
-        omega_t = R @ (R.T @ (L_t - np.cross(omega, new.L_C)) / INERTIA)
-        force, torque = hull_loads(scene, new.r_C, new.q4, CENTER, new.p / MASS, omega, p_t / MASS, omega_t, new.t)
-        force = force + force_ext + new.T_O + [0, 0, -9.81 * MASS]
-        torque = torque + np.cross((scene["external_force"]["height"] - CENTER) * d, force_ext)
-        torque = torque + np.cross(new.r_O - new.r_C, new.T_O)
-        torque = torque - scene["buoy"]["rotational_damping"] * (omega @ d) * d
-        size = 9.81 * MASS
+    """p_t = F, L_t = tau_C, r_C,t = p/M and the turn of the quaternion, with the water's loads slice by slice."""
+    scene, dt, body = history.scene, history.dt, history.body
+    force_ext = np.array(scene["external_force"]["force"])
+    for old, new in itertools.pairwise(history.snapshots):
+        omega, p_t, L_t = history.omega(new), (new.p - old.p) / dt, (new.L_C - old.L_C) / dt
+        force, torque = history.strips(old, new).loads()
+        levers = [(scene[key]["height"] - body.center) * new.d for key in ("external_force", "wind")]
+        forces = [force_ext, wind_force(scene, new.r_C + levers[1], new.t)]
+        force = force + sum(forces) + new.T_O + [0, 0, -9.81 * body.mass]
+        torque = torque + sum(map(np.cross, levers, forces)) + np.cross(new.r_O - new.r_C, new.T_O)
+        torque = torque - scene["buoy"]["rotational_damping"] * (omega @ new.d) * new.d
+        size = 9.81 * body.mass
         assert np.abs(p_t - force).max() < 2e-4 * size
         assert np.abs(L_t - torque).max() < 2e-4 * size
-        assert (new.r_C - old.r_C) / dt == pytest.approx(new.p / MASS, abs=1e-9)
+        assert (new.r_C - old.r_C) / dt == pytest.approx(new.p / body.mass, abs=1e-9)
         before = new.q4 - 0.5 * dt * quaternion_product(np.concatenate([[0.0], omega]), new.q4)
         assert before / np.linalg.norm(before) == pytest.approx(old.q4, abs=1e-11)
+
+
+def test_what_is_recorded(history):
+    """The wet hull, the water above C and the tensions of the record, at the end."""
+    last, values = history.snapshots[-1], history.recorded
+    mass, center, wet, diameter = history.strips(*history.snapshots[-2:]).wet()
+    assert values["displaced_mass"] == pytest.approx(mass, rel=2e-4)
+    assert values["buoyancy_center"] == pytest.approx(center, abs=2e-4)
+    assert values["submerged_length"] == pytest.approx(wet, rel=2e-4)
+    assert values["submerged_diameter"] == pytest.approx(diameter, rel=1e-9)
+    eta = NumpySea(history.scene).at(last.r_C[None, :], last.t)[0][0]
+    assert abs(eta) > 0.005
+    assert values["surface_elevation"] == pytest.approx(eta, abs=1e-10)
+    assert values["cone_angle"] == pytest.approx(np.degrees(np.arccos(last.d[2])), abs=1e-6)
+    assert values["tension_top"] == pytest.approx(np.linalg.norm(last.T_bnd))
+    assert values["tension_anchor"] == pytest.approx(last.T[0, 0], rel=1e-12)
+    assert values["linear_momentum"] == pytest.approx(last.p)
+    assert values["angular_momentum"] == pytest.approx(last.L_C)
+    assert values["mooring_force"] == pytest.approx(last.T_O)

@@ -265,41 +265,81 @@ def cable_residual(scene, r, T, v, a, t):
     return momentum, strain
 
 
-def hull_loads(scene, r_C, q4, center, velocity, omega, acceleration, omega_t, t, cells=400):
-    """Force and torque about C of the water on a tilted cylinder, by many exact strips; with its end discs.
+class Body:
+    """Mass [kg], height of C above the keel [m] and principal moments about C of the buoy of a scene."""
 
-    A strip is the circular segment that the local water plane cuts from the disk; the water is that on the axis.
+    def __init__(self, scene):
+        b = scene["buoy"]
+        parts = [(b["mass"], b["center_of_mass"]), *((p["mass"], p["height"]) for p in b.get("point_masses", []))]
+        self.mass = sum(m for m, _ in parts)
+        self.center = sum(m * h for m, h in parts) / self.mass
+        steiner = sum(m * (h - self.center) ** 2 for m, h in parts)
+        across, along = b["inertia"]
+        self.inertia = np.array([across + steiner, across + steiner, along])
+
+
+class Strips:
+    """A tilted cylinder cut into many thin slices at one instant: where each is, how wet, and how the water flows past.
+
+    A slice is the circular segment that the local water plane cuts from the disk; the water is that on the axis.
+    motion: (velocity, angular velocity, acceleration, angular acceleration) of C; None for a hull at rest.
     """
-    b, sea = scene["buoy"], NumpySea(scene)
-    (_, diameter), (height, _) = b["hull"]
-    R, rho, dz = diameter / 2, sea.density, height / cells
-    xi, weights = gauss(8)
-    zeta = (np.arange(cells)[:, None] + xi).ravel() * dz
-    weights = np.tile(weights * dz, cells)
-    d = rotation_matrix(q4)[:, 2]
-    up = np.array([0.0, 0.0, 1.0])
 
-    def section(zeta):
-        lever = (zeta - center)[:, None] * d
-        x = r_C + lever
-        eta, water, a_w = sea.at(x, t)
-        uphill = up - d[2] * d
-        w = R * np.linalg.norm(uphill)
-        c = np.clip((eta - x[:, 2]) / w, -1, 1)
-        area = R**2 * (np.arccos(-c) + c * np.sqrt(1 - c**2))
-        moment = -(2 / 3) * R**4 * ((1 - c**2) ** 1.5 / w)[:, None] * uphill
+    def __init__(self, scene, r_C, q4, center, t, motion=None, cells=400):
+        self.scene, self.b, self.sea, self.t = scene, scene["buoy"], NumpySea(scene), t
+        (_, diameter), (self.height, _) = self.b["hull"]
+        self.R, self.center, self.r_C = diameter / 2, center, np.asarray(r_C)
+        self.d = rotation_matrix(q4)[:, 2]
+        self.motion = motion or np.zeros((4, 3))
+        xi, weights = gauss(8)
+        self.zeta = ((np.arange(cells)[:, None] + xi) * self.height / cells).ravel()
+        self.weights = np.tile(weights * self.height / cells, cells)
+
+    def at(self, zeta):
+        """(wet area, its first moment, lever from C, velocity past the water, acceleration, water's acceleration)."""
+        velocity, omega, acceleration, omega_t = self.motion
+        lever, up = (zeta - self.center)[:, None] * self.d, np.array([0.0, 0.0, 1.0])
+        eta, water, a_w = self.sea.at(self.r_C + lever, self.t)
+        uphill = up - self.d[2] * self.d
+        w = self.R * np.linalg.norm(uphill)
+        c = np.clip((eta - (self.r_C + lever)[:, 2]) / w, -1, 1)
+        area = self.R**2 * (np.arccos(-c) + c * np.sqrt(1 - c**2))
+        moment = -(2 / 3) * self.R**4 * ((1 - c**2) ** 1.5 / w)[:, None] * uphill
         v_rel = velocity + np.cross(omega, lever) - water
         a = acceleration + np.cross(omega_t, lever) + np.cross(omega, np.cross(omega, lever))
         return area[:, None], moment, lever, v_rel, a, a_w
 
-    area, moment, lever, v_rel, a, a_w = section(zeta)
-    C_A = b.get("added_mass", 0.0)
-    v_n = v_rel - (v_rel @ d)[:, None] * d
-    drag = 0.5 * b.get("normal_drag", 0.0) * rho * length(v_n) * v_n
-    per_area = rho * ((1 + C_A) * a_w - C_A * a) - 2 / (np.pi * R) * drag + rho * sea.gravity * up
-    force = weights @ (area * per_area)
-    torque = weights @ np.cross(area * lever + moment, per_area)
-    area, _, _, v_rel, _, _ = section(np.array([0.0, height]))
-    speed = (v_rel @ d)[:, None]
-    force = force - np.sum(0.5 * b.get("axial_drag", 0) * rho * area * np.abs(speed) * speed * d, axis=0)
-    return force, torque
+    def loads(self):
+        """Force and torque about C of the water on the hull, with its end discs."""
+        b, rho, d = self.b, self.sea.density, self.d
+        area, moment, lever, v_rel, a, a_w = self.at(self.zeta)
+        C_A = b.get("added_mass", 0.0)
+        v_n = v_rel - (v_rel @ d)[:, None] * d
+        drag = 0.5 * b.get("normal_drag", 0.0) * rho * length(v_n) * v_n
+        lift = [0.0, 0.0, rho * self.sea.gravity]
+        per_area = rho * ((1 + C_A) * a_w - C_A * a) - 2 / (np.pi * self.R) * drag + lift
+        force = self.weights @ (area * per_area)
+        torque = self.weights @ np.cross(area * lever + moment, per_area)
+        area, _, _, v_rel, a, a_w = self.at(np.array([0.0, self.height]))
+        speed, pushed = (v_rel @ d)[:, None], ((a - a_w) @ d)[:, None]
+        discs = 0.5 * b.get("axial_drag", 0) * np.abs(speed) * speed
+        discs += b.get("axial_added_mass", 0) * 2 / 3 * self.R * pushed
+        return force - np.sum(rho * area * discs * d, axis=0), torque
+
+    def wet(self):
+        """(displaced mass, centre of buoyancy, wetted length, mean wetted diameter)."""
+        area, moment, lever, *_ = self.at(self.zeta)
+        volume = self.weights @ area[:, 0]
+        center = self.r_C + self.weights @ (area * lever + moment) / volume
+        share = area[:, 0] / (np.pi * self.R**2)
+        return self.sea.density * volume, center, self.weights @ share, 2 * self.R
+
+
+def wind_force(scene, point, t):
+    """Eq. (2) at a point: the wind of the seventh-root profile over the wave."""
+    w = scene["wind"]
+    height = point[2] - NumpySea(scene).at(point[None, :], t)[0][0]
+    speed = w["speed_10m"] * (max(height, 0.0) / 10) ** (1 / 7)
+    angle = np.radians(w["direction_deg"])
+    size = 0.5 * w["drag_coefficient"] * w["air_density"] * w["area"] * speed**2
+    return size * np.array([np.cos(angle), np.sin(angle), 0.0])

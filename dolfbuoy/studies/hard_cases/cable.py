@@ -161,16 +161,16 @@ def _newton_from(found, rise):
     try:
         x = np.array([0.6, 0.0, 0.5])
         bow = lambda s: np.multiply.outer(s, x) + np.multiply.outer(rise(0.6 * s), [0.0, 0.0, 1.0])  # noqa: E731
-        problem.cable.set_shape(problem.system.u, bow, lambda s: -0.4 + 0.0 * s)
+        problem.lines.set_shape(problem.system.u, bow, lambda s: -0.4 + 0.0 * s)
         problem.set_time(0.0)
         try:
-            problem.system.solve()
+            problem.newton.solve()
         except Exception as error:
             found.says(str(error), "DIVERGED")
             return
         smallest = problem.smallest_tension()
         found.remark(f"Newton from there ends with the smallest tension {smallest:.3g}")
-        above = problem.system.u[problem.cable.node_dofs][:, 2].max() > 0.5
+        above = problem.system.u[problem.lines.node_dofs][:, 2].max() > 0.5
         found.holds("a state above its ends has T < 0, which `smallest_tension_N` shows", (smallest < 0) or not above)
     finally:
         problem.destroy()

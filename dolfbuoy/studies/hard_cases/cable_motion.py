@@ -23,13 +23,13 @@ def _energies(scene) -> tuple[np.ndarray, np.ndarray]:
     """(times, kinetic + potential energy) of a P1 chain without strain, with the scheme's own velocities."""
     simulation = Simulation(load_scene(scene), MPI.COMM_SELF)
     try:
-        cable, c, g = simulation.cable, simulation.scene.cable, simulation.scene.gravity
+        cable, c, g = simulation.problem.lines, simulation.scene.cable, simulation.scene.gravity
         order = np.argsort(cable.node_s)
         h = np.diff(cable.node_s[order])
 
         def energy():
             r = simulation.system.u[cable.node_dofs[order]]
-            v = simulation.series["r"].rate[cable.node_dofs[order]]
+            v = simulation.line_velocity[cable.node_dofs[order]]
             squares = (v[1:] ** 2 + v[1:] * v[:-1] + v[:-1] ** 2).sum(axis=1) / 3
             return c.line_density * float(h @ (squares / 2 + g * (r[1:, 2] + r[:-1, 2]) / 2))
 

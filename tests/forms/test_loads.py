@@ -1,0 +1,238 @@
+"""Equations of the cable and loads of the water on cable and hull at one point, evaluated in numbers.
+
+Source: Morison's formula, the strain equation and a disc's wet segment written again with numpy.
+"""
+
+import math
+
+import numpy as np
+import pytest
+import ufl
+from scipy.integrate import quad
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.algorithms.apply_derivatives import apply_derivatives
+
+from dolfbuoy.forms import cable, hull, morison
+from dolfbuoy.forms.sea import Flow
+from dolfbuoy.model.lines import top_position
+from dolfbuoy.scene import Top
+from dolfbuoy.solver.compat import MPI, interval_mesh
+
+RHO = 1013.0
+MESH = interval_mesh(MPI.COMM_SELF, [0.0, 1.0])
+S = ufl.SpatialCoordinate(MESH)[0]
+#: Position, velocity, acceleration at s: curved, stretched by half at S_0, nothing along an axis.
+S_0 = 0.3
+PATHS = (
+    ((1.3, 0.4), (-0.2, 0.5), (0.6, -0.1)),
+    ((0.3, -0.7), (0.5, 0.2), (-0.4, 0.9)),
+    ((1.1, 0.2), (-0.8, 0.6), (0.3, 0.7)),
+)
+PROPERTIES = cable.Cable(
+    line_density=7.3,
+    EA=900.0,
+    diameter=0.07,
+    area=0.004,
+    added_mass=0.4,
+    normal_drag=0.9,
+    tangential_drag=0.2,
+    damping=13.0,
+)
+WATER, WATER_T = np.array([0.7, -0.3, 0.2]), np.array([-0.5, 0.8, 0.4])
+
+
+def value(expression, s=S_0):
+    """Number (or array) of an expression of S."""
+    expression = ufl.as_ufl(expression)
+    if expression.ufl_shape:
+        return np.array([value(expression[i], s) for i in range(expression.ufl_shape[0])])
+    return float(apply_derivatives(apply_algebra_lowering(expression))((s,)))
+
+
+def vector(*x):
+    return ufl.as_vector([ufl.as_ufl(float(c)) for c in x])
+
+
+def path(coefficients):
+    """(expression, value, slope at S_0) of a quadratic curve in space."""
+    x = ufl.as_vector([a * S + b * S**2 for a, b in coefficients])
+    a, b = np.array(coefficients).T
+    return x, a * S_0 + b * S_0**2, a + 2 * b * S_0
+
+
+(r, _, SLOPE), (r_t, V, SLOPE_T), (r_tt, A, _) = map(path, PATHS)
+TANGENT = SLOPE / np.linalg.norm(SLOPE)
+
+
+def split(x, t):
+    """(normal, tangential) part."""
+    return x - (x @ t) * t, (x @ t) * t
+
+
+# -- cable -------------------------------------------------------------------------------------------------------------
+
+
+def test_strain_rate_of_a_stretched_cable():
+    """d|r'|/dt from the difference of two lengths, and the elastic strain that is left of T = EA e + c e_t."""
+    h = 1e-6
+    rate = (np.linalg.norm(SLOPE + h * SLOPE_T) - np.linalg.norm(SLOPE - h * SLOPE_T)) / (2 * h)
+    assert abs(np.linalg.norm(SLOPE) - 1) > 0.3
+    assert value(cable.strain_rate(r, r_t)) == pytest.approx(rate, rel=1e-8)
+    e = value(cable.strain(PROPERTIES, ufl.as_ufl(70.0), r, r_t))
+    assert PROPERTIES.EA * e + PROPERTIES.damping * rate == pytest.approx(70.0, rel=1e-8)
+    assert value(cable.strain(PROPERTIES, ufl.as_ufl(70.0))) == pytest.approx(70.0 / 900.0)
+
+
+@pytest.mark.parametrize("form", ["paper", "energy"])
+def test_strain_equation(form):
+    """It holds for the strain that the curve has and is half (|r'|^2 - (1+e)^2), over 1+e or its square, for any."""
+    length = np.linalg.norm(SLOPE)
+    assert value(cable.strain_equation(r, length - 1, 1.0, form)) == pytest.approx(0.0, abs=1e-14)
+    defect = 0.5 * (length**2 - 1.2**2) / 1.2 ** (1 if form == "paper" else 2)
+    assert value(cable.strain_equation(r, ufl.as_ufl(0.2), 1.0, form)) == pytest.approx(defect, rel=1e-13)
+    assert value(cable.strain_equation(r, None, 1.0)) == pytest.approx(0.5 * (length**2 - 1), rel=1e-13)
+
+
+def test_tension_weight_and_inertia():
+    """T r'/(1+e) is T times the unit tangent where e is the strain of the curve; weight less that of the water."""
+    e = np.linalg.norm(SLOPE) - 1
+    assert value(cable.tension_term(r, 50.0, ufl.as_ufl(e), r_t)) == pytest.approx(50.0 * TANGENT @ SLOPE_T, rel=1e-13)
+    assert value(cable.tension_term(r, 50.0, None, r_t)) == pytest.approx(50.0 * SLOPE @ SLOPE_T, rel=1e-13)
+    g = vector(0, 0, -9.7)
+    assert value(cable.weight_in_water(PROPERTIES, g, RHO)) == pytest.approx([0, 0, -9.7 * (7.3 - RHO * 0.004)])
+    assert value(cable.weight_in_water(PROPERTIES, g)) == pytest.approx([0, 0, -9.7 * 7.3])
+    assert value(cable.inertia(PROPERTIES, r_tt, r_t)) == pytest.approx(7.3 * A @ V)
+    assert value(cable.stretched(PROPERTIES, 0.25, 8.0)) == 10.0
+
+
+def cable_force(v, a, water, water_t, froude_krylov=False):
+    """Drag, added mass and Froude-Krylov force [N per stretched metre]; None for what is at rest."""
+    v_n, v_t = split((0 if v is None else v) - water, TANGENT)
+    force = -0.5 * 0.9 * RHO * 0.07 * np.linalg.norm(v_n) * v_n - 0.5 * 0.2 * RHO * 0.07 * np.linalg.norm(v_t) * v_t
+    if a is not None:
+        force -= 0.4 * RHO * 0.004 * split(a, TANGENT)[0]
+    if water_t is not None:
+        force += RHO * 0.004 * (1.4 * split(water_t, TANGENT)[0] + froude_krylov * split(water_t, TANGENT)[1])
+    return force
+
+
+@pytest.mark.parametrize("froude_krylov", [False, True])
+def test_water_on_the_cable(froude_krylov):
+    properties = PROPERTIES._replace(tangential_froude_krylov=froude_krylov)
+    flow = Flow(None, vector(*WATER), vector(*WATER_T))
+    moving = value(cable.hydrodynamic_force(properties, RHO, flow, r, r_t, r_tt))
+    assert moving == pytest.approx(cable_force(V, A, WATER, WATER_T, froude_krylov), rel=1e-9)
+    current = value(cable.hydrodynamic_force(properties, RHO, Flow(None, vector(*WATER), None), r))
+    assert current == pytest.approx(cable_force(None, None, WATER, None), rel=1e-9)
+    still = value(cable.hydrodynamic_force(properties, RHO, Flow(None, None, None), r, r_t, r_tt))
+    assert still == pytest.approx(cable_force(V, A, 0 * WATER, None), rel=1e-9)
+
+
+# -- hull --------------------------------------------------------------------------------------------------------------
+
+AXIS, LEVER = np.array([0.36, 0.48, 0.8]), np.array([0.4, -0.2, 0.9])
+MOTION = hull.BodyMotion(vector(0.5, -0.6, 0.3), vector(0.2, 0.7, -0.4), vector(-0.9, 0.4, 0.6), vector(0.3, -0.5, 0.8))
+HULL = hull.Hull(ufl.as_ufl(0.6), 0.05, added_mass=0.35, normal_drag=0.8, axial_added_mass=0.7, axial_drag=1.3)
+FLOW = Flow(None, vector(*WATER), vector(*WATER_T))
+
+
+def at_lever():
+    """Velocity and acceleration of the point at LEVER of a rigid body."""
+    v, w, a, w_t = (np.array(value(x)) for x in MOTION)
+    return v + np.cross(w, LEVER), a + np.cross(w_t, LEVER) + w * (w @ LEVER) - LEVER * (w @ w)
+
+
+def test_rigid_motion_of_a_strip():
+    v, a = at_lever()
+    assert value(MOTION.velocity_at(vector(*LEVER))) == pytest.approx(v, rel=1e-13)
+    assert value(MOTION.acceleration_at(vector(*LEVER))) == pytest.approx(a, rel=1e-13)
+
+
+def test_water_on_a_strip():
+    """Inertia of the wet area and drag of the wetted diameter 2 R A/(pi R^2), both in its centroid."""
+    area, moment, (v, a) = 0.7, np.array([0.02, -0.05, 0.01]), at_lever()
+    arguments = (HULL, RHO, area, vector(*moment), vector(*LEVER), vector(*AXIS))
+    force, torque = map(value, hull.strip_loads(*arguments, FLOW, MOTION))
+    v_n = split(v - WATER, AXIS)[0]
+    drag = -0.5 * 0.8 * RHO * 2 * 0.6 * area / (math.pi * 0.6**2) * np.linalg.norm(v_n) * v_n
+    expected = drag + RHO * area * (1.35 * WATER_T - 0.35 * a)
+    assert force == pytest.approx(expected, rel=1e-9)
+    assert torque == pytest.approx(np.cross(LEVER + moment / area, expected), rel=1e-9)
+    at_rest, _ = hull.strip_loads(*arguments, Flow(None, vector(*WATER), None), None)
+    u_n = split(WATER, AXIS)[0]
+    assert value(at_rest) == pytest.approx(0.8 * RHO * 0.6 * area / (math.pi * 0.6**2) * np.linalg.norm(u_n) * u_n)
+
+
+def test_water_on_an_end_disc():
+    """Drag and added mass along the axis only; the water's acceleration counts against the body's."""
+    area, (v, a) = 0.9, at_lever()
+    arguments = (HULL, RHO, area, vector(*LEVER), vector(*AXIS))
+    speed = (v - WATER) @ AXIS
+    drag, mass = -0.5 * 1.3 * RHO * area * abs(speed) * speed, 0.7 * RHO * 2 / 3 * 0.6 * area
+    force = value(hull.end_disc_force(*arguments, FLOW, MOTION))
+    assert force == pytest.approx((drag - mass * (a - WATER_T) @ AXIS) * AXIS, rel=1e-9)
+    still = value(hull.end_disc_force(*arguments, Flow(None, vector(*WATER), None), MOTION))
+    assert still == pytest.approx((drag - mass * a @ AXIS) * AXIS, rel=1e-9)
+    held = value(hull.end_disc_force(*arguments, FLOW, None))
+    through = 0.5 * 1.3 * RHO * area * abs(WATER @ AXIS) * (WATER @ AXIS)
+    assert held == pytest.approx((through + mass * WATER_T @ AXIS) * AXIS, rel=1e-9)
+
+
+@pytest.mark.parametrize("eta", [None, 0.25, 9.0])
+@pytest.mark.parametrize("degrees", [10, 60, 90, 130, 175])
+def test_wet_segment(degrees, eta):
+    """Area and first moment of the part of a tilted disk below the water, by quadrature over its chords."""
+    tilt, radius, depth = math.radians(degrees), 0.9, 0.1
+    d = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
+    area, moment = hull.wet_section(radius, 1e-3, vector(*d), vector(0.3, -0.2, (eta or 0.0) - depth), eta)
+    level = max(min(depth / math.sin(tilt), radius), -radius)  # along the disk, from its centre uphill
+    chord = lambda x: 2 * math.sqrt(radius**2 - x**2)  # noqa: E731
+    uphill = np.array([-math.cos(tilt), 0.0, math.sin(tilt)])
+    assert value(area) == pytest.approx(quad(chord, -radius, level, epsabs=1e-12)[0], rel=1e-7)
+    first = quad(lambda x: x * chord(x), -radius, level, epsabs=1e-12)[0]
+    assert value(moment) == pytest.approx(first * uphill, abs=1e-7)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 180.0])
+def test_centre_of_buoyancy_of_an_upright_and_an_inverted_hull(degrees):
+    """The softened transition from wet to dry, as wide as the hull is long enough for, leaves volume and centroid."""
+    up, w0 = math.cos(math.radians(degrees)), 0.2
+    d = vector(0, 0, up)
+    total = np.zeros(2)
+    x, weights = np.polynomial.legendre.leggauss(60)
+    for low, high in ((-1.0, -w0), (-w0, w0), (w0, 1.0)):
+        for zeta, weight in zip((low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weights, strict=True):
+            area, moment = hull.wet_section(0.5, w0, d, vector(0, 0, up * zeta), None)
+            total += weight * np.array([value(area), value(area) * up * zeta + value(moment)[2]])
+    volume = math.pi * 0.25
+    assert total == pytest.approx([volume, -0.5 * volume], rel=1e-6)
+
+
+def test_inertia_of_a_slender_member():
+    """rho A (C_M a_w - C_A a); None where nothing is accelerated."""
+    a, a_w = vector(*A), vector(*WATER_T)
+    assert value(morison.inertia(RHO, 0.2, 0.3, a, a_w)) == pytest.approx(RHO * 0.2 * (1.3 * WATER_T - 0.3 * A))
+    assert value(morison.inertia(RHO, 0.2, None, a, a_w)) == pytest.approx(RHO * 0.2 * WATER_T)
+    assert value(morison.inertia(RHO, 0.2, 0.3, a, None)) == pytest.approx(-RHO * 0.2 * 0.3 * A)
+    assert morison.inertia(RHO, 0.2, None, a, None) is None
+    normal, along = morison.split(a, vector(*TANGENT))
+    assert value(normal) == pytest.approx(split(A, TANGENT)[0])
+    assert value(along) == pytest.approx(split(A, TANGENT)[1])
+
+
+# -- what moves the top of a cable -------------------------------------------------------------------------------------
+
+
+def test_place_of_a_driven_top():
+    """position + ramp amplitude sin(2 pi t/T + phase)."""
+    numbers = {
+        "position": (12.0, 0.5, -3.5),
+        "amplitude": (0.1, 0.2, 1.5),
+        "period": 5.0,
+        "phase_deg": 40.0,
+        "ramp": 4.0,
+    }
+    top = Top(kind="prescribed", **numbers)
+    for t, grown in ((1.0, 0.5 * (1 - math.cos(math.pi / 4))), (7.0, 1.0)):
+        swing = grown * math.sin(2 * math.pi * t / 5 + math.radians(40))
+        assert top_position(top, t) == pytest.approx(np.array([12.0, 0.5, -3.5]) + swing * np.array([0.1, 0.2, 1.5]))
