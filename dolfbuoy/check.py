@@ -10,7 +10,6 @@ from .model.feasible import check_feasible, hanging_weight, shape_and_mass
 from .model.hydrostatics import float_upright
 from .model.lines import cross_section, weight_per_length
 from .model.sea import dispersion_wavenumber, wavenumber
-from .motion.schemes import make_scheme
 from .statics.equilibrium import solve_equilibrium
 
 
@@ -43,16 +42,6 @@ def check(scene) -> Report:
     if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
         _equilibrium(scene, report)
     return report
-
-
-def remaining_amplitude(period, scene) -> float:
-    """Fraction of a free motion's amplitude that the scheme leaves at the end of the run, at the scene's step.
-
-    Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
-    """
-    time = scene.time
-    factor = make_scheme(time.scheme, time.spectral_radius).amplification(2 * math.pi / period, time.step)
-    return float(abs(factor) ** (time.end / time.step))
 
 
 def _cable(scene, report):

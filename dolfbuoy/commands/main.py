@@ -71,7 +71,7 @@ def list_scenes():
 def check(scene: SceneArgument, assign: SetOption = None):
     """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
     from ..check import check as examine
-    from ..check import remaining_amplitude
+    from ..results.summary import remaining_amplitude
 
     loaded = _load(scene, assign)
     report = examine(loaded)

@@ -29,7 +29,7 @@ def _short(**time) -> dict:
     "ends, cut steps said; the mean tension stays near that of small steps; the damping is as foretold",
 )
 def large_steps(found):
-    from ...check import remaining_amplitude
+    from ...results.summary import remaining_amplitude
 
     records = {step: run(_short(end=20.0, step=step)) for step in (0.02, 0.1, 1.0)}
     mean, swing = {}, {}
