@@ -13,8 +13,8 @@ from scipy.interpolate import CubicSpline
 
 from dolfbuoy.errors import SolveError
 from dolfbuoy.scene import Scene, load_scene
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies.advise import advise
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.accuracy.advise import advise
 
 #: The whole run whose cost is compared [s].
 END = 120.0

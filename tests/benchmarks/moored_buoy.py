@@ -31,10 +31,11 @@ from store import kept
 
 from dolfbuoy.api import solve_static
 from dolfbuoy.errors import SolveError
+from dolfbuoy.parallel.cases import fingerprint
 from dolfbuoy.scene import Scene, load_scene
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies.advise import advise
-from dolfbuoy.studies.common import fingerprint, save
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.accuracy.advise import advise
+from dolfbuoy.studies.study import Table, save
 
 ACCURACIES = (0.01, 0.001)
 AIM = 10.0
@@ -263,7 +264,7 @@ def main():
         rows += found
         notes.append(note)
     table(rows, notes)
-    save(options.out, "moored-buoy", rows, None, notes)
+    save(options.out, Table("moored-buoy", rows, notes=notes))
     write_markdown(options.out / "moored-buoy.md", rows, notes)
 
 

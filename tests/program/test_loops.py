@@ -14,7 +14,7 @@ from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver import compat, loops
 from dolfbuoy.solver.system import System
 from dolfbuoy.solver.unknowns import _array
-from dolfbuoy.studies.step_cost import Assemblers
+from dolfbuoy.studies.accuracy.step_cost import Assemblers
 
 CASES = {
     "moored": {"cable__elements": 5},

@@ -11,11 +11,12 @@ import pytest
 from dolfbuoy import simulate
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.scene import load_scene
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies import advise as advice
-from dolfbuoy.studies import pilot as pilots
-from dolfbuoy.studies import work_precision as study
-from dolfbuoy.studies.accuracy import Reference, Run, Space, Stepping
+from dolfbuoy.studies.accuracy import advise as advice
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.accuracy import pilot as pilots
+from dolfbuoy.studies.accuracy import work_precision as study
+from dolfbuoy.studies.accuracy.measure import Reference, Run, Space, Stepping
+from dolfbuoy.studies.study import numbers, run
 
 CABLE = {
     "length": 11.0,
@@ -169,7 +170,7 @@ def test_other_bad_options_are_refused():
             study.parse_pairs(text)
     assert study.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
     with pytest.raises(InputError, match="--cells"):
-        study.parse_numbers("--cells", "4,-1", int)
+        numbers("--cells", "4,-1", int)
     with pytest.raises(InputError, match="--schemes"):
         study.parse_schemes("bdf2,euler")
 
@@ -213,7 +214,7 @@ def test_study_of_a_small_scene(tmp_path, capsys):
     """Few cases; all files; a case that cannot be solved is a row with its reason."""
     scene = acc.shortened(load_scene(DRIVEN), 4.0)
     options = {"pairs": [(1, 0), (2, 1)], "cells": [4], "steps": [0.1], "tolerances": [1e-3], "repeats": 1}
-    study.run(tmp_path, scene, schemes=["bdf2"], **options)
+    run(study, tmp_path, scene=scene, schemes=["bdf2"], **options)
     assert "its own error" in capsys.readouterr().out
     assert all((tmp_path / f"work-precision.{suffix}").is_file() for suffix in ("json", "csv", "png", "svg"))
     time = {"scheme": "bdf2", "step": 0.4, "min_step": 0.4, "tolerance": 1e-9}  # cannot be met

@@ -11,8 +11,9 @@ from dynamics_helpers import MOORED, merged
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.results import observe
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies import effects as study
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.physics import effects as study
+from dolfbuoy.studies.study import run
 
 SCENE = merged(MOORED, cable__elements=3, waves__ramp=0.1, solver__hull_cells=6, time={"end": 0.4, "step": 0.02})
 #: What cannot be left out, because nothing would remain.
@@ -51,7 +52,7 @@ def test_study(tmp_path):
     """All files, both modes of every effect, operations that add up, and the verdict from the numbers."""
     scene = load_scene(merged(SCENE, external_force=None, current=None, buoy__normal_drag=0.0, buoy__axial_drag=0.0))
     scene = study.variant(scene, only=["waves", "buoy rotational damping"])
-    rows = study.run(tmp_path, scene, threshold=0.01)
+    rows = run(study, tmp_path, scene=scene, threshold=0.01).rows["effects"]
     names = acc.quantities_of(scene)
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     assert list(removed) == study.effects_of(scene)
@@ -71,4 +72,4 @@ def test_study(tmp_path):
 
 def test_a_wrong_threshold_is_named():
     with pytest.raises(InputError, match="--threshold lots: must be"):
-        study.load(SCENE, 0.4, "lots")
+        study.request(SCENE, 0.4, "lots")

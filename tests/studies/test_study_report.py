@@ -10,10 +10,10 @@ from dataclasses import replace
 import pytest
 
 from dolfbuoy.commands.main import app
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies import report as study
-from dolfbuoy.studies import report_text as text
-from dolfbuoy.studies.accuracy import Space
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.accuracy import report as study
+from dolfbuoy.studies.accuracy import report_text as text
+from dolfbuoy.studies.accuracy.measure import Space
 
 
 def family(order, constant, sizes=(0.1, 0.05, 0.025), work=0.2):

@@ -12,7 +12,8 @@ from dynamics_helpers import MOORED, merged
 from dolfbuoy import load_scene
 from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
-from dolfbuoy.studies import step_cost
+from dolfbuoy.studies.accuracy import step_cost
+from dolfbuoy.studies.study import run_command
 
 SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 2.0, "step": 0.01})
 
@@ -69,7 +70,7 @@ def test_what_it_refuses(change, said, tmp_path):
     file = tmp_path / "scene.toml"
     load_scene(SCENE, **change).save(file)
     with pytest.raises(InputError, match=said):
-        step_cost.run(tmp_path, file, 60)
+        run_command("step-cost", tmp_path, scene=file, steps=60)
 
 
 def test_command(tmp_path, capsys):

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import InputError, SolveError
-from ..scene import Scene
-from . import accuracy as acc
-from .accuracy import Reference, Space, Stepping, percent
+from ...errors import InputError, SolveError
+from ...scene import Scene
+from . import measure as acc
+from .measure import Reference, Space, Stepping, percent
 
 #: Share of the accuracy that each reference's own error may take.
 OWN = 1 / 8

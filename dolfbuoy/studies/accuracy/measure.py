@@ -6,17 +6,18 @@ relative to the range (max - min) of the reference; of a vector the diagonal of 
 
 import time as clock
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator
 from mpi4py import MPI
 from scipy.interpolate import CubicSpline
 
-from ..errors import InputError
-from ..meshes import number_of_cells
-from ..motion.simulation import Simulation
-from ..results.observe import cone_angle
-from ..scene import Scene, load_scene
+from ...errors import InputError
+from ...meshes import number_of_cells
+from ...motion.simulation import Simulation
+from ...parallel.cases import key
+from ...results.observe import cone_angle
+from ...scene import Scene, load_scene
 
 #: What is compared, and its name in a sentence.
 QUANTITIES = {
@@ -169,6 +170,21 @@ class Run:
     failed: int = 0
     unknowns: int = 0
 
+    def save(self, file) -> None:
+        """Write times and quantities, for `kept`."""
+        np.savez_compressed(file, t=self.t, **self.values)
+
+    @classmethod
+    def kept(cls, file) -> "Run":
+        """Times and quantities from a file."""
+        with np.load(file) as data:
+            return cls(data["t"], {name: data[name] for name in data.files if name != "t"})
+
+
+def with_file(case: dict, folder, name: str) -> dict:
+    """The case, and with it the file in which its run is kept."""
+    return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}
+
 
 def compute(scene: Scene, names, repeats: int = 1, comm=MPI.COMM_SELF) -> Run:
     """Run a scene; times are medians over the repeats.  Raises SolveError."""
@@ -221,18 +237,18 @@ class Error:
 class Reference:
     """A fine run between its times (cubic splines).
 
-    start: errors count from this time on.
+    start: errors count from this time on.  whole: the run whose ranges errors are relative to, if it is another.
     """
 
-    def __init__(self, run: Run, start: float):
-        self.start, self.end = start, run.t[-1]
+    def __init__(self, run: Run, start: float, whole: "Reference | None" = None):
+        self.start, self.end, self.whole = start, run.t[-1], whole or self
         self.splines = {name: CubicSpline(run.t, values) for name, values in run.values.items()}
         inside = run.t >= start - 1e-9 * self.end
         self.inside = {name: _columns(values)[inside] for name, values in run.values.items()}
 
     def range_of(self, name: str) -> float:
         """max - min after the start; of a vector the diagonal of the box."""
-        return float(np.linalg.norm(np.ptp(self.inside[name], axis=0)))
+        return float(np.linalg.norm(np.ptp(self.whole.inside[name], axis=0)))
 
     def error(self, run: Run, name: str) -> Error:
         """Of a run at its own times.  A quantity that does not vary has errors inf, unless they are 0."""
@@ -295,11 +311,3 @@ def pareto(points) -> list[int]:
 def percent(error: float) -> str:
     """An error as one would say it."""
     return f"{100 * error:.2g} %"
-
-
-def plain_ticks(axes) -> None:
-    """Numbers such as 0.2 in the place of powers at logarithmic axes."""
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_locator(LogLocator(subs=()))
