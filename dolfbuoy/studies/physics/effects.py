@@ -267,7 +267,9 @@ def _changes(row, names):
 
 def _share(change):
     """In percent, with two digits and without powers of ten."""
-    return "<0.01" if 0 < change < 1e-4 else f"{float(f'{100 * change:.2g}'):g}"
+    if 0 < change < 1e-4:
+        return "<0.01"
+    return f"{float(f'{100 * change:.2g}'):g}" if change < 100 else ">9999"
 
 
 def _costs_beside(row):

@@ -128,8 +128,8 @@ def in_words(folded: list[dict], snaps: list[dict]) -> list[str]:
         good = [row for row in snaps if row["slack"] == law and "failed" not in row]
         for end in ("top", "anchor") if good else ():
             worst = max(good, key=lambda row: abs(row[f"{end}_error"]))
-            smallest = min(row["T_min"] for row in good) + 0.0
-            notes.append(WORDS.say("worst", **worst, end=end, percent=100 * worst[f"{end}_error"], smallest=smallest))
+            percent, smallest = 100 * worst[f"{end}_error"], min(row["T_min"] for row in good) + 0.0
+            notes.append(WORDS.say("worst", **worst, place=end, percent=percent, smallest=smallest))
     notes += [f"{row['discretisation']}, {row['slack']}: {row['failed']}" for row in folded + snaps if "failed" in row]
     return notes
 
