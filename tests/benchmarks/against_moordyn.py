@@ -22,7 +22,7 @@ from store import kept
 
 from dolfbuoy.parallel.cases import fingerprint
 from dolfbuoy.results.tables import show
-from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.scene import settings
 from dolfbuoy.studies.study import Table, save
 
 ACCURACIES = (0.01, 0.001)
@@ -43,7 +43,7 @@ class Comparison:
     def __init__(self, cable, stiffness, options, softer=None):
         self.cable, self.stiffness, self.options, self.softer = cable, stiffness, options, softer
         scene = runs.scene_of(cable, stiffness)
-        self.period, self.until = acc.period_of(scene), runs.compared_until(scene)
+        self.period, self.until = settings.period_of(scene), runs.compared_until(scene)
         self.points = []  # what the figure shows
 
     def ask(self, what, end=None, **case):

@@ -12,6 +12,7 @@ from dynamics_helpers import MOORED, merged
 from dolfbuoy import load_scene
 from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
+from dolfbuoy.solver import floor
 from dolfbuoy.studies.accuracy import step_cost
 from dolfbuoy.studies.study import run_command
 
@@ -39,11 +40,9 @@ def test_floor_calls_what_the_run_called(monkeypatch):
     """As often, the Jacobians spread over the iterations."""
     called = []
     assemblers = SimpleNamespace(residuals=lambda: called.append("R"), jacobians=lambda: called.append("J"))
-    monkeypatch.setattr(step_cost, "Assemblers", lambda system: assemblers)
-    monkeypatch.setattr(
-        step_cost, "_direct_solver", lambda system: (lambda: called.append("F"), lambda: called.append("S"))
-    )
-    step_cost.back_to_back(None)(6, 8, 2)
+    monkeypatch.setattr(floor, "Assemblers", lambda system: assemblers)
+    monkeypatch.setattr(floor, "direct_solver", lambda system: (lambda: called.append("F"), lambda: called.append("S")))
+    floor.back_to_back(None)(6, 8, 2)
     assert "".join(called) == "SRSRJFSRRSRSRJFSRR"
 
 

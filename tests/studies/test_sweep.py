@@ -16,8 +16,9 @@ from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.results.statistics import dominant_period, statistics
+from dolfbuoy.scene.variants import cases_of, parse_vary
 from dolfbuoy.studies import sweep as sweeping
-from dolfbuoy.studies.sweep import cases_of, parse_vary, sweep
+from dolfbuoy.studies.sweep import sweep
 
 ROD = {
     "title": "rod",

@@ -8,12 +8,14 @@ import matplotlib
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
+from ...results.compare import percent
 from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_ticks
 from ...results.tables import show
-from ...scene import Scene
+from ...scene import Scene, settings
+from ...scene.settings import SCHEMES, Stepping
 from ..study import Table, groups, save
 from . import measure as acc
-from .measure import QUANTITIES, SCHEMES, Stepping, percent
+from .measure import QUANTITIES
 from .pilot import ALPHA, Candidate, Pilot
 
 #: Share of the accuracy that a prediction may use.
@@ -61,7 +63,7 @@ def _verified(pilot, tries):
         run = pilot.run(choice.space, choice.stepping)
         measured = pilot.difference(run, truth) if run else math.inf
         if measured + own <= pilot.accuracy:
-            settled = acc.with_settings(pilot.whole, choice.space, choice.stepping)
+            settled = settings.with_settings(pilot.whole, choice.space, choice.stepping)
             return Advice(settled, choice, measured, candidates, pilot, notes)
         missed = f"with {percent(measured)} and the reference's own {percent(own)}" if run else "it fails"
         notes.append(f"{choice} does not keep the promise: {missed}; the next safer settings are taken.")
@@ -100,7 +102,7 @@ def sentences(advice: Advice) -> list[str]:
     """The advice in words."""
     pilot, choice = advice.pilot, advice.choice
     what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
-    own = (acc.space_of(pilot.whole), acc.stepping_of(pilot.whole))
+    own = (settings.space_of(pilot.whole), settings.stepping_of(pilot.whole))
     said = [
         f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {pilot.whole.time.end:g} s.",
         f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
@@ -110,7 +112,7 @@ def sentences(advice: Advice) -> list[str]:
         error = pilot.predicted(*own)
         known = f": {percent(error)} predicted" if math.isfinite(error) else ""
         said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
-    if not acc.period_of(pilot.whole):
+    if not settings.period_of(pilot.whole):
         said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
     return said
 

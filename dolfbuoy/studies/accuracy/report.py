@@ -24,15 +24,18 @@ from mpi4py import MPI
 from ...motion.schemes import make_scheme
 from ...motion.simulation import Simulation
 from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.compare import Reference
 from ...results.style import STYLE
-from ...scene import Scene, load_scene
+from ...scene import Scene, load_scene, settings
+from ...scene.settings import Space, Stepping
 from ..study import Table, save
 from ..study import run as run_study
 from . import convergence
 from . import measure as acc
 from . import report_text as text
 from . import work_precision as wp
-from .measure import Reference, Run, Space, Stepping
+from .measure import Run
 from .report_text import ALPHA, BDF2, BE, PERIOD, SWING
 
 SECOND = (BDF2, ALPHA)
@@ -80,7 +83,7 @@ FULL, QUICK = ({name: _plan(**plan) for name, plan in _PLANS[kind].items()} for 
 
 def settings_of(scene: Scene, plan: Plan) -> list[tuple[Space, Stepping]]:
     """All combinations of elements and steps that are run, each once."""
-    own = acc.space_of(scene)
+    own = settings.space_of(scene)
     found = [(own, Stepping(BE, h)) for h in plan.euler]
     found += [(own, Stepping(scheme, h)) for scheme in SECOND for h in plan.second]
     found += [(own, Stepping(BDF2, min(plan.second), tolerance)) for tolerance in plan.tolerances]
@@ -93,13 +96,13 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
     """The runs that are not timed: the reference and its check, the scene's own elements at a tiny step, and the whole
     run by the scene's own scheme and by generalized-alpha."""
     space, step = plan.reference
-    own, (end, whole_step) = acc.space_of(scene), plan.whole
+    own, (end, whole_step) = settings.space_of(scene), plan.whole
     whole = load_scene(scene, **{"time.end": end})
     wanted = {
         "check": (scene, Space(space.mu, space.nu, space.cells // 2), Stepping(ALPHA, 2 * step)),
         "reference": (scene, space, Stepping(ALPHA, step)),
         "mesh": (scene, own, Stepping(ALPHA, plan.mesh_step)),
-        "whole_own": (whole, own, acc.stepping_of(scene)),
+        "whole_own": (whole, own, settings.stepping_of(scene)),
         "whole": (whole, own, Stepping(ALPHA, whole_step)),
     }
     return {name: acc.with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
@@ -107,7 +110,7 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
 
 def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path) -> list[dict]:
     """The cases of the figure; the quantities of those on the scene's own elements are kept."""
-    own, cases = acc.space_of(scene), wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
+    own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
     return [acc.with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
 
 
@@ -141,7 +144,7 @@ def evaluate_pendulum(case: dict) -> dict:
 def pendulum_cases(quick: bool) -> list[dict]:
     """Every scheme at the paper's step over the paper's run."""
     end = 12.0 if quick else 120.0
-    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in acc.SCHEMES]
+    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
 
 
 # -- judgement of one scene --------------------------------------------------------------------------------------------
@@ -149,7 +152,7 @@ def pendulum_cases(quick: bool) -> list[dict]:
 
 def examine(name: str, plan: Plan, folder: Path) -> dict | None:
     """All numbers of a scene, with its figure saved in `folder`; None on all ranks but 0."""
-    scene, store = acc.shortened(load_scene(name), plan.end), Path(folder) / "work" / name
+    scene, store = settings.shortened(load_scene(name), plan.end), Path(folder) / "work" / name
     fine = fine_cases(scene, plan, store)
     evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
     found = evaluate_all(wp.evaluate, timed_cases(scene, plan, fine["reference"], store), store, wp.structure)
@@ -164,7 +167,7 @@ def examine(name: str, plan: Plan, folder: Path) -> dict | None:
         "name": name,
         "end": plan.end,
         "start": acc.window_start(scene),
-        "period": acc.period_of(scene),
+        "period": settings.period_of(scene),
         "space_step": plan.space_step,
         "repeats": plan.repeats,
         "rows": rows,
@@ -191,7 +194,7 @@ def add_scheme_errors(rows: list[dict], scene: Scene, plan: Plan, mesh: dict) ->
     limits = {name: alpha[f"scheme_error_{name}"] / (ratio - 1) for name in names}
     for row in kept:
         for name in names:
-            if not acc.resolved(row[f"scheme_error_{name}"], limits[name]):
+            if not compare.resolved(row[f"scheme_error_{name}"], limits[name]):
                 row[f"scheme_error_{name}"] = None
 
 

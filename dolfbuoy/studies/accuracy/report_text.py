@@ -7,7 +7,9 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
+from ...results import compare
 from ...results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
+from ...scene import settings
 from ..declaration import declared
 from . import measure as acc
 from . import work_precision as wp
@@ -17,7 +19,7 @@ WORDS = declared(__file__)
 #: Accuracies in the tables, and the quantity of most of them.
 ACCURACIES = (0.01, 0.001)
 QUANTITY = "tension_top"
-BE, BDF2, ALPHA = acc.SCHEMES
+BE, BDF2, ALPHA = settings.SCHEMES
 #: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
 PERIOD, SWING = 5.0, 0.02
 
@@ -66,7 +68,7 @@ def schemes(rows: list[dict], period: float) -> list[dict]:
     """Per scheme at fixed steps: error in time at the paper's step, step and seconds for the ACCURACIES."""
     paper = next(row for row in rows if row["own"])
     table = []
-    for scheme, name in acc.SCHEMES.items():
+    for scheme, name in settings.SCHEMES.items():
         chosen = [row for row in own_elements(rows) if row["scheme"] == scheme and not row["tolerance"]]
         points = [(row["step"], row[f"scheme_error_{QUANTITY}"], row["wall"]) for row in chosen]
         curve = Curve([point[:2] for point in points if point[1]])
@@ -198,7 +200,7 @@ def _of_scheme(scene, accuracy):
         return WORDS.say(word, **other[key] | {"name": other["name"], "seconds": _seconds(other[key])} | more)
 
     others = ", ".join(say("other_scheme", other) for other in scene["schemes"] if other is not line and other[key])
-    return say("scheme", line, scene=scene["name"], accuracy=acc.percent(accuracy), others=others)
+    return say("scheme", line, scene=scene["name"], accuracy=compare.percent(accuracy), others=others)
 
 
 def _of_pair(scene, accuracy):
@@ -213,12 +215,12 @@ def _of_pair(scene, accuracy):
     best = min(able, key=lambda line: line[key]["seconds"])
     others = ", ".join(say("other_pair", line) for line in able if line is not best)
     beside = f"; {others}" if others else ""
-    return say("pair", best, scene=scene["name"], accuracy=acc.percent(accuracy), beside=beside)
+    return say("pair", best, scene=scene["name"], accuracy=compare.percent(accuracy), beside=beside)
 
 
 def _of_tolerance(scene, row):
     verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
-    numbers = {"error": acc.percent(row["error"]), "seconds": _plain(row["seconds"])}
+    numbers = {"error": compare.percent(row["error"]), "seconds": _plain(row["seconds"])}
     numbers |= {"fixed": _plain(row["fixed_seconds"]), "tolerance": row["tolerance"]}
     return WORDS.say("tolerance", scene=scene["name"], verdict=verdict, **numbers)
 
@@ -291,7 +293,7 @@ def _own(scene):
 
 def _bound(row, name):
     less = "" if row[f"resolved_{name}"] else "< "
-    return less + acc.percent(row[f"bound_{name}"])
+    return less + compare.percent(row[f"bound_{name}"])
 
 
 def _schemes(scene):
@@ -300,13 +302,13 @@ def _schemes(scene):
         (
             line["name"],
             f"{line['order']:.2f}",
-            acc.percent(line["at_paper_step"]),
+            compare.percent(line["at_paper_step"]),
             *(_reached(line[key]) for key in keys),
         )
         for line in scene["schemes"]
     ]
     headings = [f"`{scene['name']}`", "order", f"error at dt {step:g} s"]
-    return _table(headings + [f"for {acc.percent(accuracy)}" for accuracy in ACCURACIES], rows)
+    return _table(headings + [f"for {compare.percent(accuracy)}" for accuracy in ACCURACIES], rows)
 
 
 def _reached(found):
@@ -314,7 +316,7 @@ def _reached(found):
 
 
 def _pendulum(row):
-    return acc.SCHEMES[row["scheme"]], f"{100 * row['remaining']:.2f} %", f"{100 * row['theory']:.2f} %"
+    return settings.SCHEMES[row["scheme"]], f"{100 * row['remaining']:.2f} %", f"{100 * row['theory']:.2f} %"
 
 
 def _extremes(scene):
@@ -355,6 +357,6 @@ def _line(axes, rows, scheme, fixed, look):
     chosen = [r for r in own_elements(rows) if r["scheme"] == scheme and (not r["tolerance"]) == fixed and r.get(error)]
     if chosen:
         chosen.sort(key=lambda row: row["wall"])
-        label = acc.SCHEMES[scheme] + ("" if fixed else ", adaptive")
+        label = settings.SCHEMES[scheme] + ("" if fixed else ", adaptive")
         look |= {} if fixed else {"mfc": "white"}
         axes.plot([r["wall"] for r in chosen], [100 * r[error] for r in chosen], ms=4, label=label, **look)

@@ -16,14 +16,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from mpi4py import MPI
-from petsc4py import PETSc
 
 from ...api import Recorder
 from ...errors import InputError
 from ...motion.simulation import Simulation
 from ...results.style import COLORS, PAGE, new_figure
 from ...scene import load_scene
-from ...solver import compat
+from ...solver import compat, floor
 from ..declaration import declared
 from ..study import Table
 
@@ -45,75 +44,6 @@ def typical(function, count: int = 60) -> float:
     return float(np.median(times))
 
 
-# -- the floor ---------------------------------------------------------------------------------------------------------
-
-
-def back_to_back(system):
-    """A function of numbers of iterations, residuals and Jacobians: assemblers and direct solver alone, in turn."""
-    assemblers = Assemblers(system)
-    factorise, solve = _direct_solver(system)
-
-    def floor(n_K, n_R, n_J):
-        for k in range(n_K):
-            for _ in range(n_J * k // n_K, n_J * (k + 1) // n_K):
-                assemblers.jacobians()
-                factorise()
-            solve()
-            for _ in range(n_R * k // n_K, n_R * (k + 1) // n_K):
-                assemblers.residuals()
-
-    return floor
-
-
-class Assemblers:
-    """dolfinx's assemblers of a System's forms, in its present state: into `b`, and into `A` with its pattern."""
-
-    def __init__(self, system):
-        self.b, self.A = np.zeros(system.size), system.A.duplicate()
-        self.A.setLGMap(system.lgmap, system.lgmap)
-        for c in (*system.residuals, *system.jacobians):
-            c.prepare()
-        self._residuals = system.residuals
-        self._jacobians = [(c, self.A.getLocalSubMatrix(*map(_numbers, c.sides))) for c in system.jacobians]
-
-    def residuals(self):
-        """Add all residuals."""
-        for c in self._residuals:
-            c.add_to_vector(self.b)
-
-    def jacobians(self):
-        """Add all Jacobians; PETSc has to assemble A afterwards."""
-        for c, block in self._jacobians:
-            c.add_to_matrix(block)
-
-
-def _numbers(part):
-    numbers = np.arange(part.slice.start, part.slice.stop, dtype=PETSc.IntType)
-    return PETSc.IS().createGeneral(numbers, comm=PETSc.COMM_SELF)
-
-
-def _direct_solver(system):
-    """A factorisation of the present Jacobian, and a solve with it."""
-    system.assemble_jacobian()
-    A = system.A.copy()
-    A.diagonalScale(system._row_scale, system._unknown_scale)
-    pc = PETSc.PC().create(A.comm)
-    pc.setType("lu")
-    pc.setFactorSolverType(system.direct)
-    if system.direct == "petsc":
-        pc.setFactorOrdering("natural")
-    pc.setOperators(A)
-    pc.setUp()
-
-    def again():
-        A.stateIncrease()  # PETSc factorises again only what has changed
-        pc.setUp()
-
-    x, y = A.createVecs()
-    x.set(1.0)
-    return again, lambda: pc.apply(x, y)
-
-
 # -- runs --------------------------------------------------------------------------------------------------------------
 
 
@@ -127,13 +57,13 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
         for _ in range(WARM_UP):
             recorder.add(*next(marches[0]))
             next(marches[1])
-        groups = _groups(simulation, marches[0], recorder, back_to_back(twin.system), steps // GROUP)
+        groups = _groups(simulation, marches[0], recorder, floor.back_to_back(twin.system), steps // GROUP)
         recorder.close()
     done = GROUP * len(groups["steps"])
     n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
     row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
     row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
-    factorise, solve = (typical(work, count) for work in _direct_solver(twin.system))
+    factorise, solve = (typical(work, count) for work in floor.direct_solver(twin.system))
     row |= _split(groups, n_J / n_K * factorise, solve, done / n_K)
     for sim in (simulation, twin):
         sim.problem.destroy()

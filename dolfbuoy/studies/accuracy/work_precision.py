@@ -12,12 +12,15 @@ from mpi4py import MPI
 
 from ...errors import InputError, SolveError
 from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.compare import Error, Reference, percent
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure, plain_ticks
-from ...scene import Scene, load_scene
+from ...scene import Scene, load_scene, settings
+from ...scene.settings import Space, Stepping
 from ..declaration import declared
 from ..study import Table, numbers
 from . import measure as acc
-from .measure import Error, Reference, Run, Space, Stepping, percent
+from .measure import Run
 
 ACCURACIES = (0.1, 0.01, 0.001)
 #: What of a case is not shown.
@@ -44,8 +47,8 @@ def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
 def parse_schemes(text: str | None) -> list[str] | None:
     """Names with commas; raises InputError."""
     schemes = text.split(",") if text else None
-    if schemes and not set(schemes) <= set(acc.SCHEMES):
-        raise InputError(f"--schemes {text}: must be some of {', '.join(acc.SCHEMES)}, with commas.")
+    if schemes and not set(schemes) <= set(settings.SCHEMES):
+        raise InputError(f"--schemes {text}: must be some of {', '.join(settings.SCHEMES)}, with commas.")
     return schemes
 
 
@@ -55,7 +58,7 @@ WORDS = declared(__file__)
 def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
     """The scene until t_end, by default the ramp and four periods, and the settings."""
     return {
-        "scene": acc.shortened(load_scene(scene), t_end, periods=4),
+        "scene": settings.shortened(load_scene(scene), t_end, periods=4),
         "pairs": parse_pairs(pairs),
         "cells": numbers("--cells", cells, int),
         "schemes": parse_schemes(schemes),
@@ -72,14 +75,14 @@ def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
     """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
     if scene.cable is None:
         return [Space()]
-    n = acc.space_of(scene).cells
+    n = settings.space_of(scene).cells
     cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
     return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
 
 
 def default_steps(scene: Scene) -> list[float]:
     """From a fiftieth of the period down to a 500th, or from the scene's step up."""
-    period = acc.period_of(scene)
+    period = settings.period_of(scene)
     steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
     return [float(f"{step:.2g}") for step in steps]
 
@@ -109,18 +112,18 @@ def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     ]
 
 
-def cases(scene: Scene, settings, reference: dict, repeats: int) -> list[dict]:
+def cases(scene: Scene, chosen, reference: dict, repeats: int) -> list[dict]:
     """A case of each (Space, Stepping), once, and the scene's own settings first."""
-    own = (acc.space_of(scene), acc.stepping_of(scene))
+    own = (settings.space_of(scene), settings.stepping_of(scene))
     more = {"repeats": repeats, "reference": reference["file"]}
-    return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *settings])]
+    return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *chosen])]
 
 
 def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
     """The scene with these settings, and what they are."""
-    settings = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
-    changed = acc.with_settings(scene, space, stepping).to_dict()
-    return {"study": f"work-precision {kind}", **settings, "tolerance": stepping.tolerance, "scene": changed}
+    what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
+    changed = settings.with_settings(scene, space, stepping).to_dict()
+    return {"study": f"work-precision {kind}", **what, "tolerance": stepping.tolerance, "scene": changed}
 
 
 def structure(case: dict) -> tuple:
@@ -163,7 +166,7 @@ def reference_errors(scene: Scene, check: dict, reference: dict) -> dict:
     fine = Reference(Run.kept(reference["file"]), acc.window_start(scene))
     coarse = Run.kept(check["file"])
     changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
-    return {name: Error(acc.own_error([c.rms]), acc.own_error([c.maximum])) for name, c in changes.items()}
+    return {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
 
 
 def judged(found: list[dict], scene: Scene, check: dict, reference: dict) -> tuple[list[dict], dict]:
@@ -179,15 +182,15 @@ def mark(rows: list[dict], own: dict) -> list[dict]:
         for name, error in own.items():
             for which, limit in (("", error.rms), ("max_", error.maximum)):
                 value = row.get(f"{which}error_{name}")
-                row[f"{which}resolved_{name}"] = None if value is None else acc.resolved(value, limit)
-                row[f"{which}bound_{name}"] = None if value is None else acc.bound(value, limit)
+                row[f"{which}resolved_{name}"] = None if value is None else compare.resolved(value, limit)
+                row[f"{which}bound_{name}"] = None if value is None else compare.bound(value, limit)
     return rows
 
 
 def front(rows: list[dict], name: str) -> list[dict]:
     """Pareto front of wall time and error of a quantity, from the fastest on."""
     done = [row for row in rows if row.get(f"bound_{name}") is not None]
-    return [done[i] for i in acc.pareto([(row["wall"], row[f"bound_{name}"]) for row in done])]
+    return [done[i] for i in compare.pareto([(row["wall"], row[f"bound_{name}"]) for row in done])]
 
 
 def describe(row: dict) -> str:
@@ -229,15 +232,14 @@ def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
 
 def front_rows(rows: list[dict], names) -> list[dict]:
     """Table of the Pareto fronts."""
-    table = []
-    for name in names:
-        for row in front(rows, name):
-            settings = {key: row[key] for key in ("pair", "cells", "scheme")}
-            settings |= {"step": None if row["tolerance"] else row["step"], "tolerance": row["tolerance"]}
-            errors = {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
-            line = {"quantity": acc.QUANTITIES[name], "settings": describe(row), **settings, "wall": row["wall"]}
-            table.append(line | errors | {"resolved": row[f"resolved_{name}"]})
-    return table
+    return [_front_row(row, name) for name in names for row in front(rows, name)]
+
+
+def _front_row(row, name):
+    line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)}
+    line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "wall")}
+    line |= {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
+    return line | {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
 
 
 def _shown(row, name, which):
@@ -282,7 +284,7 @@ def _panel(axes, rows, name, reference_error, colors):
     best = front(rows, name)
     axes.plot([r["wall"] for r in best], [100 * r[f"bound_{name}"] for r in best], "-", color=COLORS["ink"], lw=0.8)
     bottom = axes.get_ylim()[0]
-    axes.axhspan(bottom, max(bottom, 100 * acc.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
+    axes.axhspan(bottom, max(bottom, 100 * compare.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
     axes.set_ylim(bottom=bottom)
     plain_ticks(axes)
 
@@ -291,7 +293,9 @@ def _handles(rows, colors):
     dots = {"ls": "none", "ms": 4}
     handles = [Line2D([], [], color=color, marker="D", label=pair, **dots) for pair, color in colors.items()]
     used = dict.fromkeys(row["scheme"] for row in rows)
-    handles += [Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=acc.SCHEMES[s], **dots) for s in used]
+    handles += [
+        Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=settings.SCHEMES[s], **dots) for s in used
+    ]
     if any(row["tolerance"] is not None for row in rows):
         handles.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", label="hollow: adaptive", **dots))
     star = {"marker": "*", "mfc": "none", "ms": 9, "ls": "none"}
@@ -312,10 +316,10 @@ def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=No
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or default_steps(scene)
     room = spaces(scene, pairs, cells)
-    settings = itertools.product(room, steppings(schemes or tuple(acc.SCHEMES), steps, tolerances))
+    chosen = itertools.product(room, steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
     fine = reference_cases(scene, room, steps, folder)
     evaluate_all(evaluate_reference, fine, folder, structure)
-    found = evaluate_all(evaluate, cases(scene, settings, fine[1], repeats), folder, structure)
+    found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)
     return None if found is None else (found, *fine)
 
 

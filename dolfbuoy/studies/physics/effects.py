@@ -25,9 +25,9 @@ from ufl.corealg.traversal import unique_pre_traversal
 from ...errors import InputError, SolveError
 from ...motion.simulation import Simulation
 from ...parallel.cases import evaluate_all
-from ...results import observe
+from ...results import compare, observe
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
-from ...scene import Scene, load_scene
+from ...scene import Scene, load_scene, settings
 from ..accuracy import measure as acc
 from ..declaration import declared
 from ..study import Table, groups
@@ -61,7 +61,7 @@ REMOVABLE = {
 def request(scene, t_end: float | None, threshold: str) -> dict:
     """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
     return {
-        "scene": acc.shortened(load_scene(scene), t_end),
+        "scene": settings.shortened(load_scene(scene), t_end),
         "threshold": acc.parse_accuracy(threshold, "--threshold"),
     }
 
@@ -141,8 +141,8 @@ def evaluate(case: dict) -> dict:
 
 def _reference(files, base, start):
     """The run of a base, whose changes count relative to the ranges of the full one."""
-    full = acc.Reference(acc.Run.kept(files["full"]), start)
-    return full if base == "full" else acc.Reference(acc.Run.kept(files[base]), start, full)
+    full = compare.Reference(acc.Run.kept(files["full"]), start)
+    return full if base == "full" else compare.Reference(acc.Run.kept(files[base]), start, full)
 
 
 def side_by_side(base: Scene, changed: Scene) -> dict:
@@ -209,7 +209,7 @@ def _said_of(row, names):
     if row["reason"]:
         return f"{row['effect']} ({WORDS.say('without', reason=row['reason'].rstrip('.'))})"
     change, name = largest(row, names)
-    return f"{row['effect']} ({acc.QUANTITIES[name]} {acc.percent(change)})"
+    return f"{row['effect']} ({acc.QUANTITIES[name]} {compare.percent(change)})"
 
 
 def notes(rows: list[dict], names, threshold: float) -> list[str]:
@@ -219,11 +219,11 @@ def notes(rows: list[dict], names, threshold: float) -> list[str]:
     said = []
     for words, chosen in (("needs", needed), ("vain", vain)):
         effects = ", ".join(_said_of(removed[name], names) for name in chosen) or "nothing"
-        said.append(WORDS.say(words, threshold=acc.percent(threshold), effects=effects))
+        said.append(WORDS.say(words, threshold=compare.percent(threshold), effects=effects))
     for row in (removed[name] for name in vain):
         change, name = largest(row, names, "max_change_")
         if change > threshold:
-            moved = {"quantity": acc.QUANTITIES[name], "change": acc.percent(change)}
+            moved = {"quantity": acc.QUANTITIES[name], "change": compare.percent(change)}
             said.append(WORDS.say("maximum", effect=row["effect"], **moved))
     said += [_together(row, names, threshold) for row in rows if row["mode"] == "together"]
     return [*said, WORDS.say("measures", timed=TIMED)]
@@ -234,7 +234,7 @@ def _together(row, names, threshold):
         return WORDS.say("together_fails", reason=row["reason"])
     change, name = largest(row, names)
     verdict = "" if change <= threshold else ", together they count"
-    numbers = {"change": acc.percent(change), "time": 100 * row["time_ratio"]}
+    numbers = {"change": compare.percent(change), "time": 100 * row["time_ratio"]}
     return WORDS.say("together", quantity=acc.QUANTITIES[name], verdict=verdict, **numbers)
 
 
