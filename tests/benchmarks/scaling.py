@@ -22,8 +22,10 @@ import matplotlib
 import numpy as np
 from store import kept
 
+from dolfbuoy.parallel.cases import fingerprint
 from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure
-from dolfbuoy.studies.common import fingerprint, save, show
+from dolfbuoy.results.tables import show
+from dolfbuoy.studies.study import Table, save
 
 #: Linear solvers of the steps, by name: a PETSc package for a factorisation, or PETSc options.  The default is "petsc",
 #: elimination along the cable, on one rank and MUMPS on several.
@@ -304,7 +306,7 @@ def main():
         used = {key: heading for key, heading in COLUMNS.items() if any(row.get(key) is not None for row in rows)}
         notes = [machine.sentence(), *(_pays_from(rows) if name == "strong" else [])]
         show(f"{name}: {STUDIES[name].__doc__.splitlines()[0]}", rows, used, notes)
-        save(options.out, f"scaling-{name}", rows, draw(name, rows), notes)
+        save(options.out, Table(f"scaling-{name}", rows, notes=notes, figure=draw(name, rows)))
 
 
 if __name__ == "__main__":

@@ -105,7 +105,7 @@ def test_no_state_is_compressed_and_the_ends_carry_the_weight(degrees, elements)
 @pytest.mark.parametrize(("degrees", "gain"), [((1, 0), 3.0), ((2, 1), 5.0)])
 def test_unresolved_fold_is_nearer_than_with_compression(degrees, gain):
     """Error of r against the exact fold of depth 0.004, 10 elements."""
-    from dolfbuoy.studies.slack import fold
+    from dolfbuoy.studies.stability.slack import fold
 
     case = {"z_end": 0.99, "mu": degrees[0], "nu": degrees[1], "cells": 10}
     two, one = (fold(case | {"slack": law}) for law in ("compressive", "tension-only"))
@@ -252,13 +252,14 @@ def test_snap_loads_of_the_shipped_scene():
 
 def test_study_writes_table_and_figure_and_says_what_it_saw(tmp_path, monkeypatch, capsys):
     """A short version of the study: a coarse fold, and runs until just after the first snaps."""
-    from dolfbuoy.studies import slack as study
+    from dolfbuoy.studies.stability import slack as study
+    from dolfbuoy.studies.study import run
 
     monkeypatch.setattr(study, "FOLDED_CELLS", (10,))
     monkeypatch.setattr(study, "SNAP_CELLS", {(1, 0): (5,), (2, 1): (5,)})
     monkeypatch.setattr(study, "SNAP_STEPS", (("backward-euler", 0.05),))
     monkeypatch.setattr(study, "SNAP_COUNTS", 3.0)
-    rows = study.run(tmp_path, end=13.0)
+    rows = run(study, tmp_path, t_end=13.0).rows["slack"]
     assert len(rows) == 2 * 4 + 4
     by_law = {row["slack"]: row for row in rows if row["kind"] == "snap" and row["mu"] == 2}
     assert by_law["compressive"]["T_min"] < -100

@@ -12,9 +12,9 @@ from dolfbuoy import load_scene, simulate
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver import compat, loops
+from dolfbuoy.solver.floor import Assemblers
 from dolfbuoy.solver.newton import Newton
 from dolfbuoy.solver.unknowns import _array
-from dolfbuoy.studies.step_cost import Assemblers
 
 CASES = {
     "moored": {"cable__elements": 5},
