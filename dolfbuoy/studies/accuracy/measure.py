@@ -115,7 +115,7 @@ def _once(scene, names, comm):
 
 def _look(simulation, names):
     problem = simulation.problem
-    state = problem.system.u[problem.state_part.slice] if problem.buoy else None
+    state = problem.system.u[problem.buoy.part.slice] if problem.buoy else None
     how = {
         "tension_top": lambda: float(np.linalg.norm(simulation.end_tension)),
         "tension_anchor": problem.anchor_tension,

@@ -11,6 +11,7 @@ start, relative to the range (max - min) of the full run; the change of the maxi
 What a buoy is made of (point masses, inertia) is no effect: nothing in the form would vanish with it.
 """
 
+import math
 import time as clock
 from pathlib import Path
 
