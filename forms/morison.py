@@ -34,17 +34,3 @@ def tangential_drag(rho_w: Scalar, D: Scalar, C_dt: Scalar, t: Expr, v: Expr) ->
     """f_dt = -1/2 C_dt rho_w D |v_rel.t| (v_rel.t) t  [N/m], Eq. (1)_2."""
     speed = dot(v, t)
     return -0.5 * C_dt * rho_w * D * smooth_abs(speed) * speed * t
-
-
-def inertia(rho_w: Scalar, A: Scalar, C_A: Scalar | None, a: Expr | None, a_w: Expr | None) -> Expr | None:
-    """rho_w A [C_M a_w - (C_M - 1) a] with C_M = 1 + C_A [N/m], Eq. (1)_1; `None` stands for an absent acceleration.
-
-    Pass normal parts for a cable, full vectors for a strip of the hull.  Returns None if nothing is left.
-    """
-    force = None
-    if a_w is not None:
-        force = rho_w * A * (1 + C_A) * a_w if C_A is not None else rho_w * A * a_w
-    if C_A is not None and a is not None:
-        added = -rho_w * A * C_A * a
-        force = added if force is None else force + added
-    return force

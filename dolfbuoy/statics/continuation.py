@@ -23,7 +23,7 @@ def solve_cable(problem, shape) -> None:
     """
     system, failures, compressed = problem.system, [], None
     problem.iterations = 0
-    for name, way in _ways(problem, shape):
+    for name, way in ways(problem, shape):
         begin(problem, shape)
         try:
             way()
@@ -86,7 +86,7 @@ def march(problem, set_fraction, smallest=1e-3) -> None:
 # -- the ways ----------------------------------------------------------------------------------------------------------
 
 
-def _ways(problem, shape):
+def ways(problem, shape):
     """(name, function) of every way that the scene has, in the order of their cost."""
     scene, cable = problem.scene, problem.scene.cable
 

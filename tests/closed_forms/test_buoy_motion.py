@@ -1,4 +1,7 @@
-"""The buoy alone: torque-free tops, free flight, heave and pitch of a floating cylinder."""
+"""The buoy alone: torque-free tops, free flight, heave and pitch of a floating cylinder.
+
+Source: elliptic functions of Euler's top and periods of tests/reference, recurrences of backward Euler.
+"""
 
 import numpy as np
 import pytest

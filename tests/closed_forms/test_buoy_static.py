@@ -1,4 +1,7 @@
-"""Moored equilibria of the reference cylinders in current and under an external force."""
+"""Moored equilibria of the reference cylinders in current and under an external force.
+
+Source: equilibria of tests/reference (scipy/mpmath, two methods).
+"""
 
 import math
 

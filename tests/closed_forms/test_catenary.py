@@ -1,4 +1,7 @@
-"""The closed-form catenary against values computed outside this project."""
+"""The closed-form catenary against values computed outside this project.
+
+Source: tests/reference (scipy/mpmath, two methods), a spring by hand.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""What a run with a given velocity starts with: exact tension, end force and velocity, and no ringing after."""
+"""What a run with a given velocity starts with: exact tension, end force and velocity, and no ringing after.
+
+Source: conservation of momentum and centripetal force by hand.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""Cable in a uniform current against a shooting solution of another code, and its rates of convergence."""
+"""Cable in a uniform current against a shooting solution of another code, and its rates of convergence.
+
+Source: shooting in extended precision (tests/reference).
+"""
 
 import math
 

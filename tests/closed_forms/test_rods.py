@@ -1,4 +1,7 @@
-"""Inextensible elements with constant tension are rigid rods: exact pendulums, alone, in a chain and below a buoy."""
+"""Inextensible elements with constant tension are rigid rods: exact pendulums, alone, in a chain and below a buoy.
+
+Source: differential equations of rigid rods to extended precision (tests/reference).
+"""
 
 import numpy as np
 import pytest

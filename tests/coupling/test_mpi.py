@@ -1,4 +1,7 @@
-"""The same trajectory on two and three ranks as on one, to 1e-8 of the size of each quantity."""
+"""The same trajectory on two and three ranks as on one, to 1e-8 of the size of each quantity.
+
+Source: the same run on one rank.
+"""
 
 import numpy as np
 import pytest

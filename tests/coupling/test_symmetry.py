@@ -1,4 +1,7 @@
-"""The vertical axis has no preferred direction: a scene turned about z moves as before, turned."""
+"""The vertical axis has no preferred direction: a scene turned about z moves as before, turned.
+
+Source: the turned run, and its mirror plane.
+"""
 
 import numpy as np
 import pytest

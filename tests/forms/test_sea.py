@@ -1,4 +1,7 @@
-"""Waves, currents, wind and drag as expressions, evaluated in numbers."""
+"""Waves, currents, wind and drag as expressions, evaluated in numbers.
+
+Source: kinematics and dispersion of tests/reference (scipy/mpmath), finite differences, the formulas in numpy.
+"""
 
 import math
 
@@ -6,6 +9,7 @@ import numpy as np
 import pytest
 import ufl
 from helpers import reference
+from ufl.algorithms.analysis import extract_constants
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
@@ -174,6 +178,35 @@ def test_wave_of_a_scene_moves_with_time():
     state.set_time(8.0)
     assert float(state.wave.amplitude.value) == 0.9
     assert (float(state.wave.cos_direction.value), float(state.wave.sin_direction.value)) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("profile", "speeds"), [("uniform", {-7.5: 0.7}), ([[-15.0, 0.2], [0.0, 0.9]], {-15.0: 0.2, -7.5: 0.55, 0.0: 0.9})]
+)
+def test_current_of_a_scene_is_scaled(profile, speeds):
+    """To any part of itself, and back: how continuation leads to a strong current."""
+    current = {"direction_deg": 90.0, "profile": profile} | ({"speed": 0.7} if profile == "uniform" else {})
+    scene = load_scene(
+        {
+            "sea": {"depth": 20.0},
+            "cable": {
+                "length": 30.0,
+                "line_density": 5.0,
+                "diameter": 0.1,
+                "elements": 2,
+                "normal_drag": 1.0,
+                "top": {"kind": "free"},
+            },
+            "current": current,
+        }
+    )
+    state = SeaState(interval_mesh(MPI.COMM_SELF, [0.0, 1.0]), scene)
+    for factor in (0.25, 0.0, 1.0):
+        state.scale_current(factor)
+        for height, speed in speeds.items():
+            velocity = state.flow(point(0, 0, height)).velocity
+            numbers = {constant: constant.value for constant in extract_constants(velocity)}
+            assert velocity[1]((), numbers) == pytest.approx(factor * speed, rel=1e-14)
 
 
 @pytest.mark.parametrize("z", [0.002, 0.5, 3.0, 10.0, 27.0])

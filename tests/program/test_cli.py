@@ -1,4 +1,7 @@
-"""The command line: what it prints, what it writes, and its exit codes."""
+"""The command line: what it prints, what it writes, and its exit codes.
+
+Source: what README promises of commands and exit codes.
+"""
 
 import signal
 import subprocess
@@ -8,26 +11,9 @@ import time
 import pytest
 import xarray as xr
 
-from dolfbuoy.commands import main as cli
 from dolfbuoy.results.record import read
 
 SHORT = ["--set", "time.end=0.03", "--no-plot"]
-
-
-@pytest.fixture
-def call(monkeypatch, capsys):
-    """Run a command line in this process; returns (exit code, standard output, standard error)."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["dolfbuoy", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return stop.value.code or 0, captured.out, captured.err
-
-    monkeypatch.setattr(cli.out, "_width", 200)
-    monkeypatch.setattr(cli.err, "_width", 200)
-    return run
 
 
 def test_list_names_the_shipped_scenes(call):

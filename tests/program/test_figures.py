@@ -1,4 +1,7 @@
-"""Figures and ParaView files of a run: there, readable, and in the right place."""
+"""Figures and ParaView files of a run: there, readable, and in the right place.
+
+Source: the record, solid geometry by the divergence theorem, the forms of the sea.
+"""
 
 import math
 from xml.etree import ElementTree

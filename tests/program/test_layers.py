@@ -19,7 +19,8 @@ LAYERS = (
     ("statics",),
     ("model",),
     ("solver", "scene"),
-    ("parallel", "forms", "meshes", "scenes", "errors"),
+    ("parallel",),
+    ("forms", "meshes", "scenes", "errors"),
 )
 #: Within a line: what a scheme leaves of a motion stands in the summary of a run.
 BESIDE = {("results", "motion")}

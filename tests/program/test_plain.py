@@ -1,4 +1,7 @@
-"""The fast path against the plain one: the same trajectories."""
+"""The fast path against the plain one: the same trajectories.
+
+Source: a plain implementation with block assembly and UMFPACK (tests/support/plain.py).
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,7 @@
-"""What a run leaves on disk, while it goes, after a kill, and for running it again; and how many iterations it took."""
+"""What a run leaves on disk, while it goes, after a kill, and for running it again; and how many iterations it took.
+
+Source: the file on disk, kills at any time.
+"""
 
 import json
 import os

@@ -1,4 +1,7 @@
-"""A run that was stopped and taken up again is the run that was not: every recorded number, to the last bit."""
+"""A run that was stopped and taken up again is the run that was not: every recorded number, to the last bit.
+
+Source: the run that was not stopped, bit for bit.
+"""
 
 import itertools
 import os
@@ -16,7 +19,6 @@ from mpi_helpers import needs_mpirun, start_scenes
 
 import dolfbuoy
 from dolfbuoy import api
-from dolfbuoy.commands import main as cli
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results import checkpoint
@@ -210,22 +212,6 @@ def test_signal_in_mid_run(tmp_path, number):
     done = finished("run", "--resume", folder, "--t-end", end, "--no-plot")
     assert done.returncode == 0, done.stderr
     assert_same(read(folder / "results.nc"), dolfbuoy.simulate(scene, time__end=end))
-
-
-@pytest.fixture
-def call(monkeypatch, capsys):
-    """Run a command line in this process; returns (exit code, standard output, standard error)."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["dolfbuoy", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        captured = capsys.readouterr()
-        return stop.value.code or 0, captured.out, captured.err
-
-    monkeypatch.setattr(cli.out, "_width", 300)
-    monkeypatch.setattr(cli.err, "_width", 300)
-    return run
 
 
 def test_a_complete_run_says_so(call, tmp_path):

@@ -1,4 +1,7 @@
-"""What a scene may say, and what it makes the program compile."""
+"""What a scene may say, and what it makes the program compile.
+
+Source: a list of what is allowed and what is not; coefficients counted in the compiled forms.
+"""
 
 import copy
 import math
@@ -11,8 +14,9 @@ from mpi4py import MPI
 from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes, write_line
-from dolfbuoy.model.buoy import BuoyModel
-from dolfbuoy.model.lines import CableModel
+from dolfbuoy.model.attachment import Attachment
+from dolfbuoy.model.buoy import Buoy
+from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.scene import merged
 from dolfbuoy.solver.unknowns import Part
@@ -228,10 +232,12 @@ NOTHING = {
 def residuals(scene, dynamic):
     """Signatures of the UFL residuals and their number of constants; nothing is compiled."""
     scene = load_scene(scene)
-    cable, buoy = CableModel(MPI.COMM_SELF, scene, dynamic), BuoyModel(scene, dynamic)
-    forms = [cable.residual(ufl.TestFunction(cable.space), dynamic)]
-    parts = Part("buoy", buoy.state, 6), Part("mooring", buoy.mooring, 0)
-    forms += [form for _, form in buoy.residuals(*parts)]
+    lines, buoy = Lines(MPI.COMM_SELF, scene, dynamic), Buoy(scene, dynamic)
+    attachment = Attachment(lines, 2, buoy, buoy.offset)
+    attachment.number(0)
+    buoy.part = Part("buoy", buoy.state, 6)
+    forms = [lines.residual(ufl.TestFunction(lines.space), [attachment])]
+    forms += [form for _, form in buoy.residuals([attachment])]
     return [form.signature() for form in forms], [len(form.constants()) for form in forms]
 
 

@@ -1,4 +1,7 @@
-"""Many cases over ranks, and one scene over ranks: who works, what is said, and that an error ends all ranks."""
+"""Many cases over ranks, and one scene over ranks: who works, what is said, and that an error ends all ranks.
+
+Source: a serial loop over the same cases.
+"""
 
 import json
 import os
@@ -15,7 +18,7 @@ import json, sys, time
 from pathlib import Path
 from mpi4py import MPI
 from dolfbuoy.errors import InputError
-from dolfbuoy.studies.common import evaluate_all
+from dolfbuoy.parallel.cases import evaluate_all
 
 def evaluate(case):
     time.sleep(0.05)

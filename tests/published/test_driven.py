@@ -1,4 +1,7 @@
-"""A short cable driven at its top and always taut, against two independent programs converged under refinement."""
+"""A short cable driven at its top and always taut, against two independent programs converged under refinement.
+
+Source: two independent programs converged under refinement (tests/reference).
+"""
 
 import numpy as np
 import pytest

@@ -3,6 +3,8 @@
 Their water is linear wave theory without stretching.  The runs start at rest in the middle of a motion (the top's
 velocity and the wave are there from t = 0 on), so that the comparison begins when that transient is over; the
 published curves are periodic by then.
+
+Source: Lowe and Langley 2006 as digitised (tests/reference).
 """
 
 import numpy as np

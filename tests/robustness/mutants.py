@@ -172,7 +172,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="+", metavar="NAME", help="changes whose name or file contains one of these")
     parser.add_argument("--all-tests", action="store_true", help="the whole essential suite for what survives")
-    parser.add_argument("--jobs", type=int, default=1, help="copies that are tested at a time")
+    parser.add_argument("--jobs", type=int, default=1, help="so many copies at a time")
     options = parser.parse_args()
     chosen = [
         c for c in all_changes() if not options.only or any(part in f"{c.name} {c.file}" for part in options.only)

@@ -1,4 +1,7 @@
-"""How several ranks end: one message, no process left, a readable record; and how they start on an empty cache."""
+"""How several ranks end: one message, no process left, a readable record; and how they start on an empty cache.
+
+Source: exit codes, messages and processes that are left.
+"""
 
 import os
 import signal

@@ -28,6 +28,7 @@ def test_every_change_applies_and_leaves_a_program(file):
 
 
 def test_the_tests_that_are_likely_to_notice_are_there():
+    assert all(c.tests for c in CHANGES)
     for test in sorted({test for c in CHANGES for test in c.tests}):
         file, *name = test.split("::")
         assert (ROOT / "tests" / file).is_file(), test

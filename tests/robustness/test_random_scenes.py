@@ -2,6 +2,8 @@
 
 Right means: a finite record to the end, unit quaternions, elements as long as their tension says, and end forces that
 carry the weight.  The quick test draws all numbers but takes what decides the compiled forms from a list.
+
+Source: balances that hold for any scene (random_judge.py).
 """
 
 import numpy as np

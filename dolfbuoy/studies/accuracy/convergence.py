@@ -7,16 +7,17 @@ position (Dirichlet end).  Fig. 2: EA = inf, optimal pairs P_k-P_(k-1).  Fig. 3:
 
 import math
 
-import matplotlib
 import numpy as np
 from mpi4py import MPI
 
-from ..errors import InputError
-from ..results.snapshot import COLORS, PAGE, STYLE, new_figure
-from ..scene import load_scene
-from ..statics import catenary
-from ..statics.equilibrium import solve_equilibrium
-from .common import evaluate_all, orders, save, show
+from ...errors import InputError
+from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...scene import load_scene
+from ...statics import catenary
+from ...statics.equilibrium import solve_equilibrium
+from ...statics.profile import Profile, errors
+from ..declaration import declared
+from ..study import Table, groups, orders
 
 FORCE = (0.5, 0.0, 0.75)
 #: EA/(w L) for which FORCE stretches the cable to exactly 1.5 L.
@@ -31,14 +32,44 @@ FIGURES = {
     3: ("elastic", ("element-average", "exact"), OPTIMAL),
     4: ("inextensible", ("exact",), [(4, nu) for nu in range(4)]),
 }
+ENDS_OF_CABLE = ("Neumann", "Dirichlet")
 ERRORS = {"r_L2": "r, L2", "r_H1": "r, H1", "T_L2": "T, L2"}
 #: Errors below this are rounding: about twice where the errors were seen to stop falling.
 ROUNDING = {"r_L2": 2e-13, "r_H1": 2e-12, "T_L2": 2e-13}
 
 
+# -- what is asked for -------------------------------------------------------------------------------------------------
+
+
+def parse_figures(text: str) -> tuple[int, ...]:
+    """`2`, `3`, `4` or `all`."""
+    if text not in ("all", *map(str, FIGURES)):
+        raise InputError(f"--figure {text}: must be 2, 3, 4 or all.")
+    return tuple(FIGURES) if text == "all" else (int(text),)
+
+
+def parse_cells(text: str) -> tuple[int, ...]:
+    """`2,4,8`: numbers of elements, increasing."""
+    cells = tuple(int(part) if part.strip().isdecimal() else 0 for part in text.split(","))
+    if min(cells) < 1 or list(cells) != sorted(set(cells)):
+        raise InputError(f"--cells {text}: must be positive whole numbers, increasing, for example 2,4,8.")
+    return cells
+
+
+WORDS = declared(__file__)
+
+
+def request(figure: str, cells: str) -> dict:
+    """What `cases` and `tables` take."""
+    return {"figures": parse_figures(figure), "cells": parse_cells(cells)}
+
+
+# -- cases -------------------------------------------------------------------------------------------------------------
+
+
 def cases(figures=tuple(FIGURES), cells=CELLS) -> list[dict]:
     """Every case of these figures once, Neumann and Dirichlet."""
-    found = [case for figure in figures for end in ("Neumann", "Dirichlet") for case in _of(figure, end, cells)]
+    found = [case for figure in figures for end in ENDS_OF_CABLE for case in _of(figure, end, cells)]
     return [case for i, case in enumerate(found) if case not in found[:i]]
 
 
@@ -52,9 +83,12 @@ def _of(figure, end, cells):
     ]
 
 
+STRUCTURE = ("material", "strain", "end", "mu", "nu")
+
+
 def structure(case: dict) -> tuple:
     """What decides which forms are compiled."""
-    return tuple(case[key] for key in ("material", "strain", "end", "mu", "nu"))
+    return tuple(case[key] for key in STRUCTURE)
 
 
 def evaluate(case: dict) -> dict:
@@ -71,55 +105,6 @@ def evaluate(case: dict) -> dict:
     problem.destroy()
     closed_form, given = (catenary.under_end_force, FORCE) if neumann else (catenary.between, end)
     return {"h": 1 / case["cells"], **errors(profile, closed_form((0.0, 0.0, 0.0), given, 1.0, 1.0, EA))}
-
-
-class Profile:
-    """r_h and T_h of a solved Problem on one rank, as polynomials on each element."""
-
-    def __init__(self, problem):
-        cable, u, mu = problem.lines, problem.system.u, problem.scene.cable.position_degree
-        order = np.argsort(cable.node_s)
-        node = mu * np.arange(len(cable.T_s))[:, None] + np.arange(mu + 1)
-        self.s, self.r = cable.node_s[order][node], u[cable.node_dofs[order]][node]
-        cells = np.argsort(cable.T_s.mean(axis=1))
-        places = np.argsort(cable.T_s[cells], axis=1)
-        self.s_T = np.take_along_axis(cable.T_s[cells], places, axis=1)
-        self.T = np.take_along_axis(u[cable.T_dofs[cells]], places, axis=1)
-        self.sizes = self.s[:, -1] - self.s[:, 0]
-
-    def at(self, xi):
-        """(s, r, r', T) at -1 <= xi <= 1 of every element: arrays (elements, len(xi)[, 3])."""
-        middle, half = self.s[0, [0, -1]].mean(), self.sizes[0] / 2  # all elements are alike
-        value, slope = _lagrange((self.s[0] - middle) / half, xi)
-        tension, _ = _lagrange((self.s_T[0] - middle) / half, xi)
-        s = self.s[:, :1] + self.sizes[:, None] * (np.asarray(xi) + 1) / 2
-        r_prime = 2 / self.sizes[:, None, None] * np.einsum("ij,ejk->eik", slope, self.r)
-        return s, np.einsum("ij,ejk->eik", value, self.r), r_prime, self.T @ tension.T
-
-
-def _lagrange(nodes, x):
-    """Lagrange polynomials of `nodes` and their derivatives at `x`, arrays (len(x), len(nodes))."""
-    x, power = np.asarray(x, float), np.arange(len(nodes))
-    coefficients = np.linalg.inv(nodes[:, None] ** power)
-    slope = np.column_stack([k * x ** max(k - 1, 0) for k in power])
-    return x[:, None] ** power @ coefficients, slope @ coefficients
-
-
-def errors(profile: Profile, exact: catenary.Catenary, points: int = 16) -> dict:
-    """Norms of the errors by Gauss quadrature on each element, and the smallest T_h at its points."""
-    xi, weights = np.polynomial.legendre.leggauss(points)
-    s, r, r_prime, T = profile.at(xi)
-    V, T_exact = exact.vertical(s), exact.tension(s)
-    force = exact.H * exact.along + V[..., None] * np.array([0.0, 0.0, 1.0])
-    r_prime_exact = (1 / T_exact + 1 / exact.EA)[..., None] * force  # 1/inf = 0
-
-    def square(difference):
-        return float((profile.sizes / 2) @ (difference**2 @ weights))
-
-    in_r = sum(square((r - exact.position(s))[..., k]) for k in range(3))
-    in_slope = sum(square((r_prime - r_prime_exact)[..., k]) for k in range(3))
-    norms = {"r_L2": in_r**0.5, "r_H1": (in_r + in_slope) ** 0.5, "T_L2": square(T - T_exact) ** 0.5}
-    return norms | {"smallest_tension": float(T.min())}
 
 
 def theory(row: dict) -> dict:
@@ -147,35 +132,23 @@ def add_orders(rows: list[dict]) -> list[dict]:
 
 def curves(rows: list[dict]) -> list[list[dict]]:
     """Rows grouped into curves over h, in their order."""
-    kinds = dict.fromkeys(structure(row) for row in rows)
-    return [[row for row in rows if structure(row) == kind] for kind in kinds]
+    return list(groups(rows, *STRUCTURE).values())
 
 
-def run(folder, figures=tuple(FIGURES), cells=CELLS) -> dict | None:
-    """The study: (figure, end) -> rows, shown and written to `folder`; None on all ranks but 0."""
-    wanted = cases(figures, cells)
-    computed = evaluate_all(evaluate, wanted, folder, structure)
-    if computed is None:
-        return None
-    tables = {}
-    for figure, end in ((figure, end) for figure in figures for end in ("Neumann", "Dirichlet")):
-        plain = [computed[wanted.index(case)] for case in _of(figure, end, cells)]
-        rows = tables[figure, end] = [row for curve in curves(plain) for row in add_orders(curve)]
-        notes = in_words(rows)
-        save(folder, f"figure{figure}-{end.lower()}", rows, draw(figure, rows), notes)
-        _show(f"\nFig. {figure}, {end} end, {rows[0]['material']} cable", rows, notes)
-    return tables
-
-
-def _show(title, rows, notes):
-    """One table for each kind of strain."""
-    columns = {"pair": "pair", "cells": "cells"}
-    for name, heading in ERRORS.items():
-        columns |= {f"shown_{name}": heading, f"shown_order_{name}": "order"}
-    for strain in dict.fromkeys(row["strain"] for row in rows):
-        of_strain = f", {strain} strain" if rows[0]["material"] == "elastic" else ""
-        chosen = [row | _texts(row) for row in rows if row["strain"] == strain]
-        show(f"{title}{of_strain}; order (theory)", chosen, columns, notes if strain == rows[-1]["strain"] else None)
+def tables(rows: list[dict], figures=tuple(FIGURES), cells=CELLS) -> list[Table]:
+    """A table of every figure and end, with its orders."""
+    wanted, made = cases(figures, cells), []
+    for figure, end in ((figure, end) for figure in figures for end in ENDS_OF_CABLE):
+        plain = [rows[wanted.index(case)] for case in _of(figure, end, cells)]
+        found = [row for curve in curves(plain) for row in add_orders(curve)]
+        notes = in_words(found)
+        made.append(Table(f"figure{figure}-{end.lower()}", found, notes=notes, figure=draw(figure, found)))
+        for strain, chosen in groups(found, "strain").items():
+            what = {"figure": figure, "end": end, "material": found[0]["material"]}
+            what["strain"] = f", {strain} strain" if what["material"] == "elastic" else ""
+            made.append(Table("", [row | _texts(row) for row in chosen], WORDS.say("title", **what), WORDS.columns))
+        made[-1].notes = notes
+    return made
 
 
 def _texts(row):
@@ -202,15 +175,15 @@ def in_words(rows: list[dict]) -> list[str]:
     agree = bool(gaps) and max(gaps)[0] < 0.1
     if gaps:
         verdict = "agree with" if agree else "DIFFER from"
-        notes.append(f"The orders on the finest meshes {verdict} theory: the largest difference is {max(gaps)[1]}.")
+        notes.append(WORDS.say("verdict", verdict=verdict, largest=max(gaps)[1]))
     notes += _averaged_in_words(rows) if agree else []
     if agree and rows[0]["mu"] == rows[-1]["mu"]:
-        notes.append("The tension's degree sets the order of r as well: nu + 2 in L2 and nu + 1 in H1, whatever mu.")
+        notes.append(WORDS.say("sets"))
     if any(row[f"rounding_{name}"] for row in rows for name in ERRORS):
-        notes.append("'rounding': the error is that of floating-point arithmetic and has no order.")
+        notes.append(WORDS.say("rounding"))
     pressed = [f"{_pair(row)} on {row['cells']}" for row in rows if row["smallest_tension"] <= 0]
     if pressed:
-        notes.append(f"Compressed states (T <= 0 somewhere): {', '.join(pressed)} elements.")
+        notes.append(WORDS.say("compressed", states=", ".join(pressed)))
     return notes
 
 
@@ -219,23 +192,17 @@ def _averaged_in_words(rows):
     averaged, exact = ([r for r in rows if r["strain"] == s and r["mu"] > 1] for s in ("element-average", "exact"))
     if not averaged or not exact:
         return []
-    a, e, neumann = averaged[-1], exact[-1], rows[0]["end"] == "Neumann"
-    key, of_T = "r_L2", "while T keeps order k: the end force alone decides it"
-    if not neumann:
-        key, of_T = "T_L2", "and T at order 2 for every k >= 3: between fixed ends it depends on the length"
-    return [
-        "With the strain averaged on each element (Sect. 3.3.2 of the paper) r stalls at order 2 in L2 and 1 in H1 for "
-        f"every k >= 2, {of_T}. {_pair(a)} on {a['cells']} elements has the error {a[key]:.2g} in {ERRORS[key]}, with "
-        f"the exact strain {e[key]:.2g}."
-    ]
+    a, e, end = averaged[-1], exact[-1], rows[0]["end"]
+    key, of_T = "r_L2" if end == "Neumann" else "T_L2", WORDS.say(f"averaged_{end.lower()}")
+    numbers = {"cells": a["cells"], "error": a[key], "exact": e[key], "name": ERRORS[key]}
+    return [WORDS.say("averaged", of_T=of_T, pair=_pair(a), **numbers)]
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
 
-LOOKS = [("blue", "o"), ("red", "s"), ("green", "^"), ("orange", "D")]
+MARKERS = "os^D"
 
 
-@matplotlib.rc_context(STYLE)
 def draw(figure_number: int, rows: list[dict]):
     """Errors over h as in the paper; in Fig. 3 the lower row has the exact strain."""
     strains = FIGURES[figure_number][1]
@@ -243,9 +210,9 @@ def draw(figure_number: int, rows: list[dict]):
     figure = new_figure(PAGE, 2.9 * len(strains))
     grid = figure.subplots(len(strains), len(panels), squeeze=False, sharex=True)
     for strain, line in zip(strains, grid, strict=True):
-        groups = curves([row for row in rows if row["strain"] == strain])
+        found = curves([row for row in rows if row["strain"] == strain])
         for names, axes in zip(panels, line, strict=True):
-            _panel(axes, groups, names)
+            _panel(axes, found, names)
             title = f"error of {ERRORS[names[0]]}" + (" (solid) and H1 (dashed)" if len(names) > 1 else "")
             axes.set_title(title + (f"; strain: {strain}" if len(strains) > 1 else ""))
     figure.supxlabel("h", fontsize=8)
@@ -253,24 +220,24 @@ def draw(figure_number: int, rows: list[dict]):
     return figure
 
 
-def _panel(axes, groups, names):
+def _panel(axes, found, names):
     for name, style in zip(names, ("-", "--"), strict=False):
-        for (color, marker), curve in zip(LOOKS, groups, strict=True):
+        for color, marker, curve in zip(PALETTE, MARKERS, found, strict=False):
             h, error = [row["h"] for row in curve], [row[name] for row in curve]
             label = _pair(curve[0]) if name == names[0] else None
-            axes.loglog(h, error, style, color=COLORS[color], marker=marker, ms=3, label=label)
+            axes.loglog(h, error, style, color=color, marker=marker, ms=3, label=label)
             noise = [(row["h"], row[name]) for row in curve if row[f"rounding_{name}"]]
             axes.plot(*np.reshape(noise, (-1, 2)).T, "x", color=COLORS["ink"], ms=7)
-    axes.set_xticks([row["h"] for row in groups[0]], [f"1/{row['cells']}" for row in groups[0]], minor=False)
+    axes.set_xticks([row["h"] for row in found[0]], [f"1/{row['cells']}" for row in found[0]], minor=False)
     axes.set_xticks([], minor=True)
-    _slopes(axes, groups, names)
+    _slopes(axes, found, names)
     axes.margins(x=0.12, y=0.08)
 
 
-def _slopes(axes, groups, names):
+def _slopes(axes, found, names):
     """One reference slope per theoretical order, below the lowest curve of that order."""
     lowest = {}
-    for curve, name in ((curve, name) for curve in groups for name in names):
+    for curve, name in ((curve, name) for curve in found for name in names):
         sound = [row for row in curve if not row[f"rounding_{name}"]]
         if len(sound) > 1:
             p, h, error = (sound[-1][key] for key in (f"theory_{name}", "h", name))
@@ -278,21 +245,3 @@ def _slopes(axes, groups, names):
     for p, (factor, h) in lowest.items():
         axes.plot([h, 4 * h], [0.45 * factor * x**p for x in (h, 4 * h)], "-", color="#888888", lw=0.7)
         axes.annotate(f"$h^{p}$", (4 * h, 0.45 * factor * (4 * h) ** p), (2, -3), textcoords="offset points")
-
-
-# -- options of the command line ---------------------------------------------------------------------------------------
-
-
-def parse_figures(text: str) -> tuple[int, ...]:
-    """`2`, `3`, `4` or `all`."""
-    if text not in ("all", *map(str, FIGURES)):
-        raise InputError(f"--figure {text}: must be 2, 3, 4 or all.")
-    return tuple(FIGURES) if text == "all" else (int(text),)
-
-
-def parse_cells(text: str) -> tuple[int, ...]:
-    """`2,4,8`: numbers of elements, increasing."""
-    cells = tuple(int(part) if part.strip().isdecimal() else 0 for part in text.split(","))
-    if min(cells) < 1 or list(cells) != sorted(set(cells)):
-        raise InputError(f"--cells {text}: must be positive whole numbers, increasing, for example 2,4,8.")
-    return cells

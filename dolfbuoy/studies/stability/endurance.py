@@ -5,16 +5,18 @@ The waves are periodic, so once the start has died out every window that holds w
 
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from mpi4py import MPI
 
-from .. import simulate
-from ..errors import InputError
-from ..results import checkpoint
-from ..results.style import PAGE, STYLE, new_figure
-from ..scene import load_scene
-from . import common
+from ...api import simulate
+from ...errors import InputError
+from ...results import checkpoint
+from ...results.style import PAGE, new_figure
+from ...scene import load_scene
+from ..declaration import declared
+from ..study import Table
+
+WORDS = declared(__file__)
 
 #: name: (how to reduce a window, record variable, component); sizes are judged against the spread of the whole run
 QUANTITIES = {
@@ -26,23 +28,12 @@ QUANTITIES = {
     "y_mean": (np.mean, "buoy_position", 1),
     "z_mean": (np.mean, "buoy_position", 2),
 }
-HEADINGS = {
-    "until": "until [s]",
-    "top_max": "max |T_bnd| [N]",
-    "top_min": "min |T_bnd| [N]",
-    "anchor_max": "max T_h(0) [N]",
-    "cone_max": "max cone [deg]",
-    "x_mean": "mean x [m]",
-    "y_mean": "mean y [m]",
-    "z_mean": "mean z [m]",
-    "unit_error": "max ||q|-1|",
-    "newton": "Newton/step",
-}
 
 
-def load(name, duration, step, scheme):
-    """The scene of the long run; frames are few."""
-    return load_scene(name, time={"end": duration, "step": step, "scheme": scheme, "output_every": duration / 100})
+def request(scene, duration: float, step: float, scheme: str, **judged) -> dict:
+    """The scene of the long run, of which frames are few, and how its windows are judged."""
+    time = {"end": duration, "step": step, "scheme": scheme, "output_every": duration / 100}
+    return {"scene": load_scene(scene, time=time), **judged}
 
 
 def windows(record, length: float) -> list[dict]:
@@ -98,40 +89,41 @@ def long_run(scene, folder: Path):
     return simulate(resume=folder, time__end=scene.time.end) if same else simulate(scene, out=folder)
 
 
-def run(folder: Path, scene, length: float, skip: int, tolerance: float) -> bool:
-    """Run, print, write endurance.json, .csv, .png and .svg; whether everything is as it should be."""
-    if scene.time.end < (skip + 2) * length * (1 - 1e-9):
-        raise InputError(f"--duration {scene.time.end:g}: fewer than {skip + 2} windows of {length:g} s.")
+def compute(folder: Path, scene, window: float, skip: int, **_):
+    """The record, if the run is long enough for its windows; None on all ranks but 0."""
+    if scene.time.end < (skip + 2) * window * (1 - 1e-9):
+        raise InputError(f"--duration {scene.time.end:g}: fewer than {skip + 2} windows of {window:g} s.")
     record = long_run(scene, folder)
-    if MPI.COMM_WORLD.rank != 0:
-        return True
-    rows = windows(record, length)
+    return record if MPI.COMM_WORLD.rank == 0 else None
+
+
+def tables(record, scene, window: float, skip: int, tolerance: float) -> list[Table]:
+    """The windows, and whether everything is as it should be."""
+    rows = windows(record, window)
     verdict = judge(record, rows, skip, tolerance)
+    passed = [bool(value <= allowed) for _, value, allowed in verdict]
     notes = [
-        f"{'ok    ' if value <= allowed else 'FAILED'} {what}: {value:.3g} (allowed {allowed:.3g})"
-        for what, value, allowed in verdict
+        WORDS.say("verdict", good="ok    " if good else "FAILED", what=what, value=value, allowed=allowed)
+        for good, (what, value, allowed) in zip(passed, verdict, strict=True)
     ]
-    common.save(folder, "endurance", rows, figure(rows), notes)
-    time = scene.time
-    common.show(
-        f"{scene.title}: {time.end:g} s, {time.scheme}, step {time.step:g} s, windows of {length:g} s",
-        rows,
-        {key: heading for key, heading in HEADINGS.items() if key in rows[0]},
-        [f"changes behind window {skip}, relative to the range of the quantity:", *notes],
-    )
-    return all(value <= allowed for _, value, allowed in verdict)
+    head, time = WORDS.say("head", skip=skip), scene.time
+    columns = {key: heading for key, heading in WORDS.columns.items() if key in rows[0]}
+    run = {"end": time.end, "scheme": time.scheme, "step": time.step, "window": window}
+    title = WORDS.say("title", title=scene.title, **run)
+    return [
+        Table("endurance", rows, notes=notes, figure=draw(rows), passed=all(passed)),
+        Table("", rows, title, columns, [head, *notes]),
+    ]
 
 
-def figure(rows):
+def draw(rows: list[dict]):
     """Every quantity over the windows, as difference from its last value."""
-    with mpl.rc_context(STYLE):
-        shown = new_figure(PAGE, 3.2)
-        axes = shown.subplots()
-        for name in (n for n in QUANTITIES if n in rows[0]):
-            values = np.array([row[name] for row in rows])
-            axes.plot([row["until"] for row in rows], values - values[-1], ".-", label=HEADINGS[name])
-        axes.set_xlabel("t [s]")
-        axes.set_ylabel("difference from the last window")
-        axes.set_yscale("symlog", linthresh=1e-6)
-        axes.legend(ncol=2)
-    return shown
+    figure = new_figure(PAGE, 3.2)
+    axes = figure.subplots()
+    for name in (n for n in QUANTITIES if n in rows[0]):
+        values = np.array([row[name] for row in rows])
+        axes.plot([row["until"] for row in rows], values - values[-1], ".-", label=WORDS.columns[name])
+    axes.set(xlabel="t [s]", ylabel="difference from the last window")
+    axes.set_yscale("symlog", linthresh=1e-6)
+    axes.legend(ncol=2)
+    return figure

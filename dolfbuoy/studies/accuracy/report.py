@@ -13,30 +13,37 @@ Everything is kept on disk, case by case: an interrupted report goes on where it
 
 import json
 import math
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+import matplotlib
 import numpy as np
+from mpi4py import MPI
 
-from ..motion.schemes import make_scheme
-from ..motion.simulation import Simulation
-from ..scene import Scene, load_scene
-from . import accuracy as acc
+from ...motion.schemes import make_scheme
+from ...motion.simulation import Simulation
+from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.compare import Reference
+from ...results.style import STYLE
+from ...scene import Scene, load_scene, settings
+from ...scene.settings import Space, Stepping
+from ..study import Table, save
+from ..study import run as run_study
 from . import convergence
+from . import measure as acc
 from . import report_text as text
 from . import work_precision as wp
-from .accuracy import Reference, Space, Stepping
-from .common import evaluate_all, save
-from .report_text import ALPHA, BDF2, BE
+from .measure import Run
+from .report_text import ALPHA, BDF2, BE, PERIOD, SWING
 
 SECOND = (BDF2, ALPHA)
-#: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
-PERIOD, SWING = 5.0, 0.02
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is run of a scene until `end` [s].
+    """What is run of a scene until `end` [s], from report_plans.toml.
 
     reference: elements and step; its check has half and twice of them.  euler, second: steps of the schemes on the
     scene's own elements, of which mesh_step is the truth.  spaces: at space_step by generalized-alpha.  mixed: elements
@@ -54,71 +61,21 @@ class Plan:
     mixed: tuple[Space, ...]
     mixed_steps: tuple[float, ...]
     whole: tuple[float, float]
-    repeats: int = 3
+    repeats: int
 
 
-def _spaces(*pairs):
-    return tuple(Space(mu, nu, n) for mu, nu, cells in pairs for n in cells)
+def _plan(reference, spaces, mixed, **numbers) -> Plan:
+    reference = Space(*reference["pair"], reference["cells"]), reference["step"]
+    return Plan(reference=reference, spaces=_spaces(spaces), mixed=_spaces(mixed), **numbers)
 
 
-FULL = {
-    "short": Plan(
-        end=20.0,
-        reference=(Space(3, 2, 20), 0.005),
-        mesh_step=0.005,
-        euler=(0.04, 0.02, 0.01, 0.005),
-        second=(0.1, 0.05, 0.02, 0.01),
-        tolerances=(1e-2, 1e-3),
-        spaces=_spaces((1, 0, (5, 10, 20, 40)), (2, 1, (3, 5, 10, 20)), (3, 2, (2, 5, 10))),
-        space_step=0.02,
-        mixed=_spaces((2, 1, (5, 10)), (3, 2, (5,))),
-        mixed_steps=(0.1, 0.05, 0.03),
-        whole=(120.0, 0.02),
-    ),
-    "long": Plan(
-        end=24.0,
-        reference=(Space(3, 2, 160), 0.02),
-        mesh_step=0.005,
-        euler=(0.04, 0.02, 0.01, 0.005),
-        second=(0.2, 0.1, 0.05, 0.02),
-        tolerances=(1e-2, 1e-3),
-        spaces=_spaces((1, 0, (50, 100, 200, 400)), (2, 1, (25, 50, 100, 200)), (3, 2, (20, 40, 80))),
-        space_step=0.05,
-        mixed=_spaces((1, 0, (100, 400)), (2, 1, (50, 100))),
-        mixed_steps=(0.2, 0.1),
-        whole=(120.0, 0.04),
-    ),
-}
-QUICK = {
-    "short": Plan(
-        end=13.0,
-        reference=(Space(3, 2, 8), 0.02),
-        mesh_step=0.01,
-        euler=(0.04, 0.02),
-        second=(0.1, 0.05),
-        tolerances=(1e-2,),
-        spaces=_spaces((1, 0, (5, 10)), (2, 1, (3, 5))),
-        space_step=0.05,
-        mixed=_spaces((2, 1, (5,))),
-        mixed_steps=(0.1,),
-        whole=(15.0, 0.05),
-        repeats=1,
-    ),
-    "long": Plan(
-        end=15.0,
-        reference=(Space(3, 2, 40), 0.05),
-        mesh_step=0.025,
-        euler=(0.1, 0.05),
-        second=(0.2, 0.1),
-        tolerances=(1e-2,),
-        spaces=_spaces((1, 0, (50, 100)), (2, 1, (25, 50))),
-        space_step=0.1,
-        mixed=_spaces((2, 1, (50,))),
-        mixed_steps=(0.2,),
-        whole=(15.0, 0.1),
-        repeats=1,
-    ),
-}
+def _spaces(pairs):
+    """{"mu-nu": numbers of elements} -> Spaces."""
+    return tuple(Space(*map(int, pair.split("-")), n) for pair, cells in pairs.items() for n in cells)
+
+
+_PLANS = tomllib.loads(Path(__file__).with_name("report_plans.toml").read_text(encoding="utf-8"))
+FULL, QUICK = ({name: _plan(**plan) for name, plan in _PLANS[kind].items()} for kind in ("full", "quick"))
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
@@ -126,7 +83,7 @@ QUICK = {
 
 def settings_of(scene: Scene, plan: Plan) -> list[tuple[Space, Stepping]]:
     """All combinations of elements and steps that are run, each once."""
-    own = acc.space_of(scene)
+    own = settings.space_of(scene)
     found = [(own, Stepping(BE, h)) for h in plan.euler]
     found += [(own, Stepping(scheme, h)) for scheme in SECOND for h in plan.second]
     found += [(own, Stepping(BDF2, min(plan.second), tolerance)) for tolerance in plan.tolerances]
@@ -139,31 +96,22 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
     """The runs that are not timed: the reference and its check, the scene's own elements at a tiny step, and the whole
     run by the scene's own scheme and by generalized-alpha."""
     space, step = plan.reference
-    own, (end, whole_step) = acc.space_of(scene), plan.whole
+    own, (end, whole_step) = settings.space_of(scene), plan.whole
     whole = load_scene(scene, **{"time.end": end})
     wanted = {
         "check": (scene, Space(space.mu, space.nu, space.cells // 2), Stepping(ALPHA, 2 * step)),
         "reference": (scene, space, Stepping(ALPHA, step)),
         "mesh": (scene, own, Stepping(ALPHA, plan.mesh_step)),
-        "whole_own": (whole, own, acc.stepping_of(scene)),
+        "whole_own": (whole, own, settings.stepping_of(scene)),
         "whole": (whole, own, Stepping(ALPHA, whole_step)),
     }
-    store = Path(folder) / "cases"
-    return {
-        name: wp.case_of(*how, "reference") | {"file": str(store / f"{name}-{how[1].cells}-{how[2].step:g}.npz")}
-        for name, how in wanted.items()
-    }
+    return {name: acc.with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
 
 
-def timed_cases(scene: Scene, plan: Plan, reference: dict) -> list[dict]:
+def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path) -> list[dict]:
     """The cases of the figure; the quantities of those on the scene's own elements are kept."""
-    own, store = acc.space_of(scene), Path(reference["file"]).parent
-    cases = wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
-    for case in cases:
-        if (case["pair"], case["cells"]) == (own.pair, own.cells):
-            name = f"{case['scheme']}-{case['tolerance'] or case['step']:g}{'-adaptive' if case['tolerance'] else ''}"
-            case["file"] = str(store / f"{name}.npz")
-    return cases
+    own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
+    return [acc.with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
 
 
 def pendulum(scheme: str, step: float, end: float) -> dict:
@@ -177,7 +125,7 @@ def pendulum(scheme: str, step: float, end: float) -> dict:
 
 def evaluate_pendulum(case: dict) -> dict:
     """Share of its amplitude that the pendulum has left at the end, and that of the linear theory."""
-    simulation = Simulation(load_scene(pendulum(case["scheme"], case["step"], case["end"])), wp.MPI.COMM_SELF)
+    simulation = Simulation(load_scene(pendulum(case["scheme"], case["step"], case["end"])), MPI.COMM_SELF)
     try:
         for _ in simulation.run():
             pass
@@ -196,7 +144,7 @@ def evaluate_pendulum(case: dict) -> dict:
 def pendulum_cases(quick: bool) -> list[dict]:
     """Every scheme at the paper's step over the paper's run."""
     end = 12.0 if quick else 120.0
-    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in acc.SCHEMES]
+    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
 
 
 # -- judgement of one scene --------------------------------------------------------------------------------------------
@@ -204,22 +152,22 @@ def pendulum_cases(quick: bool) -> list[dict]:
 
 def examine(name: str, plan: Plan, folder: Path) -> dict | None:
     """All numbers of a scene, with its figure saved in `folder`; None on all ranks but 0."""
-    scene, store = acc.shortened(load_scene(name), plan.end), Path(folder) / "work" / name
+    scene, store = settings.shortened(load_scene(name), plan.end), Path(folder) / "work" / name
     fine = fine_cases(scene, plan, store)
     evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
-    found = evaluate_all(wp.evaluate, timed_cases(scene, plan, fine["reference"]), store, wp.structure)
+    found = evaluate_all(wp.evaluate, timed_cases(scene, plan, fine["reference"], store), store, wp.structure)
     if found is None:
         return None
-    own = wp.reference_errors(scene, fine["check"], fine["reference"])
     add_scheme_errors(found, scene, plan, fine["mesh"])
-    rows = wp.mark([{k: v for k, v in row.items() if k not in wp.HIDDEN} for row in found], own)
-    said = wp.notes(rows, own, fine["reference"], wp.MPI.COMM_WORLD.size)
-    save(folder, f"work-precision-{name}", rows, wp.draw(rows, own), said)
+    rows, own = wp.judged(found, scene, fine["check"], fine["reference"])
+    said = wp.notes(rows, own, fine["reference"], MPI.COMM_WORLD.size)
+    with matplotlib.rc_context(STYLE):
+        save(folder, Table(f"work-precision-{name}", rows, notes=said, figure=wp.draw(rows, own)))
     return {
         "name": name,
         "end": plan.end,
         "start": acc.window_start(scene),
-        "period": acc.period_of(scene),
+        "period": settings.period_of(scene),
         "space_step": plan.space_step,
         "repeats": plan.repeats,
         "rows": rows,
@@ -235,25 +183,25 @@ def add_scheme_errors(rows: list[dict], scene: Scene, plan: Plan, mesh: dict) ->
 
     None where that run's own error (Richardson, from the smallest step of generalized-alpha) hides it.
     """
-    truth = Reference(wp.read_run(mesh["file"]), acc.window_start(scene))
+    truth = Reference(Run.kept(mesh["file"]), acc.window_start(scene))
     kept = [row for row in rows if "file" in row and not row["reason"]]
     names = acc.quantities_of(scene)
     for row in kept:
-        run = wp.read_run(row["file"])
+        run = Run.kept(row["file"])
         row |= {f"scheme_error_{name}": truth.error(run, name).rms for name in names}
     alpha = min((r for r in kept if r["scheme"] == ALPHA), key=lambda row: row["step"])
     ratio = (alpha["step"] / plan.mesh_step) ** 2
     limits = {name: alpha[f"scheme_error_{name}"] / (ratio - 1) for name in names}
     for row in kept:
         for name in names:
-            if not acc.resolved(row[f"scheme_error_{name}"], limits[name]):
+            if not compare.resolved(row[f"scheme_error_{name}"], limits[name]):
                 row[f"scheme_error_{name}"] = None
 
 
 def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
     """Largest and smallest value after the ramp in the whole run: by the scene's own scheme, and of second order."""
     start, rows = acc.window_start(scene), []
-    own, second = (wp.read_run(fine[key]["file"]) for key in ("whole_own", "whole"))
+    own, second = (Run.kept(fine[key]["file"]) for key in ("whole_own", "whole"))
     for name in acc.quantities_of(scene):
         if own.values[name].ndim > 1:
             continue
@@ -274,17 +222,18 @@ def run(folder: Path, quick: bool = False) -> None:
     folder/work keeps the cases.  quick: a small version, to see that all works; its numbers are not worth quoting.
     """
     folder = Path(folder)
-    if wp.MPI.COMM_WORLD.rank == 0:
+    if MPI.COMM_WORLD.rank == 0:
         folder.mkdir(parents=True, exist_ok=True)
-    static = convergence.run(folder / "work" / "convergence", (2,), (4, 8, 16) if quick else (4, 8, 16, 32))
+    cells = (4, 8, 16) if quick else (4, 8, 16, 32)
+    static = run_study(convergence, folder / "work" / "convergence", figures=(2,), cells=cells).rows
     free = evaluate_all(evaluate_pendulum, pendulum_cases(quick), folder / "work" / "pendulum")
     scenes = [examine(name, plan, folder) for name, plan in (QUICK if quick else FULL).items()]
-    if static is None:
+    if not static:
         return
-    facts = {"quick": quick, "machine": text.machine(), "static": text.static_rows(static[2, "Neumann"])}
+    facts = {"quick": quick, "machine": text.machine(), "static": text.static_rows(static["figure2-neumann"])}
     facts |= {"pendulum": free, "scenes": [text.judge(facts_of_scene) for facts_of_scene in scenes]}
     facts["recommendations"] = text.recommendations(facts)
-    save(folder, "schemes", text.scheme_rows(facts), text.draw(facts["scenes"]))
+    save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))
     (folder / "report.json").write_text(json.dumps(facts, indent=1))
     (folder / "report.md").write_text(text.markdown(facts))
     print((folder / "report.md").read_text())

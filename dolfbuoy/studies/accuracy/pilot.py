@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import InputError, SolveError
-from ..scene import Scene
-from . import accuracy as acc
-from .accuracy import Reference, Space, Stepping, percent
+from ...errors import InputError, SolveError
+from ...results import compare
+from ...results.compare import Reference, percent
+from ...scene import Scene, settings
+from ...scene.settings import Space, Stepping
+from . import measure as acc
 
 #: Share of the accuracy that each reference's own error may take.
 OWN = 1 / 8
@@ -92,12 +94,12 @@ class Pilot:
     runs: dict = field(default_factory=dict)
 
     def __post_init__(self):
-        self.scene = acc.shortened(self.whole)
+        self.scene = settings.shortened(self.whole)
         self.start = acc.window_start(self.scene)
-        period, end = acc.period_of(self.scene), self.scene.time.end
+        period, end = settings.period_of(self.scene), self.scene.time.end
         largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
         self.first_step = min(largest, end / 50)
-        own = acc.space_of(self.scene)
+        own = settings.space_of(self.scene)
         self.mesh = Space(2, 1, min(max(own.mu * own.cells // 2, 4), 20)) if own.mu else own
         self.time_curves: dict[tuple[str, bool], Curve] = {}
         self.space_curves: dict[tuple[int, int], Curve] = {}
@@ -108,7 +110,7 @@ class Pilot:
         key = (space, stepping)
         if key not in self.runs:
             try:
-                self.runs[key] = acc.compute(acc.with_settings(self.scene, space, stepping), [self.quantity])
+                self.runs[key] = acc.compute(settings.with_settings(self.scene, space, stepping), [self.quantity])
             except SolveError as error:
                 self.runs[key] = None
                 self.say(f"  {space}{stepping} fails: {error}")
@@ -121,14 +123,14 @@ class Pilot:
             raise InputError(f"--quantity {self.quantity}: it does not change in this scene.")
         return reference.error(run, self.quantity).rms
 
-    def refine(self, settings, what, highest):
-        """Run settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
+    def refine(self, chosen, what, highest):
+        """Run the chosen settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
 
         highest: order that Richardson's estimate may count on.  Returns (settings, runs, own error of the last),
         without those that failed.
         """
         good, runs, own, changes = [], [], math.inf, []
-        for setting in settings:
+        for setting in chosen:
             run = self.run(*setting)
             if run is None and len(runs) > 1:
                 break  # finer is no better here
@@ -137,7 +139,7 @@ class Pilot:
             good, runs = [*good, setting], [*runs, run]
             if len(runs) > 1:
                 changes.append(self.difference(runs[-2], runs[-1]))
-                own = acc.own_error(changes, highest)
+                own = compare.own_error(changes, highest)
                 if own <= OWN * self.accuracy:
                     return good, runs, own
             if len(changes) > 2 and changes[-1] > 0.7 * changes[-3]:
@@ -152,10 +154,10 @@ class Pilot:
     def measure_time(self):
         """Curves over step or tolerance of every scheme, on the moderate mesh."""
         steps = [self.first_step / 2**k for k in range(9)]
-        settings, runs, own = self.refine([(self.mesh, Stepping(ALPHA, h)) for h in steps], "in time", 2)
-        self.finest, self.own_time = settings[-1][1].step, own
+        good, runs, own = self.refine([(self.mesh, Stepping(ALPHA, h)) for h in steps], "in time", 2)
+        self.finest, self.own_time = good[-1][1].step, own
         self.time_truth = runs[-1]
-        points = [(s[1].step, self.difference(r, runs[-1]) + own) for s, r in zip(settings, runs, strict=True)]
+        points = [(s[1].step, self.difference(r, runs[-1]) + own) for s, r in zip(good, runs, strict=True)]
         points[-1] = (self.finest, own)
         self._keep_time(ALPHA, False, points)
         steps = [h for h in steps if h >= self.finest]
@@ -183,8 +185,8 @@ class Pilot:
         key = "tolerance" if adaptive else "step"
         for x, error in points:
             run = self.run(self.mesh, self._stepping(scheme, adaptive, x))
-            settings = {"error_in": "time", "pair": self.mesh.pair, "cells": self.mesh.cells, "scheme": scheme}
-            self.rows.append(settings | {key: x, "error_percent": 100 * error} | _costs(run))
+            what = {"error_in": "time", "pair": self.mesh.pair, "cells": self.mesh.cells, "scheme": scheme}
+            self.rows.append(what | {key: x, "error_percent": 100 * error} | _costs(run))
 
     def _stepping(self, scheme, adaptive, x):
         return Stepping(scheme, self.finest, x) if adaptive else Stepping(scheme, x)
@@ -199,9 +201,9 @@ class Pilot:
         alpha = self.time_curves[ALPHA, False]
         self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest
         stepping = Stepping(ALPHA, self.step)
-        settings, runs, own = self.refine([(Space(3, 2, 2 * 2**k), stepping) for k in range(7)], "in space", 3)
-        self.best, self.own_space, self.space_truth = settings[-1][0], own, runs[-1]
-        points = [(s[0].cells, self.difference(r, runs[-1]) + own) for s, r in zip(settings, runs, strict=True)]
+        good, runs, own = self.refine([(Space(3, 2, 2 * 2**k), stepping) for k in range(7)], "in space", 3)
+        self.best, self.own_space, self.space_truth = good[-1][0], own, runs[-1]
+        points = [(s[0].cells, self.difference(r, runs[-1]) + own) for s, r in zip(good, runs, strict=True)]
         points[-1] = (self.best.cells, own)
         self._keep_space((3, 2), points)
         most = 4 * self.best.cells
@@ -221,9 +223,9 @@ class Pilot:
         self.space_curves[pair] = Curve([(1 / n, error) for n, error in points])
         for n, error in points:
             space = Space(*pair, n)
-            settings = {"error_in": "space", "pair": space.pair, "cells": n, "scheme": ALPHA, "step": self.step}
+            what = {"error_in": "space", "pair": space.pair, "cells": n, "scheme": ALPHA, "step": self.step}
             run = self.run(space, Stepping(ALPHA, self.step))
-            self.rows.append(settings | {"error_percent": 100 * error} | _costs(run))
+            self.rows.append(what | {"error_percent": 100 * error} | _costs(run))
 
     # -- cost
 

@@ -13,22 +13,24 @@ belongs to the time integration alone and must vanish with the step at the order
 import itertools
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from ..errors import InputError
-from ..forms import cable as cable_form
-from ..model import effects
-from ..model.rigid import rotation_of
-from ..motion.simulation import Simulation
-from ..results.style import PAGE, STYLE, new_figure
-from ..scene import load_scene
-from ..solver.real import real_space
-from ..solver.unknowns import Contribution, Part
-from . import common
+from ...errors import InputError
+from ...forms import cable as cable_form
+from ...model import effects
+from ...model.rigid import rotation_of
+from ...motion.simulation import Simulation
+from ...results.style import PAGE, new_figure
+from ...scene import load_scene
+from ...solver.real import real_space
+from ...solver.unknowns import Contribution, Part
+from ..declaration import declared
+from ..study import Table, groups, numbers, orders
+
+WORDS = declared(__file__)
 
 #: Energies [J]; the others are powers [W].
 STORED = ("kinetic", "elastic", "gravity")
@@ -153,59 +155,47 @@ def evaluate(case: dict) -> dict:
         simulation.problem.destroy()
 
 
-def cases(name, t_end, steps, schemes=SCHEMES):
-    """Every scheme with every step."""
+def cases(scene: str | None = None, t_end: float | None = None, steps=None) -> list[dict]:
+    """Every scheme with every step, of one scene or of a driven cable and the moored buoy `short`."""
+    chosen = {name: SCENES.get(name, (20.0, (0.04, 0.02, 0.01))) for name in ([scene] if scene else SCENES)}
     return [
-        {"scene": name, "t_end": t_end, "scheme": scheme, "step": step}
-        for scheme, step in itertools.product(schemes, steps)
+        {"scene": name, "t_end": t_end or usual_end, "scheme": scheme, "step": step}
+        for name, (usual_end, usual_steps) in chosen.items()
+        for scheme, step in itertools.product(SCHEMES, steps or usual_steps)
     ]
 
 
-COLUMNS = {
-    "scheme": "scheme",
-    "step": "step [s]",
-    "top": "top [J]",
-    "stream": "moving water [J]",
-    "inertia": "water's inertia [J]",
-    "buoyancy": "buoyancy [J]",
-    "outer": "wind, F_ext [J]",
-    "damping": "damping [J]",
-    "drag": "drag [J]",
-    "stored": "stored [J]",
-    "defect": "defect [J]",
-    "relative": "defect/drag",
-    "order": "order",
-}
+def structure(case: dict) -> str:
+    """What decides which forms are compiled."""
+    return case["scene"]
 
 
-def run(folder: Path, name: str | None = None, t_end: float | None = None, steps=None) -> None:
-    """Balance of one scene, or of a driven cable and of the moored buoy `short`; tables, files, figures."""
-    for scene in [name] if name else SCENES:
-        default_end, default_steps = SCENES.get(scene, (20.0, (0.04, 0.02, 0.01)))
-        chosen = cases(scene, t_end or default_end, steps or default_steps)
-        rows = common.evaluate_all(evaluate, chosen, folder, structure=lambda case: case["scene"])
-        if rows is None:
-            continue
-        for scheme in SCHEMES:
-            mine = [row for row in rows if row["scheme"] == scheme]
-            common.orders(mine, "relative", "step")
-        for row in rows:
-            row["order"], row["stored"] = row.pop("order_relative"), sum(row[part] for part in STORED)
-        shown = {key: title for key, title in COLUMNS.items() if key == "order" or any(row[key] for row in rows)}
-        label = Path(scene).stem
-        common.save(folder, f"energy-{label}", rows, figure(rows))
-        common.show(f"Energy of {label} over {rows[0]['t_end']:g} s: stored - put in = defect", rows, shown)
+def request(steps: str | None, **given) -> dict:
+    """What `cases` takes."""
+    return {"steps": numbers("--steps", steps), **given}
 
 
-def figure(rows):
+def tables(rows: list[dict], **_) -> list[Table]:
+    """The balance of every scene."""
+    return [_balance(Path(scene).stem, chosen) for scene, chosen in groups(rows, "scene").items()]
+
+
+def _balance(label, rows):
+    for mine in groups(rows, "scheme").values():
+        orders(mine, "relative", "step")
+    for row in rows:
+        row["order"], row["stored"] = row.pop("order_relative"), sum(row[part] for part in STORED)
+    shown = {key: title for key, title in WORDS.columns.items() if key == "order" or any(row[key] for row in rows)}
+    title = WORDS.say("title", label=label, end=rows[0]["t_end"])
+    return Table(f"energy-{label}", rows, title, shown, figure=draw(rows))
+
+
+def draw(rows: list[dict]):
     """Defect against the step, one line per scheme."""
-    with mpl.rc_context(STYLE):
-        shown = new_figure(PAGE / 2, 2.8)
-        axes = shown.subplots()
-        for scheme in dict.fromkeys(row["scheme"] for row in rows):
-            mine = [row for row in rows if row["scheme"] == scheme]
-            axes.loglog([row["step"] for row in mine], [row["relative"] for row in mine], "o-", label=scheme)
-        axes.set_xlabel("step [s]")
-        axes.set_ylabel("defect / work of the drag")
-        axes.legend()
-    return shown
+    figure = new_figure(PAGE / 2, 2.8)
+    axes = figure.subplots()
+    for scheme, mine in groups(rows, "scheme").items():
+        axes.loglog([row["step"] for row in mine], [row["relative"] for row in mine], "o-", label=scheme)
+    axes.set(xlabel="step [s]", ylabel="defect / work of the drag")
+    axes.legend()
+    return figure

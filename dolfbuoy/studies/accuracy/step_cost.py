@@ -14,18 +14,19 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import matplotlib
 import numpy as np
 from mpi4py import MPI
-from petsc4py import PETSc
 
-from ..api import Recorder
-from ..errors import InputError
-from ..motion.simulation import Simulation
-from ..results.style import COLORS, PAGE, STYLE, new_figure
-from ..scene import load_scene
-from ..solver import compat
-from .common import save, show
+from ...api import Recorder
+from ...errors import InputError
+from ...motion.simulation import Simulation
+from ...results.style import COLORS, PAGE, new_figure
+from ...scene import load_scene
+from ...solver import compat, floor
+from ..declaration import declared
+from ..study import Table
+
+WORDS = declared(__file__)
 
 WARM_UP = 50  # steps before the clock starts
 GROUP = 10  # steps that are timed together: a kept Jacobian is new in some of them only
@@ -43,75 +44,6 @@ def typical(function, count: int = 60) -> float:
     return float(np.median(times))
 
 
-# -- the floor ---------------------------------------------------------------------------------------------------------
-
-
-def back_to_back(system):
-    """A function of numbers of iterations, residuals and Jacobians: assemblers and direct solver alone, in turn."""
-    assemblers = Assemblers(system)
-    factorise, solve = _direct_solver(system)
-
-    def floor(n_K, n_R, n_J):
-        for k in range(n_K):
-            for _ in range(n_J * k // n_K, n_J * (k + 1) // n_K):
-                assemblers.jacobians()
-                factorise()
-            solve()
-            for _ in range(n_R * k // n_K, n_R * (k + 1) // n_K):
-                assemblers.residuals()
-
-    return floor
-
-
-class Assemblers:
-    """dolfinx's assemblers of a System's forms, in its present state: into `b`, and into `A` with its pattern."""
-
-    def __init__(self, system):
-        self.b, self.A = np.zeros(system.size), system.A.duplicate()
-        self.A.setLGMap(system.lgmap, system.lgmap)
-        for c in (*system.residuals, *system.jacobians):
-            c.prepare()
-        self._residuals = system.residuals
-        self._jacobians = [(c, self.A.getLocalSubMatrix(*map(_numbers, c.sides))) for c in system.jacobians]
-
-    def residuals(self):
-        """Add all residuals."""
-        for c in self._residuals:
-            c.add_to_vector(self.b)
-
-    def jacobians(self):
-        """Add all Jacobians; PETSc has to assemble A afterwards."""
-        for c, block in self._jacobians:
-            c.add_to_matrix(block)
-
-
-def _numbers(part):
-    numbers = np.arange(part.slice.start, part.slice.stop, dtype=PETSc.IntType)
-    return PETSc.IS().createGeneral(numbers, comm=PETSc.COMM_SELF)
-
-
-def _direct_solver(system):
-    """A factorisation of the present Jacobian, and a solve with it."""
-    system.assemble_jacobian()
-    A = system.A.copy()
-    A.diagonalScale(system._row_scale, system._unknown_scale)
-    pc = PETSc.PC().create(A.comm)
-    pc.setType("lu")
-    pc.setFactorSolverType(system.direct)
-    if system.direct == "petsc":
-        pc.setFactorOrdering("natural")
-    pc.setOperators(A)
-    pc.setUp()
-
-    def again():
-        A.stateIncrease()  # PETSc factorises again only what has changed
-        pc.setUp()
-
-    x, y = A.createVecs()
-    x.set(1.0)
-    return again, lambda: pc.apply(x, y)
-
-
 # -- runs --------------------------------------------------------------------------------------------------------------
 
 
@@ -125,13 +57,13 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
         for _ in range(WARM_UP):
             recorder.add(*next(marches[0]))
             next(marches[1])
-        groups = _groups(simulation, marches[0], recorder, back_to_back(twin.system), steps // GROUP)
+        groups = _groups(simulation, marches[0], recorder, floor.back_to_back(twin.newton), steps // GROUP)
         recorder.close()
     done = GROUP * len(groups["steps"])
     n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
     row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
     row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
-    factorise, solve = (typical(work, count) for work in _direct_solver(twin.system))
+    factorise, solve = (typical(work, count) for work in floor.direct_solver(twin.newton))
     row |= _split(groups, n_J / n_K * factorise, solve, done / n_K)
     for sim in (simulation, twin):
         sim.problem.destroy()
@@ -140,12 +72,14 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
 
 def _groups(simulation, march, recorder, floor, count):
     """Counts of each group of steps, and its seconds: of parts of Newton's method, of steps, record, and floor."""
-    system, end = simulation.system, simulation.scene.time.end
-    parts = {"newton": "solve", "residuals of it": "_add_residuals", "jacobians of it": "_add_jacobians"}
-    parts |= {"matrices of it": "_assemble_matrix"}
-    clocks, rows = {name: _clocked(system, method) for name, method in parts.items()}, []
+    newton, system, end = simulation.newton, simulation.system, simulation.scene.time.end
+    parts = {"residuals of it": "add_residuals", "jacobians of it": "add_jacobians"}
+    parts |= {"matrices of it": "assemble_matrix"}
+    clocks = {"newton": _clocked(newton, "solve")}
+    clocks |= {name: _clocked(system, method) for name, method in parts.items()}
+    rows = []
     while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
-        counted, in_steps, in_record = _counts(system), 0.0, 0.0
+        counted, in_steps, in_record = _counts(newton), 0.0, 0.0
         for times in clocks.values():
             times.clear()
         for _ in range(GROUP):
@@ -155,7 +89,7 @@ def _groups(simulation, march, recorder, floor, count):
             recorder.add(*step)
             in_steps += middle - begin
             in_record += time.process_time() - middle
-        numbers = [now - then for now, then in zip(_counts(system), counted, strict=True)]
+        numbers = [now - then for now, then in zip(_counts(newton), counted, strict=True)]
         begin = time.process_time()
         floor(*numbers)
         in_floor = time.process_time() - begin
@@ -164,9 +98,9 @@ def _groups(simulation, march, recorder, floor, count):
     return dict(zip(names, np.array(rows).T, strict=True))
 
 
-def _clocked(system, method):
+def _clocked(thing, method):
     """Seconds of every call of a method from now on."""
-    call, times = getattr(system, method), []
+    call, times = getattr(thing, method), []
 
     def clocked(*args):
         begin = time.process_time()
@@ -174,12 +108,12 @@ def _clocked(system, method):
         times.append(time.process_time() - begin)
         return result
 
-    setattr(system, method, clocked)
+    setattr(thing, method, clocked)
     return times
 
 
-def _counts(system):
-    return system.iterations_total, system.residuals_total, system.jacobians_total
+def _counts(newton):
+    return newton.iterations_total, newton.residuals_total, newton.jacobians_total
 
 
 def _split(groups, factorisation, solve, steps):
@@ -208,9 +142,9 @@ def _split(groups, factorisation, solve, steps):
 # -- the study ---------------------------------------------------------------------------------------------------------
 
 
-def run(folder: Path, name: str, steps: int) -> None:
-    """Measure a scene, print the table, save rows and figure.  Raises InputError for a scene without enough steps."""
-    scene = load_scene(name)
+def compute(folder, scene: str, steps: int) -> list[dict]:
+    """Measure a scene with new and with kept Jacobians.  Raises InputError for a scene without enough steps."""
+    scene = load_scene(scene)
     if scene.time is None:
         raise InputError("Missing section [time]: step-cost measures a run.")
     if scene.time.tolerance is not None or scene.time.end < 2 * WARM_UP * scene.time.step:
@@ -219,41 +153,38 @@ def run(folder: Path, name: str, steps: int) -> None:
         )
     if MPI.COMM_WORLD.size > 1:
         raise InputError("step-cost measures one rank; start it without mpirun.")
-    rows = [measure(scene, steps, keep) for keep in (False, True)]
-    columns = {"jacobian": "Jacobian", "iterations": "its/step", "residuals": "R/step", "jacobians": "J/step"}
-    columns |= {key: key for key in rows[0] if key not in columns and key not in ("steps", "unknowns")}
+    return [measure(scene, steps, keep) for keep in (False, True)]
+
+
+def tables(rows: list[dict], scene: str, **_) -> list[Table]:
+    """The rows, shown as columns."""
+    headings = {"iterations": "its/step", "residuals": "R/step", "jacobians": "J/step"}
+    headings |= {key: key for key in rows[0] if key not in ("jacobian", "steps", "unknowns", *headings)}
+    lines = [{"part": said} | {row["jacobian"]: row[key] for row in rows} for key, said in headings.items()]
     versions = ", ".join(f"{key} {value}" for key, value in compat.versions().items())
     notes = [
-        *(
-            f"{row['jacobian']} Jacobians: a Newton iteration takes {row['ratio']:.2f} times its floor of "
-            f"{row['floor']:.0f} us, with all that a step does besides {row['ratio of a step']:.2f} times; "
-            f"{row['milliseconds per step']:.2f} ms per step"
-            for row in rows
-        ),
-        f"{rows[0]['unknowns']} unknowns, {rows[0]['steps']} steps; {versions}",
+        WORDS.say("ratio", **row, whole=row["ratio of a step"], milliseconds=row["milliseconds per step"])
+        for row in rows
     ]
-    transposed = [
-        {"part": heading, **{row["jacobian"]: row[key] for row in rows}}
-        for key, heading in columns.items()
-        if key != "jacobian"
+    notes.append(WORDS.say("size", unknowns=rows[0]["unknowns"], steps=rows[0]["steps"], versions=versions))
+    title = WORDS.say("title", scene=load_scene(scene).title or scene)
+    return [
+        Table(f"step_cost_{Path(scene).stem}", rows, notes=notes, figure=draw(rows)),
+        Table("", lines, title, WORDS.columns, notes),
     ]
-    title = f"Cost of a Newton iteration of {scene.title or name} [us]"
-    show(title, transposed, {"part": "", "new": "new Jacobians", "kept": "kept Jacobians"}, notes)
-    save(folder, f"step_cost_{Path(name).stem}", rows, figure(rows), notes)
 
 
-def figure(rows: list[dict]):
+def draw(rows: list[dict]):
     """Stacked bars of the parts, and the floor."""
-    with matplotlib.rc_context(STYLE):
-        fig = new_figure(PAGE, 2.2)
-        axes = fig.add_subplot()
-        for k, row in enumerate(rows):
-            left = 0.0
-            for name, color in zip(PARTS, [*list(COLORS.values())[:5], "0.5", "0.7", "0.85"], strict=True):
-                axes.barh(k, row[name], left=left, height=0.6, color=color, label=name if k == 0 else None)
-                left += row[name]
-            axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)
-        axes.set_yticks(range(len(rows)), [f"{row['jacobian']} Jacobians" for row in rows])
-        axes.set_xlabel("microseconds per Newton iteration")
-        axes.legend(fontsize="x-small", ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.35), frameon=False)
-    return fig
+    figure = new_figure(PAGE, 2.2)
+    axes = figure.add_subplot()
+    for k, row in enumerate(rows):
+        left = 0.0
+        for name, color in zip(PARTS, [*list(COLORS.values())[:5], "0.5", "0.7", "0.85"], strict=True):
+            axes.barh(k, row[name], left=left, height=0.6, color=color, label=name if k == 0 else None)
+            left += row[name]
+        axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)
+    axes.set_yticks(range(len(rows)), [f"{row['jacobian']} Jacobians" for row in rows])
+    axes.set_xlabel("microseconds per Newton iteration")
+    axes.legend(fontsize="x-small", ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.35), frameon=False)
+    return figure

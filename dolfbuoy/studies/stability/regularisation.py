@@ -13,29 +13,20 @@ import contextlib
 import numpy as np
 from mpi4py import MPI
 
-from ..api import simulate, solve_static
-from ..errors import InputError
-from ..forms import morison
-from ..model import buoy as buoy_model
-from ..scene import Scene, load_scene
-from .common import evaluate_all, save, show
+from ...api import simulate, solve_static
+from ...errors import InputError
+from ...forms import morison
+from ...model import buoy as buoy_model
+from ...scene import Scene, load_scene
+from ..declaration import declared
+from ..study import Table
+
+WORDS = declared(__file__)
 
 #: What is rounded off -> (module, name of its scale, unit, factors).
 SCALES = {
     "|v| in drag": (morison, "SMOOTHING_SPEED", "m/s", (1.0, 1e-2, 1e2, 1e4)),
     "wet section": (buoy_model, "SOFTENING_CELLS", "axis cells", (1.0, 0.5, 0.75, 1.5, 2.0)),
-}
-COLUMNS = {
-    "what": "rounded off",
-    "scale": "scale",
-    "unit": "",
-    "static_tension": "T at rest [N]",
-    "static_height": "z at rest [m]",
-    "largest_tension": "largest T [N]",
-    "change_static_tension": "change",
-    "change_static_height": "change of z [m]",
-    "change_largest_tension": "change",
-    "change_position": "rms change of position [m]",
 }
 
 
@@ -49,6 +40,11 @@ def scaled(what: str, factor: float):
         yield factor * usual
     finally:
         setattr(module, name, usual)
+
+
+def request(scene: str, t_end: float) -> dict:
+    """The scene until t_end."""
+    return {"scene": load_scene(scene, time__end=t_end)}
 
 
 def cases(scene: Scene) -> list[dict]:
@@ -97,20 +93,8 @@ def _compared(row, usual):
     return result
 
 
-def run(folder, scene: Scene) -> list[dict] | None:
-    """Evaluate, save and show; None on all ranks but 0."""
-    rows = evaluate_all(evaluate, cases(scene), folder)
-    if rows is None:
-        return None
-    rows = compare(rows)
-    notes = [
-        f"Default scales: {morison.SMOOTHING_SPEED:g} m/s and {buoy_model.SOFTENING_CELLS:g} axis cells of the hull."
-    ]
-    save(folder, "regularisation", rows, notes=notes)
-    show(f"Regularisations, until t = {scene.time.end:g} s; {folder}", rows, COLUMNS, notes)
-    return rows
-
-
-def load(scene, t_end: float) -> Scene:
-    """The scene until t_end."""
-    return load_scene(scene, time__end=t_end)
+def tables(rows: list[dict], scene: Scene) -> list[Table]:
+    """What every scale changes."""
+    usual = WORDS.say("usual", speed=morison.SMOOTHING_SPEED, cells=buoy_model.SOFTENING_CELLS)
+    title = WORDS.say("title", end=scene.time.end)
+    return [Table("regularisation", compare(rows), title, WORDS.columns, [usual])]

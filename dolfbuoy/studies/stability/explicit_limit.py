@@ -14,19 +14,21 @@ equal elements lambda rho0 H^2/EA = 6 (1 - cos x)/(2 + cos x), with a lumped mas
 
 import math
 
-import matplotlib
 import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from scipy.linalg import eigh
 
-from ..errors import InputError
-from ..meshes import cable_nodes
-from ..results.style import COLORS, PAGE, STYLE, new_figure
-from ..scene import load_scene
-from ..solver import compat
-from .common import evaluate_all, save, show
+from ...errors import InputError
+from ...meshes import cable_nodes
+from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...scene import load_scene
+from ...solver import compat
+from ..declaration import declared
+from ..study import Table, groups
+
+WORDS = declared(__file__)
 
 DEGREES = (1, 2, 3, 4)
 SIZES = (1, 2, 4, 10, 20, 100)
@@ -40,9 +42,8 @@ PAPER = {
     "short": {"length": 22.0, "elements": 20, "rho0": 27.6, "EA": 2.3e8},
     "long": {"length": 750.0, "elements": 200, "rho0": 9.3, "EA": 2.3e8},
 }
-PAPER = {
-    name: {**cable, "grading": 1.0, "degree": 1, "end": "fixed-free", "step": 0.01} for name, cable in PAPER.items()
-}
+for _cable in PAPER.values():
+    _cable |= {"grading": 1.0, "degree": 1, "end": "fixed-free", "step": 0.01}
 
 
 # -- eigenvalues -------------------------------------------------------------------------------------------------------
@@ -99,13 +100,8 @@ def steps(case: dict) -> dict:
     K, M, s = matrices(nodes, case["degree"], case["rho0"], case["EA"])
     bound = math.sqrt(4.0 if case["lumped"] else element_constant(case["degree"])) * wave / H
     true = math.sqrt(largest(K, M, s, case["end"], case["lumped"]))
-    result = {
-        "H": H,
-        "wave_speed": wave,
-        "omega_12": math.sqrt(12) * wave / H,
-        "omega_bound": bound,
-        "omega_true": true,
-    }
+    result = {"H": H, "wave_speed": wave, "omega_12": math.sqrt(12) * wave / H}
+    result |= {"omega_bound": bound, "omega_true": true}
     for scheme, C in SCHEMES.items():
         result |= {f"dt_{scheme}": C / bound, f"dt_true_{scheme}": C / true}
         result[f"steps_{scheme}"] = case["step"] * bound / C if case["step"] else None
@@ -115,6 +111,11 @@ def steps(case: dict) -> dict:
 def evaluate(case: dict) -> dict:
     """Results of either kind of case."""
     return (eigenvalues if case["study"] == "eigenvalues" else steps)(case)
+
+
+def structure(case: dict) -> int:
+    """What decides which forms are compiled."""
+    return case["degree"]
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
@@ -141,6 +142,11 @@ def cable_of(scene: str) -> dict:
     return cable | {"step": loaded.time.step if loaded.time else None}
 
 
+def request(scene: str | None) -> dict:
+    """The cables of the paper, or that of a scene."""
+    return {"cables": PAPER if scene is None else {str(scene): cable_of(scene)}}
+
+
 def cases(cables: dict[str, dict], sizes=SIZES, degrees=DEGREES) -> list[dict]:
     """The eigenvalues for every degree, and the steps of every cable with each degree on its own mesh."""
     result = [{"study": "eigenvalues", "degree": k, "elements": n} for k in degrees for n in sizes]
@@ -153,46 +159,18 @@ def cases(cables: dict[str, dict], sizes=SIZES, degrees=DEGREES) -> list[dict]:
 
 # -- output ------------------------------------------------------------------------------------------------------------
 
-EIGENVALUE_COLUMNS = {"element": "element", "elements": "N"} | {
-    _key(end) + suffix: end + name for suffix, name in (("", ""), ("_lumped", ", lumped")) for end in ENDS
-}
-STEP_COLUMNS = {
-    "scene": "cable",
-    "element": "element",
-    "H": "H [m]",
-    "omega_12": "(24) with 12 [1/s]",
-    "omega_bound": "bound [1/s]",
-    "omega_true": "true [1/s]",
-    "dt_central": "dt, central [s]",
-    "dt_RK4": "dt, RK4 [s]",
-    "step": "implicit dt [s]",
-    "steps_central": "steps for one",
-}
-
 
 def notes(eigen: list[dict], limits: list[dict]) -> list[str]:
     """The answer in words."""
     constants = {row["degree"]: row["free_free"] for row in eigen}
-    numbers = ", ".join(f"P{k} {c:.4g}" for k, c in constants.items())
-    per_node = ", ".join(f"P{k} {c / k**2:.3g}" for k, c in constants.items())
     said = [
-        f"Largest lambda rho0 H^2/EA: {numbers}.  The 12 of (24) is the sharp bound for P1 alone (lumped: 4).",
-        f"With the distance H/k of the nodes instead of H: {per_node}.  Higher degrees pay even for the same nodes.",
-        "An explicit scheme needs this step whatever it resolves, and its steps are cheap only with a lumped mass; "
-        "forward Euler is unstable for every step, and for EA = inf every explicit scheme is.  Drag and the coupling "
-        "with the buoy are not counted.",
+        WORDS.say("constants", numbers=", ".join(f"P{k} {c:.4g}" for k, c in constants.items())),
+        WORDS.say("per_node", numbers=", ".join(f"P{k} {c / k**2:.3g}" for k, c in constants.items())),
+        WORDS.say("explicit"),
     ]
-    for row in limits:
-        if row["own"] and row["step"]:
-            said.append(
-                f"{row['scene']} ({row['element']}): explicit dt <= {row['dt_central']:.2g} s (central difference) or "
-                f"{row['dt_RK4']:.2g} s (RK4, four evaluations), implicit dt = {row['step']:.2g} s: "
-                f"{row['steps_central']:.0f} or {row['steps_RK4']:.0f} explicit steps for one implicit step."
-            )
-    return said
+    return said + [WORDS.say("own", **row) for row in limits if row["own"] and row["step"]]
 
 
-@matplotlib.rc_context(STYLE)
 def figure(eigen: list[dict], limits: list[dict]):
     """Largest eigenvalues over N beside the bound (24); explicit steps beside the implicit ones."""
     figure = new_figure(PAGE, 3.3)
@@ -204,14 +182,12 @@ def figure(eigen: list[dict], limits: list[dict]):
 
 def _draw_eigenvalues(axes, rows):
     lines = dict(zip(ENDS, ("-", "--", ":"), strict=True))
-    for k, color in zip(DEGREES, ("blue", "red", "green", "orange"), strict=True):
-        group = [row for row in rows if row["degree"] == k]
+    for (k, group), color in zip(groups(rows, "degree").items(), PALETTE, strict=False):
         for end, line in lines.items():
             found = [(row["elements"], row[_key(end)]) for row in group if row[_key(end)]]
             label = end if k == 1 else None
-            axes.plot(*zip(*found, strict=True), line, marker=".", ms=4, color=COLORS[color], label=label)
-        if group:
-            axes.text(SIZES[-1] * 1.3, group[-1]["free_free"], f"P{k}", color=COLORS[color], va="center")
+            axes.plot(*zip(*found, strict=True), line, marker=".", ms=4, color=color, label=label)
+        axes.text(SIZES[-1] * 1.3, group[-1]["free_free"], f"P{k}", color=color, va="center")
     found = [(row["elements"], row["fixed_free_lumped"]) for row in rows if row["degree"] == 1]
     axes.plot(*zip(*found, strict=True), "--", marker="x", ms=4, color=COLORS["sky"])
     axes.text(SIZES[-1] * 0.12, 2.9, "P1 lumped", color=COLORS["sky"], va="center")
@@ -222,10 +198,10 @@ def _draw_eigenvalues(axes, rows):
 
 
 def _draw_steps(axes, rows):
-    cables = list(dict.fromkeys(row["scene"] for row in rows))
+    cables = groups(rows, "scene")
     marks = {"central": ("o", "blue", "central difference"), "RK4": ("s", "red", "RK4")}
-    for i, name in enumerate(cables):
-        group = [row for row in rows if row["scene"] == name]
+    for i, (name, group) in enumerate(cables.items()):
+        axes.text(6 * i + 2, 0.02, name, transform=axes.get_xaxis_transform(), ha="center")
         x = 6 * i + np.arange(len(group))
         for scheme, (mark, color, label) in marks.items():
             y = [row[f"dt_{scheme}"] for row in group]
@@ -235,29 +211,18 @@ def _draw_steps(axes, rows):
             axes.hlines(group[0]["step"], x[0] - 0.5, x[-1] + 0.5, color=COLORS["ink"], lw=1.5, label=label)
     names = [f"{row['degree']}" + ("*" if row["lumped"] else "") for row in rows]
     axes.set_xticks([6 * i + j for i in range(len(cables)) for j in range(len(rows) // len(cables))], names)
-    for i, name in enumerate(cables):
-        axes.text(6 * i + 2, 0.02, name, transform=axes.get_xaxis_transform(), ha="center")
     axes.set(yscale="log", xlabel="degree (1*: lumped mass)", ylabel="time step [s]")
     axes.set_ylim(bottom=0.5 * min(row["dt_central"] for row in rows))
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=2, borderaxespad=0.1)
 
 
-def run(folder, scene: str | None = None) -> None:
-    """Evaluate, save and show the study for a scene, or for the cables of the paper."""
-    cables = PAPER if scene is None else {str(scene): cable_of(scene)}
-    rows = evaluate_all(evaluate, cases(cables), folder, structure=lambda case: case["degree"])
-    if rows is None:
-        return
+def tables(rows: list[dict], cables: dict[str, dict]) -> list[Table]:
+    """The eigenvalues, and the steps of every cable."""
     for row in rows:
         row["element"] = f"P{row['degree']}" + (" lumped" if row.get("lumped") else "")
-    eigen, limits = ([row for row in rows if row["study"] == study] for study in ("eigenvalues", "steps"))
-    said = notes(eigen, limits)
-    save(folder, "eigenvalues", eigen)
-    save(folder, "explicit-limit", limits, figure(eigen, limits), said)
-    show("Largest lambda rho0 H^2/EA; the bound (24) is 12", eigen, EIGENVALUE_COLUMNS)
-    show(
-        "\nLargest frequency and explicit step; steps for one implicit step by central difference",
-        limits,
-        STEP_COLUMNS,
-        said,
-    )
+    eigen, limits = groups(rows, "study").values()
+    drawn, said = figure(eigen, limits), notes(eigen, limits)
+    return [
+        Table("eigenvalues", eigen, WORDS.say("eigenvalues"), WORDS.columns["eigenvalues"]),
+        Table("explicit-limit", limits, WORDS.say("steps"), WORDS.columns["steps"], said, drawn),
+    ]

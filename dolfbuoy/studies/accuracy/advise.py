@@ -7,12 +7,15 @@ from pathlib import Path
 import matplotlib
 from mpi4py import MPI
 
-from ..errors import InputError, SolveError
-from ..results.style import COLORS, PAGE, STYLE, new_figure
-from ..scene import Scene
-from . import accuracy as acc
-from .accuracy import QUANTITIES, SCHEMES, Stepping, percent
-from .common import save, show
+from ...errors import InputError, SolveError
+from ...results.compare import percent
+from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_ticks
+from ...results.tables import show
+from ...scene import Scene, settings
+from ...scene.settings import SCHEMES, Stepping
+from ..study import Table, groups, save
+from . import measure as acc
+from .measure import QUANTITIES
 from .pilot import ALPHA, Candidate, Pilot
 
 #: Share of the accuracy that a prediction may use.
@@ -60,7 +63,7 @@ def _verified(pilot, tries):
         run = pilot.run(choice.space, choice.stepping)
         measured = pilot.difference(run, truth) if run else math.inf
         if measured + own <= pilot.accuracy:
-            settled = acc.with_settings(pilot.whole, choice.space, choice.stepping)
+            settled = settings.with_settings(pilot.whole, choice.space, choice.stepping)
             return Advice(settled, choice, measured, candidates, pilot, notes)
         missed = f"with {percent(measured)} and the reference's own {percent(own)}" if run else "it fails"
         notes.append(f"{choice} does not keep the promise: {missed}; the next safer settings are taken.")
@@ -99,7 +102,7 @@ def sentences(advice: Advice) -> list[str]:
     """The advice in words."""
     pilot, choice = advice.pilot, advice.choice
     what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
-    own = (acc.space_of(pilot.whole), acc.stepping_of(pilot.whole))
+    own = (settings.space_of(pilot.whole), settings.stepping_of(pilot.whole))
     said = [
         f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {pilot.whole.time.end:g} s.",
         f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
@@ -109,7 +112,7 @@ def sentences(advice: Advice) -> list[str]:
         error = pilot.predicted(*own)
         known = f": {percent(error)} predicted" if math.isfinite(error) else ""
         said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
-    if not acc.period_of(pilot.whole):
+    if not settings.period_of(pilot.whole):
         said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
     return said
 
@@ -143,13 +146,10 @@ def report(advice: Advice, folder: Path | None, write: Path | None = None) -> No
     rows, said = table_rows(advice), sentences(advice)
     show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
     if folder is not None:
-        save(folder, "advise", rows, draw(advice), said)
-        save(folder, "advise-pilot", advice.pilot.rows)
+        save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
+        save(folder, Table("advise-pilot", advice.pilot.rows))
     if write is not None:
         advice.scene.save(write)
-
-
-_COLORS = [COLORS[name] for name in ("blue", "red", "green", "orange", "sky", "sand")]
 
 
 @matplotlib.rc_context(STYLE)
@@ -168,15 +168,12 @@ def draw(advice: Advice):
 
 def _lines(axes, pilot, kind, label):
     axes.set(xscale="log", yscale="log")
-    groups = {}
-    for row in pilot.rows:
-        if row["error_in"] == kind:
-            groups.setdefault(label(row), []).append(row)
-    for (name, rows), color in zip(groups.items(), _COLORS, strict=False):
+    lines = groups([row | {"label": label(row)} for row in pilot.rows if row["error_in"] == kind], "label")
+    for (name, rows), color in zip(lines.items(), PALETTE, strict=False):
         x = [row["steps" if kind == "time" else "cells"] for row in rows]
-        line = "o--" if "adaptive" in name else "o-"
-        axes.plot(x, [row["error_percent"] for row in rows], line, color=color, ms=3, label=name)
+        style = "o--" if "adaptive" in name else "o-"
+        axes.plot(x, [row["error_percent"] for row in rows], style, color=color, ms=3, label=name)
     axes.axhline(100 * pilot.accuracy, color=COLORS["ink"], lw=0.8, ls=":")
-    acc.plain_ticks(axes)
-    if groups:
+    plain_ticks(axes)
+    if lines:
         axes.legend()

@@ -11,28 +11,39 @@ start, relative to the range (max - min) of the full run; the change of the maxi
 What a buoy is made of (point masses, inertia) is no effect: nothing in the form would vanish with it.
 """
 
-import hashlib
-import json
+import math
 import time as clock
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from mpi4py import MPI
 from ufl.algorithms import expand_derivatives
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.corealg.traversal import unique_pre_traversal
 
-from ..errors import InputError, SolveError
-from ..model import effects as model
-from ..motion.simulation import Simulation
-from ..results.style import COLORS, PAGE, STYLE, new_figure
-from ..scene import Scene, load_scene
-from . import accuracy as acc
-from .common import evaluate_all, save, show
+from ...errors import InputError, SolveError
+from ...model import effects as model
+from ...motion.simulation import Simulation
+from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...scene import Scene, load_scene, settings
+from ..accuracy import measure as acc
+from ..declaration import declared
+from ..study import Table, groups
+
+WORDS = declared(__file__)
 
 #: Steps of both scenes that are timed in turn.
 TIMED = 200
+
+
+def request(scene, t_end: float | None, threshold: str) -> dict:
+    """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
+    return {
+        "scene": settings.shortened(load_scene(scene), t_end),
+        "threshold": acc.parse_accuracy(threshold, "--threshold"),
+    }
 
 
 def effects_of(scene: Scene) -> list[str]:
@@ -53,9 +64,7 @@ BASES = {"full": {}, "barest": {"only": []}}
 def base_cases(scene: Scene, folder) -> list[dict]:
     """The full scene and the barest one, each with the file of its run."""
     whole = scene.to_dict()
-    mark = hashlib.sha256(json.dumps(whole, sort_keys=True).encode()).hexdigest()[:12]
-    files = {base: str(Path(folder) / "cases" / f"{base}-{mark}.npz") for base in BASES}
-    return [{"study": "effects base", "scene": whole, "base": base, "file": file} for base, file in files.items()]
+    return [acc.with_file({"study": "effects base", "scene": whole, "base": base}, folder, base) for base in BASES]
 
 
 def cases(scene: Scene, bases: list[dict]) -> list[dict]:
@@ -84,7 +93,7 @@ def evaluate_base(case: dict) -> dict:
         run = acc.compute(variant(scene, **BASES[case["base"]]), acc.quantities_of(scene))
     except (InputError, SolveError) as error:
         return {"reason": str(error)}
-    np.savez_compressed(case["file"], t=run.t, **run.values)
+    run.save(case["file"])
     return {"reason": None}
 
 
@@ -109,27 +118,10 @@ def evaluate(case: dict) -> dict:
     return result
 
 
-class _Base(acc.Reference):
-    """A run to compare with, whose changes count relative to the range of the full one."""
-
-    full: acc.Reference
-
-    def range_of(self, name):
-        return self.full.range_of(name)
-
-
-def _read(file) -> acc.Run:
-    with np.load(file) as data:
-        return acc.Run(data["t"], {name: data[name] for name in data.files if name != "t"})
-
-
 def _reference(files, base, start):
-    full = acc.Reference(_read(files["full"]), start)
-    if base == "full":
-        return full
-    found = _Base(_read(files[base]), start)
-    found.full = full
-    return found
+    """The run of a base, whose changes count relative to the ranges of the full one."""
+    full = compare.Reference(acc.Run.kept(files["full"]), start)
+    return full if base == "full" else compare.Reference(acc.Run.kept(files[base]), start, full)
 
 
 def side_by_side(base: Scene, changed: Scene) -> dict:
@@ -187,9 +179,9 @@ def judge(rows: list[dict], names, threshold: float) -> tuple[list[str], list[st
 
 def _said_of(row, names):
     if row["reason"]:
-        return f"{row['effect']} (without it: {row['reason'].rstrip('.')})"
+        return f"{row['effect']} ({WORDS.say('without', reason=row['reason'].rstrip('.'))})"
     change, name = largest(row, names)
-    return f"{row['effect']} ({acc.QUANTITIES[name]} {acc.percent(change)})"
+    return f"{row['effect']} ({acc.QUANTITIES[name]} {compare.percent(change)})"
 
 
 def notes(rows: list[dict], names, threshold: float) -> list[str]:
@@ -197,57 +189,70 @@ def notes(rows: list[dict], names, threshold: float) -> list[str]:
     needed, vain = judge(rows, names, threshold)
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     said = []
-    for words, chosen in (("needs", needed), ("pays in vain for", vain)):
+    for words, chosen in (("needs", needed), ("vain", vain)):
         effects = ", ".join(_said_of(removed[name], names) for name in chosen) or "nothing"
-        said.append(f"For {acc.percent(threshold)} this scene {words}: {effects}.")
+        said.append(WORDS.say(words, threshold=compare.percent(threshold), effects=effects))
     for row in (removed[name] for name in vain):
         change, name = largest(row, names, "max_change_")
         if change > threshold:
-            said.append(f"But {row['effect']} moves the maximum of {acc.QUANTITIES[name]} by {acc.percent(change)}.")
+            moved = {"quantity": acc.QUANTITIES[name], "change": compare.percent(change)}
+            said.append(WORDS.say("maximum", effect=row["effect"], **moved))
     said += [_together(row, names, threshold) for row in rows if row["mode"] == "together"]
-    said.append(
-        "Changes: rms after the ramp, relative to the range of the full run.  Operations: distinct nodes of the "
-        "residual's expression graph.  "
-        f"Time per step: processor time, median over at most {TIMED} steps of both in turn."
-    )
-    return said
+    return [*said, WORDS.say("measures", timed=TIMED)]
 
 
 def _together(row, names, threshold):
     if row["reason"]:
-        return f"Without all of these at once: {row['reason']}"
+        return WORDS.say("together_fails", reason=row["reason"])
     change, name = largest(row, names)
     verdict = "" if change <= threshold else ", together they count"
-    said = f"{acc.QUANTITIES[name]} changes by {acc.percent(change)}{verdict}"
-    return f"Without all of these at once: {said}; a step takes {100 * row['time_ratio']:.0f} % of its time."
+    numbers = {"change": compare.percent(change), "time": 100 * row["time_ratio"]}
+    return WORDS.say("together", quantity=acc.QUANTITIES[name], verdict=verdict, **numbers)
 
 
-MODES = {"without": "left out", "alone": "added alone to the barest", "together": "all in vain left out"}
+def questions(rows: list[dict], names) -> list[Table]:
+    """A table for every question, its rows by the size of what they change; what is impossible comes first."""
+    by_mode, asked = groups(rows, "mode"), []
+    heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
+    for mode in ("without", "alone"):
+        ranked = sorted(by_mode[mode], key=lambda row: -math.inf if row["reason"] else -largest(row, names)[0])
+        shown = ranked + (by_mode.get("together", []) if mode == "without" else [])
+        why = [WORDS.say("impossible", **row) for row in shown if row["reason"]]
+        asked += [
+            Table("", [_changes(row, names) for row in shown], WORDS.say(f"{mode}_changes"), heads, why),
+            Table("", [_costs_beside(row) for row in shown], WORDS.say(f"{mode}_costs"), WORDS.columns),
+        ]
+    return asked
 
 
-def table(rows: list[dict], names) -> tuple[list[dict], dict]:
-    """Rows and columns to show."""
-    shown = []
-    for row in rows:
-        line = {"mode": MODES[row["mode"]], "effect": row["effect"], "reason": row["reason"]}
-        if not row["reason"]:
-            line |= {
-                name: f"{100 * row['change_' + name]:.2g} / {100 * row['max_change_' + name]:.2g}" for name in names
-            }
-            line |= {key: row[key] - row[f"base_{key}"] for key in ("unknowns", "operations", "forms")}
-            line["time"] = (
-                f"{1e3 * (row['step_time'] - row['base_step_time']):+.2f} ({100 * row['time_ratio'] - 100:+.0f} %)"
-            )
-        shown.append(line)
-    columns = {"mode": "", "effect": "effect"} | {name: f"{acc.QUANTITIES[name]}\nrms / max [%]" for name in names}
-    columns |= {"unknowns": "unknowns", "operations": "operations", "forms": "forms", "time": "ms per step"}
-    return shown, columns | ({"reason": "impossible"} if any(row["reason"] for row in rows) else {})
+def _label(row):
+    return "all in vain at once" if row["mode"] == "together" else row["effect"]
 
 
-_PALETTE = [COLORS[name] for name in ("blue", "sky", "red", "orange")]
+def _changes(row, names):
+    if row["reason"]:
+        return {"effect": _label(row)} | dict.fromkeys(names, "impossible")
+    return {"effect": _label(row)} | {
+        name: f"{_share(row[f'change_{name}'])} / {_share(row[f'max_change_{name}'])}" for name in names
+    }
 
 
-@matplotlib.rc_context(STYLE)
+def _share(change):
+    """In percent, with two digits and without powers of ten."""
+    if 0 < change < 1e-4:
+        return "<0.01"
+    return f"{float(f'{100 * change:.2g}'):g}" if change < 100 else ">9999"
+
+
+def _costs_beside(row):
+    line = {"effect": _label(row)}
+    if not row["reason"]:
+        line |= {key: f"{row[key] - row[f'base_{key}']:+d}" for key in ("unknowns", "operations", "forms")}
+        milliseconds = 1e3 * (row["step_time"] - row["base_step_time"])
+        line["time"] = f"{milliseconds:+.2f} ({100 * row['time_ratio'] - 100:+.0f} %)"
+    return line
+
+
 def draw(rows: list[dict], names, threshold: float):
     """Left: what leaving an effect out changes.  Right: the share of a step's time that it takes."""
     effects = list(dict.fromkeys(row["effect"] for row in rows if row["mode"] == "without"))
@@ -258,9 +263,7 @@ def draw(rows: list[dict], names, threshold: float):
     _draw_times(right, rows, places)
     left.set_yticks(list(places.values()), list(places))
     left.set_ylim(0.6 - len(effects), 0.6)
-    figure.legend(loc="lower center", ncol=3)
-    room = 0.5 / figure.get_figheight()
-    figure.get_layout_engine().set(rect=(0, room, 1, 1 - room))  # room for the legend
+    legend_below(figure, 0.5, 3)
     return figure
 
 
@@ -269,7 +272,7 @@ def _draw_changes(axes, rows, names, places, threshold):
     values = [100 * row[f"change_{name}"] for row in done for name in names if row[f"change_{name}"] > 0]
     floor = max(min([*values, 100 * threshold]) / 2, 1e-4)
     height = 0.8 / len(names)
-    for k, (name, color) in enumerate(zip(names, _PALETTE, strict=False)):
+    for k, (name, color) in enumerate(zip(names, PALETTE, strict=False)):
         y = [places[row["effect"]] + 0.4 - (k + 0.5) * height for row in done]
         x = [max(100 * row[f"change_{name}"], floor) - floor for row in done]
         axes.barh(y, x, height, left=floor, color=color, label=acc.QUANTITIES[name])
@@ -296,8 +299,8 @@ def _draw_times(axes, rows, places):
     axes.grid(False, axis="y")
 
 
-def run(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
-    """Evaluate, save and show the study; `scene` with the end that is wanted.  None on all ranks but 0."""
+def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
+    """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
         raise InputError("This scene has no effect that could be left out, or none of the quantities compared.")
@@ -306,19 +309,17 @@ def run(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
     rows = evaluate_all(evaluate, cases(scene, bases), folder)  # forms of their own: `compat` compiles them in turn
     vain = MPI.COMM_WORLD.bcast(judge(rows, names, threshold)[1] if rows is not None else None)
     if len(vain) > 1:
-        both = evaluate_all(
-            evaluate, [_case(scene, bases, "together", "all of these", {"left_out": vain}, "full")], folder
-        )
+        together = _case(scene, bases, "together", "all of these", {"left_out": vain}, "full")
+        both = evaluate_all(evaluate, [together], folder)
         rows = rows + both if rows is not None else None
-    if rows is None:
-        return None
-    rows = [{k: v for k, v in row.items() if k not in ("study", "scene", "files", "choice", "base")} for row in rows]
-    said = notes(rows, names, threshold)
-    save(folder, "effects", rows, draw(rows, names, threshold), said)
-    show(f"Effects of the scene until t = {scene.time.end:g} s; {folder}", *table(rows, names), said)
     return rows
 
 
-def load(scene, t_end: float | None, threshold: str = "1%") -> tuple[Scene, float]:
-    """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
-    return acc.shortened(load_scene(scene), t_end), acc.parse_accuracy(threshold, "--threshold")
+def tables(rows: list[dict], scene: Scene, threshold: float = 0.01) -> list[Table]:
+    """All rows in one file; shown question by question."""
+    names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
+    rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
+    said, asked = notes(rows, names, threshold), questions(rows, names)
+    asked[0].title = WORDS.say("title", end=scene.time.end) + asked[0].title
+    asked[-1].notes = said
+    return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *asked]

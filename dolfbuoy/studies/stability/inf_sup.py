@@ -15,7 +15,6 @@ determined up to a constant.
 
 import math
 
-import matplotlib
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -23,12 +22,15 @@ from matplotlib.lines import Line2D
 from mpi4py import MPI
 from scipy.linalg import cholesky, solve_triangular, svdvals
 
-from ..forms import cable as form
-from ..meshes import cable_nodes
-from ..results.style import COLORS, PAGE, STYLE, new_figure
-from ..solver import compat
-from ..statics import catenary
-from .common import evaluate_all, save, show
+from ...forms import cable as form
+from ...meshes import cable_nodes
+from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...solver import compat
+from ...statics import catenary
+from ..declaration import declared
+from ..study import Table, groups
+
+WORDS = declared(__file__)
 
 ENDS = {"dir": "fixed", "free": "free"}
 DEGREES = range(1, 5)
@@ -144,6 +146,11 @@ def evaluate(case: dict) -> dict:
     return result
 
 
+def structure(case: dict) -> tuple:
+    """What decides which forms are compiled."""
+    return case["mu"], case["nu"]
+
+
 def cases(states=tuple(STATES), pairs=PAIRS, sizes=SIZES) -> list[dict]:
     """All cases of the study."""
     keys = ("study", "state", "mu", "nu", "elements")
@@ -168,11 +175,8 @@ def verdict(rows: list[dict], end: str) -> tuple[str, float | None]:
 
 def summary(rows: list[dict]) -> list[dict]:
     """One row per state and pair: from the coarsest to the finest mesh."""
-    groups = {}
-    for row in rows:
-        groups.setdefault((row["state"], row["mu"], row["nu"]), []).append(row)
     table = []
-    for (state, mu, nu), group in groups.items():
+    for (state, mu, nu), group in groups(rows, "state", "mu", "nu").items():
         line = {"state": state, "pair": f"P{mu}-P{nu}"}
         for end in ENDS:
             line |= {f"first_{end}": group[0][f"beta_{end}"], f"last_{end}": group[-1][f"beta_{end}"]}
@@ -202,55 +206,39 @@ def notes(rows: list[dict]) -> list[str]:
         words.setdefault(line["pair"], set()).update(line[f"verdict_{end}"] for end in ENDS)
     good = [pair for pair, found in words.items() if found == {"stable"}]
     bad = [pair for pair, found in words.items() if "stable" not in found]
-    return [
-        f"Stable at every state and both kinds of end: {', '.join(good) or 'none'}.",
-        f"Unstable at every state and both kinds of end: {', '.join(bad) or 'none'}.",
-        "Why nu < mu is stable: on an element w' may be any vector of P_(mu-1).  With t0 the tangent of its middle, "
-        "q t0 is such a vector, and nearer than h/(2R) |q| to q t, R the radius of curvature: with a free end "
-        "beta_h >= sqrt(1 - (h/2R)^2) -> 1.  nu = mu - 1 is the largest space for which this holds.",
-        "Why nu >= mu is not: the Legendre polynomial q of degree mu is orthogonal to P_(mu-1) and sees w' only "
-        "through the bending of the element: beta_h = O(h/R), and higher powers for nu > mu.  On a straight cable, and "
-        "wherever nu > 2 mu - 2, the degree of r'.w', it sees nothing: spurious tensions on every element.",
-        "A fixed end costs three conditions, whatever h: beta_h tends to the constant of the cable itself, "
-        "sqrt(1 - largest eigenvalue of the mean of t t^T).  For a straight cable that is 0 (one zero for every pair: "
-        "the tension of a taut inextensible cable is undetermined), and no element can cure it: start sagged.",
-        "On meshes coarser than a fold (folded: half turn within 0.0015 L) the interpolated state is short across it, "
-        "and beta_h of a stable pair jumps with the place of the nodes, but keeps away from 0.",
-    ]
+    found = (
+        WORDS.say("stable", pairs=", ".join(good) or "none"),
+        WORDS.say("unstable", pairs=", ".join(bad) or "none"),
+    )
+    return [*found, *(WORDS.say(why) for why in ("why_stable", "why_unstable", "fixed_end", "folded"))]
 
 
 # -- output ------------------------------------------------------------------------------------------------------------
 
-_COLOR = {1: COLORS["blue"], 2: COLORS["red"], 3: COLORS["green"], 4: COLORS["orange"]}
+_COLOR = dict(zip(DEGREES, PALETTE, strict=False))
 _SIZE = {1: 8, 2: 6, 3: 4, 4: 2}
 _WHOLE = {"color": "#999999", "lw": 2.5, "alpha": 0.6}
 _LINE = {-1: ("-", r"$\nu < \mu$"), 0: ("--", r"$\nu = \mu$"), 1: (":", r"$\nu = \mu + 1$")}
-COLUMNS = {"state": "state", "pair": "pair"}
-for _end, _label in ENDS.items():
-    COLUMNS |= {f"first_{_end}": f"{_label}: {SIZES[0]}", f"last_{_end}": f"{SIZES[-1]}", f"n_zero_{_end}": "zeros"}
-COLUMNS["verdict"] = "verdict"
+COLUMNS = {key: heading.format(coarsest=SIZES[0], finest=SIZES[-1]) for key, heading in WORDS.columns.items()}
 
 
-@matplotlib.rc_context(STYLE)
 def figure(rows: list[dict]):
     """beta_h over h for every state (columns) and kind of end (rows)."""
-    states = list(dict.fromkeys(row["state"] for row in rows))
+    states = groups(rows, "state")
     figure = new_figure(PAGE, 4.9)
     panels = figure.subplots(2, len(states), sharex=True, sharey=True, squeeze=False)
     for panel, end in zip(panels, ENDS, strict=True):
-        for axes, state in zip(panel, states, strict=True):
-            _draw(axes, [row for row in rows if row["state"] == state], end)
-            axes.set_title(
-                f"{state}, {ENDS[end]} end" + ("" if continuous_constant(state, end) else " (without its zero)")
-            )
+        for axes, (state, chosen) in zip(panel, states.items(), strict=True):
+            _draw(axes, chosen, end)
+            zero = "" if continuous_constant(state, end) else " (without its zero)"
+            axes.set_title(f"{state}, {ENDS[end]} end{zero}")
         panel[0].set_ylabel(r"$\beta_h$")
     sizes = sorted({row["elements"] for row in rows})
     for axes in panels[-1]:
         axes.set(xlabel="h/L", xticks=[1 / n for n in sizes], xticklabels=[f"1/{n}" for n in sizes])
         axes.minorticks_off()
     panels[0][0].set_ylim(FLOOR / 10, 10)
-    figure.legend(handles=_legend(), loc="lower center", ncol=5)
-    figure.get_layout_engine().set(rect=(0, 0.1, 1, 0.9))  # room for the legend
+    legend_below(figure, 0.49, 5, _legend())
     return figure
 
 
@@ -269,8 +257,7 @@ def _draw(axes, rows, end):
     axes.set(xscale="log", yscale="log")
     axes.axhline(rows[0][f"continuous_{end}"] or 1.0, **_WHOLE)
     zeros = []
-    for mu, nu in dict.fromkeys((row["mu"], row["nu"]) for row in rows):
-        group = [row for row in rows if (row["mu"], row["nu"]) == (mu, nu)]
+    for (mu, nu), group in groups(rows, "mu", "nu").items():
         h, beta = [row["h"] for row in group], [row[f"reduced_{end}"] for row in group]
         style = {"color": _COLOR[mu], "ls": _LINE[int(np.sign(nu - mu))][0], "ms": _SIZE[mu]}
         if beta[-1] > 0:
@@ -283,17 +270,11 @@ def _draw(axes, rows, end):
         axes.text(0.98, 0.11, lines, transform=axes.transAxes, va="bottom", ha="right", fontsize=6.5)
 
 
-def run(folder) -> None:
-    """Evaluate, save and show the study."""
-    rows = evaluate_all(evaluate, cases(), folder, structure=lambda case: (case["mu"], case["nu"]))
-    if rows is None:
-        return
+def tables(rows: list[dict]) -> list[Table]:
+    """All constants, and the verdict on each pair at each state."""
+    title = WORDS.say("title", coarsest=SIZES[0], finest=SIZES[-1])
     said = notes(rows)
-    save(folder, "inf-sup", rows, figure(rows), said)
-    save(folder, "inf-sup-summary", summary(rows))
-    show(
-        f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L",
-        summary(rows),
-        COLUMNS,
-        said,
-    )
+    return [
+        Table("inf-sup", rows, notes=said, figure=figure(rows)),
+        Table("inf-sup-summary", summary(rows), title, COLUMNS, said),
+    ]

@@ -1,49 +1,40 @@
-"""What all studies share: independent cases spread over ranks, kept on disk, shown as a table, JSON, CSV and figure.
+"""Many independent cases: spread over ranks, each kept on disk as it is done, taken up again after an interruption.
 
-A study is a module with `cases(...)`, a list of plain dicts, `evaluate(case)`, a dict of results computed on
-MPI.COMM_SELF, and `figure(rows)`.  The rows are the same for any number of ranks.
+A case is a plain dict, its result another.  A result belongs to the case and to the program that computed it: of
+another program it does not count.
 """
 
-import csv
 import functools
 import hashlib
 import json
-import math
 import shutil
 import tempfile
 import traceback
 from collections.abc import Callable
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from mpi4py import MPI
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from .. import forms, meshes
 from ..errors import InputError, SolveError
-from ..parallel import interruption
+from . import interruption
 
 
 def evaluate_all(
-    evaluate: Callable[[dict], dict], cases: list[dict], folder: Path, structure=None
+    evaluate: Callable[[dict], dict], cases: list[dict], folder: Path, structure: Callable | None = None
 ) -> list[dict] | None:
     """[{**case, **evaluate(case)}, ...] in the order of the cases; None on all ranks but 0.
 
-    A case that the same program finished before is read from `folder`/cases.  With `mpirun -n N` the others are spread
-    over the ranks: each takes the next case that no other has taken, until none is left.  structure(case): what decides
-    which forms are compiled; one case of each is evaluated first, by one rank, so that no two ranks compile the same
-    form at once.  What one rank raises is raised by all.
+    A case that was finished before is read from `folder`/cases.  With `mpirun -n N` the others are spread over the
+    ranks, which share the folder: each takes the next case that no other has taken, until none is left.
+    structure(case): what decides which forms are compiled; one case of each is evaluated first, by one rank, so that no
+    two ranks compile the same form at once.  What one rank raises is raised by all.
     """
     comm, store = MPI.COMM_WORLD, Path(folder) / "cases"
-    files = [store / f"{_key(case)}.json" for case in cases]
-    missing, claims = None, None
-    if comm.rank == 0:
-        store.mkdir(parents=True, exist_ok=True)
-        missing = [i for i, file in enumerate(files) if not file.is_file()]
-        claims = Path(tempfile.mkdtemp(prefix="claims-", dir=store))
-    missing, claims = comm.bcast((missing, claims))
+    files = [store / f"{key(case)}.json" for case in cases]
+    missing, claims = comm.bcast(_prepared(store, files) if comm.rank == 0 else None)
     first = {structure(cases[i]): i for i in reversed(missing)} if structure else {}
     pioneers = sorted(first.values())
     followers = [i for i in missing if i not in set(pioneers)]
@@ -59,6 +50,13 @@ def evaluate_all(
     return [{**case, **json.loads(file.read_text())} for case, file in zip(cases, files, strict=True)]
 
 
+def _prepared(store, files):
+    """Numbers of the cases without a file, one of each that comes twice, and a folder for claims."""
+    store.mkdir(parents=True, exist_ok=True)
+    missing = {file: i for i, file in reversed(list(enumerate(files))) if not file.is_file()}
+    return sorted(missing.values()), Path(tempfile.mkdtemp(prefix="claims-", dir=store))
+
+
 def _evaluate_share(evaluate, cases, files, indices, claims):
     """Evaluate those of the indices that no other rank has claimed; rank 0 shows how many are done by all."""
     progress = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not indices)
@@ -72,7 +70,7 @@ def _evaluate_share(evaluate, cases, files, indices, claims):
             try:
                 result = evaluate(cases[i])
                 interruption.check()
-                _write_json(files[i], result)
+                write_json(files[i], result)
             except BaseException:
                 _claim(claims / "failed")
                 raise
@@ -112,54 +110,13 @@ def fingerprint() -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
-def _key(case):
+def key(case: dict) -> str:
+    """Digest of a case and of the program."""
     return hashlib.sha256((fingerprint() + json.dumps(case, sort_keys=True)).encode()).hexdigest()[:20]
 
 
-def _write_json(path, value):
+def write_json(path: Path, value) -> None:
+    """Write a file that is whole whenever it is there."""
     part = path.with_suffix(".part")
     part.write_text(json.dumps(value))
     part.replace(path)
-
-
-def orders(rows: list[dict], error: str, size: str = "h") -> None:
-    """Add the observed order between consecutive rows as `order_<error>` (None in the first)."""
-    for before, row in zip([None, *rows], rows, strict=False):
-        row[f"order_{error}"] = None
-        if before and before[error] and row[error] and before[error] > 0 and row[error] > 0:
-            row[f"order_{error}"] = math.log(before[error] / row[error]) / math.log(before[size] / row[size])
-
-
-def save(folder: Path, name: str, rows: list[dict], figure=None, notes: list[str] | None = None) -> None:
-    """Write folder/name.json, .csv and, with a matplotlib figure, .png and .svg."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    _write_json(folder / f"{name}.json", {"rows": rows, "notes": notes or []})
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-    with open(folder / f"{name}.csv", "w", newline="") as file:
-        writer = csv.DictWriter(file, columns)
-        writer.writeheader()
-        writer.writerows(rows)
-    if figure is not None:
-        FigureCanvasAgg(figure)
-        for suffix in ("png", "svg"):
-            figure.savefig(folder / f"{name}.{suffix}", dpi=200)
-
-
-def show(title: str, rows: list[dict], columns: dict[str, str], notes: list[str] | None = None) -> None:
-    """Print rows as a table; columns: key -> heading.  Numbers get four digits."""
-    table = Table(title=title, title_justify="left", show_edge=False, pad_edge=False)
-    for heading in columns.values():
-        table.add_column(heading, justify="right")
-    for row in rows:
-        table.add_row(*(_text(row.get(key)) for key in columns))
-    console = Console()
-    console.print(table)
-    for note in notes or []:
-        console.print(note, soft_wrap=True)
-
-
-def _text(value):
-    if value is None:
-        return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

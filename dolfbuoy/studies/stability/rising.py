@@ -12,13 +12,16 @@ import matplotlib
 import numpy as np
 from mpi4py import MPI
 
-from ..errors import InputError, SolveError
-from ..results.snapshot import COLORS, PAGE, STYLE, new_figure
-from ..scene import load_scene
-from ..statics import catenary
-from ..statics.equilibrium import solve_equilibrium
-from .common import evaluate_all, save, show
-from .convergence import Profile
+from ...errors import InputError, SolveError
+from ...results.style import COLORS, PAGE, new_figure
+from ...scene import load_scene
+from ...statics import catenary
+from ...statics.equilibrium import solve_equilibrium
+from ...statics.profile import Profile
+from ..declaration import declared
+from ..study import Table
+
+WORDS = declared(__file__)
 
 X_END, START, STEP = 0.01, 0.80, 0.01
 #: Heights of the end point at which the state is kept.
@@ -29,16 +32,29 @@ PAPER = ((1, 0, 10), (2, 0, 5))
 SMALLEST_STEP = 1e-5
 #: Points on an element: for the curves, and for what is largest or smallest.
 XI, FINE = np.linspace(-1, 1, 41), np.linspace(-1, 1, 1001)
-#: Of the table on screen; `T lowest` is the mean of T on the element at s = 0.
-COLUMNS = {
-    "discretisation": "elements",
-    "z_end": "z end",
-    "smallest_tension": "T min",
-    "lowest_element": "T lowest",
-    "exact_lowest_element": "exact",
-    "x_max": "x max",
-    "state": "state",
-}
+
+
+def parse_pair(pair: str | None, cells: int | None) -> tuple:
+    """`4,1` and a number of elements -> ((4, 1, cells),); without cells as many position unknowns as in the paper."""
+    if pair is None:
+        if cells is not None:
+            raise InputError("--cells needs --pair, for example --pair 2,1 --cells 5.")
+        return ()
+    try:
+        mu, nu = (int(part) for part in pair.split(","))
+    except ValueError:
+        raise InputError(f"--pair {pair}: must be the degrees of r and T, for example 2,1.") from None
+    n = cells if cells is not None else max(1, round(10 / max(mu, 1)))
+    if n < 1:
+        raise InputError(f"--cells {n}: must be positive.")
+    cable = {"length": 1.0, "line_density": 1.0, "position_degree": mu, "tension_degree": nu, "top": {"kind": "free"}}
+    load_scene({"cable": cable})  # refuses unstable pairs in one sentence
+    return ((mu, nu, n),)
+
+
+def request(pair: str | None, cells: int | None) -> dict:
+    """What `cases` and `tables` take."""
+    return {"extra": parse_pair(pair, cells)}
 
 
 def cases(extra=()) -> list[dict]:
@@ -137,18 +153,15 @@ def _curves(profile, exact):
 # -- what is said and written ------------------------------------------------------------------------------------------
 
 
-def run(folder, extra=()) -> list[dict] | None:
-    """The study: one row per discretisation and stage, shown and written to `folder`; None on all ranks but 0."""
-    computed = evaluate_all(evaluate, cases(extra), folder, structure)
-    if computed is None:
-        return None
-    rows = [row for case in computed for row in _rows(case)]
-    notes = [sentence for case in computed for sentence in in_words(case)]
-    save(folder, "rising", rows, draw(computed), notes)
-    save(folder, "rising-elements", [row for case in computed for row in _element_rows(case)])
-    save(folder, "rising-profiles", [row for case in computed for row in _profile_rows(case)])
-    show("\nFig. 5: the end point rises to (0.01, 0, 0.99)", rows, COLUMNS, notes)
-    return rows
+def tables(rows: list[dict], extra=()) -> list[Table]:
+    """A row per discretisation and stage; beside them all elements, and the curves."""
+    stages, elements, profiles = ([row for case in rows for row in of(case)] for of in (_rows, _elements, _profiles))
+    notes = [sentence for case in rows for sentence in in_words(case)]
+    return [
+        Table("rising", stages, WORDS.say("title"), WORDS.columns, notes, draw(rows)),
+        Table("rising-elements", elements),
+        Table("rising-profiles", profiles),
+    ]
 
 
 def name_of(case: dict) -> str:
@@ -168,7 +181,7 @@ def _rows(case):
         }
 
 
-def _element_rows(case):
+def _elements(case):
     for state in case["states"]:
         n = len(state["tensions"])
         for i, (T, exact) in enumerate(zip(state["tensions"], state["exact_tensions"], strict=True)):
@@ -176,7 +189,7 @@ def _element_rows(case):
             yield {"discretisation": name_of(case), "z_end": state["z_end"], **ends, "mean_T": T, "exact_mean_T": exact}
 
 
-def _profile_rows(case):
+def _profiles(case):
     for state in case["states"]:
         curves = state["curves"]
         for values in zip(*curves.values(), strict=True):
@@ -187,24 +200,21 @@ def in_words(case: dict) -> list[str]:
     """What the last state of a discretisation is worth, and at which stages it is compressed."""
     last, name = case["states"][-1], name_of(case)
     T, right = last["tensions"][0], last["exact_tensions"][0]
-    aside = "as the exact cable" if last["x_max"] < 1.001 * X_END else f"where the exact cable keeps to x <= {X_END}"
-    notes = [
-        f"{name} at z = {last['z_end']}: x up to {last['x_max']:.3g}, {aside}; the lowest element carries the mean "
-        f"tension {T:.3g}, {T / right:.2g} times the right one ({right:.3g})."
-    ]
+    aside = WORDS.say("upright") if last["x_max"] < 1.001 * X_END else WORDS.say("aside", x=X_END)
+    numbers = {"z_end": last["z_end"], "x_max": last["x_max"], "T": T, "right": right, "ratio": T / right}
+    notes = [WORDS.say("worth", name=name, aside=aside, **numbers)]
     pressed = [state for state in case["states"] if state["smallest_tension"] <= 0]
     if pressed:
         heights = ", ".join(f"{state['z_end']} (T = {state['smallest_tension']:.3g})" for state in pressed)
-        notes.append(f"{name}: COMPRESSED at z = {heights}: such a state is no equilibrium of a cable.")
+        notes.append(WORDS.say("compressed", name=name, heights=heights))
     if case["halved_steps"]:
-        notes.append(f"{name}: the step of the continuation was halved {case['halved_steps']} times.")
+        notes.append(WORDS.say("halved", name=name, times=case["halved_steps"]))
     return notes
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
 
 
-@matplotlib.rc_context(STYLE)
 def draw(computed: list[dict]):
     """Above the shapes at all stages, the scale of x stretched; below the tension at the last one."""
     figure = new_figure(max(PAGE, 2.6 * len(computed)), 5.8)
@@ -250,24 +260,3 @@ def _draw_tension(axes, state):
     title += f"lowest element {T1:.3g} = {T1 / right:.2g} × exact mean {right:.3g}"
     axes.set_title(title, fontsize=7)
     axes.set_xlabel(f"s, end point at z = {state['z_end']}")
-
-
-# -- options of the command line ---------------------------------------------------------------------------------------
-
-
-def parse_pair(pair: str | None, cells: int | None) -> tuple:
-    """`4,1` and a number of elements -> ((4, 1, cells),); without cells as many position unknowns as in the paper."""
-    if pair is None:
-        if cells is not None:
-            raise InputError("--cells needs --pair, for example --pair 2,1 --cells 5.")
-        return ()
-    try:
-        mu, nu = (int(part) for part in pair.split(","))
-    except ValueError:
-        raise InputError(f"--pair {pair}: must be the degrees of r and T, for example 2,1.") from None
-    n = cells if cells is not None else max(1, round(10 / max(mu, 1)))
-    if n < 1:
-        raise InputError(f"--cells {n}: must be positive.")
-    cable = {"length": 1.0, "line_density": 1.0, "position_degree": mu, "tension_degree": nu, "top": {"kind": "free"}}
-    load_scene({"cable": cable})  # refuses unstable pairs in one sentence
-    return ((mu, nu, n),)

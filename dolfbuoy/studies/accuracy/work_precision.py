@@ -6,24 +6,66 @@ three times that is not resolved.
 """
 
 import itertools
-from pathlib import Path
 
-import matplotlib
-import numpy as np
 from matplotlib.lines import Line2D
 from mpi4py import MPI
 
-from ..errors import InputError, SolveError
-from ..results.style import COLORS, PAGE, STYLE, new_figure
-from ..scene import Scene, load_scene
-from . import accuracy as acc
-from .accuracy import Error, Reference, Run, Space, Stepping, percent
-from .common import evaluate_all, save, show
+from ...errors import InputError, SolveError
+from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.compare import Error, Reference, percent
+from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure, plain_ticks
+from ...scene import Scene, load_scene, settings
+from ...scene.settings import Space, Stepping
+from ..declaration import declared
+from ..study import Table, numbers
+from . import measure as acc
+from .measure import Run
 
 ACCURACIES = (0.1, 0.01, 0.001)
-TOLERANCES = (1e-3, 1e-4, 1e-5)
 #: What of a case is not shown.
 HIDDEN = ("study", "scene", "reference", "file")
+
+
+# -- what is asked for -------------------------------------------------------------------------------------------------
+
+
+def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
+    """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
+    if text is None:
+        return None
+    try:
+        pairs = [tuple(int(degree) for degree in pair.upper().replace("P", "").split("-")) for pair in text.split(",")]
+        good = all(len(pair) == 2 and 0 <= pair[1] < pair[0] <= 8 for pair in pairs)
+    except ValueError:
+        good = False
+    if not good:
+        raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
+    return pairs
+
+
+def parse_schemes(text: str | None) -> list[str] | None:
+    """Names with commas; raises InputError."""
+    schemes = text.split(",") if text else None
+    if schemes and not set(schemes) <= set(settings.SCHEMES):
+        raise InputError(f"--schemes {text}: must be some of {', '.join(settings.SCHEMES)}, with commas.")
+    return schemes
+
+
+WORDS = declared(__file__)
+
+
+def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
+    """The scene until t_end, by default the ramp and four periods, and the settings."""
+    return {
+        "scene": settings.shortened(load_scene(scene), t_end, periods=4),
+        "pairs": parse_pairs(pairs),
+        "cells": numbers("--cells", cells, int),
+        "schemes": parse_schemes(schemes),
+        "steps": numbers("--steps", steps),
+        "tolerances": numbers("--tolerances", tolerances),
+        "repeats": repeats,
+    }
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
@@ -33,14 +75,14 @@ def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
     """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
     if scene.cable is None:
         return [Space()]
-    n = acc.space_of(scene).cells
+    n = settings.space_of(scene).cells
     cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
     return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
 
 
 def default_steps(scene: Scene) -> list[float]:
     """From a fiftieth of the period down to a 500th, or from the scene's step up."""
-    period = acc.period_of(scene)
+    period = settings.period_of(scene)
     steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
     return [float(f"{step:.2g}") for step in steps]
 
@@ -65,28 +107,23 @@ def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     space, step = finest(spaces_, steps)
     coarse = Space(space.mu, space.nu, space.cells // 2)
     return [
-        case_of(scene, s, Stepping("generalized-alpha", h), "reference")
-        | {"file": str(Path(folder) / "cases" / f"{name}-{_label(scene, s, h)}.npz")}
+        acc.with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
         for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))
     ]
 
 
-def _label(scene, space, step):
-    return f"{space.mu}-{space.cells}-{step:.6g}-{scene.time.end:.6g}"
-
-
-def cases(scene: Scene, settings, reference: dict, repeats: int) -> list[dict]:
+def cases(scene: Scene, chosen, reference: dict, repeats: int) -> list[dict]:
     """A case of each (Space, Stepping), once, and the scene's own settings first."""
-    own = (acc.space_of(scene), acc.stepping_of(scene))
+    own = (settings.space_of(scene), settings.stepping_of(scene))
     more = {"repeats": repeats, "reference": reference["file"]}
-    return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *settings])]
+    return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *chosen])]
 
 
 def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
     """The scene with these settings, and what they are."""
-    settings = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
-    changed = acc.with_settings(scene, space, stepping).to_dict()
-    return {"study": f"work-precision {kind}", **settings, "tolerance": stepping.tolerance, "scene": changed}
+    what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
+    changed = settings.with_settings(scene, space, stepping).to_dict()
+    return {"study": f"work-precision {kind}", **what, "tolerance": stepping.tolerance, "scene": changed}
 
 
 def structure(case: dict) -> tuple:
@@ -98,18 +135,8 @@ def evaluate_reference(case: dict) -> dict:
     """A fine run, its quantities in `file`."""
     scene = load_scene(case["scene"])
     run = acc.compute(scene, acc.quantities_of(scene))
-    write_run(case["file"], run)
+    run.save(case["file"])
     return {"wall": run.wall, "unknowns": run.unknowns}
-
-
-def write_run(file, run: Run) -> None:
-    """Times and quantities of a run, for `read_run`."""
-    np.savez_compressed(file, t=run.t, **run.values)
-
-
-def read_run(file) -> Run:
-    with np.load(file) as data:
-        return Run(data["t"], {name: data[name] for name in data.files if name != "t"})
 
 
 def evaluate(case: dict) -> dict:
@@ -121,8 +148,8 @@ def evaluate(case: dict) -> dict:
     except SolveError as error:
         return {"reason": str(error)}
     if "file" in case:
-        write_run(case["file"], run)
-    reference = Reference(read_run(case["reference"]), acc.window_start(scene))
+        run.save(case["file"])
+    reference = Reference(Run.kept(case["reference"]), acc.window_start(scene))
     result = {"reason": None, "wall": run.wall, "cpu": run.cpu, "steps": run.steps, "unknowns": run.unknowns}
     result |= {"iterations": run.iterations, "rejected": run.rejected, "failed": run.failed}
     for name in names:
@@ -136,10 +163,16 @@ def evaluate(case: dict) -> dict:
 
 def reference_errors(scene: Scene, check: dict, reference: dict) -> dict:
     """Own error of the reference in every quantity."""
-    fine = Reference(read_run(reference["file"]), acc.window_start(scene))
-    coarse = read_run(check["file"])
+    fine = Reference(Run.kept(reference["file"]), acc.window_start(scene))
+    coarse = Run.kept(check["file"])
     changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
-    return {name: Error(acc.own_error([c.rms]), acc.own_error([c.maximum])) for name, c in changes.items()}
+    return {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
+
+
+def judged(found: list[dict], scene: Scene, check: dict, reference: dict) -> tuple[list[dict], dict]:
+    """Marked rows of the cases without what is not shown, and the reference's own errors."""
+    own = reference_errors(scene, check, reference)
+    return mark([{k: v for k, v in row.items() if k not in HIDDEN} for row in found], own), own
 
 
 def mark(rows: list[dict], own: dict) -> list[dict]:
@@ -149,15 +182,15 @@ def mark(rows: list[dict], own: dict) -> list[dict]:
         for name, error in own.items():
             for which, limit in (("", error.rms), ("max_", error.maximum)):
                 value = row.get(f"{which}error_{name}")
-                row[f"{which}resolved_{name}"] = None if value is None else acc.resolved(value, limit)
-                row[f"{which}bound_{name}"] = None if value is None else acc.bound(value, limit)
+                row[f"{which}resolved_{name}"] = None if value is None else compare.resolved(value, limit)
+                row[f"{which}bound_{name}"] = None if value is None else compare.bound(value, limit)
     return rows
 
 
 def front(rows: list[dict], name: str) -> list[dict]:
     """Pareto front of wall time and error of a quantity, from the fastest on."""
     done = [row for row in rows if row.get(f"bound_{name}") is not None]
-    return [done[i] for i in acc.pareto([(row["wall"], row[f"bound_{name}"]) for row in done])]
+    return [done[i] for i in compare.pareto([(row["wall"], row[f"bound_{name}"]) for row in done])]
 
 
 def describe(row: dict) -> str:
@@ -169,50 +202,44 @@ def describe(row: dict) -> str:
 
 def sentence(rows: list[dict], name: str, accuracy: float) -> str:
     """What one would quote: the cheapest settings that meet the accuracy, and the scene's own beside them."""
-    what = f"{percent(accuracy)} in {acc.QUANTITIES[name]}"
+    what = {"accuracy": percent(accuracy), "quantity": acc.QUANTITIES[name]}
     good = [row for row in front(rows, name) if row[f"bound_{name}"] <= accuracy]
-    said = f"{what}: {describe(good[0])}: {good[0]['wall']:.2g} s" if good else f"{what}: none of the cases"
+    said = WORDS.say("meets_not", **what)
+    if good:
+        said = WORDS.say("meets", **what, settings=describe(good[0]), wall=good[0]["wall"])
     own = next((row for row in rows if row["own"]), None)
     if own is None:
         return said + "."
     if own["reason"]:
-        return f"{said}; the scene's own setting ({describe(own)}) fails."
-    less = "" if own[f"resolved_{name}"] else "less than "
-    return f"{said}; the scene's own setting ({describe(own)}): {less}{percent(own[f'bound_{name}'])} in " + (
-        f"{own['wall']:.2g} s."
-    )
+        return said + WORDS.say("own_fails", settings=describe(own))
+    less, error = "" if own[f"resolved_{name}"] else "less than ", percent(own[f"bound_{name}"])
+    return said + WORDS.say("own", settings=describe(own), less=less, error=error, wall=own["wall"])
 
 
 def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
     """The answer in words."""
-    names = ", ".join(f"{acc.QUANTITIES[name]} {percent(error.rms)}" for name, error in own.items())
-    said = [f"Reference: {describe(fine)}; its own error (Richardson): {names}."]
+    errors = ", ".join(f"{acc.QUANTITIES[name]} {percent(error.rms)}" for name, error in own.items())
+    said = [WORDS.say("reference", settings=describe(fine), errors=errors)]
     said += [sentence(rows, name, accuracy) for name in own for accuracy in ACCURACIES]
     for name in own:
-        open_ = sum(row[f"resolved_{name}"] is False for row in rows)
-        if open_:
-            said.append(
-                f"{acc.QUANTITIES[name].capitalize()}, not resolved (below 3 times the reference's own error, which "
-                f"bound stands in place of theirs): {open_} of {len(rows)} cases."
-            )
-    said += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
-    said.append("Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before.")
-    if ranks > 1:
-        said.append(f"{ranks} cases ran at once: their times share the machine, and are longer than alone.")
-    return said
+        count = sum(row[f"resolved_{name}"] is False for row in rows)
+        if count:
+            said.append(WORDS.say("open", quantity=acc.QUANTITIES[name].capitalize(), count=count, cases=len(rows)))
+    said += [WORDS.say("failed", settings=describe(row), reason=row["reason"]) for row in rows if row["reason"]]
+    said.append(WORDS.say("time"))
+    return said + ([WORDS.say("ranks", ranks=ranks)] if ranks > 1 else [])
 
 
 def front_rows(rows: list[dict], names) -> list[dict]:
     """Table of the Pareto fronts."""
-    table = []
-    for name in names:
-        for row in front(rows, name):
-            settings = {key: row[key] for key in ("pair", "cells", "scheme")}
-            settings |= {"step": None if row["tolerance"] else row["step"], "tolerance": row["tolerance"]}
-            errors = {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
-            line = {"quantity": acc.QUANTITIES[name], "settings": describe(row), **settings, "wall": row["wall"]}
-            table.append(line | errors | {"resolved": row[f"resolved_{name}"]})
-    return table
+    return [_front_row(row, name) for name in names for row in front(rows, name)]
+
+
+def _front_row(row, name):
+    line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)}
+    line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "wall")}
+    line |= {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
+    return line | {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
 
 
 def _shown(row, name, which):
@@ -220,24 +247,18 @@ def _shown(row, name, which):
     return percent(bound) if error == bound else f"< {percent(bound)}"
 
 
-COLUMNS = {"quantity": "quantity", "settings": "settings", "wall": "time [s]", "error": "error"}
-COLUMNS |= {"max_error": "of maximum"}
-
-
 # -- figure ------------------------------------------------------------------------------------------------------------
 
-_PALETTE = [COLORS[name] for name in ("blue", "red", "green", "orange", "sky", "sand")]
 _MARKERS = {"backward-euler": "s", "bdf2": "o", "generalized-alpha": "^"}
 
 
-@matplotlib.rc_context(STYLE)
 def draw(rows: list[dict], own: dict):
     """Error over time, a panel per quantity: colour = pair, marker = scheme, hollow = adaptive, line = Pareto front."""
     width = 2 if len(own) > 1 else 1
     height = -(-len(own) // width)
     figure = new_figure(PAGE if width > 1 else 0.7 * PAGE, 2.6 * height + 0.8)
     panels = figure.subplots(height, width, squeeze=False, sharex=True).ravel()
-    colors = dict(zip(dict.fromkeys(row["pair"] for row in rows), itertools.cycle(_PALETTE), strict=False))
+    colors = dict(zip(dict.fromkeys(row["pair"] for row in rows), itertools.cycle(PALETTE), strict=False))
     for axes, (name, error) in zip(panels, own.items(), strict=False):
         _panel(axes, rows, name, error.rms, colors)
     for axes in panels[len(own) :]:
@@ -245,9 +266,7 @@ def draw(rows: list[dict], own: dict):
     for axes in panels[max(0, len(own) - width) : len(own)]:
         axes.set_xlabel("time of the stepping loop [s]")
         axes.tick_params(labelbottom=True)
-    figure.legend(handles=_handles(rows, colors), loc="lower center", ncol=5)
-    room = 0.45 / figure.get_figheight()
-    figure.get_layout_engine().set(rect=(0, room, 1, 1 - room))  # room for the legend
+    legend_below(figure, 0.45, 5, _handles(rows, colors))
     return figure
 
 
@@ -265,16 +284,18 @@ def _panel(axes, rows, name, reference_error, colors):
     best = front(rows, name)
     axes.plot([r["wall"] for r in best], [100 * r[f"bound_{name}"] for r in best], "-", color=COLORS["ink"], lw=0.8)
     bottom = axes.get_ylim()[0]
-    axes.axhspan(bottom, max(bottom, 100 * acc.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
+    axes.axhspan(bottom, max(bottom, 100 * compare.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
     axes.set_ylim(bottom=bottom)
-    acc.plain_ticks(axes)
+    plain_ticks(axes)
 
 
 def _handles(rows, colors):
     dots = {"ls": "none", "ms": 4}
     handles = [Line2D([], [], color=color, marker="D", label=pair, **dots) for pair, color in colors.items()]
     used = dict.fromkeys(row["scheme"] for row in rows)
-    handles += [Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=acc.SCHEMES[s], **dots) for s in used]
+    handles += [
+        Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=settings.SCHEMES[s], **dots) for s in used
+    ]
     if any(row["tolerance"] is not None for row in rows):
         handles.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", label="hollow: adaptive", **dots))
     star = {"marker": "*", "mfc": "none", "ms": 9, "ls": "none"}
@@ -284,72 +305,31 @@ def _handles(rows, colors):
     return handles
 
 
-# -- command -----------------------------------------------------------------------------------------------------------
+# -- the study ---------------------------------------------------------------------------------------------------------
 
 
-def run(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=TOLERANCES, repeats=3):
-    """Evaluate, save and show the study; `scene` with the end that is wanted."""
+def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=(), repeats=3):
+    """(results of the cases, check, reference), None on all ranks but 0; `scene` with the end that is wanted."""
     if scene.time is None:
         raise InputError("Missing section [time]: a run needs at least its keys end and step.")
-    names = acc.quantities_of(scene)
-    if not names:
+    if not acc.quantities_of(scene):
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or default_steps(scene)
     room = spaces(scene, pairs, cells)
-    stepping = steppings(schemes or tuple(acc.SCHEMES), steps, tolerances)
-    check, fine = reference_cases(scene, room, steps, folder)
-    evaluate_all(evaluate_reference, [check, fine], folder, structure)
-    settings = itertools.product(room, stepping)
-    found = evaluate_all(evaluate, cases(scene, settings, fine, repeats), folder, structure)
-    if found is None:
-        return
-    own = reference_errors(scene, check, fine)
-    rows = mark([{k: v for k, v in row.items() if k not in HIDDEN} for row in found], own)
+    chosen = itertools.product(room, steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
+    fine = reference_cases(scene, room, steps, folder)
+    evaluate_all(evaluate_reference, fine, folder, structure)
+    found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)
+    return None if found is None else (found, *fine)
+
+
+def tables(computed, scene: Scene, **_) -> list[Table]:
+    """Every case, and the Pareto fronts."""
+    found, check, fine = computed
+    rows, own = judged(found, scene, check, fine)
     said = notes(rows, own, fine, MPI.COMM_WORLD.size)
-    table = front_rows(rows, own)
-    save(folder, "work-precision", rows, draw(rows, own), said)
-    save(folder, "work-precision-front", table)
-    show(f"Pareto front: error and time until t = {scene.time.end:g} s; {folder}", table, COLUMNS, said)
-
-
-# -- options of the command line ---------------------------------------------------------------------------------------
-
-
-def load(scene, t_end: float | None) -> Scene:
-    """The scene until t_end, by default the ramp and four periods."""
-    return acc.shortened(load_scene(scene), t_end, periods=4)
-
-
-def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
-    """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
-    if text is None:
-        return None
-    try:
-        pairs = [tuple(int(degree) for degree in pair.upper().replace("P", "").split("-")) for pair in text.split(",")]
-        good = all(len(pair) == 2 and 0 <= pair[1] < pair[0] <= 8 for pair in pairs)
-    except ValueError:
-        good = False
-    if not good:
-        raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
-    return pairs
-
-
-def parse_numbers(option: str, text: str | None, kind=float) -> list | None:
-    """Positive numbers with commas, or `none`; raises InputError."""
-    if text is None:
-        return None
-    try:
-        numbers = [kind(part) for part in text.split(",")] if text != "none" else []
-    except ValueError:
-        numbers = [-1]
-    if not all(0 < number < float("inf") for number in numbers):
-        raise InputError(f"{option} {text}: must be positive numbers with commas.")
-    return numbers
-
-
-def parse_schemes(text: str | None) -> list[str] | None:
-    """Names with commas; raises InputError."""
-    schemes = text.split(",") if text else None
-    if schemes and not set(schemes) <= set(acc.SCHEMES):
-        raise InputError(f"--schemes {text}: must be some of {', '.join(acc.SCHEMES)}, with commas.")
-    return schemes
+    title = WORDS.say("title", end=scene.time.end)
+    return [
+        Table("work-precision", rows, notes=said, figure=draw(rows, own)),
+        Table("work-precision-front", front_rows(rows, own), title, WORDS.columns, said),
+    ]

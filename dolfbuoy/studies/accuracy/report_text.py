@@ -7,15 +7,21 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from ..results.style import COLORS, PAGE, STYLE, new_figure
-from . import accuracy as acc
+from ...results import compare
+from ...results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
+from ...scene import settings
+from ..declaration import declared
+from . import measure as acc
 from . import work_precision as wp
 from .pilot import Curve
 
+WORDS = declared(__file__)
 #: Accuracies in the tables, and the quantity of most of them.
 ACCURACIES = (0.01, 0.001)
 QUANTITY = "tension_top"
-BE, BDF2, ALPHA = acc.SCHEMES
+BE, BDF2, ALPHA = settings.SCHEMES
+#: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
+PERIOD, SWING = 5.0, 0.02
 
 
 def machine() -> str:
@@ -62,7 +68,7 @@ def schemes(rows: list[dict], period: float) -> list[dict]:
     """Per scheme at fixed steps: error in time at the paper's step, step and seconds for the ACCURACIES."""
     paper = next(row for row in rows if row["own"])
     table = []
-    for scheme, name in acc.SCHEMES.items():
+    for scheme, name in settings.SCHEMES.items():
         chosen = [row for row in own_elements(rows) if row["scheme"] == scheme and not row["tolerance"]]
         points = [(row["step"], row[f"scheme_error_{QUANTITY}"], row["wall"]) for row in chosen]
         curve = Curve([point[:2] for point in points if point[1]])
@@ -172,18 +178,14 @@ def default_scheme(facts: dict) -> dict | None:
 
 def recommendations(facts: dict) -> list[str]:
     """Plain sentences, each from the numbers above it."""
-    said, found = [], default_scheme(facts)
-    for scene in facts["scenes"]:
-        said += [_of_scheme(scene, accuracy) for accuracy in ACCURACIES]
+    scenes, found = facts["scenes"], default_scheme(facts)
+    said = [_of_scheme(scene, accuracy) for scene in scenes for accuracy in ACCURACIES]
     if found:
-        said.append(
-            f'Unless it is the paper that is to be reproduced, set `scheme = "{found["scheme"]}"` with at least '
-            f"{found['per_period']} steps per wave period: it is the cheapest way to 1 % in both scenes, and backward "
-            f"Euler takes {' and '.join(f'{ratio:.2g}' for ratio in found['ratios'])} times as long."
-        )
+        ratios = " and ".join(f"{ratio:.2g}" for ratio in found["ratios"])
+        said.append(WORDS.say("default", **found | {"ratios": ratios}))
     else:
-        said.append("No scheme is the cheapest in both scenes by a factor of two: the default stays as it is.")
-    for scene in facts["scenes"]:
+        said.append(WORDS.say("no_default"))
+    for scene in scenes:
         said += [_of_pair(scene, accuracy) for accuracy in ACCURACIES]
         said += [_of_tolerance(scene, row) for row in scene["adaptive"]]
     return [sentence for sentence in said if sentence]
@@ -193,15 +195,12 @@ def _of_scheme(scene, accuracy):
     key, line = f"{accuracy:g}", cheapest(scene, accuracy)
     if line is None:
         return ""
-    others = [
-        f"{other['name']} {_seconds(other[key])} at dt {other[key]['size']:.2g} s"
-        for other in scene["schemes"]
-        if other is not line and other[key]
-    ]
-    return (
-        f"`{scene['name']}`, {acc.percent(accuracy)} in time alone: {line['name']}, {_seconds(line[key])} at dt "
-        f"{line[key]['size']:.2g} s ({line[key]['per_period']:.0f} steps per period); {', '.join(others)}."
-    )
+
+    def say(word, other, **more):
+        return WORDS.say(word, **other[key] | {"name": other["name"], "seconds": _seconds(other[key])} | more)
+
+    others = ", ".join(say("other_scheme", other) for other in scene["schemes"] if other is not line and other[key])
+    return say("scheme", line, scene=scene["name"], accuracy=compare.percent(accuracy), others=others)
 
 
 def _of_pair(scene, accuracy):
@@ -209,21 +208,21 @@ def _of_pair(scene, accuracy):
     able = [line for line in scene["pairs"] if line[key]]
     if not able:
         return ""
+
+    def say(word, line, **more):
+        return WORDS.say(word, pair=line["pair"], cells=line[key]["cells"], seconds=_seconds(line[key]), **more)
+
     best = min(able, key=lambda line: line[key]["seconds"])
-    others = [f"{line['pair']} {_cells(line[key])} in {_seconds(line[key])}" for line in able if line is not best]
-    beside = f"; {', '.join(others)}" if others else ""
-    return (
-        f"`{scene['name']}`, elements for {acc.percent(accuracy)}: {best['pair']}, {_cells(best[key])}, "
-        f"{_seconds(best[key])}{beside}."
-    )
+    others = ", ".join(say("other_pair", line) for line in able if line is not best)
+    beside = f"; {others}" if others else ""
+    return say("pair", best, scene=scene["name"], accuracy=compare.percent(accuracy), beside=beside)
 
 
 def _of_tolerance(scene, row):
     verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
-    return (
-        f"`{scene['name']}`: adaptive BDF2 with tolerance {row['tolerance']:g} has {acc.percent(row['error'])} in "
-        f"{_plain(row['seconds'])} s, a fixed step of the same error takes {_plain(row['fixed_seconds'])} s: {verdict}."
-    )
+    numbers = {"error": compare.percent(row["error"]), "seconds": _plain(row["seconds"])}
+    numbers |= {"fixed": _plain(row["fixed_seconds"]), "tolerance": row["tolerance"]}
+    return WORDS.say("tolerance", scene=scene["name"], verdict=verdict, **numbers)
 
 
 _NOTES = {"": "", "extrapolated": " (extrapolated)", "at_most": " (the coarsest tried)"}
@@ -238,11 +237,26 @@ def _plain(number):
     return f"{float(f'{number:.2g}'):g}"
 
 
-def _cells(found):
-    return f"{found['cells']} elements"
-
-
 # -- report.md ---------------------------------------------------------------------------------------------------------
+
+
+def markdown(facts: dict) -> str:
+    """The report."""
+    scenes, free = facts["scenes"], facts["pendulum"]
+    end, step = free[0]["end"], free[0]["step"]
+    parts = {
+        "trial": WORDS.say("trial") + "\n\n" if facts["quick"] else "",
+        "ends": " and ".join(WORDS.say("end", **scene) for scene in scenes),
+        "static": _table(WORDS.columns["static"], map(_static, facts["static"])),
+        "pendulum": _table(WORDS.columns["pendulum"], map(_pendulum, free)),
+        "recommendations": "\n".join(f"- {sentence}" for sentence in facts["recommendations"]),
+    }
+    for name, part in (("scenes", _scene), ("pairs", _pairs), ("schemes", _schemes), ("extremes", _extremes)):
+        parts[name] = "\n\n".join(part(scene) for scene in scenes)
+    numbers = {"repeats": scenes[0]["repeats"], "machine": facts["machine"], "cells": facts["static"][0]["cells"]}
+    damping = {"rule": 100 * math.exp(-2 * math.pi**2 * step * end / PERIOD**2), "period": PERIOD}
+    template = Path(__file__).with_suffix(".md").read_text(encoding="utf-8")
+    return template.format(**parts, **numbers, **damping, end=end, step=step)
 
 
 def _table(headings, rows):
@@ -250,138 +264,71 @@ def _table(headings, rows):
     return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows])
 
 
-def markdown(facts: dict) -> str:
-    """The report."""
-    parts = ["# What accuracy costs"]
-    if facts["quick"]:
-        parts.append("**A quick trial of the report: its numbers are not worth quoting.**")
-    parts.append(_introduction(facts))
-    for scene in facts["scenes"]:
-        parts += [f"## `{scene['name']}`", _of_scene(scene)]
-    parts += ["## Element pairs", _static(facts), *(_pairs(scene) for scene in facts["scenes"])]
-    parts += ["## Time schemes", _schemes(facts), _pendulum(facts)]
-    parts += [_extremes(scene) for scene in facts["scenes"]]
-    parts += ["## What follows", "\n".join(f"- {sentence}" for sentence in facts["recommendations"])]
-    return "\n\n".join(part for part in parts if part) + "\n"
-
-
-def _introduction(facts):
-    ends = " and ".join(
-        f"`{s['name']}` until t = {s['end']:g} s (errors count from {s['start']:g} s, after the ramp)"
-        for s in facts["scenes"]
-    )
-    repeats = facts["scenes"][0]["repeats"]
-    return (
-        f"Runs are shortened: {ends}. Errors are rms differences from a finer reference over that window, relative to "
-        f"the range of the quantity in it. Times are those of the stepping loop, median of {repeats}, one core "
-        f"({facts['machine']}). Made by `dolfbuoy report`."
-    )
-
-
-def _of_scene(scene):
-    name = scene["name"]
-    picture = f"![error over time, {name}](work-precision-{name}.png)"
+def _scene(scene):
     front = [row for row in scene["fronts"] if row["quantity"] == acc.QUANTITIES[QUANTITY]]
-    table = _table(
-        ["Pareto front", "time", "top tension, rms", "its maximum"],
-        [(row["settings"], f"{_plain(row['wall'])} s", row["error"], row["max_error"]) for row in front],
-    )
+    cells = [(row["settings"], f"{_plain(row['wall'])} s", row["error"], row["max_error"]) for row in front]
     quoted = "\n".join(f"> {sentence}\n>" for sentence in scene["sentences"]).removesuffix("\n>")
-    failed = [note for note in scene["notes"] if note.startswith(("Reference", "Failed"))]
-    return "\n\n".join([quoted, picture, table, *failed])
+    said = WORDS.say("scene", name=scene["name"], sentences=quoted, front=_table(WORDS.columns["front"], cells))
+    return "\n\n".join([said, *(note for note in scene["notes"] if note.startswith(("Reference", "Failed")))])
 
 
-def _static(facts):
-    rows = facts["static"]
-    return f"Static errors (Fig. 2, Neumann end, {rows[0]['cells']} elements), and their observed orders:\n\n" + _table(
-        ["pair", "r, L2", "order", "T, L2", "order"],
-        [
-            (r["pair"], f"{r['r_L2']:.1e}", _order(r["order_r_L2"]), f"{r['T_L2']:.1e}", _order(r["order_T_L2"]))
-            for r in rows
-        ],
-    )
-
-
-def _order(order):
-    return "-" if order is None else f"{order:.2f}"
+def _static(row):
+    orders = ("-" if row[key] is None else f"{row[key]:.2f}" for key in ("order_r_L2", "order_T_L2"))
+    return row["pair"], f"{row['r_L2']:.1e}", next(orders), f"{row['T_L2']:.1e}", next(orders)
 
 
 def _pairs(scene):
-    own = next(row for row in scene["rows"] if row["own"])
-    names = [name for name in ("tension_top", "tension_anchor", "buoy_position") if f"bound_{name}" in own]
-    head = f"`{scene['name']}`, generalized-alpha at dt {scene['space_step']:g} s:"
-    table = _table(
-        ["pair", "elements", "unknowns", "time", *(acc.QUANTITIES[name] for name in names)],
-        [
-            (r["pair"], r["cells"], r["unknowns"], f"{_plain(r['wall'])} s", *(_bound(r, name) for name in names))
-            for r in scene["spaces"]
-        ],
-    )
-    return head + "\n\n" + table
+    names = [n for n in ("tension_top", "tension_anchor", "buoy_position") if f"bound_{n}" in _own(scene)]
+    rows = [
+        (row["pair"], row["cells"], row["unknowns"], f"{_plain(row['wall'])} s", *(_bound(row, name) for name in names))
+        for row in scene["spaces"]
+    ]
+    table = _table(WORDS.columns["pairs"] + [acc.QUANTITIES[name] for name in names], rows)
+    return WORDS.say("pairs", **scene, table=table)
+
+
+def _own(scene):
+    return next(row for row in scene["rows"] if row["own"])
 
 
 def _bound(row, name):
     less = "" if row[f"resolved_{name}"] else "< "
-    return less + acc.percent(row[f"bound_{name}"])
+    return less + compare.percent(row[f"bound_{name}"])
 
 
-def _schemes(facts):
-    picture = "![error of the schemes over time](schemes.png)"
-    step = next(row for row in facts["scenes"][0]["rows"] if row["own"])["step"]
-    tables = []
-    for scene in facts["scenes"]:
-        rows = [
-            (
-                s["name"],
-                f"{s['order']:.2f}",
-                acc.percent(s["at_paper_step"]),
-                *(_reached(s[f"{a:g}"]) for a in ACCURACIES),
-            )
-            for s in scene["schemes"]
-        ]
-        headings = [f"`{scene['name']}`", "order", f"error at dt {step:g} s"]
-        tables.append(_table(headings + [f"for {acc.percent(a)}" for a in ACCURACIES], rows))
-    return (
-        "Error in time alone, of the top tension: the scene's own elements against the same ones at a much smaller "
-        "step; seconds and steps by powers between the measured ones.\n\n" + "\n\n".join([*tables, picture])
-    )
+def _schemes(scene):
+    keys, step = [f"{accuracy:g}" for accuracy in ACCURACIES], _own(scene)["step"]
+    rows = [
+        (
+            line["name"],
+            f"{line['order']:.2f}",
+            compare.percent(line["at_paper_step"]),
+            *(_reached(line[key]) for key in keys),
+        )
+        for line in scene["schemes"]
+    ]
+    headings = [f"`{scene['name']}`", "order", f"error at dt {step:g} s"]
+    return _table(headings + [f"for {compare.percent(accuracy)}" for accuracy in ACCURACIES], rows)
 
 
 def _reached(found):
     return f"{_seconds(found)}, dt {found['size']:.2g} s" if found else "not reached"
 
 
-def _pendulum(facts):
-    rows = facts["pendulum"]
-    end, step = rows[0]["end"], rows[0]["step"]
-    rule = math.exp(-2 * math.pi**2 * step * end / 5.0**2)
-    return (
-        f"Backward Euler damps: of a free motion of period P it leaves about exp(-2 pi^2 dt t/P^2), here "
-        f"{100 * rule:.1f} %. A rigid pendulum (one inextensible element) of 5 s after {end:g} s at dt {step:g} s:\n\n"
-    ) + _table(
-        ["scheme", "amplitude left, computed", "linear theory"],
-        [(acc.SCHEMES[r["scheme"]], f"{100 * r['remaining']:.2f} %", f"{100 * r['theory']:.2f} %") for r in rows],
-    )
+def _pendulum(row):
+    return settings.SCHEMES[row["scheme"]], f"{100 * row['remaining']:.2f} %", f"{100 * row['theory']:.2f} %"
 
 
 def _extremes(scene):
-    end, step = scene["whole"]
-    own = next(row for row in scene["rows"] if row["own"])
-    head = (
-        f"`{scene['name']}` until {end:g} s on its own elements: backward Euler at dt {own['step']:g} s beside "
-        f"generalized-alpha at dt {step:g} s, after the ramp; differences relative to the range."
-    )
     rows = []
-    for r in scene["extremes"]:
-        factor = 1e-3 if r["unit"] == "N" else 1.0
-        unit = "kN" if r["unit"] == "N" else r["unit"]
+    for row in scene["extremes"]:
+        factor, unit = (1e-3, "kN") if row["unit"] == "N" else (1.0, row["unit"])
         for which in ("largest", "smallest"):
-            a, b = r[f"{which}_own"], r[f"{which}_second"]
-            change = 100 * (a - b) / r["range_second"]
-            rows.append(
-                (f"{which} {r['quantity']}", f"{factor * a:.4g} {unit}", f"{factor * b:.4g} {unit}", f"{change:+.2f} %")
-            )
-    return head + "\n\n" + _table(["", "backward Euler", "second order", "difference"], rows)
+            a, b = row[f"{which}_own"], row[f"{which}_second"]
+            change = f"{100 * (a - b) / row['range_second']:+.2f} %"
+            rows.append((f"{which} {row['quantity']}", f"{factor * a:.4g} {unit}", f"{factor * b:.4g} {unit}", change))
+    (end, step), table = scene["whole"], _table(WORDS.columns["extremes"], rows)
+    return WORDS.say("extremes", name=scene["name"], end=end, step=step, own=_own(scene)["step"], table=table)
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
@@ -399,7 +346,7 @@ def draw(scenes: list[dict]):
         for scheme, (color, marker) in _LOOKS.items():
             for fixed, style in ((True, "-"), (False, "--")):
                 _line(axes, scene["rows"], scheme, fixed, {"color": COLORS[color], "marker": marker, "ls": style})
-        acc.plain_ticks(axes)
+        plain_ticks(axes)
     panels[0].set_ylabel("error in time of the top tension [%]")
     panels[0].legend()
     return figure
@@ -410,6 +357,6 @@ def _line(axes, rows, scheme, fixed, look):
     chosen = [r for r in own_elements(rows) if r["scheme"] == scheme and (not r["tolerance"]) == fixed and r.get(error)]
     if chosen:
         chosen.sort(key=lambda row: row["wall"])
-        label = acc.SCHEMES[scheme] + ("" if fixed else ", adaptive")
+        label = settings.SCHEMES[scheme] + ("" if fixed else ", adaptive")
         look |= {} if fixed else {"mfc": "white"}
         axes.plot([r["wall"] for r in chosen], [100 * r[error] for r in chosen], ms=4, label=label, **look)

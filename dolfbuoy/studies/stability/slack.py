@@ -6,57 +6,35 @@ exact from the closed form.  The snap loads are those of the scene `driven-slack
 that were converged under refinement.
 """
 
-import matplotlib
 import numpy as np
 from mpi4py import MPI
 
-from ..api import simulate
-from ..errors import SolveError
-from ..results.snapshot import COLORS, PAGE, STYLE, new_figure
-from ..scene import load_scene
-from ..statics.equilibrium import solve_equilibrium
-from .common import evaluate_all, save, show
-from .convergence import Profile, errors
+from ...api import simulate
+from ...errors import SolveError
+from ...results.style import COLORS, PAGE, new_figure
+from ...scene import load_scene
+from ...statics.equilibrium import solve_equilibrium
+from ...statics.profile import Profile, errors
+from ..declaration import declared
+from ..study import Table, groups
 from .rising import X_END, exact_cable
+
+WORDS = declared(__file__)
 
 LAWS = ("compressive", "tension-only")
 PAIRS = ((1, 0), (2, 1))
 #: Folded: heights of the end point (a fold of radius 0.0007 and depth 0.1, and one of depth 0.004), elements.
 HEIGHTS, FOLDED_CELLS = (0.80, 0.99), (5, 10, 20, 40, 80, 160)
-#: Snap: elements of each pair, (scheme, step [s]), end of a run and what of it counts [s].
+#: Snap: elements of each pair, (scheme, step [s]), and what of a run counts [s].
 SNAP_CELLS = {(1, 0): (20, 40, 80, 160), (2, 1): (20, 40, 80)}
 SNAP_STEPS = (("backward-euler", 0.01), ("backward-euler", 0.005), ("bdf2", 0.005))
-SNAP_END, SNAP_COUNTS = 30.0, 15.0
+SNAP_COUNTS = 15.0
 #: Largest tensions of `driven-slack` from the independent programs [N], good to 5 and 10 N.
 REFERENCE = {"top_max": 8850.0, "anchor_max": 5256.0}
 
-FOLDED_COLUMNS = {
-    "z_end": "z end",
-    "discretisation": "elements",
-    "slack": "law",
-    "r_L2": "error of r",
-    "T_L2": "error of T",
-    "top_error": "of top tension",
-    "T_min": "T min",
-    "iterations": "iterations",
-}
-SNAP_COLUMNS = {
-    "discretisation": "elements",
-    "scheme": "scheme",
-    "step": "step",
-    "slack": "law",
-    "top_max": "top [N]",
-    "top_percent": "error [%]",
-    "anchor_max": "anchor [N]",
-    "anchor_percent": "error [%]",
-    "T_min": "T min [N]",
-    "failed_steps": "retried",
-    "newton": "iterations",
-}
 
-
-def cases(end: float = SNAP_END) -> list[dict]:
-    """Folded cables, then runs until `end` [s]; both laws next to each other."""
+def cases(t_end: float) -> list[dict]:
+    """Folded cables, then runs until `t_end` [s]; both laws next to each other."""
     pairs = [(mu, nu, slack) for mu, nu in PAIRS for slack in LAWS]
     folded = [
         {"kind": "folded", "z_end": z, "mu": mu, "nu": nu, "cells": n, "slack": slack}
@@ -65,7 +43,7 @@ def cases(end: float = SNAP_END) -> list[dict]:
         for mu, nu, slack in pairs
     ]
     snap = [
-        {"kind": "snap", "mu": mu, "nu": nu, "cells": n, "slack": slack, "scheme": scheme, "step": step, "end": end}
+        {"kind": "snap", "mu": mu, "nu": nu, "cells": n, "slack": slack, "scheme": scheme, "step": step, "end": t_end}
         for scheme, step in SNAP_STEPS
         for mu, nu, slack in pairs
         for n in SNAP_CELLS[mu, nu]
@@ -119,22 +97,20 @@ def snap(case: dict) -> dict:
 # -- what is said and written ------------------------------------------------------------------------------------------
 
 
-def run(folder, end: float = SNAP_END) -> list[dict] | None:
-    """The study, shown and written to `folder`; None on all ranks but 0."""
-    rows = evaluate_all(evaluate, cases(end), folder, structure)
-    if rows is None:
-        return None
+def tables(rows: list[dict], t_end: float) -> list[Table]:
+    """All rows in one file, shown in two."""
     for row in rows:
         row["discretisation"] = f"{row['cells']} P{row['mu']}-P{row['nu']}"
         if "failed" not in row and row["kind"] == "snap":
             row |= {f"{end}_percent": round(100 * row[f"{end}_error"], 2) for end in ("top", "anchor")}
             row["T_min"] = round(row["T_min"], 1) + 0.0
-    folded, snaps = ([row for row in rows if row["kind"] == kind] for kind in ("folded", "snap"))
-    notes = in_words(folded, snaps)
-    save(folder, "slack", rows, draw(folded, snaps), notes)
-    show("\nFolded cable at rest, end at (0.01, 0, z)", folded, FOLDED_COLUMNS)
-    show(f"\nSnap loads: driven-slack, last {SNAP_COUNTS:g} s of {end:g} s", snaps, SNAP_COLUMNS, notes)
-    return rows
+    folded, snaps = groups(rows, "kind").values()
+    notes, title = in_words(folded, snaps), WORDS.say("snap", counts=SNAP_COUNTS, end=t_end)
+    return [
+        Table("slack", rows, notes=notes, figure=draw(folded, snaps)),
+        Table("", folded, WORDS.say("folded"), WORDS.columns["folded"]),
+        Table("", snaps, title, WORDS.columns["snap"], notes),
+    ]
 
 
 def in_words(folded: list[dict], snaps: list[dict]) -> list[str]:
@@ -143,23 +119,17 @@ def in_words(folded: list[dict], snaps: list[dict]) -> list[str]:
     pressed = [pair for pair in _pairs(folded) if pair[0]["T_min"] < 0]
     if pressed:
         gain = [two["r_L2"] / one["r_L2"] for two, one in pressed]
-        notes.append(
-            f"Folded: the two-sided law ends compressed in {len(pressed)} cases; there its error of r is "
-            f"{min(gain):.2g} to {max(gain):.2g} times that of tension-only."
-        )
+        notes.append(WORDS.say("pressed", count=len(pressed), least=min(gain), largest=max(gain)))
     same = [(two, one) for two, one in _pairs(folded) if two["T_min"] >= 0]
     if same:
         difference = max(abs(two["r_L2"] - one["r_L2"]) for two, one in same)
-        notes.append(f"Where it does not, the two laws agree: {len(same)} cases, difference {difference:.1g}.")
+        notes.append(WORDS.say("same", count=len(same), difference=difference))
     for law in LAWS:
         good = [row for row in snaps if row["slack"] == law and "failed" not in row]
         for end in ("top", "anchor") if good else ():
             worst = max(good, key=lambda row: abs(row[f"{end}_error"]))
-            notes.append(
-                f"Snap, {law}: largest error at the {end} {100 * worst[f'{end}_error']:+.2g} % "
-                f"({worst['discretisation']}, {worst['scheme']}, {worst['step']} s), "
-                f"smallest tension {min(row['T_min'] for row in good) + 0.0:.0f} N."
-            )
+            percent, smallest = 100 * worst[f"{end}_error"], min(row["T_min"] for row in good) + 0.0
+            notes.append(WORDS.say("worst", **worst, place=end, percent=percent, smallest=smallest))
     notes += [f"{row['discretisation']}, {row['slack']}: {row['failed']}" for row in folded + snaps if "failed" in row]
     return notes
 
@@ -174,7 +144,6 @@ def _pairs(rows):
 # -- figure ------------------------------------------------------------------------------------------------------------
 
 
-@matplotlib.rc_context(STYLE)
 def draw(folded: list[dict], snaps: list[dict]):
     """Left the error of the folded shape, right the largest tensions of the snap loads, over the elements."""
     figure = new_figure(1.4 * PAGE, 5.6)

@@ -1,0 +1,264 @@
+"""Every number of `check`, by hand: weights, drafts, metacentres, periods, waves, step limits, what a scheme leaves.
+
+Source: closed forms of a floating cylinder, a hanging cable and a linear wave, written again here.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from dolfbuoy import load_scene, solve_static
+from dolfbuoy.check import check
+from dolfbuoy.model.hydrostatics import float_upright
+from dolfbuoy.results.summary import remaining_amplitude
+from dolfbuoy.statics.equilibrium import shape_and_mass
+
+RHO, G, DEPTH = 1019.0, 9.7, 24.0
+CABLE = {
+    "length": 30.0,
+    "line_density": 31.0,
+    "diameter": 0.09,
+    "axial_stiffness": 4e6,
+    "elements": 12,
+    "added_mass": 0.7,
+}
+BUOY = {
+    "hull": [[0.0, 2.2], [2.4, 2.2]],
+    "mass": 1900.0,
+    "center_of_mass": 0.7,
+    "inertia": [1400.0, 700.0],
+    "point_masses": [{"mass": 210.0, "height": 1.6}],
+    "mooring_height": 0.35,
+    "added_mass": 0.4,
+    "axial_added_mass": 0.9,
+    "normal_drag": 0.8,
+}
+MOORED = {
+    "gravity": G,
+    "sea": {"depth": DEPTH, "density": RHO},
+    "cable": CABLE | {"anchor": [3.0, -2.0, -DEPTH], "normal_drag": 0.8},
+    "buoy": BUOY,
+    "current": {"speed": 0.6, "direction_deg": 40.0},
+    "external_force": {"force": [2500.0, 900.0, 0.0]},
+}
+WEIGHT = (31.0 - RHO * math.pi * 0.09**2 / 4) * G  # of the cable in water [N/m]
+
+MASS, RADIUS = 2110.0, 1.1
+CENTER = (1900 * 0.7 + 210 * 1.6) / MASS
+TRANSVERSE = 1400 + 1900 * (0.7 - CENTER) ** 2 + 210 * (1.6 - CENTER) ** 2
+PLANE = math.pi * RADIUS**2
+
+
+def numbers_of(scene):
+    """(numbers by name, report)."""
+    report = check(load_scene(scene))
+    return {name: value for name, value, *_ in report.numbers}, report
+
+
+@pytest.fixture(scope="module")
+def moored():
+    return numbers_of(MOORED)
+
+
+def floating(load, pull=0.0):
+    """(draft, KB, GM) of the cylinder that displaces `load` [kg] under the pull of its cable [N]."""
+    draft = load / (RHO * PLANE)
+    KB, BM = draft / 2, RADIUS**2 / (4 * draft)
+    return draft, KB, (load * (KB + BM) - MASS * CENTER - pull / G * 0.35) / MASS
+
+
+def test_cable(moored):
+    numbers, report = moored
+    assert numbers["cable weight in water per metre"] == pytest.approx(WEIGHT)
+    assert numbers["cable weight in water"] == pytest.approx(30 * WEIGHT)
+    wave_speed = math.sqrt(4e6 / 31)
+    assert report.periods["cable, first axial (fixed ends)"] == pytest.approx(2 * 30 / wave_speed)
+    assert numbers["explicit step limit of Eq. (24)"] == pytest.approx(2.5 / wave_speed / (2 * math.sqrt(3)))
+
+
+def test_explicit_limit_is_that_of_the_shortest_element():
+    """Of segments, in air; an inextensible cable has none."""
+    scene = {"gravity": G, "cable": {k: v for k, v in CABLE.items() if k != "diameter"} | {"top": {"kind": "free"}}}
+    scene["initial"] = {"kind": "straight"}
+    scene["cable"] |= {"top": {"kind": "fixed", "position": [20.0, 0.0, 22.0]}, "elements": [[10.0, 8], [20.0, 4]]}
+    numbers, _ = numbers_of(scene)
+    assert numbers["explicit step limit of Eq. (24)"] == pytest.approx(1.25 / math.sqrt(12 * 4e6 / 31))
+    assert numbers["cable weight in air"] == pytest.approx(30 * 31 * G)
+    scene["cable"] |= {"axial_stiffness": math.inf}
+    scene["initial"] = {"kind": "polyline", "points": [[0, 0, 0], [20.0, 0.0, 22.0]]}
+    scene["cable"]["length"], scene["cable"]["elements"] = math.hypot(20, 22), 8
+    assert numbers_of(scene)[0]["explicit step limit of Eq. (24)"] == 0
+
+
+def test_floating(moored):
+    """The hanging cable is that between bed and buoy and half of what is left of it."""
+    numbers, _ = moored
+    pull = WEIGHT * (30 + DEPTH) / 2
+    assert numbers["buoy mass with point masses"] == pytest.approx(MASS)
+    assert numbers["centre of mass C above keel"] == pytest.approx(CENTER)
+    draft, _, GM = floating(MASS)
+    assert (numbers["draft, free"], numbers["GM, free"]) == pytest.approx((draft, GM))
+    draft, _, GM = floating(MASS + pull / G, pull)
+    assert numbers["draft with the weight of the cable"] == pytest.approx(draft)
+    assert numbers["GM with the weight of the cable"] == pytest.approx(GM)
+
+
+def test_periods_of_the_buoy(moored):
+    """Heave with its added mass, of the bottom disc too; pitch about the point that stays where it is."""
+    _, report = moored
+    pull = WEIGHT * (30 + DEPTH) / 2
+    load = MASS + pull / G
+    _, KB, GM = floating(load, pull)
+    heave_mass = MASS + 0.4 * load + 0.9 * RHO * 2 / 3 * math.pi * RADIUS**3
+    assert report.periods["buoy, heave"] == pytest.approx(2 * math.pi * math.sqrt(heave_mass / (RHO * G * PLANE)))
+    # body and added mass turn about their common centre: parallel axes of two masses
+    added, gap = 0.4 * load, CENTER - KB
+    common = added * gap / (MASS + added)
+    inertia = TRANSVERSE + MASS * common**2 + added * (gap - common) ** 2
+    assert report.periods["buoy, pitch"] == pytest.approx(2 * math.pi * math.sqrt(inertia / (MASS * G * GM)))
+
+
+@pytest.mark.parametrize("height", [-0.4, 0.0, 1.7])
+def test_a_pull_rights_below_and_upsets_above(height):
+    """Righting lever of a small tilt: buoyancy at the metacentre, weight at C, pull at its own point."""
+    shape, mass = shape_and_mass(load_scene(MOORED))
+    found = float_upright(shape, mass, RHO, G, 5e3, height)
+    draft, KB = found.draft, found.draft / 2
+    assert RHO * PLANE * draft == pytest.approx(MASS + 5e3 / G)
+    buoyancy, metacentre = RHO * G * PLANE * draft, KB + RADIUS**2 / (4 * draft)
+    moment = buoyancy * metacentre - MASS * G * CENTER - 5e3 * height  # about the keel, per radian
+    assert pytest.approx(moment / (MASS * G)) == found.GM
+
+
+def test_what_heels_over_and_what_is_too_long():
+    """A pull high above the keel makes GM negative, said with its number; the slack of the cable is named."""
+    high = {"buoy": BUOY | {"mooring_height": 2.9, "point_masses": [{"mass": 700.0, "height": 3.9}]}}
+    scene = {key: value for key, value in MOORED.items() if key not in ("current", "external_force")} | high
+    scene["initial"] = {"kind": "straight", "buoy_position": [3.0, -2.0, 4.0]}
+    numbers, report = numbers_of(scene)
+    GM = numbers["GM with the weight of the cable"]
+    assert GM < 0
+    assert any(f"GM = {GM:.3g} m is not positive" in warning for warning in report.warnings)
+    _, report = numbers_of(MOORED)
+    assert any(f"{30 - DEPTH:.3g} m longer than the water is deep" in warning for warning in report.warnings)
+
+
+def test_equilibrium(moored):
+    """What is shown of the equilibrium is the equilibrium."""
+    numbers, _ = moored
+    rest = solve_static(MOORED)
+    x, y, z = rest.buoy_position.values
+    assert math.hypot(x - 3, y + 2) > 2
+    assert numbers["equilibrium: offset of C from the anchor"] == pytest.approx(math.hypot(x - 3, y + 2))
+    assert numbers["equilibrium: C above still water"] == pytest.approx(z)
+    assert numbers["equilibrium: tension at the top"] == pytest.approx(float(rest.tension_top))
+    assert numbers["equilibrium: tension at the anchor"] == pytest.approx(float(rest.tension_anchor))
+    assert float(rest.tension_top) > 1.2 * float(rest.tension_anchor)
+
+
+def test_hanging_cable():
+    """Tensions under an end force in closed form, and T_n = 2/n int sqrt(m/T) ds of its transverse modes."""
+    force = np.array([3000.0, 4000.0, 20000.0])
+    cable = CABLE | {"elements": 30, "top": {"kind": "free", "force": force.tolist()}}
+    numbers, report = numbers_of({"gravity": G, "sea": {"depth": DEPTH, "density": RHO}, "cable": cable})
+
+    def tension(s):
+        return math.hypot(5000.0, 20000.0 - WEIGHT * (30.0 - s))
+
+    assert numbers["equilibrium: tension at the top"] == pytest.approx(tension(30.0))
+    assert numbers["equilibrium: tension at the anchor"] == pytest.approx(tension(0.5), rel=1e-3)  # its element's
+    mass = 31.0 + 0.7 * RHO * math.pi * 0.09**2 / 4
+    travel = quad(lambda s: math.sqrt(mass / tension(s)), 0, 30)[0]
+    for n in (1, 2):
+        assert report.periods[f"cable, transverse {n} (taut, fixed ends)"] == pytest.approx(2 * travel / n, rel=1e-4)
+    assert not report.warnings
+
+
+def test_cable_below_the_bed_and_under_pressure():
+    """How deep a slack cable hangs below the sea bed; the smallest tension where it is pushed."""
+    top = {"kind": "fixed", "position": [12.0, 0.0, -4.0]}
+    scene = {"gravity": G, "sea": {"depth": 20.0, "density": RHO}, "cable": CABLE | {"top": top}}
+    _, report = numbers_of(scene)
+    lowest = float(solve_static(scene).cable_position[:, 2].min()) + 20.0
+    assert lowest < -1
+    assert any(f"hangs up to {-lowest:.3g} m below the sea bed" in warning for warning in report.warnings)
+    folded = CABLE | {"elements": 3, "top": {"kind": "fixed", "position": [0.05, 0.0, -1.0]}}
+    scene = {"gravity": G, "sea": {"depth": 22.0, "density": RHO}, "cable": folded}
+    smallest = float(solve_static(scene).cable_tension.min())
+    said = [warning for warning in check(load_scene(scene)).warnings if "compressed" in warning]
+    assert len(said) == (smallest <= 0)
+    assert all(f"smallest tension {smallest:.4g} N" in warning for warning in said)
+
+
+def waves(depth, **section):
+    """Numbers of waves over a cable that is not solved for."""
+    cable = CABLE | {"top": {"kind": "fixed", "position": [20.0, 0.0, -depth + 21.0]}}
+    scene = {"gravity": G, "sea": {"depth": depth, "density": RHO}, "cable": cable, "initial": {"kind": "straight"}}
+    return numbers_of(scene | {"waves": section})
+
+
+@pytest.mark.parametrize("depth", [3.0, 40.0])
+def test_waves(depth):
+    """Dispersion, Miche's steepness 0.142 tanh kh, and the way of a particle at the surface over the diameter."""
+    numbers, report = waves(depth, amplitude=0.3, period=6.0)
+    omega = 2 * math.pi / 6
+    k = brentq(lambda k: G * k * math.tanh(k * depth) - omega**2, 1e-3, 10, xtol=1e-15)
+    assert numbers["wavelength"] == pytest.approx(2 * math.pi / k)
+    assert numbers["wave steepness H/lambda"] == pytest.approx(0.6 * k / (2 * math.pi))
+    remark = next(remark for name, _, _, remark in report.numbers if name == "wave steepness H/lambda")
+    limit = 1 / 7.04 * math.tanh(k * depth)  # Miche's seventh of the wavelength
+    assert float(remark.split()[2]) == pytest.approx(limit, rel=2e-3)
+    way = 2 * math.pi * 0.3 / math.tanh(k * depth)
+    assert numbers["Keulegan-Carpenter number of the cable"] == pytest.approx(way / 0.09)
+    assert report.periods["wave"] == 6.0
+    assert "dispersion mismatch of wavelength" not in numbers
+    for share, breaks in ((0.98, False), (1.02, True)):
+        amplitude = share * float(remark.split()[2]) * math.pi / k
+        _, report = waves(depth, amplitude=amplitude, period=6.0)
+        assert any("breaking" in warning for warning in report.warnings) == breaks
+
+
+@pytest.mark.parametrize(("factor", "warns"), [(1.15, True), (0.95, False), (0.88, True)])
+def test_given_wavelength(factor, warns):
+    """Its mismatch in per cent of what dispersion gives, with its sign."""
+    exact = waves(7.0, amplitude=0.1, period=4.0)[0]["wavelength"]
+    numbers, report = waves(7.0, amplitude=0.1, period=4.0, wavelength=factor * exact)
+    assert numbers["dispersion mismatch of wavelength"] == pytest.approx(100 * (factor - 1))
+    assert any("differs from the dispersion" in warning for warning in report.warnings) == warns
+    k, omega = 2 * math.pi / (factor * exact), 2 * math.pi / 4
+    remark = next(remark for name, _, _, remark in report.numbers if name.startswith("dispersion"))
+    assert float(remark.split()[-1]) == pytest.approx(omega**2 / (G * k * math.tanh(7 * k)), rel=1e-4)
+
+
+def test_buoy_in_waves():
+    """Diameter over wavelength, with a warning from 0.2 on, and its Keulegan-Carpenter number."""
+    for wavelength, warns in ((10.9, True), (11.1, False)):
+        scene = {key: MOORED[key] for key in ("gravity", "sea", "buoy")}
+        scene |= {"waves": {"amplitude": 0.2, "period": 2.4, "wavelength": wavelength}}
+        numbers, report = numbers_of(scene)
+        assert numbers["diffraction parameter D/lambda"] == pytest.approx(2.2 / wavelength)
+        assert any("diffraction is not negligible" in warning for warning in report.warnings) == warns
+        way = 2 * math.pi * 0.2 / math.tanh(2 * math.pi / wavelength * DEPTH)
+        assert numbers["Keulegan-Carpenter number of the buoy"] == pytest.approx(way / 2.2)
+
+
+def test_tolerances(moored):
+    """Newton's tolerance of each unknown: step_tolerance of lengths, of a mass times lengths a time, of forces."""
+    numbers, _ = moored
+    fine, _ = numbers_of(MOORED | {"solver": {"step_tolerance": 1e-7}})
+    names = [name for name in numbers if name.startswith("tolerance of")]
+    assert len(names) >= 4
+    assert numbers["tolerance of cable position"] == pytest.approx(1e-9 * 30.0, rel=1e-3)
+    for name in names:
+        assert fine[name] > 10 * numbers[name]
+
+
+def test_what_the_scheme_leaves():
+    """Backward Euler: (1 + (omega dt)^2)^(-1/2) in each of the steps of the run."""
+    scene = load_scene(MOORED | {"time": {"end": 17.0, "step": 0.02}})
+    expected = (1 + (2 * math.pi / 3.1 * 0.02) ** 2) ** (-0.5 * 850)
+    assert remaining_amplitude(3.1, scene) == pytest.approx(expected)
+    assert 0.01 < expected < 0.9
