@@ -90,7 +90,7 @@ def forced(monkeypatch):
 
         def set_time(self, t):
             plain_set_time(self, t)
-            self.cable.now.value = t
+            self.lines.now.value = t
 
         monkeypatch.setattr(Lines, "residual", residual)
         monkeypatch.setattr(Problem, "set_time", set_time)
