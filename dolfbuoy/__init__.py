@@ -3,7 +3,7 @@
     from dolfbuoy import load_scene, simulate, solve_static
     record = simulate(load_scene("short"), time={"end": 5.0})
 
-The model and the reading of the paper's ambiguous places are described in the README and in the docstrings of
+The model and the reading of the paper's ambiguous places are described in forms/README.md and in the docstrings of
 `dolfbuoy.forms`.
 """
 

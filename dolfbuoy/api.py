@@ -11,7 +11,7 @@ from mpi4py import MPI
 from .errors import InputError
 from .motion.simulation import Simulation
 from .parallel import interruption
-from .parallel.ranks import told
+from .parallel.ranks import combined, told
 from .results import checkpoint
 from .results import record as results
 from .results.observe import Observer, attributes
@@ -33,12 +33,12 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
     problem = solve_equilibrium(scene, comm)
     observer = Observer(problem)
     fixed = observer.fixed()
-    values = observer.values(problem.end_tension() if problem.cable else None)
-    if problem.cable:
+    values = observer.values(problem.end_tension() if problem.lines else None)
+    if problem.lines:
         values |= observer.frame()
     values["newton_iterations"] = problem.iterations
     info = attributes(problem) | {"route": problem.route}
-    if problem.cable:
+    if problem.lines:
         info["smallest_tension_N"] = problem.smallest_tension()
     problem.destroy()
     if comm.rank != 0:
@@ -133,7 +133,7 @@ class Recorder:
         values = {"time": sim.t, "time_step": step, "newton_iterations": iterations}
         values |= self.observer.values(sim.end_tension)
         tolerance = 1e-6 * sim.scene.time.step
-        if sim.cable and (sim.t >= self._next_frame - tolerance or sim.t >= sim.scene.time.end - tolerance):
+        if sim.problem.lines and (sim.t >= self._next_frame - tolerance or sim.t >= sim.scene.time.end - tolerance):
             values |= {"frame": sim.t} | self.observer.frame()
             self._next_frame = self.interval * (np.floor((sim.t + tolerance) / self.interval) + 1)
         if self.root:
@@ -144,9 +144,10 @@ class Recorder:
     def save(self):
         """Bring all rows to the disk, then the state after the last one."""
         begin = clock.monotonic()
-        states = self.simulation.comm.gather(self.simulation.state())
+        comm = self.simulation.comm
+        states = comm.gather(self.simulation.state())
+        self._drift = combined(comm, self.simulation.quaternion_drift, MPI.MAX)  # the buoy is on one rank only
         if self.root:
-            self._drift = max(state["quaternion_drift"] for state in states)  # the buoy is on one rank only
             self._flush()
             scene, rows = self.simulation.scene, self.record.counts
             checkpoint.write(checkpoint.Checkpoint(self.folder, scene, states, rows, self._next_frame))
@@ -165,7 +166,7 @@ class Recorder:
             "rejected_steps": sim.control.rejected,
             "restarts": sim.control.restarts,
             "quaternion_drift": self._drift,
-            "linear_solver_fallbacks": sim.system.fallbacks,
+            "linear_solver_fallbacks": sim.newton.fallbacks,
         }
         self.record.flush()
 

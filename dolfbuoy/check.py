@@ -5,11 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .model.effects import names as effects_of
+from .model.feasible import check_feasible, hanging_weight, shape_and_mass
 from .model.hydrostatics import float_upright
+from .model.lines import cross_section, weight_per_length
 from .model.sea import dispersion_wavenumber, wavenumber
-from .motion.schemes import make_scheme
-from .results.observe import effects
-from .statics.equilibrium import check_feasible, hanging_weight, shape_and_mass, solve_equilibrium
+from .statics.equilibrium import solve_equilibrium
 
 
 @dataclass
@@ -31,7 +32,7 @@ def check(scene) -> Report:
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
     """
     check_feasible(scene)
-    report = Report(effects(scene))
+    report = Report(effects_of(scene))
     if scene.cable:
         _cable(scene, report)
     if scene.buoy and scene.sea and scene.gravity:
@@ -43,20 +44,9 @@ def check(scene) -> Report:
     return report
 
 
-def remaining_amplitude(period, scene) -> float:
-    """Fraction of a free motion's amplitude that the scheme leaves at the end of the run, at the scene's step.
-
-    Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
-    """
-    time = scene.time
-    factor = make_scheme(time.scheme, time.spectral_radius).amplification(2 * math.pi / period, time.step)
-    return float(abs(factor) ** (time.end / time.step))
-
-
 def _cable(scene, report):
     c = scene.cable
-    displaced = scene.sea.density * math.pi * c.diameter**2 / 4 if scene.sea else 0.0
-    w = (c.line_density - displaced) * scene.gravity
+    w = weight_per_length(scene, c)
     where = "in water" if scene.sea else "in air"
     report.add(f"cable weight {where} per metre", w, "N/m")
     report.add(f"cable weight {where}", w * c.length, "N")
@@ -135,14 +125,14 @@ def _keulegan_carpenter(report, name, scene, k, diameter):
 def _equilibrium(scene, report):
     problem = solve_equilibrium(scene)
     u = problem.system.u
-    if problem.cable:
+    if problem.lines:
         T_bnd = problem.end_tension()
         report.add("equilibrium: tension at the top", np.linalg.norm(T_bnd), "N")
         report.add("equilibrium: tension at the anchor", problem.anchor_tension(), "N")
         _shape_warnings(scene, problem, report)
         _cable_periods(scene, problem, report)
-    if problem.buoy and problem.cable:
-        x, y, z = u[problem.state_part.slice][:3]
+    if problem.buoy and problem.lines:
+        x, y, z = problem.buoy.fields.of(u[problem.buoy.part.slice]).position
         offset = math.hypot(x - scene.anchor[0], y - scene.anchor[1])
         report.add("equilibrium: offset of C from the anchor", offset, "m")
         report.add("equilibrium: C above still water", z, "m")
@@ -154,7 +144,7 @@ def _equilibrium(scene, report):
 
 
 def _shape_warnings(scene, problem, report):
-    u, cable = problem.system.u, problem.cable
+    u, cable = problem.system.u, problem.lines
     smallest = problem.smallest_tension()
     if smallest <= 0:
         report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
@@ -173,8 +163,8 @@ def _shape_warnings(scene, problem, report):
 
 def _cable_periods(scene, problem, report):
     """Transverse modes of a taut cable, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
-    c, cable = scene.cable, problem.cable
-    added = scene.sea.density * math.pi * c.diameter**2 / 4 * c.added_mass if scene.sea else 0.0
+    c, cable = scene.cable, problem.lines
+    added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
     T, h = cable.mean_tension(problem.system.u), np.diff(cable.cell_ends, axis=1)[:, 0]
     if T.min() <= 0:
         return

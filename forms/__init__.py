@@ -13,5 +13,6 @@ numerical simulation of tethered buoy dynamics*.
 `buoy`           Euler equations of the buoy, Eq. (8), and its static counterpart
 `wind`           wind force, Eq. (2)
 `coupling`       rigid link to the mooring point and coupling, Eqs. (9), (29)
+`kinds`          types of arguments and results
 ===============  ===============================================================
 """

@@ -1,32 +1,49 @@
 """The buoy as a rigid body: Euler's equations (8) and the equilibrium that they leave at rest."""
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
 from ufl import as_vector, cross, dot, inner
 
+from .kinds import Expr, Scalar
 from .rotation import apply_inverse_inertia, conjugate, prolong, quaternion_product, rotation_matrix
+from .sea import Flow
+
+if TYPE_CHECKING:
+    from .hull import BodyMotion
 
 
-def translation(r_C_t, p, mass, test):
+class Body(NamedTuple):
+    """Where the body is and how it moves, for loads at its points."""
+
+    position: Expr  #: r_C
+    quaternion: Expr  #: q_4
+    flow: Callable[[Expr], Flow]  #: x -> undisturbed water there
+    motion: "BodyMotion | None" = None  #: None in statics
+
+
+def translation(r_C_t: Expr, p: Expr, mass: Scalar, test: Expr) -> Expr:
     """(8)_1: r_C_t = p/M_b."""
     return inner(r_C_t - p / mass, test)
 
 
-def linear_momentum(p_t, force, test):
+def linear_momentum(p_t: Expr, force: Expr, test: Expr) -> Expr:
     """(8)_2: p_t = F, with the part of F that acts at points; strips are added on the axis."""
     return inner(p_t - force, test)
 
 
-def orientation(q4_t, q4, L_C, inertia, test):
+def orientation(q4_t: Expr, q4: Expr, L_C: Expr, inertia: Expr, test: Expr) -> Expr:
     """(8)_3: q4_t = 1/2 Q(I_C^{-1} L_C) o q4."""
     omega = apply_inverse_inertia(rotation_matrix(q4), inertia, L_C)
     return inner(q4_t - 0.5 * quaternion_product(prolong(omega), q4), test)
 
 
-def angular_momentum(L_C_t, torque, test):
+def angular_momentum(L_C_t: Expr, torque: Expr, test: Expr) -> Expr:
     """(8)_4: L_C_t = tau_C."""
     return inner(L_C_t - torque, test)
 
 
-def point_torque(q4, body_offset, force):
+def point_torque(q4: Expr, body_offset: Expr, force: Expr) -> Expr:
     """(R(q4) x0) x F: torque about C of a force at the body point x0 from C.
 
     The lever is written through the body offset and never as r_O - r_C: FFCx 0.5 cannot compile the derivative
@@ -35,26 +52,45 @@ def point_torque(q4, body_offset, force):
     return cross(rotation_matrix(q4) * body_offset, force)
 
 
-def axial_damping(q4, L_C, inertia, coefficient):
-    """-c (omega . d) d: linear damping of the rotation about the axis d [N m]."""
-    R = rotation_matrix(q4)
-    d = R * as_vector([0.0, 0.0, 1.0])
-    omega = apply_inverse_inertia(R, inertia, L_C)
-    return -coefficient * dot(omega, d) * d
+# -- loads at points: functions (coefficients, body) -> (force [N], torque about C [N m]), None for what is absent -----
 
 
-def turn(q4, q4_ref):
+def external_force(c: Any, body: Body) -> tuple[Expr, Expr | None]:
+    """A constant force c.force at the body point c.offset from C (None: at C)."""
+    return c.force, None if c.offset is None else point_torque(body.quaternion, c.offset, c.force)
+
+
+def rotational_damping(coefficient: Scalar, body: Body) -> tuple[None, Expr | None]:
+    """-c (omega . d) d: linear damping of the rotation about the axis d."""
+    if body.motion is None:
+        return None, None
+    d = rotation_matrix(body.quaternion) * as_vector([0.0, 0.0, 1.0])
+    return None, -coefficient * dot(body.motion.angular_velocity, d) * d
+
+
+def turn(q4: Expr, q4_ref: Expr) -> Expr:
     """Rotation vector from q4_ref to q4 for small angles, 2 vec(q4 o conj(q4_ref))/|q4_ref|^2 (world frame)."""
     delta = quaternion_product(q4, conjugate(q4_ref))
     return 2 / dot(q4_ref, q4_ref) * as_vector([delta[1], delta[2], delta[3]])
 
 
-def held_horizontally(r_C, r_ref, stiffness, test):
+def held_horizontally(r_C: Expr, r_ref: Expr, stiffness: Scalar, test: Expr) -> Expr:
     """A free buoy has no place of its own: a spring that carries nothing keeps C where it started, in x and y."""
     return stiffness * ((r_C[0] - r_ref[0]) * test[0] + (r_C[1] - r_ref[1]) * test[1])
 
 
-def equilibrium(r_C, q4, force, torque, reference, mass, inertia_scale, relaxation, gauge, tests):
+def equilibrium(
+    r_C: Expr,
+    q4: Expr,
+    force: Expr,
+    torque: Expr,
+    reference: tuple[Expr, Expr],
+    mass: Scalar,
+    inertia_scale: Scalar,
+    relaxation: Scalar,
+    gauge: Scalar,
+    tests: tuple[Expr, Expr, Expr],
+) -> Expr:
     """F = 0, tau_C = 0, |q4| = 1 for the pose (r_C, q4), with pseudo-inertia for continuation.
 
     The loads leave the rotation about the axis undetermined, and their torque about the axis is identically zero:

@@ -12,23 +12,29 @@ from typing import NamedTuple
 from ufl import dot, inner, sqrt
 
 from . import morison
+from .kinds import Expr, Scalar
+from .sea import Flow, relative
 
 
 class Cable(NamedTuple):
-    """Properties of a cable, UFL scalars; None for what is absent."""
+    """Material of a cable, UFL scalars; None for what is absent."""
 
-    line_density: object  #: rho0 [kg/m]
-    EA: object = None  #: axial stiffness [N]; None: inextensible
-    diameter: object = None  #: D [m]
-    area: object = None  #: A0 [m^2]
-    added_mass: object = None  #: C_A = C_M - 1
-    normal_drag: object = None  #: C_dn
-    tangential_drag: object = None  #: C_dt
-    tangential_froude_krylov: bool = False
-    damping: object = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
+    line_density: Scalar  #: rho0 [kg/m]
+    EA: Scalar | None = None  #: axial stiffness [N]; None: inextensible
+    diameter: Scalar | None = None  #: D [m]
+    area: Scalar | None = None  #: A0 [m^2]
+    damping: Scalar | None = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
 
 
-def strain(cable, T, r=None, r_t=None):
+class Point(NamedTuple):
+    """A point of the cable: unit tangent, velocity and acceleration; the latter are None in statics."""
+
+    tangent: Expr
+    velocity: Expr | None = None
+    acceleration: Expr | None = None
+
+
+def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None) -> Expr | None:
     """e = T/EA, Eq. (12), or with damping and a velocity (T - c e_t)/EA; None for an inextensible cable."""
     if cable.EA is None:
         return None
@@ -37,23 +43,23 @@ def strain(cable, T, r=None, r_t=None):
     return (T - cable.damping * strain_rate(r, r_t)) / cable.EA
 
 
-def strain_rate(r, r_t):
+def strain_rate(r: Expr, r_t: Expr) -> Expr:
     """e_t = t . r_t' of e = |r'| - 1 [1/s]."""
     return inner(tangent(r), r_t.dx(0))
 
 
-def stretched(cable, e, f):
+def stretched(cable: Cable, e: Expr | None, f: Expr) -> Expr:
     """(1+e) f: a force per stretched length as a force per unstretched length."""
     return f if e is None else (1 + e) * f
 
 
-def tension_term(r, T, e, v):
+def tension_term(r: Expr, T: Expr, e: Expr | None, v: Expr) -> Expr:
     """(T/(1+e) r', v')."""
     along = inner(r.dx(0), v.dx(0))
     return T * along if e is None else T / (1 + e) * along
 
 
-def strain_equation(r, e, q, strain_form="paper"):
+def strain_equation(r: Expr, e: Expr | None, q: Expr, strain_form: str = "paper") -> Expr:
     """(11)_2, or with strain_form = "energy" 1/2 (|r'|^2/(1+e)^2 - 1, q).
 
     Both hold where |r'| = 1 + e.  The second is the derivative of an energy with respect to T, so that the
@@ -68,52 +74,74 @@ def strain_equation(r, e, q, strain_form="paper"):
     return 0.5 * (stretch2 / (1 + e) - (1 + e)) * q
 
 
-def mean_strain_equation(T, T_mean, q):
+def mean_strain_equation(T: Expr, T_mean: Expr, q: Expr) -> Expr:
     """(T_mean - T, q): T_mean is the average of T on each element (the paper's Sect. 3.3.2)."""
     return (T_mean - T) * q
 
 
-def inertia(cable, r_tt, v):
+def inertia(cable: Cable, r_tt: Expr, v: Expr) -> Expr:
     """rho0 (r_tt, v)."""
     return cable.line_density * inner(r_tt, v)
 
 
-def weight_in_water(cable, gravity, rho_w=None):
+def weight_in_water(cable: Cable, gravity: Expr, rho_w: Scalar | None = None) -> Expr:
     """(1+e) f_hg = rho0 (1 - rho_w/rho_c) g per unstretched length [N/m], rho_c = rho0/A0; dry without rho_w."""
     if rho_w is None:
         return cable.line_density * gravity
     return (cable.line_density - rho_w * cable.area) * gravity
 
 
-def tangent(r):
+def tangent(r: Expr) -> Expr:
     """t = r'/|r'|."""
     return r.dx(0) / sqrt(dot(r.dx(0), r.dx(0)))
 
 
-def hydrodynamic_force(cable, rho_w, flow, r, r_t=None, r_tt=None):
-    """f_am + f_dn + f_dt of Eq. (6) [N per stretched metre]; None where nothing of it is called for.
+# -- forces of the water, Eq. (6): functions (coefficient, cable, rho_w, flow, point) [N per stretched metre] ----------
+#
+# `flow` is the undisturbed water at the point (forms.sea.flow).  Each returns None where nothing moves that it feels.
 
-    `flow` is the undisturbed water at r (forms.sea.flow); r_t and r_tt are None in statics.  The tangential
-    Froude-Krylov force rho_w A (a_w.t) t is absent in the paper and a choice of the cable.
-    """
-    t = tangent(r)
-    terms = []
 
-    v_rel = r_t
-    if flow.velocity is not None:
-        v_rel = -flow.velocity if r_t is None else r_t - flow.velocity
-    if v_rel is not None:
-        v_n, _ = morison.split(v_rel, t)
-        if cable.normal_drag is not None:
-            terms.append(morison.normal_drag(rho_w, cable.diameter, cable.normal_drag, v_n))
-        if cable.tangential_drag is not None:
-            terms.append(morison.tangential_drag(rho_w, cable.diameter, cable.tangential_drag, t, v_rel))
+def normal_drag(C_dn: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """f_dn."""
+    v_rel = relative(point.velocity, flow.velocity)
+    if v_rel is None:
+        return None
+    return morison.normal_drag(rho_w, cable.diameter, C_dn, morison.split(v_rel, point.tangent)[0])
 
-    a_n = None if r_tt is None else morison.split(r_tt, t)[0]
-    a_wn, a_wt = (None, None) if flow.acceleration is None else morison.split(flow.acceleration, t)
-    terms.append(morison.inertia(rho_w, cable.area, cable.added_mass, a_n, a_wn))
-    if cable.tangential_froude_krylov and a_wt is not None:
-        terms.append(rho_w * cable.area * a_wt)
 
-    terms = [term for term in terms if term is not None]
-    return sum(terms[1:], terms[0]) if terms else None
+def tangential_drag(C_dt: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """f_dt."""
+    v_rel = relative(point.velocity, flow.velocity)
+    if v_rel is None:
+        return None
+    return morison.tangential_drag(rho_w, cable.diameter, C_dt, point.tangent, v_rel)
+
+
+def added_mass(C_A: Scalar, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """The part of f_am that the cable's own inertia in the water makes: rho_w A C_A (a_w,n - a_n)."""
+    a_rel = relative(point.acceleration, flow.acceleration)
+    if a_rel is None:
+        return None
+    return -rho_w * cable.area * C_A * morison.split(a_rel, point.tangent)[0]
+
+
+def normal_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """The rest of f_am, the pressure of the undisturbed wave: rho_w A a_w,n."""
+    if flow.acceleration is None:
+        return None
+    return rho_w * cable.area * morison.split(flow.acceleration, point.tangent)[0]
+
+
+def tangential_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, point: Point) -> Expr | None:
+    """rho_w A (a_w.t) t: absent in the paper, a choice of the cable."""
+    if flow.acceleration is None:
+        return None
+    return rho_w * cable.area * morison.split(flow.acceleration, point.tangent)[1]
+
+
+# -- power that stays in the material ----------------------------------------------------------------------------------
+
+
+def damping_power(c: Scalar, r: Expr, r_t: Expr) -> Expr:
+    """-c e_t^2 per unstretched length [W/m], what Kelvin-Voigt damping takes."""
+    return -c * strain_rate(r, r_t) ** 2

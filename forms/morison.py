@@ -2,47 +2,35 @@
 
 from ufl import dot, sqrt
 
+from .kinds import Expr, Scalar
+
 #: Speed below which |v| is rounded off, [m/s].  The drag at 1 mm/s is off by 5e-7 of itself; without it |v| has no
 #: derivative at v = 0 and a start from rest in still water gives NaN.
 SMOOTHING_SPEED = 1e-6
 
 
-def smooth_norm(v):
+def smooth_norm(v: Expr) -> Expr:
     """|v|, differentiable at v = 0: sqrt(v.v + eps^2) with eps = SMOOTHING_SPEED; multiplied by v, zero at rest."""
     return sqrt(dot(v, v) + SMOOTHING_SPEED**2)
 
 
-def smooth_abs(x):
+def smooth_abs(x: Expr) -> Expr:
     """|x| of a scalar speed, as `smooth_norm`."""
     return sqrt(x**2 + SMOOTHING_SPEED**2)
 
 
-def split(x, t):
+def split(x: Expr, t: Expr) -> tuple[Expr, Expr]:
     """(x_n, x_t): normal and tangential part of x with respect to the unit vector t."""
     x_t = dot(x, t) * t
     return x - x_t, x_t
 
 
-def normal_drag(rho_w, D, C_dn, v_n):
+def normal_drag(rho_w: Scalar, D: Scalar, C_dn: Scalar, v_n: Expr) -> Expr:
     """f_dn = -1/2 C_dn rho_w D |v_rel,n| v_rel,n  [N/m], Eq. (1)_3."""
     return -0.5 * C_dn * rho_w * D * smooth_norm(v_n) * v_n
 
 
-def tangential_drag(rho_w, D, C_dt, t, v):
+def tangential_drag(rho_w: Scalar, D: Scalar, C_dt: Scalar, t: Expr, v: Expr) -> Expr:
     """f_dt = -1/2 C_dt rho_w D |v_rel.t| (v_rel.t) t  [N/m], Eq. (1)_2."""
     speed = dot(v, t)
     return -0.5 * C_dt * rho_w * D * smooth_abs(speed) * speed * t
-
-
-def inertia(rho_w, A, C_A, a, a_w):
-    """rho_w A [C_M a_w - (C_M - 1) a] with C_M = 1 + C_A [N/m], Eq. (1)_1; `None` stands for an absent acceleration.
-
-    Pass normal parts for a cable, full vectors for a strip of the hull.  Returns None if nothing is left.
-    """
-    force = None
-    if a_w is not None:
-        force = rho_w * A * (1 + C_A) * a_w if C_A is not None else rho_w * A * a_w
-    if C_A is not None and a is not None:
-        added = -rho_w * A * C_A * a
-        force = added if force is None else force + added
-    return force

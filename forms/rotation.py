@@ -3,8 +3,10 @@
 import ufl
 from ufl import as_matrix, as_vector, cross, dot
 
+from .kinds import Expr
 
-def rotation_matrix(q4):
+
+def rotation_matrix(q4: Expr) -> Expr:
     """R(q4) for any |q4| > 0: the quaternion is divided by its own length.
 
     With q4 = (cos(beta/2), lambda sin(beta/2)) this is the matrix of the paper,
@@ -20,7 +22,7 @@ def rotation_matrix(q4):
     ) / dot(q4, q4)
 
 
-def quaternion_product(v4, u4):
+def quaternion_product(v4: Expr, u4: Expr) -> Expr:
     """Product v4 o u4 of two quaternions, as defined below Eq. (8)."""
     v0, u0 = v4[0], u4[0]
     v, u = (as_vector([w4[1], w4[2], w4[3]]) for w4 in (v4, u4))
@@ -28,23 +30,23 @@ def quaternion_product(v4, u4):
     return as_vector([v0 * u0 - dot(v, u), w[0], w[1], w[2]])
 
 
-def prolong(v):
+def prolong(v: Expr) -> Expr:
     """Q v = (0, v): a vector as a quaternion."""
     return as_vector([ufl.as_ufl(0.0), v[0], v[1], v[2]])
 
 
-def conjugate(q4):
+def conjugate(q4: Expr) -> Expr:
     """(q0, -q)."""
     return as_vector([q4[0], -q4[1], -q4[2], -q4[3]])
 
 
-def apply_inverse_inertia(R, inertia, L_C):
+def apply_inverse_inertia(R: Expr, inertia: Expr, L_C: Expr) -> Expr:
     """I_C^{-1} L_C = R diag(inertia)^{-1} R^T L_C, in the world frame; `inertia` are the body's principal moments."""
     L_body = ufl.transpose(R) * L_C
     return R * as_vector([L_body[i] / inertia[i] for i in range(3)])
 
 
-def angular_acceleration(R, inertia, L_C, L_C_t):
+def angular_acceleration(R: Expr, inertia: Expr, L_C: Expr, L_C_t: Expr) -> Expr:
     """omega_t = I_C^{-1} (L_C_t - omega x L_C), from L_C = I_C omega with the inertia turning along."""
     omega = apply_inverse_inertia(R, inertia, L_C)
     return apply_inverse_inertia(R, inertia, L_C_t - cross(omega, L_C))

@@ -9,10 +9,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from ..errors import InputError, SolveError
 from ..parallel import interruption, ranks
+from ..results.tables import out, table
 from .study import app as study_app
 
 app = typer.Typer(
@@ -22,7 +22,7 @@ app = typer.Typer(
     help="Simulation of a tethered buoy with FEniCSx.\n\nExample: dolfbuoy run short",
 )
 app.add_typer(study_app, name="study")
-out, err = Console(), Console(stderr=True)
+err = Console(stderr=True)
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change the scene.")]
@@ -50,10 +50,7 @@ def _rank():
 
 
 def _table(title, *columns):
-    table = Table(title=title, title_justify="left", show_edge=False, pad_edge=False)
-    for name in columns:
-        table.add_column(name, justify="right" if name in ("value", "after the run") else "left")
-    return table
+    return table(title, columns, right=("value", "after the run"))
 
 
 @app.command("list")
@@ -61,32 +58,32 @@ def list_scenes():
     """Shipped scenes.  Example: dolfbuoy list"""
     from ..scene import load_scene, shipped_scenes
 
-    table = _table("Shipped scenes", "name", "title")
+    shown = _table("Shipped scenes", "name", "title")
     for name in shipped_scenes():
-        table.add_row(name, load_scene(name).title)
-    out.print(table)
+        shown.add_row(name, load_scene(name).title)
+    out.print(shown)
 
 
 @app.command()
 def check(scene: SceneArgument, assign: SetOption = None):
     """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
     from ..check import check as examine
-    from ..check import remaining_amplitude
+    from ..results.summary import remaining_amplitude
 
     loaded = _load(scene, assign)
     report = examine(loaded)
     out.print(f"[bold]{loaded.title or scene}[/bold]\neffects: {', '.join(report.effects)}\n")
-    table = _table("Derived numbers", "quantity", "value", "unit", "remark")
+    shown = _table("Derived numbers", "quantity", "value", "unit", "remark")
     for name, value, unit, remark in report.numbers:
-        table.add_row(name, f"{value:.5g}", unit, remark)
-    out.print(table)
+        shown.add_row(name, f"{value:.5g}", unit, remark)
+    out.print(shown)
     if report.periods:
         columns = ["period", "value", "unit"] + (["after the run"] if loaded.time else [])
-        table = _table("\nPeriods, and the amplitude that the scheme and its step leave of a free motion", *columns)
+        shown = _table("\nPeriods, and the amplitude that the scheme and its step leave of a free motion", *columns)
         for name, period in report.periods.items():
             rest = [f"{100 * remaining_amplitude(period, loaded):.1f} %"] if loaded.time else []
-            table.add_row(name, f"{period:.5g}", "s", *rest)
-        out.print(table)
+            shown.add_row(name, f"{period:.5g}", "s", *rest)
+        out.print(shown)
     for warning in report.warnings:
         out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
 
@@ -100,12 +97,12 @@ def static(scene: SceneArgument, folder: OutOption = None, assign: SetOption = N
     folder, loaded = _folder(scene, folder), _load(scene, assign)
     record = solve_static(loaded, out=folder)
     if _rank() == 0:
-        table = _table(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
+        shown = _table(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
         for variable in record.data_vars.values():
             if variable.ndim == 0 or variable.dims == ("xyz",):
                 value = " ".join(f"{v:.6g}" for v in variable.values.ravel())
-                table.add_row(variable.attrs["long_name"], value, variable.attrs["units"])
-        out.print(table)
+                shown.add_row(variable.attrs["long_name"], value, variable.attrs["units"])
+        out.print(shown)
         for warning in static_warnings(record, loaded):
             out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
 
@@ -125,7 +122,7 @@ def run(
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from ..api import simulate
-    from ..statics.equilibrium import check_feasible
+    from ..model.feasible import check_feasible
 
     if (scene is None) == (resume is None):
         raise InputError("run needs either a SCENE or --resume DIR.")
@@ -198,8 +195,8 @@ def advise(
 
 def _advised(scene, quantity, accuracy, folder=None, write=None):
     """The scene with settings of this accuracy; says what was chosen."""
-    from ..studies import advise as study
-    from ..studies.accuracy import parse_accuracy
+    from ..studies.accuracy import advise as study
+    from ..studies.accuracy.measure import parse_accuracy
 
     def say(text):
         out.print(text, soft_wrap=True, highlight=False, markup=False)
@@ -217,7 +214,7 @@ def report(
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
 ):
     """What accuracy costs: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
-    from ..studies.report import run as write_report
+    from ..studies.accuracy.report import run as write_report
 
     write_report(folder, quick)
 
@@ -268,10 +265,10 @@ def doctor():
     from ..solver import compat
     from .doctor import examine
 
-    table = _table("Versions", "package", "version")
+    shown = _table("Versions", "package", "version")
     for name, version in compat.versions().items():
-        table.add_row(name, version)
-    out.print(table)
+        shown.add_row(name, version)
+    out.print(shown)
     out.print(f"compiled forms are kept in {compat.jit_cache()}\n", soft_wrap=True)
     results = examine()
     for name, passed, found in results:
@@ -324,10 +321,10 @@ class _Bar:
 def _print_summary(record, scene, folder):
     from ..results.summary import summary, warnings
 
-    table = _table(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
+    shown = _table(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
     for name, value, unit in summary(record, scene):
-        table.add_row(name, value, unit)
-    out.print(table)
+        shown.add_row(name, value, unit)
+    out.print(shown)
     for warning in warnings(record, scene):
         out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
 

@@ -1,43 +1,60 @@
-"""The buoy of a scene: 13 numbers for its motion (7 for its pose in statics), 6 for the mooring, on the hull's axis."""
+"""A buoy of a scene: 13 numbers for its motion (7 for its pose in statics), on its hull's axis."""
+
+from typing import NamedTuple
 
 import numpy as np
 import ufl
 from dolfinx import fem
 
 from ..forms import buoy as body
-from ..forms import coupling, hull, wind
+from ..forms import hull
 from ..forms.rotation import rotation_matrix
-from ..meshes import HullShape
 from ..solver import compat
+from ..solver.fields import Fields
 from ..solver.real import real_space
 from ..solver.unknowns import Block
-from .rigid import mass_properties
-from .sea import SeaState, heading
+from . import effects
+from .evolution import Evolution
+from .numbers import Numbers
+from .rigid import axis_offset, mass_properties, rotation_of, shape_of
+from .sea import SeaState
 
 KEEL, TOP = 1, 2  # tags of the ends of the axis
 #: Length over which a strip of an upright hull passes from wet to dry, in axis cells: four cells' points resolve it.
 SOFTENING_CELLS = 2.0
 
+#: State in motion, (r_C, p, q_4, L_C), and at rest; in statics |q_4| = 1 and the torques are the rows of the latter.
+MOTION = Fields(position=3, momentum=3, orientation=4, angular_momentum=3)
+REST = Fields(position=3, orientation=4)
+REST_ROWS = Fields(force=3, norm=1, torque=3)
 
-def part_of(vector, start, size):
-    """Components start ... start + size of a UFL vector."""
-    return ufl.as_vector([vector[start + i] for i in range(size)])
 
+class Load(NamedTuple):
+    """A load on the buoy: force [N] and torque about C [N m] as UFL, integrated over `measure`.
 
-class BuoyModel:
-    """Axis mesh, Real spaces and forms of the buoy.
-
-    Dynamics: state = (r_C, p, q_4, L_C).  Statics: state = (r_C, q_4).  mooring = (r_O, T_O), only with a cable.
+    account: of its power in the energy balance; None: weight and lines, which have accounts elsewhere.  water: velocity
+    of the water that causes a drag, or None.
     """
+
+    account: str | None
+    force: object
+    torque: object
+    measure: object
+    water: object = None
+
+
+class Buoy:
+    """Axis mesh, Real space and forms of a buoy."""
 
     def __init__(self, scene, dynamic):
         self.scene, self.section, self.dynamic = scene, scene.buoy, dynamic
-        self.shape = HullShape(tuple(scene.buoy.hull)) if scene.buoy.hull else None
-        self.mass = mass_properties(scene.buoy, self.shape)
+        self.fields = MOTION if dynamic else REST
+        self.shape = shape_of(self.section)
+        self.mass = mass_properties(self.section, self.shape)
         nodes = self.shape.nodes(scene.solver.hull_cells) if self.shape else np.array([0.0, 1.0])
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
-        self.state = fem.Function(real_space(self.mesh, 13 if dynamic else 7))
-        self.mooring = fem.Function(real_space(self.mesh, 6)) if scene.cable else None
+        self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
+        self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
         if dynamic:
             self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
         else:
@@ -50,31 +67,22 @@ class BuoyModel:
         self._constants(nodes)
 
     def _constants(self, nodes):
-        b, mesh = self.section, self.mesh
-
-        def constant(value):
-            return fem.Constant(mesh, value) if value else None
-
-        self.one = fem.Constant(mesh, 1.0)
-        self.M, self.center = fem.Constant(mesh, self.mass.mass), fem.Constant(mesh, self.mass.height)
-        self.inertia = fem.Constant(mesh, np.array(self.mass.inertia))
-        self.gravity = fem.Constant(mesh, np.array([0.0, 0.0, -self.scene.gravity]))
-        self.spin_damping = constant(b.rotational_damping)
-        self.offset = self._offset(b.mooring_height)
+        self._numbers = Numbers(self.mesh, self.scene, lambda scene: scene.buoy)
+        number = self._numbers.constant
+        self.one = fem.Constant(self.mesh, 1.0)
+        self.M = number(lambda scene, b: mass_properties(b, shape_of(b)).mass)
+        self.center = number(lambda scene, b: mass_properties(b, shape_of(b)).height)
+        self.inertia = number(lambda scene, b: np.array(mass_properties(b, shape_of(b)).inertia))
+        self.gravity = number(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
+        #: Body vector from C to the mooring point.
+        self.offset = number(lambda scene, b: axis_offset(b, b.mooring_height))
+        self._coefficients = {}
+        for where in ("strip", "end", "body"):
+            called = effects.called_by(self.scene, where) if where == "body" or self.scene.sea else []
+            self._coefficients[where] = [(effect, self._numbers.of(effect)) for effect in called]
         if self.scene.sea:
-            softening = SOFTENING_CELLS * np.diff(nodes).max()
-            self.hull = hull.Hull(
-                radius=self._radius(),
-                softening=fem.Constant(mesh, softening),
-                added_mass=constant(b.added_mass),
-                normal_drag=constant(b.normal_drag),
-                axial_added_mass=constant(b.axial_added_mass),
-                axial_drag=constant(b.axial_drag),
-            )
-
-    def _offset(self, height):
-        """Body vector from C to the axis point at `height` above the keel."""
-        return fem.Constant(self.mesh, np.array([0.0, 0.0, height - self.mass.height]))
+            softening = fem.Constant(self.mesh, SOFTENING_CELLS * np.diff(nodes).max())
+            self.hull = hull.Hull(self._radius(), softening)
 
     def _radius(self):
         space = compat.function_space(self.mesh, compat.element(self.mesh, "DG", 1))
@@ -83,119 +91,166 @@ class BuoyModel:
         R.x.array[cells] = self.shape.radius(zeta, ends.mean(axis=1)[:, None])
         return R
 
+    def change(self, scene):
+        """Take the numbers of another scene of the same structure."""
+        self.scene, self.section = scene, scene.buoy
+        self.mass = mass_properties(self.section, self.shape)
+        self._numbers.change(scene)
+        self.sea.change(scene)
+
     # -- forms ------------------------------------------------------------------------------------------------------
 
-    def _kinematics(self):
-        """(r_C, q4, motion) as UFL; motion is None in statics."""
-        y = self.state
-        if not self.dynamic:
-            return part_of(y, 0, 3), part_of(y, 3, 4), None
-        r_C, p, q4, L_C = part_of(y, 0, 3), part_of(y, 3, 3), part_of(y, 6, 4), part_of(y, 10, 3)
-        _, p_t, _, L_C_t = self._rates()
-        R = rotation_matrix(q4)
-        return r_C, q4, hull.body_motion(R, self.M, self.inertia, p, p_t, L_C, L_C_t)
+    def rates(self):
+        """Time derivatives of the state by name, affine in the unknown."""
+        return MOTION.split(self.gamma * self.state + self.history)
 
-    def _rates(self):
-        """Time derivatives of (r_C, p, q4, L_C), affine in the unknown."""
-        rate = self.gamma * self.state + self.history
-        return part_of(rate, 0, 3), part_of(rate, 3, 3), part_of(rate, 6, 4), part_of(rate, 10, 3)
-
-    def _point_loads(self, r_C, q4):
-        """Force and torque about C of everything that acts at a point: weight, wind, external force, cable."""
-        scene = self.scene
-        force, torques = self.M * self.gravity, []
-        if scene.wind is not None:
-            w, direction = scene.wind, fem.Constant(self.mesh, heading(scene.wind.direction_deg))
-            values = (w.speed_10m, w.drag_coefficient, w.air_density, w.area)
-            speed, C, rho_air, A_T = (fem.Constant(self.mesh, v) for v in values)
-            offset = self._offset(w.height)
-            x = r_C + rotation_matrix(q4) * offset
-            eta = self.sea.flow(x).elevation
-            F_wind = wind.wind_force(x[2] if eta is None else x[2] - eta, direction, speed, C, rho_air, A_T)
-            force = force + F_wind
-            torques.append(body.point_torque(q4, offset, F_wind))
-        if scene.external_force is not None:
-            F_ext = fem.Constant(self.mesh, np.array(scene.external_force.force))
-            force = force + F_ext
-            if scene.external_force.height is not None:
-                torques.append(body.point_torque(q4, self._offset(scene.external_force.height), F_ext))
-        if self.mooring is not None:
-            T_O = part_of(self.mooring, 3, 3)
-            force = force + T_O
-            torques.append(body.point_torque(q4, self.offset, T_O))
-        return force, torques
-
-    def residuals(self, state, mooring):
-        """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads."""
-        r_C, q4, motion = self._kinematics()
-        point, one, y = self.ds(KEEL), self.one, state.test
-        force, torques = self._point_loads(r_C, q4)
-        test_force, test_torque = (
-            (part_of(y, 3, 3), part_of(y, 10, 3)) if self.dynamic else (part_of(y, 0, 3), part_of(y, 4, 3))
-        )
+    def kinematics(self) -> body.Body:
+        """Where it is and how it moves; no motion in statics."""
+        y, motion = self.fields.split(self.state), None
         if self.dynamic:
-            r_C_t, p_t, q4_t, L_C_t = self._rates()
-            p, L_C = part_of(self.state, 3, 3), part_of(self.state, 10, 3)
-            if self.spin_damping is not None:
-                torques.append(body.axial_damping(q4, L_C, self.inertia, self.spin_damping))
-            torque = sum(torques[1:], torques[0]) if torques else ufl.zero(3)
-            F = body.translation(r_C_t, p, self.M, part_of(y, 0, 3)) + body.linear_momentum(p_t, force, test_force)
-            F += body.orientation(q4_t, q4, L_C, self.inertia, part_of(y, 6, 4))
-            F += body.angular_momentum(L_C_t, torque, test_torque)
+            rates, R = self.rates(), rotation_matrix(y.orientation)
+            motion = hull.body_motion(
+                R, self.M, self.inertia, y.momentum, rates.momentum, y.angular_momentum, rates.angular_momentum
+            )
+        return body.Body(y.position, y.orientation, self.sea.flow, motion)
+
+    def strip(self, state):
+        """The strip of the hull at the axis coordinate; state: what `kinematics` says."""
+        zeta = ufl.SpatialCoordinate(self.mesh)[0]
+        d = hull.axis(state.quaternion)
+        lever = (zeta - self.center) * d
+        flow = self.sea.flow(state.position + lever)
+        area, moment = hull.wet_section(
+            self.hull.radius, self.hull.softening, d, state.position + lever, flow.elevation
+        )
+        return hull.Strip(lever, d, flow, area, moment, state.motion)
+
+    def point_loads(self, state, attachments=()) -> list[Load]:
+        """Weight, lines, and every effect that acts at a point of the body."""
+        keel = self.ds(KEEL)
+        loads = [Load(None, self.M * self.gravity, None, keel)]
+        loads += [Load(e.account, *e.body(c, state), keel) for e, c in self._coefficients["body"]]
+        loads += [Load(None, *attachment.load(state), keel) for attachment in attachments]
+        return [load for load in loads if load.force is not None or load.torque is not None]
+
+    def strip_densities(self, strip):
+        """[(effect, force per wet area and metre of axis)] of what the scene calls for."""
+        found = [(e, e.strip(c, self.hull, self.sea.density, strip)) for e, c in self._coefficients["strip"]]
+        return [(effect, density) for effect, density in found if density is not None]
+
+    def end_forces(self, strip):
+        """[(effect, force on a wet end disc)] of what the scene calls for."""
+        found = [(e, e.end(c, self.hull, self.sea.density, strip)) for e, c in self._coefficients["end"]]
+        return [(effect, force) for effect, force in found if force is not None]
+
+    def water_loads(self, state) -> list[Load]:
+        """Loads of the water, one for each effect: for balances.  The residual takes them together."""
+        if self.scene.sea is None:
+            return []
+        strip = self.strip(state)
+        loads = [
+            Load(effect.account, *hull.strip_load(strip, density), self.dx, strip.flow.velocity)
+            for effect, density in self.strip_densities(strip)
+        ]
+        for effect, force in self.end_forces(strip):
+            loads.append(Load(effect.account, force, ufl.cross(strip.lever, force), self.ds, strip.flow.velocity))
+        return loads
+
+    def residuals(self, attachments=()):
+        """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads."""
+        state, point, one = self.kinematics(), self.ds(KEEL), self.one
+        loads = self.point_loads(state, attachments)
+        force, torque = _sum(load.force for load in loads), _sum(load.torque for load in loads)
+        if self.dynamic:
+            F, test_force, test_torque = self._momentum_balance(state, force, torque)
         else:
-            torque = sum(torques[1:], torques[0]) if torques else ufl.zero(3)
-            reference = part_of(self.reference, 0, 3), part_of(self.reference, 3, 4)
-            moment, length = self._sizes()[1:3]
-            inertia, gauge = fem.Constant(self.mesh, max(self.mass.inertia)), fem.Constant(self.mesh, moment * length)
-            tests = test_force, y[3], test_torque
-            F = body.equilibrium(r_C, q4, force, torque, reference, self.M, inertia, self.relaxation, gauge, tests)
-            if self.mooring is None:
-                F += body.held_horizontally(r_C, reference[0], gauge, test_force)
+            F, test_force, test_torque = self._equilibrium(state, force, torque, attachments)
         F = one * F * point
         if self.scene.sea is not None:
-            F += self._hull_loads(r_C, q4, motion, test_force, test_torque)
-        result = [(state, F)]
-        if mooring is not None:
-            r_O, test = part_of(self.mooring, 0, 3), part_of(mooring.test, 0, 3)
-            result.append((mooring, one * coupling.rigid_link(r_O, r_C, q4, self.offset, test) * point))
-        return result
+            F += self._hull_loads(state, test_force, test_torque)
+        links = [(a.body_part, one * a.link(state) * point) for a in attachments]
+        return [(self.part, F), *links]
 
-    def _section_at(self, r_C, q4):
-        """Strip at the axis coordinate: (lever from C, axis d, flow, wet area, first moment)."""
-        zeta = ufl.SpatialCoordinate(self.mesh)[0]
-        d = hull.axis(q4)
-        lever = (zeta - self.center) * d
-        flow = self.sea.flow(r_C + lever)
-        area, moment = hull.wet_section(self.hull.radius, self.hull.softening, d, r_C + lever, flow.elevation)
-        return lever, d, flow, area, moment
+    def _momentum_balance(self, state, force, torque):
+        """Eq. (8) with the loads at points, and the tests of force and torque."""
+        y, rates, test = MOTION.split(self.state), self.rates(), MOTION.split(self.part.test)
+        F = body.translation(rates.position, y.momentum, self.M, test.position)
+        F += body.linear_momentum(rates.momentum, force, test.momentum)
+        F += body.orientation(rates.orientation, y.orientation, y.angular_momentum, self.inertia, test.orientation)
+        F += body.angular_momentum(rates.angular_momentum, torque, test.angular_momentum)
+        return F, test.momentum, test.angular_momentum
 
-    def _hull_loads(self, r_C, q4, motion, test_force, test_torque):
-        rho_w = self.sea.density
-        lever, d, flow, area, moment = self._section_at(r_C, q4)
-        force, torque = hull.hydrostatics(rho_w, self.gravity, area, moment, lever)
-        F_hyd, tau_hyd = hull.strip_loads(self.hull, rho_w, area, moment, lever, d, flow, motion)
-        if F_hyd is not None:
-            force, torque = force + F_hyd, torque + tau_hyd
+    def _equilibrium(self, state, force, torque, attachments):
+        """Balance of the loads at points, and the tests of force and torque."""
+        test, reference = REST_ROWS.split(self.part.test), REST.split(self.reference)
+        moment, length = self._sizes()[1:3]
+        inertia = fem.Constant(self.mesh, max(self.mass.inertia))
+        gauge = fem.Constant(self.mesh, moment * length)
+        tests = test.force, test.norm[0], test.torque
+        pose = reference.position, reference.orientation
+        F = body.equilibrium(
+            state.position, state.quaternion, force, torque, pose, self.M, inertia, self.relaxation, gauge, tests
+        )
+        if not attachments:
+            F += body.held_horizontally(state.position, reference.position, gauge, test.force)
+        return F, test.force, test.torque
+
+    def _hull_loads(self, state, test_force, test_torque):
+        strip = self.strip(state)
+        force, torque = hull.strip_load(strip, _sum(density for _, density in self.strip_densities(strip)))
         F = -(ufl.inner(force, test_force) + ufl.inner(torque, test_torque)) * self.dx
-        disc = hull.end_disc_force(self.hull, rho_w, area, lever, d, flow, motion)
-        if disc is not None:
-            F -= self.one * ufl.inner(disc, test_force) * self.ds
+        ends = [force for _, force in self.end_forces(strip)]
+        if ends:
+            F -= self.one * ufl.inner(_sum(ends), test_force) * self.ds
         return F
 
     def wet_hull_form(self):
         """Linear form of [M_D, rho_w integral of position (3), H_sub, integral of wet diameter, elevation above C]."""
         test = ufl.TestFunction(real_space(self.mesh, 7))
-        r_C, q4, _ = self._kinematics()
-        lever, _, _, area, moment = self._section_at(r_C, q4)
-        wet = area / (ufl.pi * self.hull.radius**2)
-        where = area * (r_C + lever) + moment
+        state = self.kinematics()
+        strip = self.strip(state)
+        wet = strip.area / (ufl.pi * self.hull.radius**2)
+        where = strip.area * (state.position + strip.lever) + strip.moment
         rho_w = self.sea.density
-        form = rho_w * (area * test[0] + sum(where[i] * test[1 + i] for i in range(3))) * self.dx
+        form = rho_w * (strip.area * test[0] + sum(where[i] * test[1 + i] for i in range(3))) * self.dx
         form += (wet * test[4] + 2 * self.hull.radius * wet * test[5]) * self.dx
-        eta = self.sea.flow(r_C).elevation
+        eta = self.sea.flow(state.position).elevation
         return form if eta is None else form + self.one * eta * test[6] * self.ds(KEEL)
 
+    # -- time -------------------------------------------------------------------------------------------------------
+
+    def evolutions(self) -> list[Evolution]:
+        """The state is of first order; its momenta are rates that the scheme makes."""
+        lagged = MOTION.mask("momentum", "angular_momentum")
+        return [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes])]
+
+    def set_time(self, t):
+        """Advance the sea."""
+        self.sea.set_time(t)
+
+    def accept(self, u):
+        """A step was taken: the quaternion is made a unit again, and how far it was from one is remembered."""
+        q4 = MOTION.of(u[self.part.slice]).orientation
+        length = np.linalg.norm(q4)
+        drift = self.memory["quaternion_drift"]
+        drift[:] = max(drift[0], abs(length - 1))
+        q4 /= length
+
     # -- numbers ----------------------------------------------------------------------------------------------------
+
+    def moving_state(self, position, orientation, velocity, angular_velocity) -> np.ndarray:
+        """State of a body at C = position [m] with a unit quaternion, velocity [m/s] and omega (world frame) [1/s]."""
+        R, inertia = rotation_of(orientation), np.array(self.mass.inertia)
+        return MOTION.filled(
+            position=position,
+            momentum=self.mass.mass * velocity,
+            orientation=orientation,
+            angular_momentum=R @ (inertia * (R.T @ angular_velocity)),
+        )
+
+    def force_dofs(self):
+        """Local unknowns that are forces: none."""
+        return np.zeros(0, dtype=int)
 
     def _sizes(self):
         """Typical length [m], force [N], moment arm [m] and speed [m/s]."""
@@ -208,41 +263,35 @@ class BuoyModel:
         """Typical sizes of the 13 numbers (r_C, p, q_4, L_C), for relative errors."""
         length, _, _, speed = self._sizes()
         spin = max(self.mass.inertia) * speed / length
-        return np.repeat([length, self.mass.mass * speed, 1.0, spin], [3, 3, 4, 3])
+        return MOTION.filled(position=length, momentum=self.mass.mass * speed, orientation=1.0, angular_momentum=spin)
 
-    def blocks(self, offset, mooring_offset, cable_length=None, force=0.0):
-        """Blocks of the 19 (or 13) numbers; with their places among the local unknowns."""
-        length, weight, arm, speed = self._sizes()
-        reach, force = max(length, cable_length or 0.0), max(weight, force)
-        spin = max(self.mass.inertia) * speed / length
+    def reach_and_force(self, line_length=0.0, force=0.0):
+        """Typical length [m] and force [N] of the buoy on a line; `force`: that of the line."""
+        length, weight, _, _ = self._sizes()
+        return max(length, line_length), max(weight, force)
 
-        def at(start, n):
-            return np.arange(start, start + n)
-
-        if self.dynamic:
-            blocks = [
-                Block("buoy position r_C", at(offset, 3), reach, 0.0, reach, unit="m"),
-                Block(
-                    "buoy momentum p",
-                    at(offset + 3, 3),
-                    self.mass.mass * speed,
-                    force,
-                    self.mass.mass * speed,
-                    unit="N s",
-                ),
-                Block("buoy orientation q_4", at(offset + 6, 4), 1.0, 0.0, 1.0),
-                Block("buoy angular momentum L_C", at(offset + 10, 3), spin, force * arm, spin, unit="N m s"),
+    def blocks(self, line_length=0.0, force=0.0):
+        """Blocks of the 13 (or 7) numbers."""
+        _, _, arm, speed = self._sizes()
+        reach, force = self.reach_and_force(line_length, force)
+        place = np.arange(self.part.slice.start, self.part.slice.stop)
+        if not self.dynamic:
+            at = REST_ROWS.of(place)
+            return [
+                Block("buoy position r_C", at.force, reach, force, unit="m"),
+                Block("buoy orientation q_4", at.norm, 1.0, 1.0),
+                Block("buoy torque balance", at.torque, 1.0, force * arm),
             ]
-        else:
-            blocks = [
-                Block("buoy position r_C", at(offset, 3), reach, force, unit="m"),
-                Block("buoy orientation q_4", at(offset + 3, 1), 1.0, 1.0),
-                Block("buoy torque balance", at(offset + 4, 3), 1.0, force * arm),
-            ]
-        if self.mooring is not None:
-            blocks.append(Block("mooring point r_O", at(mooring_offset, 3), reach, reach, unit="m"))
-            mass = self.mass.mass
-            blocks.append(
-                Block("mooring force T_O", at(mooring_offset + 3, 3), force, reach, rounding=mass * reach, unit="N")
-            )
-        return blocks
+        at, spin, momentum = MOTION.of(place), max(self.mass.inertia) * speed / self._sizes()[0], self.mass.mass * speed
+        return [
+            Block("buoy position r_C", at.position, reach, 0.0, reach, unit="m"),
+            Block("buoy momentum p", at.momentum, momentum, force, momentum, unit="N s"),
+            Block("buoy orientation q_4", at.orientation, 1.0, 0.0, 1.0),
+            Block("buoy angular momentum L_C", at.angular_momentum, spin, force * arm, spin, unit="N m s"),
+        ]
+
+
+def _sum(terms):
+    """Sum of UFL vectors, without those that are None."""
+    present = [term for term in terms if term is not None]
+    return sum(present[1:], present[0]) if present else ufl.zero(3)

@@ -1,6 +1,8 @@
-"""The cable of a scene on its mesh: spaces, constants and residual."""
+"""Lines on one mesh of disjoint intervals: spaces, material, residual."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import ufl
@@ -10,11 +12,12 @@ from ..forms import cable as form
 from ..forms import coupling
 from ..meshes import cable_nodes
 from ..solver import compat
-from ..solver.real import real_space
+from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
+from . import effects
+from .evolution import Evolution
+from .numbers import Numbers
 from .sea import SeaState, ramp
-
-ANCHOR, TOP = 1, 2  # tags of the two ends
 
 
 def top_position(top, t):
@@ -26,31 +29,90 @@ def top_position(top, t):
     return position
 
 
-class CableModel:
-    """Mesh, spaces and forms of the cable; w = (r, T) or (r, T, mean T) is the unknown."""
+def weight_per_length(scene, cable) -> float:
+    """Weight in water per unstretched length, w [N/m], of a section [cable]; negative for a cable that floats."""
+    displaced = scene.sea.density * cross_section(cable) if scene.sea else 0.0
+    return (cable.line_density - displaced) * scene.gravity
 
-    def __init__(self, comm, scene, dynamic):
-        self.comm, self.scene, self.section = comm, scene, scene.cable
-        self.nodes = cable_nodes(self.section.length, self.section.elements, self.section.grading)
-        self.mesh = compat.interval_mesh(comm, self.nodes)
+
+def cross_section(cable) -> float | None:
+    """A0 [m^2] of a section [cable]; None without a diameter."""
+    return math.pi * cable.diameter**2 / 4 if cable.diameter else None
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a scene: its name, and its section as a function of the scene.
+
+    Its ends are s = 0, held at the anchor, and s = L, which `top` says: "fixed", "prescribed", "free" or "buoy".
+    """
+
+    name: str
+    section: Callable
+
+    def top(self, scene) -> str:
+        """What holds s = L."""
+        top = self.section(scene).top
+        return "buoy" if top is None else top.kind
+
+    def anchor(self, scene) -> tuple[float, float, float]:
+        """Position of s = 0 [m]."""
+        anchor = self.section(scene).anchor
+        return anchor if anchor is not None else (0.0, 0.0, -scene.sea.depth if scene.sea else 0.0)
+
+
+def lines_of(scene) -> list[Line]:
+    """The lines that a scene describes."""
+    return [Line("cable", lambda scene: scene.cable)] if scene.cable else []
+
+
+class Lines:
+    """Mesh, spaces and forms of lines that do not touch; w = (r, T) or (r, T, mean T) is the unknown.
+
+    Line k lies on the mesh from `begins[k]` on, with tags 2 k + 1 at s = 0 and 2 k + 2 at s = L.  All share pair,
+    strain, strain form and slack law, and are all elastic or all inextensible; what they do not share is a property per
+    cell.
+    """
+
+    def __init__(self, comm, scene, dynamic, lines=None):
+        self.comm, self.scene, self.dynamic = comm, scene, dynamic
+        self.lines = lines_of(scene) if lines is None else lines
+        self.sections = [line.section(scene) for line in self.lines]
+        self.section = self.sections[0]
+        self._lay_out()
         self.space = compat.function_space(self.mesh, self._element())
-        self.w = fem.Function(self.space)
+        self.w, self.part = fem.Function(self.space), None
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
+        self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measures()
         self._numbering()
-        self._constants()
-        self.top_kind = "buoy" if scene.buoy else self.section.top.kind
-        #: r_O and T_O as seen from the cable
-        self.mooring = fem.Function(real_space(self.mesh, 6)) if scene.buoy else None
+        self._material()
         if dynamic:
             self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
             self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
+    def _lay_out(self):
+        """Intervals one after the other, apart from each other by a tenth of the longest."""
+        nodes = [cable_nodes(c.length, c.elements, c.grading) for c in self.sections]
+        lengths = [c.length for c in self.sections]
+        gap = 0.1 * max(lengths)
+        self.begins = np.concatenate([[0.0], np.cumsum(np.array(lengths) + gap)])[:-1]
+        self.nodes = [begin + n for begin, n in zip(self.begins, nodes, strict=True)]
+        self.smallest_cell = min(np.diff(n).min() for n in nodes)
+        self.mesh = compat.interval_mesh(self.comm, *self.nodes)
+        self._tolerance = 1e-9 * max(*lengths, self.begins[-1] + lengths[-1] if len(lengths) > 1 else 0.0)
+
     @property
-    def _averaged(self):
-        return self.section.strain == "element-average" and np.isfinite(self.section.axial_stiffness)
+    def averaged(self):
+        """Whether the strain is its average on each element (the paper's Sect. 3.3.2)."""
+        return self.section.strain == "element-average" and self.elastic
+
+    @property
+    def elastic(self):
+        """Whether there is a strain at all."""
+        return bool(np.isfinite(self.section.axial_stiffness))
 
     def _element(self):
         c = self.section
@@ -58,20 +120,20 @@ class CableModel:
             compat.element(self.mesh, "P", c.position_degree, 3),
             compat.element(self.mesh, "DG", c.tension_degree),
         ]
-        if self._averaged:
+        if self.averaged:
             elements.append(compat.element(self.mesh, "DG", 0))
         return compat.mixed_element(elements)
 
     def _measures(self):
         mu = self.section.position_degree
         degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
-        metadata = {"quadrature_degree": degree}
-        self.ends = compat.end_tags(self.mesh, 0.0, self.section.length)
-        self.dx = ufl.Measure("dx", domain=self.mesh, metadata=metadata)
+        places = [s for n in self.nodes for s in (n[0], n[-1])]
+        self.ends = compat.end_tags(self.mesh, *places)
+        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": degree})
         self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=self.ends)
 
     def _numbering(self):
-        """Where the dofs of w sit on the cable: nodes of r, cells of T."""
+        """Where the dofs of w sit on the mesh: nodes of r, cells of T."""
         V, r_dofs = compat.collapse(self.space, 0)
         Q, T_dofs = compat.collapse(self.space, 1)
         self.node_s = V.tabulate_dof_coordinates()[:, 0].copy()
@@ -81,104 +143,201 @@ class CableModel:
         cells = compat.cell_dofs(Q)
         self.T_dofs, self.T_s = np.asarray(T_dofs)[cells], Q.tabulate_dof_coordinates()[cells, 0]
         self.mean_dofs = None
-        if self._averaged:
+        if self.averaged:
             Q0, mean_dofs = compat.collapse(self.space, 2)
             self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
-        self.anchor_dofs, self.top_dofs = (self._end_dofs(s) for s in (0.0, self.section.length))
-        first = np.flatnonzero(np.isclose(self.cell_ends[:, 0], 0.0, atol=1e-9 * self.section.length))
-        self._anchor_cell_dofs = self.T_dofs[first].ravel()
+        self.line_of_node = self._line_at(self.node_s)
+        self.line_of_cell = self._line_at(self.cell_ends.mean(axis=1))
+        #: Dofs of r at s = 0 and s = L of each line, empty where another rank has them.
+        self.end_dofs = [tuple(self._dofs_at(n[i]) for i in (0, -1)) for n in self.nodes]
+        firsts = [np.isclose(self.cell_ends[:, 0], n[0], rtol=0, atol=self._tolerance) for n in self.nodes]
+        self._anchor_cell_dofs = [self.T_dofs[first].ravel() for first in firsts]
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
 
-    def _end_dofs(self, s):
-        return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=1e-9 * self.section.length)].ravel()
+    def _line_at(self, s):
+        """Number of the line at mesh coordinates."""
+        return np.searchsorted(self.begins, s + self._tolerance, side="right") - 1
 
-    def _constants(self):
-        scene, c = self.scene, self.section
+    def _dofs_at(self, s):
+        return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=self._tolerance)].ravel()
 
-        def constant(value):
-            return fem.Constant(self.mesh, value) if value else None
+    def _weights(self, moment):
+        """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.
 
-        area = np.pi * c.diameter**2 / 4 if c.diameter else None
+        All cells number their dofs alike, as affine images of one reference cell.
+        """
+        ends = self.cell_ends[0]
+        xi = (self.T_s[0] - ends[0]) / (ends[1] - ends[0])
+        degree = np.arange(len(xi))
+        return np.linalg.solve(xi[None, :] ** degree[:, None], [moment(k) for k in degree])
+
+    def _material(self):
+        scene = self.scene
+        self._numbers = Numbers(self.mesh, scene, self.lines[0].section)
+        self._per_cell = []
         self.cable = form.Cable(
-            line_density=constant(c.line_density),
-            EA=constant(c.axial_stiffness) if np.isfinite(c.axial_stiffness) else None,
-            diameter=constant(c.diameter),
-            area=constant(area),
-            added_mass=constant(c.added_mass),
-            normal_drag=constant(c.normal_drag),
-            tangential_drag=constant(c.tangential_drag),
-            tangential_froude_krylov=c.tangential_froude_krylov,
-            damping=constant(c.damping),
+            line_density=self._property(lambda c: c.line_density),
+            EA=self._property(lambda c: c.axial_stiffness) if self.elastic else None,
+            diameter=self._property(lambda c: c.diameter) if self.section.diameter else None,
+            area=self._property(cross_section) if self.section.diameter else None,
+            damping=self._property(lambda c: c.damping) if any(c.damping for c in self.sections) else None,
         )
-        self.gravity = fem.Constant(self.mesh, np.array([0.0, 0.0, -scene.gravity]))
-        self.end_load = None
-        if c.top is not None and c.top.kind == "free" and any(c.top.force):
-            self.end_load = fem.Constant(self.mesh, np.array(c.top.force))
+        self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
+        self._loads, self._powers = self._called("line" if scene.sea else None), self._called("line_power")
+        self.end_loads = {}
+        for k in (k for k in self._all if self.lines[k].top(scene) == "free" and any(self.sections[k].top.force)):
+            get = self.lines[k].section
+            self.end_loads[k] = self._numbers.constant(lambda scene, _, get=get: np.array(get(scene).top.force))
+
+    @property
+    def _all(self):
+        return range(len(self.lines))
+
+    def _alone(self, scene, line):
+        """The scene as if it had this line only."""
+        return scene if len(self.lines) == 1 else scene.model_copy(update={"cable": self.lines[line].section(scene)})
+
+    def _called(self, where):
+        """[(effect, coefficient)] of the effects with such a term that any of the lines calls for."""
+        found = [e for e in effects.EFFECTS if where and getattr(e, where)]
+        called = [e for e in found if any(e.called(self._alone(self.scene, k)) for k in self._all)]
+        return [(effect, self._coefficient(effect)) for effect in called]
+
+    def _coefficient(self, effect):
+        if effect.numbers is None:
+            return None
+        return self._property(lambda c: effect.given(self.scene, c)[""])
+
+    def _property(self, get):
+        """A number of each line as UFL: a Constant if all have the same, else constant on each cell."""
+        if len({get(c) for c in self.sections}) == 1:
+            return self._numbers.constant(lambda scene, section: get(section))
+        made = fem.Function(compat.function_space(self.mesh, compat.element(self.mesh, "DG", 0)))
+        self._per_cell.append((made, get))
+        self._fill(made, get)
+        return made
+
+    def _fill(self, made, get):
+        values = np.array([get(c) for c in self.sections])
+        made.x.array[compat.cell_dofs(made.function_space)[:, 0]] = values[self.line_of_cell]
+        compat.scatter_forward(made)
+
+    def change(self, scene):
+        """Take the numbers of another scene of the same structure."""
+        self.scene, self.sections = scene, [line.section(scene) for line in self.lines]
+        self.section = self.sections[0]
+        self._numbers.change(scene)
+        for made, get in self._per_cell:
+            self._fill(made, get)
+        self.sea.change(scene)
 
     # -- forms ------------------------------------------------------------------------------------------------------
 
-    def residual(self, test, dynamic):
+    def kinematics(self):
+        """(r, T, strain, r_t, r_tt) as UFL; the last two are None in statics."""
+        parts, r_t, r_tt = ufl.split(self.w), None, None
+        if self.dynamic:
+            r_t = self.gamma_v * parts[0] + ufl.split(self.history_v)[0]
+            r_tt = self.gamma_a * parts[0] + ufl.split(self.history_a)[0]
+        e = form.strain(self.cable, parts[2] if self.mean_dofs is not None else parts[1], parts[0], r_t)
+        return parts[0], parts[1], e, r_t, r_tt
+
+    def water_forces(self):
+        """[(effect, force per stretched length [N/m] as UFL)] of what the scene calls for."""
+        r, _, _, r_t, r_tt = self.kinematics()
+        flow, point = self.sea.flow(r), form.Point(form.tangent(r), r_t, r_tt)
+        found = [(e, e.line(c, self.cable, self.sea.density, flow, point)) for e, c in self._loads]
+        return [(effect, force) for effect, force in found if force is not None]
+
+    def material_powers(self):
+        """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""
+        r, _, _, r_t, _ = self.kinematics()
+        return [(effect, effect.line_power(c, r, r_t)) for effect, c in self._powers]
+
+    def residual(self, test, attachments=()):
         """Eq. (11) tested by `test`; without inertia, added mass and waves in statics."""
-        parts, tests = ufl.split(self.w), ufl.split(test)
-        (r, T), (v, q), cable, dx = parts[:2], tests[:2], self.cable, self.dx
-        r_t = r_tt = None
-        if dynamic:
-            r_t = self.gamma_v * r + ufl.split(self.history_v)[0]
-            r_tt = self.gamma_a * r + ufl.split(self.history_a)[0]
-        e = form.strain(cable, parts[2] if self.mean_dofs is not None else T, r, r_t)
-        rho_w = self.sea.density
-
+        tests, cable, dx = ufl.split(test), self.cable, self.dx
+        r, T, e, _, r_tt = self.kinematics()
+        v, q = tests[:2]
         F = form.tension_term(r, T, e, v) * dx + form.strain_equation(r, e, q, self.section.strain_form) * dx
-        F -= ufl.inner(form.weight_in_water(cable, self.gravity, rho_w), v) * dx
+        F -= ufl.inner(form.weight_in_water(cable, self.gravity, self.sea.density), v) * dx
         if self.mean_dofs is not None:
-            F += form.mean_strain_equation(T, parts[2], tests[2]) * dx
-
-        if dynamic:
+            F += form.mean_strain_equation(T, ufl.split(self.w)[2], tests[2]) * dx
+        if self.dynamic:
             F += form.inertia(cable, r_tt, v) * dx
-        if rho_w is not None:
-            f = form.hydrodynamic_force(cable, rho_w, self.sea.flow(r), r, r_t, r_tt)
-            if f is not None:
-                F -= ufl.inner(form.stretched(cable, e, f), v) * dx
-        if self.top_kind == "buoy":
-            T_bnd = -ufl.as_vector([self.mooring[3 + i] for i in range(3)])
-            F += coupling.end_force(T_bnd, v) * self.ds(TOP)
-        elif self.end_load is not None:
-            F += coupling.end_force(self.end_load, v) * self.ds(TOP)
+        forces = [force for _, force in self.water_forces()]
+        if forces:
+            f = sum(forces[1:], forces[0])
+            F -= ufl.inner(form.stretched(cable, e, f), v) * dx
+        for attachment in attachments:
+            F += attachment.end_force(v)
+        for line, load in self.end_loads.items():
+            F += coupling.end_force(load, v) * self.ds(2 * line + 2)
         return F
 
-    def attachment(self, test):
-        """Eq. (29)_1 tested by the T_O part of `test` (a test function of the mooring space)."""
-        r = ufl.split(self.w)[0]
-        r_O, t_O = (ufl.as_vector([f[i + k] for i in range(3)]) for f, k in ((self.mooring, 0), (test, 3)))
-        return coupling.attachment(r, r_O, t_O) * self.ds(TOP)
+    # -- time -------------------------------------------------------------------------------------------------------
+
+    def evolutions(self) -> list[Evolution]:
+        """r is of second order; T is no state."""
+        L, g = self.longest, max(self.scene.gravity, 1.0)
+        sizes = []
+        for size in (L, np.sqrt(g * L)):
+            sizes.append(np.full(len(self.w.x.array), np.inf))
+            sizes[-1][self.node_dofs] = size
+        rates = [(self.gamma_v, self.history_v), (self.gamma_a, self.history_a)]
+        return [Evolution(self.part, rates, False, sizes)]
+
+    def set_time(self, t):
+        """Advance the sea."""
+        self.sea.set_time(t)
+
+    def accept(self, u):
+        """A step was taken: nothing is left behind."""
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 
     @property
+    def longest(self) -> float:
+        """Length of the longest line [m]."""
+        return max(c.length for c in self.sections)
+
+    @property
     def weight_per_length(self) -> float:
-        """Weight in water per unstretched length, w [N/m]; negative for a cable that floats."""
-        c, sea = self.section, self.scene.sea
-        displaced = sea.density * np.pi * c.diameter**2 / 4 if sea else 0.0
-        return (c.line_density - displaced) * self.scene.gravity
+        """Weight in water per unstretched length of the first line [N/m]."""
+        return weight_per_length(self.scene, self.section)
+
+    def _held_ends(self):
+        """(line, end, its dofs): anchors, and tops that are fixed or prescribed."""
+        for k, dofs in enumerate(self.end_dofs):
+            yield k, 0, dofs[0]
+            if self.lines[k].top(self.scene) in ("fixed", "prescribed"):
+                yield k, 1, dofs[1]
 
     def constrained_dofs(self):
-        """Dofs that are given: the anchor and, fixed or prescribed, the top."""
-        held = self.top_kind in ("fixed", "prescribed")
-        return np.concatenate([self.anchor_dofs, self.top_dofs]) if held else self.anchor_dofs
-
-    def top_position(self, t):
-        """r_bnd(t) of a fixed or prescribed top."""
-        return top_position(self.section.top, t)
+        """Dofs that are given."""
+        return np.concatenate([dofs for _, _, dofs in self._held_ends()])
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        if len(self.anchor_dofs):
-            u[self.anchor_dofs] = self.scene.anchor
-        if self.top_kind in ("fixed", "prescribed") and len(self.top_dofs):
-            u[self.top_dofs] = self.top_position(t)
+        for line, end, dofs in self._held_ends():
+            if len(dofs):
+                u[dofs] = self.top_position(t, line) if end else self.lines[line].anchor(self.scene)
+
+    def top_position(self, t, line=0):
+        """r_bnd(t) of a fixed or prescribed top [m]."""
+        return top_position(self.sections[line].top, t)
+
+    def top_dofs(self, line=0):
+        """Dofs of r at s = L."""
+        return self.end_dofs[line][1]
+
+    def force_dofs(self):
+        """Local unknowns that are tensions."""
+        dofs = self.T_dofs.ravel()
+        return dofs if self.mean_dofs is None else np.concatenate([dofs, self.mean_dofs])
 
     def elimination_order(self):
-        """Free owned dofs along the cable, each tension after the positions that it constrains.
+        """Free owned dofs along the lines, each tension after the positions that it constrains.
 
         In this order the saddle-point matrix has a factorisation without pivoting.
         """
@@ -195,20 +354,34 @@ class CableModel:
 
     def blocks(self, force):
         """Blocks of w; `force` is a typical tension [N]."""
-        L, h = self.section.length, np.diff(self.nodes).min()
-        rounding = self.section.line_density * h * L
+        L, h = self.longest, self.smallest_cell
+        moving = max(c.line_density for c in self.sections) * h * L
         blocks = [
-            Block("cable position", self.node_dofs.ravel(), L, force, self.section.line_density * h * L, 2, unit="m"),
-            Block("cable tension", self.T_dofs.ravel(), force, h, rounding=rounding, unit="N"),
+            Block("cable position", self.node_dofs.ravel(), L, force, moving, 2, unit="m"),
+            Block("cable tension", self.T_dofs.ravel(), force, h, rounding=moving, unit="N"),
         ]
         if self.mean_dofs is not None:
-            blocks.append(Block("cable mean tension", self.mean_dofs, force, force * h, rounding=rounding, unit="N"))
+            blocks.append(Block("cable mean tension", self.mean_dofs, force, force * h, rounding=moving, unit="N"))
         return blocks
 
-    def set_shape(self, u, position, tension):
-        """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) into the local unknowns u."""
-        u[self.node_dofs] = position(self.node_s)
-        u[self.T_dofs] = tension(self.T_s)
+    def one_sided_rows(self, force) -> OneSidedRows:
+        """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
+        c, owned = self.section, self.space.dofmap.index_map.size_local
+        sizes = np.broadcast_to(np.diff(self.cell_ends, axis=1), self.T_dofs.shape)
+        mine = self.T_dofs < owned
+        return OneSidedRows(
+            rows=self.T_dofs[mine],
+            weights=sizes[mine] / (c.tension_degree + 1),
+            inertia=c.line_density * (sizes[mine] / c.position_degree) ** 2 if self.dynamic else None,
+            compliance=1 / c.axial_stiffness,
+            rest=1 / min(c.axial_stiffness, 0.1 * force),  # measured: the fewest iterations
+        )
+
+    def set_shape(self, u, position, tension, line=0):
+        """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) of a line into the local unknowns u."""
+        nodes, cells = self.line_of_node == line, self.line_of_cell == line
+        u[self.node_dofs[nodes]] = position(self.node_s[nodes] - self.begins[line])
+        u[self.T_dofs[cells]] = tension(self.T_s[cells] - self.begins[line])
         if self.mean_dofs is not None:
             u[self.mean_dofs] = self.mean_tension(u)
 
@@ -216,16 +389,7 @@ class CableModel:
         """Average of T on each owned cell [N]."""
         return u[self.T_dofs] @ self._averaging
 
-    def anchor_tension(self, u):
-        """T_h(0) [N], on the rank that owns the first cell; nan elsewhere."""
-        return float(self._at_anchor @ u[self._anchor_cell_dofs]) if len(self._anchor_cell_dofs) else np.nan
-
-    def _weights(self, moment):
-        """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.
-
-        All cells number their dofs alike, as affine images of one reference cell.
-        """
-        ends = self.cell_ends[0]
-        xi = (self.T_s[0] - ends[0]) / (ends[1] - ends[0])
-        degree = np.arange(len(xi))
-        return np.linalg.solve(xi[None, :] ** degree[:, None], [moment(k) for k in degree])
+    def anchor_tension(self, u, line=0):
+        """T_h(0) of a line [N], on the rank that owns its first cell; nan elsewhere."""
+        dofs = self._anchor_cell_dofs[line]
+        return float(self._at_anchor @ u[dofs]) if len(dofs) else np.nan

@@ -1,6 +1,4 @@
-"""A scene as one nonlinear system: the cable on all ranks, the buoy on the rank that owns the cable's upper end."""
-
-from functools import partial
+"""A scene as one nonlinear system: the lines on all ranks, the buoy on the rank that owns the line's upper end."""
 
 import numpy as np
 from dolfinx import fem
@@ -9,11 +7,15 @@ from mpi4py import MPI
 from ..errors import InputError
 from ..meshes import number_of_cells
 from ..parallel.ranks import combined, told
+from ..solver.newton import Newton
+from ..solver.numbering import Numbering
 from ..solver.system import System
-from ..solver.tension_only import TensionOnlySystem
+from ..solver.tension_only import TensionOnly
 from ..solver.unknowns import Block, Part
-from .buoy import BuoyModel
-from .lines import TOP, CableModel
+from .attachment import Attachment
+from .buoy import Buoy
+from .lines import Lines
+from .structure import structure_of
 
 
 def _check_ranks(scene, comm):
@@ -26,89 +28,111 @@ def _check_ranks(scene, comm):
 
 
 class Problem:
-    """Cable, buoy and the system that couples them.
+    """Lines, buoy, their attachments, and the system that couples them.
 
-    Unknowns of a rank: [cable | mooring (6) | state of the buoy (13, statics 7)], each only if the scene has it.
+    Unknowns of a rank: [lines | attachments (6 each) | state of the buoy (13, statics 7)], each only if the scene has
+    it.  scene: may be changed by `change`.  lines: instead of those of the scene (`lines.Line`).
     """
 
-    def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
+    def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD, lines=None):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
         self.route = None  # how the equilibrium was found
         _check_ranks(scene, comm)
-        self.cable = CableModel(comm, scene, dynamic) if scene.cable else None
+        self.lines = Lines(comm, scene, dynamic, lines) if scene.cable else None
         self.buoy_rank = self._find_buoy_rank()
-        comm.barrier()  # forms of the cable are compiled by all ranks together, those of the buoy by one
-        self.buoy = BuoyModel(scene, dynamic) if scene.buoy and comm.rank == self.buoy_rank else None
-        parts, residuals = self._parts()
-        direct = "petsc" if dynamic else "mumps"
-        solver = scene.solver
-        smooth = self.cable is None or scene.cable.slack == "compressive"  # else rows change with what is slack
-        keep = dynamic and smooth and solver.keep_jacobian
-        self.system = self._law()(
-            comm, parts, residuals, self._blocks(), *self._order(), direct, solver.petsc, solver.step_tolerance, keep
-        )
-        if self.cable and smooth and self.cable.cable.EA is not None and not (dynamic and scene.cable.damping):
-            self.system.fault = self._inside_out
+        comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoy by one
+        self.buoy = Buoy(scene, dynamic) if scene.buoy and comm.rank == self.buoy_rank else None
+        self.attachments = self._attach()
+        #: Models of this rank, each with its evolutions, memory and forces.
+        self.models = [model for model in (self.lines, self.buoy) if model is not None]
+        parts = self._number()
+        one_sided = self.lines is not None and scene.cable.slack == "tension-only"
+        self.law = TensionOnly(self.lines.one_sided_rows(self.typical_force)) if one_sided else None
+        order, ghosts = self._order()
+        numbering = Numbering(comm, max((p.offset + p.size for p in parts), default=0), order, ghosts)
+        tolerance = scene.solver.step_tolerance
+        self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law)
+        keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
+        self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
+        if self.lines and not one_sided and self.lines.elastic and not (dynamic and scene.cable.damping):
+            self.newton.fault = self._inside_out
 
-    def _law(self):
-        """The kind of system: with a tension-only cable the rows of its tension are one-sided."""
-        if self.cable is None or self.scene.cable.slack == "compressive":
-            return System
-        return partial(TensionOnlySystem, self.cable, self.typical_force)
+    # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _inside_out(self):
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
-        c = self.cable
+        c = self.lines
         T = self.system.u.take(c.T_dofs if c.mean_dofs is None else c.mean_dofs)
         smallest = combined(self.comm, T.min(initial=0.0), MPI.MIN)
-        stretch = 1 + smallest / float(c.cable.EA.value) if smallest < 0 else 1.0
+        stretch = 1 + smallest / self._softest() if smallest < 0 else 1.0
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
 
+    def _softest(self):
+        """Smallest axial stiffness as the forms have it at the moment [N]."""
+        EA = self.lines.cable.EA
+        return float(np.min(EA.value if isinstance(EA, fem.Constant) else EA.x.array))
+
     def _find_buoy_rank(self):
-        if self.cable is None:
+        if self.lines is None:
             return 0
-        tags = self.cable.ends
-        owned = tags.indices[tags.values == TOP] < self.cable.mesh.topology.index_map(0).size_local
+        tags = self.lines.ends
+        owned = tags.indices[tags.values == 2] < self.lines.mesh.topology.index_map(0).size_local
         holders = self.comm.allgather(bool(np.any(owned)))
         return holders.index(True)
 
-    def _parts(self):
-        parts, residuals, offset = [], [], 0
-        self.cable_part = self.mooring_part = self.state_part = None
-        if self.cable:
-            self.cable_part = Part("cable", self.cable.w, 0)
-            parts.append(self.cable_part)
-            residuals.append((self.cable_part, self.cable.residual(self.cable_part.test, self.dynamic)))
-            offset = self.cable_part.size
-            if self.cable.mooring is not None:
-                part = Part("mooring", self.cable.mooring, offset)
-                parts.append(part)
-                residuals.append((part, self.cable.attachment(part.test)))
-        self.mooring_slice = slice(offset, offset + 6) if self.scene.cable and self.scene.buoy else None
+    def _attach(self):
+        """Tops of lines that are on the buoy."""
+        if self.lines is None:
+            return []
+        tops = [k for k, line in enumerate(self.lines.lines) if line.top(self.scene) == "buoy"]
+        return [Attachment(self.lines, 2 * k + 2, self.buoy, self.buoy and self.buoy.offset) for k in tops]
+
+    def _number(self):
+        """Give the unknowns their places; returns the parts of this rank."""
+        parts, offset = [], 0
+        if self.lines:
+            self.lines.part = Part("cable", self.lines.w, offset)
+            parts.append(self.lines.part)
+            offset += self.lines.part.size
+        for attachment in self.attachments:
+            attachment.number(offset)
+            parts += [part for part in (attachment.line_part, attachment.body_part) if part]
+            offset += attachment.line_part.size
         if self.buoy:
-            if self.mooring_slice:
-                self.mooring_part = Part("mooring on the axis", self.buoy.mooring, offset)
-                parts.append(self.mooring_part)
-                offset += 6
-            self.state_part = Part("buoy", self.buoy.state, offset)
-            parts.append(self.state_part)
-            residuals.extend(self.buoy.residuals(self.state_part, self.mooring_part))
-        return parts, residuals
+            self.buoy.part = Part("buoy", self.buoy.state, offset)
+            parts.append(self.buoy.part)
+        return parts
+
+    def residuals(self):
+        """All equations of this rank, [(part that is tested, linear form), ...]."""
+        found = []
+        if self.lines:
+            found.append((self.lines.part, self.lines.residual(self.lines.part.test, self.attachments)))
+            r = self.lines.kinematics()[0]
+            found += [(attachment.line_part, attachment.position_equation(r)) for attachment in self.attachments]
+        if self.buoy:
+            found += self.buoy.residuals(self.attachments)
+        return found
 
     def _blocks(self):
         blocks, force = [], self.typical_force
-        if self.cable:
-            blocks += self.cable.blocks(force)
+        if self.lines:
+            blocks += self.lines.blocks(force)
         if self.scene.buoy:
             if self.buoy:
-                length = self.scene.cable.length if self.scene.cable else None
-                mooring = self.mooring_slice.start if self.mooring_slice else None
-                mine = self.buoy.blocks(self.state_part.offset, mooring, length, force)
+                mine = self._buoy_blocks(force)
                 self.comm.bcast([b.name for b in mine], root=self.buoy_rank)
             else:  # the same names on every rank, for messages
                 names = self.comm.bcast(None, root=self.buoy_rank)
                 mine = [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
             blocks += mine
+        return blocks
+
+    def _buoy_blocks(self, force):
+        length = self.lines.longest if self.lines else 0.0
+        blocks = self.buoy.blocks(length, force)
+        for attachment in self.attachments:
+            blocks += attachment.blocks(*self.buoy.reach_and_force(length, force), self.buoy.mass.mass)
         return blocks
 
     @property
@@ -117,7 +141,7 @@ class Problem:
         scene, sizes = self.scene, [1e-6]
         if scene.cable:
             c = scene.cable
-            sizes += [abs(self.cable.weight_per_length) * c.length, c.line_density * c.length]
+            sizes += [abs(self.lines.weight_per_length) * c.length, c.line_density * c.length]
             if c.top is not None:
                 sizes += [float(np.linalg.norm(c.top.force)), self._stretching_force()]
         if scene.buoy:
@@ -132,70 +156,101 @@ class Problem:
         if c.top.position is None or np.isinf(c.axial_stiffness):
             return 0.0
         strain = float(np.linalg.norm(np.subtract(c.top.position, self.scene.anchor))) / c.length - 1
-        level = (c.axial_stiffness * (self.cable.weight_per_length * c.length) ** 2 / 24) ** (1 / 3)  # and just taut
+        level = (c.axial_stiffness * (self.lines.weight_per_length * c.length) ** 2 / 24) ** (1 / 3)  # and just taut
         return max(c.axial_stiffness * strain, level if strain > -1e-6 else 0.0)
 
     def _order(self):
         """Elimination order of the free owned unknowns, and the ghosts' (local, global) numbers."""
         order, ghosts = np.zeros(0, int), None
-        if self.cable:
-            order = self.cable.elimination_order()
+        if self.lines:
+            order = self.lines.elimination_order()
         if self.buoy:
-            order = np.concatenate([order, np.arange(self.state_part.slice.start, self.state_part.slice.stop)])
-            if self.mooring_slice:
-                order = np.concatenate([order, np.arange(self.mooring_slice.start, self.mooring_slice.stop)])
-        if self.cable and self.comm.size > 1:
+            behind = [self.buoy.part.slice, *(attachment.slice for attachment in self.attachments)]
+            order = np.concatenate([order, *(np.arange(place.start, place.stop) for place in behind)])
+        if self.lines and self.comm.size > 1:
             ghosts = self._ghost_numbers(order)
         return order, ghosts
 
     def _ghost_numbers(self, order):
         first = self.comm.scan(len(order)) - len(order)
-        n = self.cable.space.dofmap.index_map.size_local
-        number = fem.Function(self.cable.space)
+        n = self.lines.space.dofmap.index_map.size_local
+        number = fem.Function(self.lines.space)
         number.x.array[:] = -1
         mine = order < n
         number.x.array[order[mine]] = first + np.flatnonzero(mine)
         number.x.scatter_forward()
-        ghosts = np.arange(n, self.cable_part.size)
+        ghosts = np.arange(n, self.lines.part.size)
         return ghosts, number.x.array[ghosts].astype(np.int64)
+
+    def change(self, scene):
+        """Take the numbers of another scene, for which nothing has to be compiled or built anew.
+
+        Raises ValueError if the scenes differ in more than numbers (`structure.structure_of`).
+        """
+        if structure_of(scene) != structure_of(self.scene):
+            raise ValueError("the scenes differ in more than numbers")
+        self.scene = scene
+        for model in self.models:
+            model.change(scene)
+        if self.law is not None:
+            self.law.resize(self.lines.one_sided_rows(self.typical_force))
+        self.system.blocks[:] = self._blocks()
+        self.newton.forget()
 
     # -- time --------------------------------------------------------------------------------------------------------
 
     def set_time(self, t):
         """Advance everything that is given as a function of time; constrained values go into `system.u`."""
-        for model in (self.cable, self.buoy):
-            if model is not None:
-                model.sea.set_time(t)
-        if self.cable:
-            self.cable.constrain(self.system.u, t)
+        for model in self.models:
+            model.set_time(t)
+        if self.lines:
+            self.lines.constrain(self.system.u, t)
+
+    def evolutions(self):
+        """What the models of this rank tell time stepping, in the order of the unknowns."""
+        return [evolution for model in self.models for evolution in model.evolutions()]
+
+    def force_dofs(self):
+        """Local unknowns that are tensions, or forces at attachments."""
+        found = [model.force_dofs() for model in self.models]
+        if self.buoy:
+            found += [np.arange(a.slice.start, a.slice.stop)[3:] for a in self.attachments]
+        return np.concatenate(found)
 
     # -- numbers ------------------------------------------------------------------------------------------------------
 
     def smallest_tension(self) -> float:
         """Smallest element mean of T [N], over all ranks."""
-        means = self.cable.mean_tension(self.system.u)
+        means = self.lines.mean_tension(self.system.u)
         return combined(self.comm, means.min(initial=np.inf), MPI.MIN)
 
-    def end_tension(self, fresh=True):
-        """T_bnd, the force that holds the cable's top end [N], on every rank.
+    def end_tension(self, fresh=True, line=0):
+        """T_bnd, the force that holds the upper end of a line [N], on every rank.
 
         Of a fixed or prescribed top it is the reaction: the residual of Eq. (11)_1 at the end node.  With
         fresh = False the residual is the one that Newton evaluated last.
         """
-        if self.mooring_slice:
-            mine = -self.system.u[self.mooring_slice][3:] if self.buoy else None
+        kind = self.lines.lines[line].top(self.scene)
+        if kind == "buoy":
+            mine = -self.attachment_of(line).of(self.system.u).force if self.buoy else None
             return told(self.comm, mine, self.buoy_rank)
-        if self.cable.top_kind == "free":
-            return np.array(self.scene.cable.top.force)
+        if kind == "free":
+            return np.array(self.lines.sections[line].top.force)
         residual = self.system.evaluate() if fresh else self.system.last_residual
-        mine = residual[self.cable.top_dofs] if len(self.cable.top_dofs) else np.zeros(3)
+        dofs = self.lines.top_dofs(line)
+        mine = residual[dofs] if len(dofs) else np.zeros(3)
         return combined(self.comm, mine, MPI.SUM)
 
-    def anchor_tension(self) -> float:
-        """T_h(0) [N], on every rank."""
-        mine = self.cable.anchor_tension(self.system.u)
+    def attachment_of(self, line) -> Attachment:
+        """The attachment of a line's upper end."""
+        return next(a for a in self.attachments if a.tag == 2 * line + 2)
+
+    def anchor_tension(self, line=0) -> float:
+        """T_h(0) of a line [N], on every rank."""
+        mine = self.lines.anchor_tension(self.system.u, line)
         values = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
         return next(v for v in values if not np.isnan(v))
 
     def destroy(self):
-        self.system.destroy()
+        """Give PETSc's objects back."""
+        self.newton.destroy()

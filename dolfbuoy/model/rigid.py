@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ..meshes import HullShape
 
 
 @dataclass(frozen=True)
@@ -33,3 +36,18 @@ def mass_properties(buoy, shape=None) -> MassProperties:
     steiner = sum(m * (h - center) ** 2 for m, h in masses)
     moments = moments + np.array([steiner, steiner, 0.0])
     return MassProperties(total, center, tuple(float(i) for i in moments))
+
+
+def shape_of(buoy) -> HullShape | None:
+    """Hull of the scene's section, if it has one."""
+    return HullShape(tuple(buoy.hull)) if buoy.hull else None
+
+
+def axis_offset(buoy, height) -> np.ndarray:
+    """Body vector from C to the axis point at `height` above the keel [m]; buoy: the scene's section."""
+    return np.array([0.0, 0.0, height - mass_properties(buoy, shape_of(buoy)).height])
+
+
+def rotation_of(q4) -> np.ndarray:
+    """Rotation matrix of a quaternion (q0, q)."""
+    return Rotation.from_quat([*q4[1:], q4[0]]).as_matrix()

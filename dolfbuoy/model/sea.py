@@ -7,6 +7,7 @@ from dolfinx import fem
 from scipy.optimize import brentq
 
 from ..forms import sea
+from .numbers import Numbers
 
 
 def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:
@@ -48,42 +49,54 @@ class SeaState:
     """Wave and current of `scene` on `mesh`; what is absent is None and never reaches a form."""
 
     def __init__(self, mesh, scene, with_waves=True):
-        self._mesh, self._scene = mesh, scene
-        self.density = fem.Constant(mesh, scene.sea.density) if scene.sea else None
+        self._mesh, self._numbers, self._current_numbers = mesh, Numbers(mesh, scene), []
+        self.density = self._numbers.constant(lambda scene, _: scene.sea.density) if scene.sea else None
         self.wave = self._wave() if with_waves and scene.waves else None
-        self.scene_current = None  # the Constant that carries the current's speed, and its full value
         self.current = self._current() if scene.current else None
 
+    @property
+    def scene(self):
+        """The scene whose numbers these are."""
+        return self._numbers.scene
+
     def _wave(self):
-        waves, mesh = self._scene.waves, self._mesh
-        c, s, _ = heading(waves.direction_deg)
-        self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
-        values = (wavenumber(self._scene), 2 * math.pi / waves.period)
-        k, frequency = (fem.Constant(mesh, v) for v in values)
-        direction = (fem.Constant(mesh, float(c)), fem.Constant(mesh, float(s)))
-        depth = fem.Constant(mesh, self._scene.sea.depth)
-        return sea.Wave(self._amplitude, k, frequency, self._time_phase, *direction, depth, waves.stretching)
+        number = self._numbers.constant
+        self._amplitude, self._time_phase = fem.Constant(self._mesh, 0.0), fem.Constant(self._mesh, 0.0)
+        return sea.Wave(
+            amplitude=self._amplitude,
+            wavenumber=number(lambda scene, _: wavenumber(scene)),
+            frequency=number(lambda scene, _: 2 * math.pi / scene.waves.period),
+            time_phase=self._time_phase,
+            cos_direction=number(lambda scene, _: float(heading(scene.waves.direction_deg)[0])),
+            sin_direction=number(lambda scene, _: float(heading(scene.waves.direction_deg)[1])),
+            depth=number(lambda scene, _: scene.sea.depth),
+            stretching=self.scene.waves.stretching,
+        )
 
     def _current(self):
-        current, mesh = self._scene.current, self._mesh
-        direction = heading(current.direction_deg)
+        current, number = self.scene.current, self._numbers.constant
         if isinstance(current.profile, list):
-            z, speed = (fem.Constant(mesh, np.array(column)) for column in zip(*current.profile, strict=True))
-            self.scene_current = (speed, speed.value.copy())
-            z, speed = ([c[i] for i in range(len(current.profile))] for c in (z, speed))
-            return sea.tabulated_current(fem.Constant(mesh, direction), z, speed)
-        velocity = fem.Constant(mesh, current.speed * direction)
-        self.scene_current = (velocity, velocity.value.copy())
+            rows = range(len(current.profile))
+            direction = number(lambda scene, _: heading(scene.current.direction_deg))
+            z = number(lambda scene, _: np.array([z for z, _ in scene.current.profile]))
+            speed = self._scalable(lambda scene: np.array([speed for _, speed in scene.current.profile]))
+            return sea.tabulated_current(direction, [z[i] for i in rows], [speed[i] for i in rows])
+        velocity = self._scalable(lambda scene: scene.current.speed * heading(scene.current.direction_deg))
         if current.profile == "uniform":
             return sea.uniform_current(velocity)
-        depth, exponent = fem.Constant(mesh, self._scene.sea.depth), fem.Constant(mesh, current.exponent)
+        depth, exponent = number(lambda scene, _: scene.sea.depth), number(lambda scene, _: scene.current.exponent)
         return sea.power_law_current(velocity, depth, exponent)
+
+    def _scalable(self, get):
+        """A Constant that carries the current's speed."""
+        made = self._numbers.constant(lambda scene, _: get(scene))
+        self._current_numbers.append((made, get))
+        return made
 
     def scale_current(self, factor):
         """Scale the current (for continuation in statics)."""
-        if self.scene_current is not None:
-            constant, full = self.scene_current
-            constant.value = factor * full
+        for constant, full in self._current_numbers:
+            constant.value = factor * full(self.scene)
 
     def flow(self, x):
         """Undisturbed water at the UFL point x."""
@@ -92,6 +105,10 @@ class SeaState:
     def set_time(self, t):
         """Advance the wave's phase and ramp."""
         if self.wave is not None:
-            waves = self._scene.waves
+            waves = self.scene.waves
             self._amplitude.value = waves.size * ramp(t, waves.ramp)
             self._time_phase.value = math.radians(waves.phase_deg) - 2 * math.pi / waves.period * t
+
+    def change(self, scene):
+        """Take the numbers of another scene of the same structure."""
+        self._numbers.change(scene)

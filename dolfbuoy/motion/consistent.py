@@ -10,9 +10,6 @@ from mpi4py import MPI
 from ..solver import compat
 from .schemes import BackwardEuler, Predictor, Series
 
-#: Components p and L_C of the buoy's state (r_C, p, q_4, L_C).
-MOMENTA = np.isin(np.arange(13), [3, 4, 5, 10, 11, 12])
-
 
 def make_consistent(simulation) -> None:
     """Project the velocity onto the constraints and find the tension and acceleration that go with it.
@@ -22,18 +19,25 @@ def make_consistent(simulation) -> None:
     tells only the mean of an element (strain = "element-average").
     """
     u0, scheme, simulation.scheme = simulation.system.u.copy(), simulation.scheme, BackwardEuler()
+    memory = [{name: values.copy() for name, values in model.items()} for model in simulation.memory]
     h = max(1e-3 * simulation.scene.time.step, 1e-5)  # not smaller: rounding in the tension grows like 1/h^2
     first = _settle(simulation, u0, h)
     second = _settle(simulation, u0, h)  # what it adds to an admissible velocity, both have added
-    for name, series in simulation.series.items():
-        series.rate, series.values[0] = (2 * a - b for a, b in zip(first[name], second[name], strict=True))
-    if simulation.cable:
-        simulation.series["r"].second = simulation.series["v"].rate
-        if np.isfinite(simulation.scene.cable.axial_stiffness) and simulation.cable.mean_dofs is None:
-            _solve_tension(simulation, u0)
-    if simulation.buoy:
-        u0[simulation.problem.state_part.slice] = simulation.series["y"].values[0]
-    simulation.t, simulation.scheme, simulation.quaternion_drift = 0.0, scheme, 0.0
+    for past, one, two in zip(simulation.pasts, first, second, strict=True):
+        for series, a, b in zip(past.series, one, two, strict=True):
+            series.rate, series.values[0] = (2 * x - y for x, y in zip(a, b, strict=True))
+        for series, rate in zip(past.series, past.series[1:], strict=False):
+            series.second = rate.rate
+    lines = simulation.problem.lines
+    if lines and lines.elastic and lines.mean_dofs is None:
+        _solve_tension(simulation, u0)
+    for past in simulation.pasts:  # momenta: the admissible ones
+        values, lagged = past.evolution.values(u0), past.evolution.lagged
+        values[:] = np.where(lagged, past.series[0].values[0], values)
+    for model, kept in zip(simulation.memory, memory, strict=True):
+        for name, values in model.items():
+            values[:] = kept[name]
+    simulation.t, simulation.scheme = 0.0, scheme
     simulation.system.u[:] = u0
     simulation.problem.set_time(0.0)
 
@@ -41,67 +45,58 @@ def make_consistent(simulation) -> None:
 def _settle(simulation, u0, h):
     """Three steps of h from the positions u0 with the velocity at hand, and back; puts the forces of t = 0 into u0.
 
-    Returns name -> (rate, value), with which the series begin anew.  Velocities are centred at t = 0: those of the
-    first two steps belong to h/2 and 3 h/2, as the positions tell.  Accelerations and forces are extrapolated from the
-    ends of the second and third step, because the first one is a blow.
+    Returns [(rate, value) of each series] of each past, with which the series begin anew.  Velocities are centred at
+    t = 0: those of the first two steps belong to h/2 and 3 h/2, as the positions tell.  Accelerations and forces are
+    extrapolated from the ends of the second and third step, because the first one is a blow.
     """
-    problem, system = simulation.problem, simulation.system
+    system = simulation.system
     system.u[:], simulation.t = u0, 0.0
     found = []
     for _ in range(3):
         simulation.predictor = Predictor(1)
         simulation.predictor.add(simulation.t, system.u)
         simulation.step(h)
-        rates = {name: (series.rate, series.values[0]) for name, series in simulation.series.items()}
-        found.append((rates, system.u.copy(), simulation.end_tension))
-    (rates1, _, _), (rates2, u2, end2), (rates3, u3, end3) = found
-
-    def velocity(name, which):
-        return 1.5 * rates1[name][which] - 0.5 * rates2[name][which]
-
-    forces = _force_dofs(simulation)
+        known = [[(s.rate, s.values[0]) for s in past.series] for past in simulation.pasts]
+        found.append((known, system.u.copy(), simulation.end_tension))
+    (known1, _, _), (known2, u2, end2), (known3, u3, end3) = found
+    forces = simulation.problem.force_dofs()
     u0[forces] = 3 * u2[forces] - 2 * u3[forces]
-    begin = {}
-    if simulation.cable:
-        begin["r"] = velocity("r", 0), u0[problem.cable_part.slice]
-        begin["v"] = 3 * rates2["v"][0] - 2 * rates3["v"][0], velocity("r", 0)
+    if simulation.problem.lines:
         simulation.end_tension = 3 * end2 - 2 * end3
-    if simulation.buoy:
-        rate = np.where(MOMENTA, 3 * rates2["y"][0] - 2 * rates3["y"][0], velocity("y", 0))
-        begin["y"] = rate, np.where(MOMENTA, velocity("y", 1), u0[problem.state_part.slice])
-    lagged = {"r": False, "v": True, "y": MOMENTA}
-    for name, (rate, value) in begin.items():
-        simulation.series[name] = Series(value, rate, lagged[name])
-    if simulation.buoy:
-        simulation.series["y"].second = np.where(MOMENTA, 0.0, (rates3["y"][0] - rates2["y"][0]) / h)
+    begin = []
+    for past, *known in zip(simulation.pasts, known1, known2, known3, strict=True):
+        begin.append([])
+        for level, series in enumerate(past.series):
+            of_step = [step[level] for step in known]
+            begin[-1].append(_at_start(of_step, series.lagged, past.evolution.values(u0)))
+            past.series[level] = Series(*reversed(begin[-1][-1]), series.lagged)
+        last = past.series[-1]
+        (_, (rate2, _), (rate3, _)) = (step[-1] for step in known)
+        last.second = np.where(last.lagged, 0.0, (rate3 - rate2) / h)
     return begin
 
 
-def _tension_dofs(cable):
-    """Local unknowns that are tensions of the cable."""
-    dofs = cable.T_dofs.ravel()
-    return dofs if cable.mean_dofs is None else np.concatenate([dofs, cable.mean_dofs])
+def _at_start(of_step, lagged, positions):
+    """(rate, value) of a series at t = 0, from those after three steps; positions: those of the start.
 
-
-def _force_dofs(simulation):
-    """Local unknowns that are tensions, or the force at the mooring point."""
-    dofs, mooring = np.zeros(0, dtype=int), simulation.problem.mooring_slice
-    if simulation.cable:
-        dofs = _tension_dofs(simulation.cable)
-    if mooring and simulation.buoy:
-        dofs = np.concatenate([dofs, np.arange(mooring.start + 3, mooring.stop)])
-    return dofs
+    What the scheme makes out of positions, the rates of positions and the values of momenta, is centred; what it makes
+    out of those in turn is extrapolated.
+    """
+    (rate1, value1), (rate2, value2), (rate3, _) = of_step
+    rate = np.where(lagged, 3 * rate2 - 2 * rate3, 1.5 * rate1 - 0.5 * rate2)
+    return rate, np.where(lagged, 1.5 * value1 - 0.5 * value2, positions)
 
 
 def _solve_tension(simulation, u0):
-    """Put into u0 the tension of an elastic cable with the positions of u0 and the velocity of its series.
+    """Put into u0 the tension of an elastic cable with the positions of u0 and the velocity of its past.
 
     Newton on the rows of the strain equation (11)_2, element by element.
     """
-    system, cable = simulation.system, simulation.cable
-    cable.gamma_v.value, cable.history_v.x.array[:] = 0.0, simulation.series["r"].rate
-    cells = cable.T_dofs[: cable.mesh.topology.index_map(1).size_local].astype(np.int32)
-    numbers = system.lgmap.apply(cells).reshape(cells.shape)
+    system, lines = simulation.system, simulation.problem.lines
+    past = next(past for past in simulation.pasts if past.evolution.part is lines.part)
+    past.evolution.hand_out(0, 0.0, past.series[0].rate)
+    cells = lines.T_dofs[: lines.mesh.topology.index_map(1).size_local].astype(np.int32)
+    numbers = system.numbering.lgmap.apply(cells).reshape(cells.shape)
     system.u[:] = u0
     for _ in range(20):
         system.publish()
@@ -115,5 +110,5 @@ def _solve_tension(simulation, u0):
         if simulation.comm.allreduce(bool(done), op=MPI.LAND):
             break
     system.publish()
-    compat.scatter_forward(cable.w)
-    u0[simulation.problem.cable_part.slice] = cable.w.x.array
+    compat.scatter_forward(lines.w)
+    u0[lines.part.slice] = lines.w.x.array

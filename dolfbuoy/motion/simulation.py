@@ -6,8 +6,9 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..parallel.ranks import combined
-from .consistent import MOMENTA, make_consistent
-from .schemes import GeneralizedAlpha, Predictor, Series, make_scheme
+from .consistent import make_consistent
+from .past import Past
+from .schemes import GeneralizedAlpha, Predictor, make_scheme
 from .start import initial_state
 from .stepping import AdaptiveControl, StepControl
 
@@ -16,20 +17,25 @@ class Simulation:
     """The state of a scene at time `t`, advanced by `advance`.
 
     scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
+    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.
     Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
-    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None):
+    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None):
         if scene.time is None:
             raise InputError("Missing section [time]: a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
         self.scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         start = initial_state(scene, comm) if state is None else None
-        self.problem = Problem(scene, dynamic=True, comm=comm)
-        self.system, self.cable, self.buoy = self.problem.system, self.problem.cable, self.problem.buoy
-        self.quaternion_drift, self.iterations = 0.0, 0
-        self._rules = {}  # {series: (gamma, history)} of the step in hand: its rate is gamma x position + history
-        self.control = self._make_control()
+        if problem is None:
+            self.problem = Problem(scene, dynamic=True, comm=comm)
+        else:
+            self.problem = problem
+            problem.change(scene)
+        self.system, self.newton = self.problem.system, self.problem.newton
+        self.iterations, self.end_tension = 0, None
+        self.pasts = [Past(evolution) for evolution in self.problem.evolutions()]
+        self.predictor, self.control = Predictor(), self._make_control()
         if state is None:
             self._load(start)
         else:
@@ -47,22 +53,13 @@ class Simulation:
 
     def _load(self, start):
         """Put the initial state into the unknowns, make it consistent, and start the series of past values."""
-        problem, u = self.problem, self.system.u
-        problem.set_time(0.0)
-        if self.cable:
-            u[problem.cable_part.slice] = start.cable
-        if problem.mooring_slice:
-            u[problem.mooring_slice] = start.mooring
-        state = None
-        if self.buoy:
-            inertia = np.array(self.buoy.mass.inertia)
-            R = start.rotation
-            momentum = self.buoy.mass.mass * start.velocity
-            spin = R @ (inertia * (R.T @ start.angular_velocity))
-            state = np.concatenate([start.position, momentum, start.quaternion, spin])
-            u[problem.state_part.slice] = state
-        velocity = start.cable_velocity
-        self._reset(u, velocity)
+        u = self.system.u
+        self.problem.set_time(0.0)
+        start.put(self.problem, u)
+        for model in self.problem.models:
+            for values in model.memory.values():
+                values[:] = 0.0
+        self.begin(start.velocities(self.problem))
         self.end_tension = start.end_tension
         if not start.at_rest:
             make_consistent(self)
@@ -70,15 +67,32 @@ class Simulation:
         self.predictor = Predictor()
         self.predictor.add(0.0, u)
 
-    def _reset(self, u, velocity):
-        self.series = {}
-        if self.cable:
-            r = u[self.problem.cable_part.slice]
-            self.series["r"] = Series(r, velocity)
-            self.series["v"] = Series(velocity, np.zeros_like(r), lagged=True)
-        if self.buoy:
-            y = u[self.problem.state_part.slice]
-            self.series["y"] = Series(y, np.zeros_like(y), lagged=MOMENTA)
+    def begin(self, velocities=None):
+        """Begin the past anew from the present unknowns; velocities: of the evolutions of second order, in order."""
+        velocities = iter(velocities or ())
+        for past in self.pasts:
+            values = past.evolution.values(self.system.u)
+            zero = np.zeros_like(values)
+            rates = [next(velocities, zero), zero] if past.evolution.order == 2 else [zero]
+            past.begin(values, rates)
+
+    @property
+    def memory(self):
+        """What accepted steps have left behind besides unknowns, model by model."""
+        return [model.memory for model in self.problem.models]
+
+    @property
+    def quaternion_drift(self) -> float:
+        """Largest distance of a quaternion from unit length before it was made a unit again."""
+        return max((float(m["quaternion_drift"][0]) for m in self.memory if "quaternion_drift" in m), default=0.0)
+
+    @property
+    def line_velocity(self) -> np.ndarray:
+        """Velocity of the lines' unknowns, numbered as these [m/s]."""
+        return self._past_of(self.problem.lines).series[0].rate
+
+    def _past_of(self, model):
+        return next(past for past in self.pasts if past.evolution.part is model.part)
 
     # -- interruption -----------------------------------------------------------------------------------------------
 
@@ -87,29 +101,32 @@ class Simulation:
 
         Nothing is copied, so it has to be stored before the next step.
         """
-        own = ("t", "end_tension", "quaternion_drift", "iterations")
-        return {name: getattr(self, name) for name in own} | {
-            "node_s": self.cable.node_s if self.cable else None,
+        lines = self.problem.lines
+        return {name: getattr(self, name) for name in ("t", "end_tension", "iterations")} | {
+            "node_s": lines.node_s if lines else None,
             "u": self.system.u,
-            "system": self.system.state(),
-            "series": {name: vars(series) for name, series in self.series.items()},
+            "newton": self.newton.state(),
+            "memory": {str(k): memory for k, memory in enumerate(filter(None, self.memory))},
+            "pasts": {str(k): past.state() for k, past in enumerate(self.pasts)},
             "predictor": vars(self.predictor),
             "control": vars(self.control),
         }
 
     def restore(self, state):
         """Be where a Simulation of the same scene was, on the same rank of as many.  Raises InputError if it cannot."""
-        if self.cable and not np.array_equal(state["node_s"], self.cable.node_s):
+        lines = self.problem.lines
+        if lines and not np.array_equal(state["node_s"], lines.node_s):
             raise InputError(
                 "The cable's unknowns are numbered in another way than in the state: not the same dolfinx."
             )
-        self.t, self.end_tension = state["t"], state.get("end_tension")
-        self.quaternion_drift, self.iterations = state["quaternion_drift"], state["iterations"]
-        self.system.restore(state["system"])
-        self.series, self.predictor = {}, Predictor()
-        for name, values in state.get("series", {}).items():
-            self.series[name] = Series(values["rate"], values["rate"])
-            vars(self.series[name]).update(values)
+        self.t, self.end_tension, self.iterations = state["t"], state.get("end_tension"), state["iterations"]
+        self.newton.restore(state["newton"])
+        for past, kept in zip(self.pasts, _listed(state, "pasts"), strict=True):
+            past.restore(kept)
+        for memory, kept in zip(filter(None, self.memory), _listed(state, "memory"), strict=True):
+            for name, values in memory.items():
+                values[:] = kept[name]
+        self.predictor = Predictor()
         vars(self.predictor).update(state["predictor"])
         vars(self.control).update(state["control"])
         self.problem.set_time(self.t)
@@ -120,28 +137,10 @@ class Simulation:
 
     def _prepare(self, step):
         """Hand gamma and history of a step to the forms."""
-        for name, series in self.series.items():
-            self.scheme.begin(step, series, base=self.series["r"] if name == "v" else None)
         gamma = 1 / step
-        if self.cable:
-            c = self.cable
-            gamma, h_r = self.scheme.rule(step, self.series["r"])
-            _, h_v = self.scheme.rule(step, self.series["v"])
-            c.gamma_v.value, c.gamma_a.value = gamma, gamma**2
-            h_a = gamma * h_r + h_v
-            c.history_v.x.array[:], c.history_a.x.array[:] = h_r, h_a
-            self._rules |= {"r": (gamma, h_r), "v": (gamma**2, h_a)}
-        if self.buoy:
-            gamma, h_y = self.scheme.rule(step, self.series["y"])
-            self.buoy.gamma.value = gamma
-            self.buoy.history.x.array[:] = h_y
-            self._rules["y"] = gamma, h_y
-        self.system.set_scales(gamma)
-
-    def _rates(self):
-        """Rates of r, v and y at the end of the step that was just solved."""
-        parts = {"r": self.problem.cable_part, "v": self.problem.cable_part, "y": self.problem.state_part}
-        return {name: gamma * self.system.u[parts[name].slice] + h for name, (gamma, h) in self._rules.items()}
+        for past in self.pasts:
+            gamma = past.prepare(self.scheme, step)
+        self.newton.set_scales(gamma)
 
     def step(self, h, judge=None):
         """One step of size h [s]; returns Newton's iterations.
@@ -149,73 +148,56 @@ class Simulation:
         judge: called with h and the local error, says whether the step counts; None is returned if it does not.
         Raises SolveError and leaves the state as it was.
         """
-        before, kept = self.system.u.copy(), {name: series.state() for name, series in self.series.items()}
+        before, kept = self.system.u.copy(), [past.kept() for past in self.pasts]
         t = self.t + h
         self._prepare(h)
         self.system.u[:] = self.predictor.at(t)
         self.problem.set_time(t)
         counts = False
         try:
-            iterations = self.system.solve()
-            rates = self._rates()
+            iterations = self.newton.solve()
+            rates = self.rates()
             counts = judge is None or judge(h, self._local_error(rates))
         finally:
             if not counts:
                 self.system.u[:] = before
-                for name, state in kept.items():
-                    self.series[name].restore(state)
+                for past, state in zip(self.pasts, kept, strict=True):
+                    past.give_up(state)
         if not counts:
             return None
         self._accept(t, rates)
         return iterations
 
+    def rates(self):
+        """Rates of every evolution at the end of the step that was just solved, from the first derivative on."""
+        return [past.rates(self.system.u) for past in self.pasts]
+
     def _local_error(self, rates):
         """Largest local error of position and velocity over the tolerance; None without a tolerance or without a past.
 
         Milne's device: the scheme's rule and the extrapolation of its past are of the same order, and their difference
-        shows the derivative that both errors contain.  Positions count relative to the length of the cable or the
-        size of the buoy, velocities relative to sqrt(g length).
+        shows the derivative that both errors contain.  Differences count relative to the evolution's sizes.
         """
         tolerance, order = self.scene.time.tolerance, self.scheme.order
         if tolerance is None:
             return None
-        predicted = {name: series.extrapolated(order) for name, series in self.series.items()}
-        if any(value is None for value in predicted.values()):
+        pairs = zip(self.pasts, rates, strict=True)
+        differences = [past.largest_difference(self.system.u, found, order) for past, found in pairs]
+        if any(difference is None for difference in differences):
             return None
-        largest, g, u = 0.0, max(self.scene.gravity, 1.0), self.system.u
-        if self.cable:
-            nodes, L = self.cable.node_dofs, self.scene.cable.length
-            difference_r = (u[self.problem.cable_part.slice] - predicted["r"])[nodes]
-            difference_v = (rates["r"] - predicted["v"])[nodes]
-            largest = max(np.abs(difference_r).max() / L, np.abs(difference_v).max() / np.sqrt(g * L))
-        if self.buoy:
-            difference = np.abs(u[self.problem.state_part.slice] - predicted["y"])
-            largest = max(largest, (difference / self.buoy.state_sizes).max())
         constant = self.scheme.error_constant
         # Local errors of order p + 1 that are this small add up to about `tolerance` over a run (measured).
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
+        largest = max(differences, default=0.0)
         return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
-    def _forget_the_past(self):
-        """Begin the series anew from the present values and rates."""
-        for series in self.series.values():
-            series.forget()
-        if self.cable:
-            self.series["r"].second = self.series["v"].rate
-
     def _accept(self, t, rates):
-        u, accept = self.system.u, self.scheme.accept
-        self.end_tension = self.problem.end_tension(fresh=False) if self.cable else None
-        if self.cable:
-            r = u[self.problem.cable_part.slice]
-            accept(self.series["r"], r, rates["r"])
-            accept(self.series["v"], rates["r"], rates["v"])
-        if self.buoy:
-            y = u[self.problem.state_part.slice]
-            length = np.linalg.norm(y[6:10])
-            self.quaternion_drift = max(self.quaternion_drift, abs(length - 1))
-            y[6:10] /= length
-            accept(self.series["y"], y, rates["y"])
+        self.end_tension = self.problem.end_tension(fresh=False) if self.problem.lines else None
+        u = self.system.u
+        for model in self.problem.models:
+            model.accept(u)
+        for past, found in zip(self.pasts, rates, strict=True):
+            past.accept(self.scheme, u, found)
         self.predictor.add(t, u)
         self.t = t
 
@@ -237,13 +219,14 @@ class Simulation:
                 self.iterations += iterations
                 yield h, iterations
             elif control.restart:
-                self._forget_the_past()
+                for past in self.pasts:
+                    past.forget()
                 control.restart = False
 
     def _why(self):
         """What is known to make steps of this scene fail."""
         radius = self.scene.time.spectral_radius
-        if self.scheme.name != GeneralizedAlpha.name or radius == 0 or self.cable is None:
+        if self.scheme.name != GeneralizedAlpha.name or radius == 0 or self.scene.cable is None:
             return ""
         return (
             f"; generalized-alpha with time.spectral_radius = {radius:g} keeps jumps of the tension from step to step, "
@@ -260,3 +243,9 @@ class Simulation:
         count = int(np.ceil(time.end / interval - 1e-9))
         for k in range(1, count + 1):
             yield from self.advance(min(k * interval, time.end))
+
+
+def _listed(state, name):
+    """Values of state[name], which a checkpoint gives back as a list, in order."""
+    kept = state.get(name, [])
+    return kept if isinstance(kept, list) else [kept[str(k)] for k in sorted(map(int, kept))]

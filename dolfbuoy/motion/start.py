@@ -4,22 +4,23 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..errors import InputError
+from ..model.feasible import check_feasible
 from ..model.lines import top_position
 from ..model.problem import Problem
+from ..model.rigid import axis_offset, rotation_of
 from ..scene import Top
-from ..statics.equilibrium import check_feasible, shape_and_mass, solve_equilibrium
+from ..statics.equilibrium import solve_equilibrium
 
 
 @dataclass
 class Start:
-    """Initial values on this rank; the cable's arrays are numbered as its dofs."""
+    """Initial values on this rank; the lines' arrays are numbered as their dofs."""
 
     at_rest: bool = True
-    cable: np.ndarray | None = None
-    cable_velocity: np.ndarray | None = None
+    lines: np.ndarray | None = None
+    line_velocity: np.ndarray | None = None
     end_tension: np.ndarray | None = None
     mooring: np.ndarray | None = None
     position: np.ndarray | None = None
@@ -27,14 +28,19 @@ class Start:
     velocity: np.ndarray | None = None
     angular_velocity: np.ndarray | None = None
 
-    @property
-    def rotation(self):
-        return rotation_of(self.quaternion)
+    def put(self, problem, u):
+        """Into the local unknowns of a dynamic Problem."""
+        if problem.lines:
+            u[problem.lines.part.slice] = self.lines
+        for attachment in problem.attachments:
+            u[attachment.slice] = self.mooring
+        if problem.buoy:
+            pose = self.position, self.quaternion, self.velocity, self.angular_velocity
+            u[problem.buoy.part.slice] = problem.buoy.moving_state(*pose)
 
-
-def rotation_of(q4):
-    """Rotation matrix of a quaternion (q0, q)."""
-    return Rotation.from_quat([*q4[1:], q4[0]]).as_matrix()
+    def velocities(self, problem):
+        """Of the evolutions of second order, in their order."""
+        return [self.line_velocity] if problem.lines else []
 
 
 def initial_state(scene, comm) -> Start:
@@ -70,15 +76,15 @@ def _pose_given(scene):
 def _from_equilibrium(problem) -> Start:
     u = problem.system.u
     start = Start()
-    if problem.cable:
-        start.cable = u[problem.cable_part.slice].copy()
-        start.cable_velocity = np.zeros_like(start.cable)
+    if problem.lines:
+        start.lines = u[problem.lines.part.slice].copy()
+        start.line_velocity = np.zeros_like(start.lines)
         start.end_tension = problem.end_tension()
-    if problem.mooring_slice:
-        start.mooring = u[problem.mooring_slice].copy()
+    for attachment in problem.attachments:
+        start.mooring = u[attachment.slice].copy()
     if problem.buoy:
-        pose = u[problem.state_part.slice]
-        start.position, start.quaternion = pose[:3].copy(), pose[3:] / np.linalg.norm(pose[3:])
+        pose = problem.buoy.fields.of(u[problem.buoy.part.slice])
+        start.position, start.quaternion = pose.position.copy(), pose.orientation / np.linalg.norm(pose.orientation)
     problem.destroy()
     return start
 
@@ -94,15 +100,15 @@ def _from_shape(scene, comm) -> Start:
         cable = scene.cable.model_copy(update={"top": top})
         alone = scene.model_copy(update={"cable": cable, "buoy": None, "wind": None, "external_force": None})
         held = _from_equilibrium(solve_equilibrium(alone, comm))
-        start.cable, start.end_tension = held.cable, held.end_tension
+        start.lines, start.end_tension = held.lines, held.end_tension
     else:
         problem = Problem(scene, dynamic=False, comm=comm)
         points = _points(scene, r_O)
-        start.cable = np.zeros(problem.cable_part.size)
-        problem.cable.set_shape(start.cable, _along(points, scene.cable), lambda s: np.zeros_like(s))
+        start.lines = np.zeros(problem.lines.part.size)
+        problem.lines.set_shape(start.lines, _along(points, scene.cable), lambda s: np.zeros_like(s))
         start.end_tension = np.zeros(3)
         problem.destroy()
-    start.cable_velocity = np.zeros_like(start.cable)
+    start.line_velocity = np.zeros_like(start.lines)
     if scene.buoy:
         T_O = -np.asarray(start.end_tension)
         start.mooring = np.concatenate([r_O, T_O])
@@ -116,9 +122,8 @@ def _given_pose(scene):
         raise InputError("Missing key initial.buoy_position: it is needed for this start of a moored buoy.")
     q4 = np.array(initial.buoy_orientation or (1.0, 0.0, 0.0, 0.0))
     q4 = q4 / np.linalg.norm(q4)
-    mass = shape_and_mass(scene)[1]
     r_C = np.array(initial.buoy_position)
-    r_O = r_C + rotation_of(q4) @ [0.0, 0.0, scene.buoy.mooring_height - mass.height]
+    r_O = r_C + rotation_of(q4) @ axis_offset(scene.buoy, scene.buoy.mooring_height)
     return r_C, q4, r_O
 
 

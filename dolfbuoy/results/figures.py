@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from .paraview import read_run
 from .snapshot import equal_scale, snapshot
-from .style import COLORS, COLUMN, STYLE, new_figure
+from .style import COLORS, COLUMN, STYLE, new_figure, save
 
 #: A run of more periods than this gets an enlarged end in the figures over time.
 MANY_PERIODS = 6
@@ -32,16 +32,6 @@ def draw_all(folder: str | Path) -> list[Path]:
         if figure is not None:
             written += save(figure, target / name)
     return written
-
-
-@matplotlib.rc_context(STYLE)
-def save(figure: Figure, path: Path) -> list[Path]:
-    """Write path.png and path.svg."""
-    files = [path.with_suffix(".png"), path.with_suffix(".svg")]
-    figure.savefig(files[0])
-    figure.set_layout_engine("none")  # it stands: do not lay it out a second time
-    figure.savefig(files[1], metadata={"Date": None})
-    return files
 
 
 # -- quantities over time ----------------------------------------------------------------------------------------------

@@ -5,6 +5,7 @@ import time as clock
 
 import numpy as np
 
+from ..model import effects
 from ..parallel.ranks import told
 from ..solver import compat
 from ..solver.unknowns import Contribution, Part
@@ -24,7 +25,7 @@ class Observer:
     def values(self, end_tension):
         """Quantities of this instant, names as in results.SERIES (without time and solver)."""
         problem, values = self.problem, {}
-        if problem.cable:
+        if problem.lines:
             values["end_tension"] = end_tension
             values["tension_top"] = float(np.linalg.norm(end_tension))
             values["tension_anchor"] = problem.anchor_tension()
@@ -34,31 +35,29 @@ class Observer:
         return values
 
     def _buoy_values(self):
-        problem = self.problem
-        y = problem.system.u[problem.state_part.slice]
-        q4 = y[6:10] if problem.dynamic else y[3:7]
-        values = {"buoy_position": y[:3].copy(), "buoy_orientation": q4.copy(), "cone_angle": cone_angle(q4)}
+        problem, u = self.problem, self.problem.system.u
+        y = problem.buoy.fields.of(u[problem.buoy.part.slice])
+        values = {"buoy_position": y.position.copy(), "buoy_orientation": y.orientation.copy()}
+        values["cone_angle"] = cone_angle(y.orientation)
         if problem.dynamic:
-            values |= {"linear_momentum": y[3:6].copy(), "angular_momentum": y[10:13].copy()}
-        if problem.mooring_slice:
-            mooring = problem.system.u[problem.mooring_slice]
-            values |= {"mooring_point": mooring[:3].copy(), "mooring_force": mooring[3:].copy()}
+            values |= {"linear_momentum": y.momentum.copy(), "angular_momentum": y.angular_momentum.copy()}
+        for attachment in problem.attachments:
+            point, force = attachment.of(u)
+            values |= {"mooring_point": point.copy(), "mooring_force": force.copy()}
         if self._wet:
-            values |= self._wet_hull()
+            values |= self._wet_hull(y.position)
         return values
 
-    def _wet_hull(self):
-        b = np.zeros(7)
-        self.problem.state_part.values[:] = self.problem.system.u[self.problem.state_part.slice]
+    def _wet_hull(self, position):
+        b, buoy = np.zeros(7), self.problem.buoy
+        buoy.part.values[:] = self.problem.system.u[buoy.part.slice]
         self._wet.prepare()
         self._wet.add_to_vector(b)
         mass, length = b[0], b[4]
-        dry = mass <= 1e-9 * self.problem.buoy.mass.mass
+        dry = mass <= 1e-9 * buoy.mass.mass
         return {
             "displaced_mass": mass,
-            "buoyancy_center": b[1:4] / mass
-            if not dry
-            else self.problem.system.u[self.problem.state_part.slice][:3].copy(),
+            "buoyancy_center": b[1:4] / mass if not dry else position.copy(),
             "submerged_length": length,
             "submerged_diameter": b[5] / length if not dry else 0.0,
             "surface_elevation": b[6],
@@ -66,7 +65,7 @@ class Observer:
 
     def fixed(self):
         """Arc lengths of nodes and cells, in order, on rank 0 (empty dict on the others and without a cable)."""
-        cable = self.problem.cable
+        cable = self.problem.lines
         if cable is None:
             return {}
         s = self._gather(cable.node_s[: cable.owned_nodes])
@@ -78,7 +77,7 @@ class Observer:
 
     def frame(self):
         """Shape and element tensions in order from the anchor, on rank 0; call `fixed` before."""
-        cable, u = self.problem.cable, self.problem.system.u
+        cable, u = self.problem.lines, self.problem.system.u
         position = self._gather(u[cable.node_dofs[: cable.owned_nodes]])
         tension = self._gather(cable.mean_tension(u))
         if self.comm.rank != 0:
@@ -106,41 +105,13 @@ def cone_angle(q4) -> float:
     return math.degrees(math.atan2(across, a * a - b * b - c * c + d * d))
 
 
-def effects(scene) -> list[str]:
-    """Names of the effects that a scene calls for, hence of what is compiled."""
-    names = []
-    c, b = scene.cable, scene.buoy
-    if c:
-        names.append("inextensible cable" if np.isinf(c.axial_stiffness) else "elastic cable")
-        options = (("mean strain", c.strain == "element-average"), ("tension only", c.slack == "tension-only"))
-        names += [label for label, on in options if on] + _named(c, "cable", ("damping",))
-    if b:
-        names.append("buoy")
-    if scene.sea:
-        names.append("hydrostatics")
-        if c:
-            names += _named(c, "cable", ("added_mass", "normal_drag", "tangential_drag"))
-        if b:
-            names += _named(b, "buoy", ("added_mass", "normal_drag", "axial_added_mass", "axial_drag"))
-    if b:
-        names += _named(b, "buoy", ("rotational_damping",))
-    names += [name.replace("_", " ") for name in ("waves", "current", "wind", "external_force") if getattr(scene, name)]
-    if c and scene.waves and c.tangential_froude_krylov:
-        names.append("cable tangential Froude-Krylov")
-    return names
-
-
-def _named(section, owner, keys):
-    return [f"{owner} {key.replace('_', ' ')}" for key in keys if getattr(section, key)]
-
-
 def attributes(problem) -> dict:
     """Global attributes of a record."""
     versions = {f"version_{name}": value for name, value in compat.versions().items()}
     return {
         "title": problem.scene.title,
         "unknowns": problem.system.unknowns,
-        "effects": ", ".join(effects(problem.scene)),
+        "effects": ", ".join(effects.names(problem.scene)),
         "ranks": problem.comm.size,
         "created": clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime()),
         **versions,

@@ -9,8 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..meshes import HullShape, write_line
-from ..model.rigid import mass_properties
-from ..motion.start import rotation_of
+from ..model.rigid import mass_properties, rotation_of
 from ..scene import load_scene
 from .record import read
 

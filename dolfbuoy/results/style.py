@@ -1,10 +1,28 @@
 """How figures look: sizes, colours, and figures outside pyplot."""
 
+from pathlib import Path
+
+import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 #: Width of a text column and of a page [inch].
 COLUMN, PAGE = 3.5, 7.0
+
+#: Colours of Okabe and Ito, which the colour-blind can tell apart.
+COLORS = {
+    "blue": "#0072B2",
+    "red": "#D55E00",
+    "green": "#009E73",
+    "sky": "#56B4E9",
+    "orange": "#E69F00",
+    "ink": "#222222",
+    "sand": "#C9B68C",
+}
+
+#: In this order curves take their colours.
+PALETTE = [COLORS[name] for name in ("blue", "red", "green", "orange", "sky", "sand", "ink")]
 
 #: How every figure looks; see `matplotlib.rc_context`.
 STYLE = {
@@ -25,21 +43,11 @@ STYLE = {
     "grid.color": "#e6e6e6",
     "grid.linewidth": 0.5,
     "axes.axisbelow": True,
+    "axes.prop_cycle": matplotlib.cycler(color=PALETTE),
     "lines.linewidth": 1.0,
     "figure.facecolor": "white",
     "savefig.dpi": 200,
     "svg.hashsalt": "dolfbuoy",
-}
-
-#: Colours of Okabe and Ito, which the colour-blind can tell apart.
-COLORS = {
-    "blue": "#0072B2",
-    "red": "#D55E00",
-    "green": "#009E73",
-    "sky": "#56B4E9",
-    "orange": "#E69F00",
-    "ink": "#222222",
-    "sand": "#C9B68C",
 }
 
 
@@ -48,3 +56,29 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
     figure = Figure(figsize=(width, height), constrained_layout=constrained)
     FigureCanvasAgg(figure)
     return figure
+
+
+@matplotlib.rc_context(STYLE)
+def save(figure: Figure, path: Path) -> list[Path]:
+    """Write path.png and path.svg."""
+    files = [path.parent / f"{path.name}.{suffix}" for suffix in ("png", "svg")]
+    figure.savefig(files[0])
+    figure.set_layout_engine("none")  # it stands: do not lay it out a second time
+    figure.savefig(files[1], metadata={"Date": None})
+    return files
+
+
+def plain_ticks(axes) -> None:
+    """Numbers such as 0.2 in the place of powers at logarithmic axes."""
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_locator(LogLocator(subs=()))
+
+
+def legend_below(figure: Figure, room: float, ncol: int, handles=None) -> None:
+    """The legend of the whole figure below its panels, in so many inches."""
+    entries = {} if handles is None else {"handles": handles}
+    figure.legend(loc="lower center", ncol=ncol, **entries)
+    share = room / figure.get_figheight()
+    figure.get_layout_engine().set(rect=(0, share, 1, 1 - share))

@@ -1,9 +1,11 @@
 """What matters of a run, in a few lines."""
 
+import math
+
 import numpy as np
 
-from ..check import remaining_amplitude
 from ..meshes import number_of_cells
+from ..motion.schemes import make_scheme
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
@@ -33,6 +35,16 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
         rest = 100 * remaining_amplitude(scene.waves.period, scene)
         rows.append((f"left by the scheme of a free {scene.waves.period:g} s motion", f"{rest:.1f}", "%"))
     return rows
+
+
+def remaining_amplitude(period, scene) -> float:
+    """Fraction of a free motion's amplitude that the scheme leaves at the end of the run, at the scene's step.
+
+    Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
+    """
+    time = scene.time
+    factor = make_scheme(time.scheme, time.spectral_radius).amplification(2 * math.pi / period, time.step)
+    return float(abs(factor) ** (time.end / time.step))
 
 
 #: Elements of a cable up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).

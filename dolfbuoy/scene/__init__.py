@@ -1,5 +1,17 @@
 """What a scene calls for: typed, bounded sections, and how they are read and written."""
 
-from .sections import Scene, Top, build_scene, load_scene, parse_assignment, shipped_scenes
+from .keys import Key, list_keys
+from .reading import build_scene, load_scene, merged, parse_assignment, shipped_scenes
+from .sections import Scene, Top
 
-__all__ = ["Scene", "Top", "build_scene", "load_scene", "parse_assignment", "shipped_scenes"]
+__all__ = [
+    "Key",
+    "Scene",
+    "Top",
+    "build_scene",
+    "list_keys",
+    "load_scene",
+    "merged",
+    "parse_assignment",
+    "shipped_scenes",
+]

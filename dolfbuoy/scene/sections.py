@@ -1,25 +1,23 @@
-"""What a scene calls for: typed, bounded sections read from TOML.
+"""What a scene calls for: typed, bounded sections.
 
-A section that is missing is an effect that is off.  An unknown key, a wrong type or a value out of range is an
-`InputError` of one sentence that names the key, the value and what is allowed.  SI units; degrees only where the
-key says so.
+A section that is missing is an effect that is off.  SI units; degrees only where the key says so.
 """
 
 import itertools
 import math
-import tomllib
-from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import tomli_w
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from ..errors import InputError
 from .petsc_options import checked
 
 Positive = Annotated[float, Field(gt=0)]
 NonNegative = Annotated[float, Field(ge=0)]
+Tolerance = Annotated[float, Field(gt=0, lt=1)]
+Degree = Annotated[int, Field(ge=1, le=30)]
+Stiffness = Annotated[float, Field(gt=0, allow_inf_nan=True)]
 
 
 def _numbers(count):
@@ -47,23 +45,38 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
+def section_in(annotation) -> type[Section] | None:
+    """The section that the type of a key holds: alone, optional, or in a list."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return annotation
+    return next(filter(None, map(section_in, get_args(annotation))), None)
+
+
+def key(description: str, unit: str | None = None, default: Any = ...) -> Any:
+    """A key of the scene: what it is, its unit ("1": none; None: no number), its default (none: the key is required).
+
+    Its type says what values it takes; a key that holds a section is described by the section's docstring.
+    """
+    return Field(default, description=description, json_schema_extra={"unit": unit} if unit else None)
+
+
 class Sea(Section):
     """Water.  Without it the scene is dry: no hydrostatics, no Morison forces, no waves, no current."""
 
-    depth: Positive
-    density: Positive = 1025.0
+    depth: Positive = key("depth of the water; the sea bed is at z = -depth", "m")
+    density: Positive = key("density of the water", "kg/m^3", default=1025.0)
 
 
 class Top(Section):
     """Upper end of a cable without a buoy."""
 
-    kind: Literal["fixed", "prescribed", "free"]
-    position: Vector | None = None
-    force: Vector = (0.0, 0.0, 0.0)
-    amplitude: Vector | None = None
-    period: Positive | None = None
-    phase_deg: float = 0.0
-    ramp: NonNegative = 0.0
+    kind: Literal["fixed", "prescribed", "free"] = key("how the upper end is held")
+    position: Vector | None = key("where the end is held, or the middle of its motion", "m", default=None)
+    force: Vector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
+    amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
+    period: Positive | None = key("period of the motion", "s", default=None)
+    phase_deg: float = key("phase of the motion at t = 0", "deg", default=0.0)
+    ramp: NonNegative = key("time over which the motion grows from nothing", "s", default=0.0)
 
     @model_validator(mode="after")
     def _complete(self):
@@ -88,26 +101,29 @@ def _from_mesh_file(value):
     return [[float(b - a), 1] for a, b in itertools.pairwise(nodes)]
 
 
+Elements = Annotated[Annotated[int, Field(gt=0)] | list[Pair], BeforeValidator(_from_mesh_file)]
+
+
 class Cable(Section):
     """The cable and its finite elements."""
 
-    length: Positive
-    line_density: Positive
-    diameter: Positive | None = None
-    axial_stiffness: Annotated[float, Field(gt=0, allow_inf_nan=True)] = math.inf
-    elements: Annotated[Annotated[int, Field(gt=0)] | list[Pair], BeforeValidator(_from_mesh_file)] = 20
-    grading: Positive = 1.0
-    position_degree: Annotated[int, Field(ge=1, le=8)] = 1
-    tension_degree: Annotated[int, Field(ge=0, le=7)] = 0
-    added_mass: float = 0.0
-    normal_drag: NonNegative = 0.0
-    tangential_drag: NonNegative = 0.0
-    tangential_froude_krylov: bool = True
-    anchor: Vector | None = None
-    strain: Literal["exact", "element-average"] = "exact"
-    strain_form: Literal["paper", "energy"] = "paper"
-    slack: Literal["compressive", "tension-only"] = "compressive"
-    damping: NonNegative = 0.0
+    length: Positive = key("unstretched length", "m")
+    line_density: Positive = key("mass per unstretched length", "kg/m")
+    diameter: Positive | None = key("of its volume and drag; the sea needs it", "m", default=None)
+    axial_stiffness: Stiffness = key("EA; inf: inextensible", "N", default=math.inf)
+    elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
+    grading: Positive = key("size of the last element over that of the first", "1", default=1.0)
+    position_degree: Annotated[int, Field(ge=1, le=8)] = key("polynomial degree mu of the position", "1", default=1)
+    tension_degree: Annotated[int, Field(ge=0, le=7)] = key("degree nu < mu of the tension", "1", default=0)
+    added_mass: float = key("C_A = C_M - 1, across the cable", "1", default=0.0)
+    normal_drag: NonNegative = key("drag coefficient across the cable", "1", default=0.0)
+    tangential_drag: NonNegative = key("drag coefficient along the cable", "1", default=0.0)
+    tangential_froude_krylov: bool = key("whether waves also push along the cable", default=True)
+    anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
+    strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
+    strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
+    slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
+    damping: NonNegative = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
     top: Top | None = None
 
     @model_validator(mode="after")
@@ -137,24 +153,26 @@ class Cable(Section):
 class PointMass(Section):
     """A mass on the axis of the buoy."""
 
-    mass: Positive
-    height: float
+    mass: Positive = key("mass of the point", "kg")
+    height: float = key("height of the point above the keel", "m")
 
 
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
-    hull: list[Pair] | None = None
-    mass: Positive
-    center_of_mass: float | None = None
-    inertia: list[Positive] | None = None
-    point_masses: list[PointMass] = []
-    mooring_height: float = 0.0
-    added_mass: float = 0.0
-    normal_drag: NonNegative = 0.0
-    axial_added_mass: NonNegative = 0.0
-    axial_drag: NonNegative = 0.0
-    rotational_damping: NonNegative = 0.0
+    hull: list[Pair] | None = key("[[height, diameter], ...] from the keel up; the sea needs it", "m", default=None)
+    mass: Positive = key("mass without the point masses", "kg")
+    center_of_mass: float | None = key("height of that mass; absent: centroid of the hull", "m", default=None)
+    inertia: list[Positive] | None = key(
+        "[transverse, axial] or [Ixx, Iyy, Izz] about that centre; absent: of the uniform solid", "kg m^2", default=None
+    )
+    point_masses: list[PointMass] = key("masses on the axis, added to the hull's", default=[])
+    mooring_height: float = key("height above the keel at which the cable is attached", "m", default=0.0)
+    added_mass: float = key("C_A = C_M - 1 of the displaced mass, in all directions", "1", default=0.0)
+    normal_drag: NonNegative = key("drag coefficient across the axis", "1", default=0.0)
+    axial_added_mass: NonNegative = key("of the end discs, each as half a sphere of water", "1", default=0.0)
+    axial_drag: NonNegative = key("drag coefficient of the end discs", "1", default=0.0)
+    rotational_damping: NonNegative = key("linear damping of the rotation about the axis", "N m s", default=0.0)
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -176,14 +194,14 @@ class Buoy(Section):
 class Waves(Section):
     """A regular Airy wave: give amplitude or height."""
 
-    amplitude: NonNegative | None = None
-    height: NonNegative | None = None
-    period: Positive
-    wavelength: Positive | None = None
-    direction_deg: float = 0.0
-    phase_deg: float = 0.0
-    ramp: NonNegative = 0.0
-    stretching: Literal["wheeler", "vertical", "none"] = "wheeler"
+    amplitude: NonNegative | None = key("amplitude a, half the height", "m", default=None)
+    height: NonNegative | None = key("height from trough to crest: twice the amplitude", "m", default=None)
+    period: Positive = key("wave period", "s")
+    wavelength: Positive | None = key("wavelength; absent: by dispersion", "m", default=None)
+    direction_deg: float = key("direction towards which the wave runs, from x towards y", "deg", default=0.0)
+    phase_deg: float = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
+    ramp: NonNegative = key("time over which the wave grows from nothing", "s", default=0.0)
+    stretching: Literal["wheeler", "vertical", "none"] = key("kinematics above still water", default="wheeler")
 
     @model_validator(mode="after")
     def _one_size(self):
@@ -201,10 +219,10 @@ class Waves(Section):
 class Current(Section):
     """A steady current; in a table the speeds stand in place of `speed`."""
 
-    speed: NonNegative | None = None
-    direction_deg: float = 0.0
-    profile: Literal["uniform", "power"] | list[Pair] = "uniform"
-    exponent: Annotated[float, Field(gt=0, le=1)] = 1 / 7
+    speed: NonNegative | None = key("speed at and above still water", "m/s", default=None)
+    direction_deg: float = key("direction towards which the water flows, from x towards y", "deg", default=0.0)
+    profile: Literal["uniform", "power"] | list[Pair] = key("or a table [[z, speed], ...]", "m, m/s", default="uniform")
+    exponent: Annotated[float, Field(gt=0, le=1)] = key("of the power law (1 + z/depth)^exponent", "1", default=1 / 7)
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -222,30 +240,30 @@ class Current(Section):
 class Wind(Section):
     """Wind on the buoy, Eq. (2)."""
 
-    speed_10m: NonNegative
-    direction_deg: float = 0.0
-    drag_coefficient: NonNegative = 1.0
-    area: Positive
-    height: float
-    air_density: Positive = 1.225
+    speed_10m: NonNegative = key("speed 10 m above the water", "m/s")
+    direction_deg: float = key("direction towards which the wind blows, from x towards y", "deg", default=0.0)
+    drag_coefficient: NonNegative = key("drag coefficient of the part above the water", "1", default=1.0)
+    area: Positive = key("area that the wind meets", "m^2")
+    height: float = key("height above the keel at which the force acts", "m")
+    air_density: Positive = key("density of the air", "kg/m^3", default=1.225)
 
 
 class ExternalForce(Section):
     """A constant force at a point of the axis (default: C)."""
 
-    force: Vector
-    height: float | None = None
+    force: Vector = key("constant force", "N")
+    height: float | None = key("height above the keel at which it acts; absent: at C", "m", default=None)
 
 
 class Initial(Section):
     """How a run starts."""
 
-    kind: Literal["equilibrium", "straight", "polyline"] = "equilibrium"
-    points: list[Vector] | None = None
-    buoy_position: Vector | None = None
-    buoy_orientation: Quaternion | None = None
-    buoy_velocity: Vector | None = None
-    buoy_angular_velocity: Vector | None = None
+    kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
+    points: list[Vector] | None = key("corners of the polyline, from the anchor to the top", "m", default=None)
+    buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
+    buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
+    buoy_velocity: Vector | None = key("velocity of C; absent: at rest", "m/s", default=None)
+    buoy_angular_velocity: Vector | None = key("in the world frame; absent: at rest", "rad/s", default=None)
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -261,32 +279,34 @@ class Initial(Section):
 class Time(Section):
     """Time integration."""
 
-    end: NonNegative
-    step: Positive
-    scheme: Literal["backward-euler", "bdf2", "generalized-alpha"] = "backward-euler"
-    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = 0.8
-    tolerance: Annotated[float, Field(gt=0, lt=1)] | None = None
-    min_step: Positive | None = None
-    max_step: Positive | None = None
-    output_every: Positive | None = None
+    end: NonNegative = key("end of the run", "s")
+    step: Positive = key("size of the steps; of the first one if steps adapt", "s")
+    scheme: Literal["backward-euler", "bdf2", "generalized-alpha"] = key("time scheme", default="backward-euler")
+    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key("of generalized-alpha", "1", default=0.8)
+    tolerance: Tolerance | None = key("relative error for which steps adapt; absent: equal steps", "1", default=None)
+    min_step: Positive | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
+    max_step: Positive | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
+    output_every: Positive | None = key("interval of recorded cable shapes; absent: end/200", "s", default=None)
 
 
 class Solver(Section):
     """Nonlinear solver; `petsc` holds options of PETSc's SNES (`petsc_options`), for example {snes_monitor = true}."""
 
-    petsc: Annotated[dict[str, bool | int | float | str], AfterValidator(checked)] = {}
-    step_tolerance: Annotated[float, Field(gt=0, lt=1)] = 1e-9
-    quadrature_degree: Annotated[int, Field(ge=1, le=30)] | None = None
-    keep_jacobian: bool = True  # runs: a matrix serves as long as Newton converges fast with it
-    hull_cells: Annotated[int, Field(ge=1, le=1000)] = 48
-    hull_quadrature_degree: Annotated[int, Field(ge=1, le=30)] = 9
+    petsc: Annotated[dict[str, bool | int | float | str], AfterValidator(checked)] = key(
+        "options of PETSc, see petsc_options", default={}
+    )
+    step_tolerance: Tolerance = key("Newton's tolerance, relative to typical sizes", "1", default=1e-9)
+    quadrature_degree: Degree | None = key("on the cable; absent: by position_degree", "1", default=None)
+    keep_jacobian: bool = key("in runs: a matrix serves while Newton converges fast with it", default=True)
+    hull_cells: Annotated[int, Field(ge=1, le=1000)] = key("cells along the axis of the hull", "1", default=48)
+    hull_quadrature_degree: Degree = key("on each cell of the hull", "1", default=9)
 
 
 class Scene(Section):
     """A complete scene."""
 
-    title: str = ""
-    gravity: NonNegative = 9.81
+    title: str = key("name of the scene in figures and tables", default="")
+    gravity: NonNegative = key("acceleration of gravity", "m/s^2", default=9.81)
     sea: Sea | None = None
     cable: Cable | None = None
     buoy: Buoy | None = None
@@ -351,114 +371,9 @@ class Scene(Section):
         Path(path).write_text(tomli_w.dumps(self.to_dict()))
 
 
-def shipped_scenes() -> dict[str, Path]:
-    """Name -> file of the scenes that come with dolfbuoy."""
-    folder = resources.files("dolfbuoy") / "scenes"
-    return {Path(str(f)).stem: Path(str(f)) for f in sorted(folder.iterdir(), key=str) if f.name.endswith(".toml")}
-
-
-def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
-    """Read and check a scene: a shipped name, a path, a dict of sections, or a Scene.
-
-    Overrides: nested dicts (`time={"end": 5}`), or keys with dots or double underscores (`time__end=5`).
-    Raises InputError with one sentence.
-    """
-    return build_scene(_read(scene), overrides)
-
-
-def build_scene(data: dict, overrides: dict | None = None) -> Scene:
-    """Scene from a dict of sections and overrides; raises InputError."""
-    for key, value in (overrides or {}).items():
-        data = _merge(data, key.replace("__", ".").split("."), value)
-    try:
-        return Scene.model_validate(data)
-    except ValidationError as error:
-        raise InputError(_sentence(error)) from None
-
-
-def parse_assignment(text: str) -> tuple[str, Any]:
-    """`section.key=value` of the command line, the value in TOML (a bare word is a string)."""
-    key, equals, value = text.partition("=")
-    if not equals or not key.strip():
-        raise InputError(f"--set {text}: must have the form section.key=value.")
-    try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), value.strip()
-
-
-def _read(scene) -> dict:
-    if isinstance(scene, Scene):
-        return scene.to_dict()
-    if isinstance(scene, dict):
-        return scene
-    shipped, path = shipped_scenes(), Path(scene)
-    if str(scene) in shipped:
-        path = shipped[str(scene)]
-    elif not path.is_file():
-        raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
-    try:
-        return tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"Scene file {path} is not valid TOML: {error}.") from None
-
-
-def _merge(data: dict, keys: list[str], value) -> dict:
-    """A copy of `data` with `value` under the nested `keys`; a dict is merged, None removes the key."""
-    head, rest = keys[0], keys[1:]
-    old = data.get(head)
-    if rest:
-        if old is not None and not isinstance(old, dict):
-            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
-        value = _merge(old or {}, rest, value)
-    elif isinstance(value, dict) and isinstance(old, dict):
-        merged = old
-        for key, item in value.items():
-            merged = _merge(merged, [key], item)
-        value = merged
-    result = {k: v for k, v in data.items() if k != head}
-    return result if value is None else {**result, head: value}
-
-
 def _without_none(value):
     if isinstance(value, dict):
         return {k: _without_none(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple):
         return [_without_none(v) for v in value]
     return value
-
-
-def _sentence(error: ValidationError) -> str:
-    """The first thing that is wrong, as one sentence with key, value and what is allowed."""
-    first = error.errors()[0]
-    location = [str(part) for part in first["loc"] if not _is_type_tag(part)]
-    key, message = ".".join(location) or "scene", first["msg"]
-    if first["type"] == "extra_forbidden":
-        return f"Unknown key {key}; allowed here: {', '.join(_fields(location[:-1]))}."
-    if first["type"] == "missing":
-        return f"Missing key {key}."
-    if first["type"] == "value_error":
-        value = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
-        return f"{key}{value}: {message.removeprefix('Value error, ')}."
-    if first["type"] == "model_type":
-        return f"{key} = {first['input']!r}: must be a section, a table of keys."
-    unions = {"cable.elements": "or a list of [length, number] of segments, or a mesh file"}
-    unions["current.profile"] = "or a table [[z, speed], ...]"
-    if key in unions:
-        message = f"{message} {unions[key]}"
-    return f"{key} = {first['input']!r}: {message[0].lower()}{message[1:]}."
-
-
-def _is_type_tag(part) -> bool:
-    """Pydantic names the member of a union it tried; that is no key of the file."""
-    return isinstance(part, str) and ("[" in part or "-" in part or part in ("int", "float", "constrained"))
-
-
-def _fields(location) -> list[str]:
-    model: Any = Scene
-    for name in location:
-        annotation = model.model_fields[name].annotation if name in getattr(model, "model_fields", {}) else None
-        candidates = [annotation, *getattr(annotation, "__args__", ())]
-        candidates += [a for c in candidates for a in getattr(c, "__args__", ())]
-        model = next((c for c in candidates if isinstance(c, type) and issubclass(c, Section)), model)
-    return sorted(model.model_fields)

@@ -4,34 +4,25 @@ Decided once, by version number, when this module is imported.  No algorithm dif
 functions below hide names, signatures and nothing else.
 """
 
-import ctypes
-import fcntl
-import functools
-import logging
-import os
-import re
-import sys
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-
-# Must be set before the libraries behind numpy and PETSc start their threads; the user's own value is kept.
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
-import petsc4py
-
-if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
-    petsc4py.init(["dolfbuoy", "-no_signal_handler"])
 
 # The functions below hand these constructors the arguments of either version.
 import dolfinx
 import numpy as np
+import petsc4py
 import ufl
 from dolfinx import cpp as _cpp
-from dolfinx import fem, jit
+from dolfinx import fem
+from dolfinx import jit as dolfinx_jit
 from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from petsc4py import PETSc
+
+from . import jit
+from .coo import preallocate_coo as preallocate_coo
+from .coo import set_values_coo as set_values_coo
+from .jit import COMPILER, quiet_compiler
 
 #: dolfinx versions that the tests have passed on, with the Debian release that ships them.
 SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13", (0, 11): "Debian sid"}
@@ -44,9 +35,6 @@ KERNEL_TAKES_DATA = VERSION >= (0, 10)  # compiled kernels have one more argumen
 if not LEGACY:
     import basix.ufl
 
-#: Options of every compiled form.  Forms are compiled once per machine and kept in the cache of dolfinx.  Square roots
-#: that need not set errno and comparisons that need not trap halve the time of the hull's Jacobian; results stay IEEE.
-COMPILER = ["-O3", "-g0", "-fno-math-errno", "-fno-trapping-math"]
 JIT_OPTIONS = {"cffi_extra_compile_args": COMPILER}
 
 
@@ -57,14 +45,23 @@ def supported() -> bool:
 
 def jit_cache() -> Path:
     """Folder in which dolfinx keeps compiled forms."""
-    options = (jit.get_parameters if LEGACY else jit.get_options)({})
+    options = (dolfinx_jit.get_parameters if LEGACY else dolfinx_jit.get_options)({})
     return Path(options["cache_dir"])
 
 
-def interval_mesh(comm, nodes):
-    """Mesh of the line through `nodes` (increasing, the same on every rank), split over the ranks of `comm`."""
-    nodes = np.asarray(nodes, dtype=np.float64).reshape(-1, 1)
-    cells = np.column_stack([np.arange(len(nodes) - 1), np.arange(1, len(nodes))]).astype(np.int64)
+def alone():
+    """No other process compiles meanwhile: `jit.alone` in the folder of compiled forms."""
+    return jit.alone(jit_cache())
+
+
+def interval_mesh(comm, *pieces):
+    """Mesh of the intervals through the nodes of each piece (increasing, the same on every rank), which do not touch
+    each other, split over the ranks of `comm`."""
+    nodes = np.concatenate(pieces).astype(np.float64).reshape(-1, 1)
+    left = np.concatenate([np.full(len(piece), True) for piece in pieces])
+    left[np.cumsum([len(piece) for piece in pieces]) - 1] = False
+    left = np.flatnonzero(left)
+    cells = np.column_stack([left, left + 1]).astype(np.int64)
     if comm.rank != 0:  # the root's mesh is distributed; the others bring nothing
         nodes, cells = nodes[:0], cells[:0]
     if LEGACY:
@@ -126,69 +123,16 @@ def local_index_map(size):
     return _cpp.common.IndexMap(MPI.COMM_SELF, size)
 
 
-@contextmanager
-def quiet_compiler():
-    """Building an extension module reports every compiler call through the root logger."""
-    level = logging.root.manager.disable
-    logging.disable(logging.INFO)
-    try:
-        yield
-    finally:
-        logging.disable(level)
-
-
-@contextmanager
-def alone():
-    """No other process compiles meanwhile (yields True), if the file system of the cache can promise that.
-
-    The lock ends with the process that holds it.  Nothing collective may happen inside: other ranks may want it too.
-    """
-    folder = jit_cache()
-    folder.mkdir(parents=True, exist_ok=True)
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX)
-            locked = True
-        except OSError:  # some network file systems
-            locked = False
-        yield locked
-    finally:
-        os.close(handle)
-
-
-def _one_at_a_time(local_jit):
-    """dolfinx's compiler of one process, for one process at a time.
-
-    FFCx claims a form by creating its C file, and who finds that file waits for the result: in vain, if the process
-    was killed meanwhile.  While this process alone compiles, a claim without a result is a leftover; it is removed.
-    """
-    name = "jit_params" if LEGACY else "jit_options"
-
-    @functools.wraps(local_jit)
-    def locked_jit(*arguments, **options):
-        with alone() as locked:
-            options[name] = {**(options.get(name) or {}), "timeout": 2 if locked else 600}
-            try:
-                return local_jit(*arguments, **options)
-            except TimeoutError as error:
-                claim = re.search(r"remove (.+\.c)\)", str(error))
-                if not locked or not claim:
-                    raise
-                Path(claim[1]).unlink(missing_ok=True)
-                return local_jit(*arguments, **options)
-
-    return locked_jit
-
-
 # dolfinx gives no other access to what each rank does by itself when a form is compiled for all ranks.
-jit.ffcx_jit = jit.mpi_jit_decorator(_one_at_a_time(jit.ffcx_jit.__wrapped__))
+_OPTIONS = "jit_params" if LEGACY else "jit_options"
+_one_at_a_time = jit.one_at_a_time(dolfinx_jit.ffcx_jit.__wrapped__, _OPTIONS, jit_cache)
+dolfinx_jit.ffcx_jit = dolfinx_jit.mpi_jit_decorator(_one_at_a_time)
 
 
 def compile_form(form):
     """Compile a UFL form, or find it in the cache."""
     with quiet_compiler():
-        return fem.form(form, **{"jit_params" if LEGACY else "jit_options": JIT_OPTIONS})
+        return fem.form(form, **{_OPTIONS: JIT_OPTIONS})
 
 
 def cpp_form(form):
@@ -220,8 +164,10 @@ class Integral:
 def integrals(form, ffi) -> list[Integral]:
     """The integrals of a compiled form, which are over cells and exterior facets; ffi: any of cffi's."""
     found, cpp, ufcx = [], cpp_form(form), form.ufcx_form
-    assert set(cpp.integral_types) <= {fem.IntegralType.cell, fem.IntegralType.exterior_facet}
-    for place, kind in enumerate((fem.IntegralType.cell, fem.IntegralType.exterior_facet)):
+    kinds = fem.IntegralType.cell, fem.IntegralType.exterior_facet
+    if not set(cpp.integral_types) <= set(kinds):
+        raise NotImplementedError(f"only integrals over cells and exterior facets are added up: {cpp.integral_types}")
+    for place, kind in enumerate(kinds):
         if LEGACY:
             compiled, ids = ufcx.integrals(place), ufcx.integral_ids(place)
             listed = range(ufcx.num_integrals(place))
@@ -243,37 +189,6 @@ def cell_coordinates(mesh):
     """Vertices of every owned cell as the kernels want them: (cells, 3 x vertices)."""
     cells = mesh.topology.index_map(1).size_local
     return mesh.geometry.x[_geometry_dofs(mesh)[:cells]].reshape(cells, -1)
-
-
-@functools.cache
-def _petsc_library():
-    return ctypes.CDLL(petsc4py.PETSc.__file__)
-
-
-def _petsc(name, *arguments):
-    """Call a function of PETSc's library that this petsc4py does not know."""
-    error = getattr(_petsc_library(), name)(*arguments)
-    if error:
-        raise PETSc.Error(error)
-
-
-def preallocate_coo(A, rows, columns):
-    """Fix the nonzero pattern of a matrix by global (row, column) pairs; negative ones are left out."""
-    rows, columns = (np.array(a, dtype=PETSc.IntType) for a in (rows, columns))  # PETSc may change them
-    if hasattr(A, "setPreallocationCOO"):
-        A.setPreallocationCOO(rows, columns)
-    else:
-        places = (ctypes.c_void_p(a.ctypes.data) for a in (rows, columns))
-        _petsc("MatSetPreallocationCOO", ctypes.c_void_p(A.handle), ctypes.c_ssize_t(len(rows)), *places)
-
-
-def set_values_coo(A, values):
-    """Set the matrix to the sums of `values`, one for each pair of `preallocate_coo`."""
-    if hasattr(A, "setValuesCOO"):
-        A.setValuesCOO(values, addv=PETSc.InsertMode.INSERT_VALUES)
-    else:
-        pointer = ctypes.c_void_p(values.ctypes.data)
-        _petsc("MatSetValuesCOO", ctypes.c_void_p(A.handle), pointer, ctypes.c_int(PETSc.InsertMode.INSERT_VALUES))
 
 
 def versions() -> dict[str, str]:
@@ -313,9 +228,9 @@ def _geometry_dofs(mesh):
     return np.asarray(mesh.geometry.dofmaps[0] if SEVERAL else mesh.geometry.dofmap)
 
 
-def end_tags(mesh, first, last):
-    """Facet tags 1 at the coordinate `first`, 2 at `last`."""
-    found = [dmesh.locate_entities_boundary(mesh, 0, lambda x, at=at: np.isclose(x[0], at)) for at in (first, last)]
+def end_tags(mesh, *places):
+    """Facet tags 1, 2, ... at the coordinates of the ends of the mesh."""
+    found = [dmesh.locate_entities_boundary(mesh, 0, lambda x, at=at: np.isclose(x[0], at)) for at in places]
     facets = np.concatenate(found).astype(np.int32)
     values = np.concatenate([np.full(len(f), tag, dtype=np.int32) for tag, f in enumerate(found, start=1)])
     order = np.argsort(facets)

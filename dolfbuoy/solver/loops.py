@@ -27,16 +27,28 @@ typedef struct {
     int shared;                /* all cells have the same dofs: one tensor is the sum of all */
     const int *targets;        /* places of the tensors in `out`; NULL: one after the other, from `first` on */
     ptrdiff_t first;
-    const double *x;
+    const double *x;           /* coordinates of all cells of the mesh */
+    const int *where;          /* number of each cell in it */
     const int *facets;         /* local number of the facet, or NULL */
 } integral;
+
+typedef struct {
+    uintptr_t call;            /* void (*)(void *context, double *values) */
+    void *context;
+} hook;
+
+typedef struct {
+    int count;
+    hook hooks[8];
+} hooks;
 
 typedef struct {
     const double *data;
     ptrdiff_t length, place;
 } array;
 
-void add_up(const integral *integrals, int count, const double *values, double *work, double *out, ptrdiff_t length);
+void add_up(const hooks *before, const integral *integrals, int count, double *values, double *work, double *out,
+            ptrdiff_t length);
 void read_arrays(const array *arrays, int count, double *values);
 void put(const double *x, const double *scale, const int *places, ptrdiff_t n, double *values);
 void take(const double *values, const double *scale, const int *places, ptrdiff_t n, double *x);
@@ -75,14 +87,18 @@ static void integrate(const integral *I, const double *values, double *work, dou
         gather(w, values, I->w + cell * I->coefficients, I->coefficients);
         if (I->targets && (cell == 0 || !I->shared))
             memset(tensor, 0, I->tensor * sizeof(double));
-        tabulate(tensor, w, c, I->x + cell * I->coordinates, I->facets ? I->facets + cell : NULL, permutation%s);
+        tabulate(tensor, w, c, I->x + I->where[cell] * I->coordinates, I->facets ? I->facets + cell : NULL,
+                 permutation%s);
         if (I->targets && (cell == I->cells - 1 || !I->shared))
             scatter(tensor, out, I->targets + place, I->tensor);
     }
 }
 
-void add_up(const integral *integrals, int count, const double *values, double *work, double *out, ptrdiff_t length)
+void add_up(const hooks *before, const integral *integrals, int count, double *values, double *work, double *out,
+            ptrdiff_t length)
 {
+    for (int n = 0; n < before->count; ++n)
+        ((void (*)(void *, double *))before->hooks[n].call)(before->hooks[n].context, values);
     memset(out, 0, length * sizeof(double));
     for (int n = 0; n < count; ++n)
         integrate(integrals + n, values, work, out);
@@ -173,16 +189,77 @@ class Scaled:
         self._library.lib.put(x, self._scale, self._places, len(self.x), self._values)
 
 
+class Hooks:
+    """What is called before every evaluation of a residual or a Jacobian, in the order of `add`.
+
+    A hook may change what the kernels are about to read: coefficients in the array `values` of a `Values`, and the
+    `Coordinates` of a mesh.  Residual and Jacobian at one state must see the same.
+    """
+
+    def __init__(self, values):
+        self._library, self.values = _library(), values
+        self._hooks, self._alive = self._library.ffi.new("hooks *"), []
+        self._error = None
+        self.address = self._hooks
+
+    def add(self, function, context=None):
+        """function: void (*)(void *context, double *values) of any cffi library, or a Python function of the array.
+
+        What a Python function raises is raised by the evaluation, and the numbers of that evaluation mean nothing.
+        """
+        ffi, place = self._library.ffi, self._hooks.count
+        if place == len(self._hooks.hooks):
+            raise ValueError(f"no more than {place} functions can be called before an evaluation")
+        if not isinstance(function, int):
+            function, context = self._from_python(function), None
+        self._hooks.hooks[place].call = function
+        self._hooks.hooks[place].context = ffi.cast("void *", context or 0)
+        self._hooks.count += 1
+
+    def _from_python(self, function):
+        ffi = self._library.ffi
+
+        def failed(kind, error, traceback):
+            self._error = error
+
+        wrapped = ffi.callback("void(void *, double *)", lambda *_: function(self.values), onerror=failed)
+        self._alive.append(wrapped)
+        return int(ffi.cast("uintptr_t", wrapped))
+
+    def check(self):
+        """Raise what a hook has raised."""
+        if self._error is not None:
+            error, self._error = self._error, None
+            raise error
+
+
+class Coordinates:
+    """Vertices of the owned cells of each mesh, one array (cells, 3 x vertices) for all forms on it.
+
+    Whoever moves the quadrature points of a mesh writes there.
+    """
+
+    def __init__(self):
+        self._arrays = {}
+
+    def of(self, mesh):
+        """The array of a mesh."""
+        key = id(mesh)
+        if key not in self._arrays:
+            self._arrays[key] = mesh, np.ascontiguousarray(compat.cell_coordinates(mesh), dtype=np.float64)
+        return self._arrays[key][1]
+
+
 class Loop:
     """The forms of `contributions`, added up by one call.
 
-    values: a `Values` that knows all their unknowns, coefficients and constants.  A residual is added to an array of
-    `size` local unknowns.  Of Jacobians (size None) `out` holds the tensors, whose `entries` belong to local unknowns
-    (rows, columns), and behind them `spare` zeros.
+    values: a `Values` that knows all their unknowns, coefficients and constants.  coordinates, hooks: what all loops of
+    a System share.  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out` holds the
+    tensors, whose `entries` belong to local unknowns (rows, columns), and behind them `spare` zeros.
     """
 
-    def __init__(self, contributions, values, size=None, spare=0):
-        library, self._alive = _library(), []
+    def __init__(self, contributions, values, coordinates, hooks, size=None, spare=0):
+        library, self._alive, self._coordinates, self._hooks = _library(), [], coordinates, hooks
         found = [(c, compat.integrals(c.form, library.ffi)) for c in contributions]
         count, length, work, entries = sum(len(integrals) for _, integrals in found), 0, 1, []
         described = library.ffi.new("integral[]", max(1, count))
@@ -207,19 +284,21 @@ class Loop:
             self.entries = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
         self.out = np.zeros(length + spare if size is None else size)
         inputs, outputs = (self._doubles(a) for a in (values.array, np.zeros(work))), self._doubles(self.out)
-        self._call = partial(library.lib.add_up, described, count, *inputs, outputs, len(self.out))
+        self._call = partial(library.lib.add_up, hooks.address, described, count, *inputs, outputs, len(self.out))
 
     def __call__(self):
         """`out`, from the present `values`."""
         self._call()
+        self._hooks.check()
         return self.out
 
     def _inputs(self, one, contribution, integral, coefficients, constants):
         cells = integral.cells
-        x = compat.cell_coordinates(contribution.row.function.function_space.mesh)[cells]
+        x = self._coordinates.of(contribution.row.function.function_space.mesh)
         one.kernel, one.cells = integral.kernel, len(cells)
         one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
-        one.w, one.c, one.x = self._ints(coefficients), self._ints(constants), self._doubles(x)
+        one.w, one.c = self._ints(coefficients), self._ints(constants)
+        one.x, one.where = self._doubles(x), self._ints(cells)
         if integral.facets is not None:
             one.facets = self._ints(integral.facets)
 

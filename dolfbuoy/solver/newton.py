@@ -1,8 +1,16 @@
-"""What Newton's method of a System is told from outside or decides by itself: PETSc options, age of the matrix."""
+"""The damped Newton method of a System: PETSc SNES with line search.
 
+The Jacobian is exact, but need not be of today: while Newton's increments shrink fast with the matrix and the
+factorisation of an earlier iteration or step, these are kept (`JacobianAge`).
+"""
+
+import numpy as np
 from petsc4py import PETSc
 
-from ..errors import InputError
+from ..errors import InputError, SolveError
+
+_EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
+_UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
 
 
 class JacobianAge:
@@ -73,3 +81,234 @@ def reason_name(reason):
     """PETSc's name of a SNES reason."""
     names = {v: k for k, v in vars(PETSc.SNES.ConvergedReason).items() if isinstance(v, int)}
     return names.get(reason, str(reason))
+
+
+class Newton:
+    """Solves a `System` from the values in its `u`.
+
+    direct: PETSc's package for the factorisation on one rank; "petsc" (natural ordering, no pivoting) falls back to
+    "mumps" when a solve is not accurate; several ranks take "mumps".  options: the scene's own for PETSc.
+    keep_jacobian: use a matrix for several iterations and steps.
+    """
+
+    def __init__(self, system, direct="mumps", options=None, keep_jacobian=False):
+        self.system, self.options = system, SolverOptions(options)
+        self.iterations_total = self.residuals_total = self.jacobians_total = self.fallbacks = 0
+        self.fault = lambda: None  # says what is wrong with a solution that no physical state can be
+        self.age, self._assembled = JacobianAge(keep_jacobian), 0
+        self.direct = direct if system.comm.size == 1 else "mumps"
+        self.x = system.numbering.vector()
+        self._f = self.x.duplicate()
+        self.snes = self._create_snes()
+        self.choose_solver(self.direct)
+
+    # -- set-up -----------------------------------------------------------------------------------------------------
+
+    def _create_snes(self):
+        snes = PETSc.SNES().create(self.system.comm)
+        snes.setFunction(self.residual, self._f)
+        snes.setJacobian(self.jacobian, self.system.A)
+        snes.setType("newtonls")
+        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
+        snes.setConvergenceTest(self._converged)
+        return snes
+
+    def choose_solver(self, package):
+        """Solve linear systems with a factorisation of this package, unless the scene's options say otherwise."""
+        ksp = self.snes.getKSP()
+        ksp.reset()
+        self.age.valid = False  # a kept matrix goes with its factorisation
+        pc = ksp.getPC()
+        pc.setType("lu")
+        pc.setFactorSolverType(package)
+        if package == "petsc":
+            pc.setFactorOrdering("natural")
+        ksp.setType("richardson")
+        self._checked = None
+        self._check_linear_solves(True)
+        self.options.apply(self.snes)
+
+    def _check_linear_solves(self, check):
+        """Richardson on an exact factorisation: one solve, a look at its residual, refinement if it is not small.
+
+        A kept matrix, whose factorisation was looked at when it was new, is not worth that: Newton refines.
+        """
+        if check is self._checked:
+            return
+        self._checked, ksp, norm = check, self.snes.getKSP(), PETSc.KSP.NormType
+        ksp.setNormType(norm.UNPRECONDITIONED if check else norm.NONE)
+        ksp.setTolerances(rtol=1e-8, atol=0, max_it=5 if check else 1)
+
+    def set_scales(self, gamma):
+        """Scale the system for a step with d/dt ~ gamma."""
+        if self.system.set_scales(gamma):
+            self.age.valid = False  # the matrix at hand has the old gamma, and the old scales
+
+    def forget(self):
+        """Scale anew before the next solve, and keep no matrix: the equations are others."""
+        self.system.gamma, self.age.valid = None, False
+        self.set_scales(1.0)
+
+    # -- callbacks --------------------------------------------------------------------------------------------------
+
+    def residual(self, snes, x, f):
+        """Scaled residual, for SNES."""
+        self.residuals_total += 1
+        self.system.residual(x, f)
+
+    def jacobian(self, snes, x, J, P):
+        """Scaled Jacobian, for SNES; or the one at hand as long as it serves."""
+        self.age.valid &= self._assembled == self.system.assembled  # nobody else has used the matrix
+        self.age.kept = self.age.valid
+        if not self.options.scene:  # else it chooses how its solves are checked
+            self._check_linear_solves(not self.age.kept)
+        if self.age.valid:
+            return
+        self.system.jacobian(x, P)
+        if J != P:
+            J.assemble()
+        self.age.assembled()
+        self._assembled = self.system.assembled
+        self.jacobians_total += 1
+
+    def _converged(self, snes, iteration, norms):
+        """Stop when the error that the next increment would remove is below the tolerance, and the rows are settled."""
+        reason = self._judge(snes, iteration, norms)
+        law = self.system.law
+        if law is not None and law.unsettled(reason > 0) and self._last_increment > self.system.tolerance:
+            return PETSc.SNES.ConvergedReason.ITERATING
+        return reason
+
+    def _judge(self, snes, iteration, norms):
+        """The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds
+        the next one; where the residual shrinks more slowly than the increment (near a singular state), its ratio
+        counts.  Where the line search damped the increment, the one that Newton asked for counts.
+        """
+        if not np.isfinite(norms[2]):
+            return PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
+        if iteration == 0:
+            self._last_increment, self._last_norm = None, norms[2]
+            return PETSc.SNES.ConvergedReason.ITERATING
+        update = snes.getSolutionUpdate()
+        increment = update.norm(PETSc.NormType.NORM_INFINITY)
+        if increment > 0:
+            increment *= max(1.0, norms[1] / update.norm())  # norms[1] is that of the undamped increment
+        shrinking, ratio = 0.0, 1.0
+        if self._last_increment is not None:
+            shrinking = increment / max(self._last_increment, 1e-300)
+            ratio = min(1.0, max(shrinking, norms[2] / max(self._last_norm, 1e-300)))
+        self._last_increment, self._last_norm = increment, norms[2]
+        if increment * ratio <= self.system.tolerance * (self.age.MARGIN if self.age.kept else 1.0):
+            return PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE
+        self.age.judge(shrinking)
+        if iteration >= snes.getTolerances()[3]:
+            return PETSc.SNES.ConvergedReason.DIVERGED_MAX_IT
+        return PETSc.SNES.ConvergedReason.ITERATING
+
+    # -- use --------------------------------------------------------------------------------------------------------
+
+    def solve(self):
+        """Damped Newton from the values in `u` of the system; returns the number of iterations.
+
+        `u` holds the solution afterwards, or what it held before if SolveError is raised.
+        """
+        system = self.system
+        before = system.u.copy()
+        system.read_given()
+        iterations, reason = self._solve_as_best(before)
+        self.iterations_total += iterations
+        self.age.judge_solve(iterations)
+        system.put(self.x)
+        system.publish()
+        if reason < 0 and not self._stalled_at_rounding(reason):
+            fault = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
+        else:
+            fault = self.fault()
+        if fault:
+            system.u[:] = before
+            system.publish()
+            raise SolveError(fault)
+        return iterations
+
+    def _solve_as_best(self, start):
+        """Iterations and reason: with the matrix at hand, else with new ones, else with pivoting."""
+        iterations, reason = self._run(start)
+        if reason < 0 and self.age.keep:  # perhaps only the matrix was too old
+            more, reason = self._run_afresh(start)
+            iterations += more
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.direct == "petsc":
+            self.fallbacks += 1
+            self.choose_solver("mumps")
+            more, reason = self._run(start)
+            iterations += more
+            self.choose_solver(self.direct)
+        return iterations, reason
+
+    def _run(self, start):
+        self.system.u[:] = start
+        self.x.setArray(self.system.scaled_start(start))
+        try:
+            self.snes.solve(None, self.x)
+            reason = self.snes.getConvergedReason()
+        except PETSc.Error as error:
+            if error.ierr == _UNKNOWN_TYPE:
+                raise self.options.refused(error) from None
+            if error.ierr != _EXTERNAL_LIBRARY:
+                raise
+            reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
+        finally:
+            self.options.forget()
+        if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
+            self.choose_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
+        return self.snes.getIterationNumber(), reason
+
+    def _run_afresh(self, start):
+        """With a new matrix in every iteration."""
+        self.age.keep = self.age.valid = False
+        try:
+            return self._run(start)
+        finally:
+            self.age.keep = True
+
+    def _stalled_at_rounding(self, reason):
+        """The line search found nothing better because the residual is rounding noise already: the increment that
+        Newton asks for is tiny."""
+        if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
+            return False
+        increment = self.x.duplicate()
+        self.snes.computeFunction(self.x, self._f)
+        self.snes.getKSP().solve(self._f, increment)
+        size = increment.norm(PETSc.NormType.NORM_INFINITY)
+        increment.destroy()
+        return size <= 100 * self.system.tolerance
+
+    def worst_block(self):
+        """Name of the block with the largest scaled residual at the present Functions."""
+        sizes = self.system.residual_by_block(self._f)
+        return max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
+
+    # -- interruption -------------------------------------------------------------------------------------------------
+
+    def state(self):
+        """The matrix that is kept for the next solve, if one is (values of this rank), and its gamma."""
+        values = self.system.A.getValuesCSR()[2] if self.age.valid else None
+        return {"gamma": self.system.gamma, "matrix": values, "fallbacks": self.fallbacks}
+
+    def restore(self, state):
+        """Go on with the matrix of `state`."""
+        self.fallbacks = state["fallbacks"]
+        self.set_scales(state["gamma"])
+        if state.get("matrix") is None:
+            return
+        A = self.system.A
+        rows, columns, _ = A.getValuesCSR()
+        A.setValuesCSR(rows, columns, state["matrix"])
+        A.assemble()
+        self.age.assembled()
+        self._assembled = self.system.assembled
+
+    def destroy(self):
+        """Give PETSc's objects back, the system's too."""
+        self.options.forget()
+        for item in (self.snes, self.x, self._f, self.system):
+            item.destroy()

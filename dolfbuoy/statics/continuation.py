@@ -45,13 +45,13 @@ def solve_cable(problem, shape) -> None:
 def begin(problem, shape) -> None:
     """Put the closed-form shape into the unknowns, with all data as the scene has them."""
     floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
-    problem.cable.set_shape(problem.system.u, shape.position, lambda s: np.maximum(shape.tension(s), floor))
+    problem.lines.set_shape(problem.system.u, shape.position, lambda s: np.maximum(shape.tension(s), floor))
     problem.set_time(0.0)
 
 
 def is_compressed(problem) -> bool:
     """Whether some dof of T is negative beyond rounding, on any rank."""
-    T = problem.system.u[problem.cable.T_dofs]
+    T = problem.system.u[problem.lines.T_dofs]
     worst, largest = (problem.comm.allreduce(x, op=max) for x in (-T.min(initial=0.0), np.abs(T).max(initial=0.0)))
     return worst > ROUNDING * largest
 
@@ -64,13 +64,13 @@ def march(problem, set_fraction, smallest=1e-3) -> None:
     reached, step, system = 0.0, 0.25, problem.system
     try:
         set_fraction(0.0)
-        problem.iterations += system.solve()
+        problem.iterations += problem.newton.solve()
         while reached < 1.0:
             target = min(reached + step, 1.0)
             set_fraction(target)
             before = system.u.copy()
             try:
-                problem.iterations += system.solve()
+                problem.iterations += problem.newton.solve()
             except SolveError:
                 system.u[:] = before
                 step /= 3
@@ -91,17 +91,17 @@ def ways(problem, shape):
     scene, cable = problem.scene, problem.scene.cable
 
     def newton():
-        problem.iterations += problem.system.solve()
+        problem.iterations += problem.newton.solve()
 
     yield "newton", newton
     if scene.current is not None:
-        yield "current", lambda: march(problem, lambda x: problem.cable.sea.scale_current(x))
+        yield "current", lambda: march(problem, lambda x: problem.lines.sea.scale_current(x))
     if cable.slack == "compressive":
         yield "tension-only law", lambda: _one_sided_first(problem, shape)
     if np.isfinite(cable.axial_stiffness) and scene.current is None:
         yield "axial stiffness", lambda: _stiffen(problem)
     if cable.top.kind == "free":
-        if problem.cable.end_load is not None:
+        if problem.lines.end_loads.get(0) is not None:
             yield "end force", lambda: _load(problem)
     else:
         yield "end position", lambda: _move_end(problem)
@@ -116,12 +116,12 @@ def _one_sided_first(problem, shape):
         problem.iterations += other.iterations
     finally:
         other.destroy()
-    problem.iterations += problem.system.solve()
+    problem.iterations += problem.newton.solve()
 
 
 def _stiffen(problem):
     """From a cable that its weight stretches by half, in equal ratios."""
-    c, w, constant = problem.scene.cable, problem.cable.weight_per_length, problem.cable.cable.EA
+    c, w, constant = problem.scene.cable, problem.lines.weight_per_length, problem.lines.cable.EA
     soft = min(max(abs(w) * c.length, 1e-6 * c.axial_stiffness), c.axial_stiffness)
     _begin_with(problem, EA=soft)
 
@@ -133,9 +133,9 @@ def _stiffen(problem):
 
 def _load(problem):
     """From an end force straight up that carries the cable twice."""
-    c, load = problem.scene.cable, problem.cable.end_load
+    c, load = problem.scene.cable, problem.lines.end_loads.get(0)
     force = np.array(c.top.force)
-    easy = np.array([0.0, 0.0, 2 * abs(problem.cable.weight_per_length) * c.length or np.linalg.norm(force)])
+    easy = np.array([0.0, 0.0, 2 * abs(problem.lines.weight_per_length) * c.length or np.linalg.norm(force)])
     _begin_with(problem, force=easy)
 
     def pull(x):
@@ -146,7 +146,7 @@ def _load(problem):
 
 def _move_end(problem):
     """From an end that is beside the anchor by 0.7 lengths at 45 degrees, towards the side of the end asked for."""
-    c, anchor, target = problem.scene.cable, np.array(problem.scene.anchor), problem.cable.top_position(0.0)
+    c, anchor, target = problem.scene.cable, np.array(problem.scene.anchor), problem.lines.top_position(0.0)
     aside = (target - anchor) * [1.0, 1.0, 0.0]
     distance = np.linalg.norm(aside)
     direction = aside / distance if distance else np.array([1.0, 0.0, 0.0])
@@ -154,7 +154,7 @@ def _move_end(problem):
     _begin_with(problem, end=easy)
 
     def move(x):
-        u, top = problem.system.u, problem.cable.top_dofs
+        u, top = problem.system.u, problem.lines.top_dofs()
         u[top] = np.tile((1 - x) * easy + x * target, len(top) // 3)
 
     march(problem, move)
@@ -162,12 +162,12 @@ def _move_end(problem):
 
 def _begin_with(problem, EA=None, force=None, end=None):
     """The closed-form shape of the easy problem."""
-    c, w, anchor = problem.scene.cable, problem.cable.weight_per_length, problem.scene.anchor
+    c, w, anchor = problem.scene.cable, problem.lines.weight_per_length, problem.scene.anchor
     EA = c.axial_stiffness if EA is None else EA
     if c.top.kind == "free":
         shape = catenary.under_end_force(anchor, c.top.force if force is None else force, c.length, w, EA)
     else:
-        shape = catenary.between(anchor, problem.cable.top_position(0.0) if end is None else end, c.length, w, EA)
+        shape = catenary.between(anchor, problem.lines.top_position(0.0) if end is None else end, c.length, w, EA)
     begin(problem, shape)
 
 
@@ -176,7 +176,7 @@ def _why(problem):
     c = problem.scene.cable
     if c.top.kind == "free" or problem.scene.current is not None:
         return ""
-    chord = problem.cable.top_position(0.0) - np.array(problem.scene.anchor)
+    chord = problem.lines.top_position(0.0) - np.array(problem.scene.anchor)
     if np.hypot(*chord[:2]) > 1e-4 * c.length or np.linalg.norm(chord) >= c.length:
         return ""
     return (

@@ -4,14 +4,13 @@ import math
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 from ..errors import InputError, SolveError
-from ..meshes import HullShape
+from ..model.feasible import check_feasible, shape_and_mass
 from ..model.hydrostatics import float_upright
 from ..model.lines import top_position
 from ..model.problem import MPI, Problem
-from ..model.rigid import mass_properties
+from ..model.rigid import rotation_of
 from ..model.sea import heading
 from . import catenary
 from .continuation import begin, march, solve_cable
@@ -27,78 +26,10 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
         return _free_buoy(scene, comm)
     problem = Problem(scene, dynamic=False, comm=comm)
     if scene.buoy is None:
-        solve_cable(problem, _cable_start(scene, problem.cable.weight_per_length))
+        solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
     return problem
-
-
-def check_feasible(scene) -> None:
-    """Refuse what cannot be: an inextensible cable that is too short, a buoy that sinks, a mass that is not positive.
-
-    Raises InputError with one sentence.
-    """
-    _check_effective_mass(scene)
-    cable = scene.cable
-    if cable is not None and cable.top is not None and cable.top.kind != "free" and math.isinf(cable.axial_stiffness):
-        amplitude = np.array(cable.top.amplitude or (0.0, 0.0, 0.0))
-        chord = np.array(cable.top.position) - np.array(scene.anchor)
-        longest = max(np.linalg.norm(chord + amplitude * f) for f in (-1.0, 0.0, 1.0))
-        if longest > cable.length * (1 + 1e-12):
-            raise InputError(
-                f"cable.length = {cable.length} m is too short: the top is up to {longest:.6g} m from the anchor, "
-                "and an inextensible cable (axial_stiffness = inf) cannot stretch."
-            )
-        if cable.elements == 1 and cable.position_degree == 1:
-            raise InputError(
-                "cable.elements = 1: between two held ends an inextensible element of position_degree 1 cannot move; "
-                "take more elements or a higher degree."
-            )
-    if scene.buoy is not None and scene.sea is not None:
-        _check_floats(scene)
-
-
-def _check_effective_mass(scene):
-    rho_w = scene.sea.density if scene.sea else 0.0
-    c, b = scene.cable, scene.buoy
-    if c is not None and rho_w:
-        effective = c.line_density + c.added_mass * rho_w * math.pi * c.diameter**2 / 4
-        if effective <= 0:
-            raise InputError(
-                f"cable.added_mass = {c.added_mass}: the effective mass {effective:.6g} kg/m of the cable is not "
-                "positive (added_mass is C_A = C_M - 1)."
-            )
-    if b is not None and rho_w and b.added_mass < 0:
-        shape, mass = shape_and_mass(scene)
-        effective = mass.mass + b.added_mass * rho_w * shape.volume()
-        if effective <= 0:
-            raise InputError(
-                f"buoy.added_mass = {b.added_mass}: the effective mass {effective:.6g} kg of the submerged buoy is not "
-                "positive (added_mass is C_A = C_M - 1)."
-            )
-
-
-def hanging_weight(scene) -> float:
-    """Weight in water of the cable that hangs from the buoy when it floats above the anchor [N] (0 if it floats)."""
-    if scene.cable is None:
-        return 0.0
-    c, sea = scene.cable, scene.sea
-    displaced = sea.density * math.pi * c.diameter**2 / 4 if sea else 0.0
-    w = (c.line_density - displaced) * scene.gravity
-    height = max(-scene.anchor[2], 0.0) if sea else c.length
-    return max(w, 0.0) * min((c.length + height) / 2, c.length)
-
-
-def shape_and_mass(scene):
-    """(HullShape or None, MassProperties) of the scene's buoy."""
-    shape = HullShape(tuple(scene.buoy.hull)) if scene.buoy.hull else None
-    return shape, mass_properties(scene.buoy, shape)
-
-
-def _check_floats(scene):
-    if scene.gravity:
-        shape, mass = shape_and_mass(scene)
-        float_upright(shape, mass, scene.sea.density, scene.gravity, hanging_weight(scene), scene.buoy.mooring_height)
 
 
 # -- cable alone -------------------------------------------------------------------------------------------------------
@@ -143,10 +74,10 @@ def _free_buoy(scene, comm):
             shape, mass = shape_and_mass(scene)
             height = mass.height - float_upright(shape, mass, scene.sea.density, scene.gravity).draft
         pose = np.array([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0])
-        problem.system.u[problem.state_part.slice] = pose
+        problem.system.u[problem.buoy.part.slice] = pose
         problem.buoy.reference.x.array[:] = pose
     if scene.sea is not None and scene.gravity:
-        problem.iterations, problem.route = problem.system.solve(), "newton"
+        problem.iterations, problem.route = problem.newton.solve(), "newton"
     else:
         problem.system.publish()
         problem.iterations, problem.route = 0, "none: it floats where it is"
@@ -162,9 +93,9 @@ def _moored_buoy(problem):
             "determines its equilibrium; give gravity, current, wind or external_force, or initial.buoy_position."
         )
     if scene.sea is None or not scene.gravity:
-        shape, r_O, q4 = _hanging_start(scene, problem.cable.weight_per_length)
+        shape, r_O, q4 = _hanging_start(scene, problem.lines.weight_per_length)
     else:
-        shape, r_O, q4 = _floating_start(scene, problem.cable.weight_per_length)
+        shape, r_O, q4 = _floating_start(scene, problem.lines.weight_per_length)
     begin(problem, shape)
     _start_buoy(problem, shape, r_O, q4)
     problem.iterations, problem.route = 0, "newton"
@@ -180,7 +111,7 @@ def _newton(problem):
     """Newton; where it fails, the current is raised step by step."""
     start = problem.system.u.copy()
     try:
-        problem.iterations += problem.system.solve()
+        problem.iterations += problem.newton.solve()
     except SolveError:
         if problem.scene.current is None:
             raise
@@ -189,21 +120,19 @@ def _newton(problem):
 
 
 def _scale_current(problem, fraction):
-    for model in (problem.cable, problem.buoy):
-        if model is not None:
-            model.sea.scale_current(fraction)
+    for model in problem.models:
+        model.sea.scale_current(fraction)
 
 
 def _start_buoy(problem, shape, r_O, q4):
     if not problem.buoy:
         return
     u, buoy = problem.system.u, problem.buoy
-    R = Rotation.from_quat([*q4[1:], q4[0]]).as_matrix()
-    pose = np.concatenate([r_O - R @ buoy.offset.value, q4])
-    u[problem.state_part.slice] = pose
+    pose = np.concatenate([r_O - rotation_of(q4) @ buoy.offset.value, q4])
+    u[buoy.part.slice] = pose
     L = problem.scene.cable.length
     H, V = shape.H, float(shape.vertical(L))
-    u[problem.mooring_slice] = np.concatenate([r_O, -(H * shape.along + np.array([0.0, 0.0, V]))])
+    u[problem.attachments[0].slice] = np.concatenate([r_O, -(H * shape.along + np.array([0.0, 0.0, V]))])
     buoy.reference.x.array[:] = pose
 
 
@@ -214,9 +143,9 @@ def _continue(problem, growth=4.0, steps=60):
         saved = system.u.copy()
         if problem.buoy:
             problem.buoy.relaxation.value = theta**-2 if theta < 1e4 else 0.0
-            problem.buoy.reference.x.array[:] = saved[problem.state_part.slice]
+            problem.buoy.reference.x.array[:] = saved[problem.buoy.part.slice]
         try:
-            iterations += system.solve()
+            iterations += problem.newton.solve()
         except SolveError:
             theta /= growth**1.5
             if theta < 1e-4:

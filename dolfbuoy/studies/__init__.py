@@ -1,1 +1,1 @@
-"""What accuracy costs: studies that run many independent cases and say what came of it."""
+"""What accuracy costs, what is stable, what an effect is worth: many independent cases, and what came of them."""

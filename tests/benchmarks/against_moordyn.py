@@ -20,8 +20,10 @@ import machine
 from comparison import draw, table, write_markdown
 from store import kept
 
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies.common import fingerprint, save, show
+from dolfbuoy.parallel.cases import fingerprint
+from dolfbuoy.results.tables import show
+from dolfbuoy.scene import settings
+from dolfbuoy.studies.study import Table, save
 
 ACCURACIES = (0.01, 0.001)
 #: Times that dolfbuoy is meant to be faster, by factor of EA.
@@ -41,7 +43,7 @@ class Comparison:
     def __init__(self, cable, stiffness, options, softer=None):
         self.cable, self.stiffness, self.options, self.softer = cable, stiffness, options, softer
         scene = runs.scene_of(cable, stiffness)
-        self.period, self.until = acc.period_of(scene), runs.compared_until(scene)
+        self.period, self.until = settings.period_of(scene), runs.compared_until(scene)
         self.points = []  # what the figure shows
 
     def ask(self, what, end=None, **case):
@@ -223,8 +225,8 @@ def compare(options):
     columns |= {"seconds": "time [s]", "error_percent": "error [%]", "remark": ""}
     show("MoorDyn's integrators at EA x 1", integrators, columns)
     table(rows, notes)
-    save(options.out, "moordyn", rows, draw(rows, points), notes)
-    save(options.out, "moordyn-integrators", integrators)
+    save(options.out, Table("moordyn", rows, notes=notes, figure=draw(rows, points)))
+    save(options.out, Table("moordyn-integrators", integrators))
     write_markdown(options.out / "moordyn.md", rows, notes)
 
 

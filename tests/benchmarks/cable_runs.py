@@ -12,9 +12,9 @@ from moordyn_input import Numerics
 from scipy.interpolate import CubicSpline
 
 from dolfbuoy.errors import SolveError
-from dolfbuoy.scene import Scene, load_scene
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies.advise import advise
+from dolfbuoy.scene import Scene, load_scene, settings
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.accuracy.advise import advise
 
 #: The whole run whose cost is compared [s].
 END = 120.0
@@ -47,7 +47,7 @@ def scene_of(cable: str, stiffness: float, end: float | None = None) -> Scene:
 
 def compared_until(scene: Scene) -> float:
     """End of the runs that errors are measured on: ramp and three periods; the last one counts [s]."""
-    return acc.ramp_of(scene) + 3 * acc.period_of(scene)
+    return settings.ramp_of(scene) + 3 * settings.period_of(scene)
 
 
 # -- runs: dict -> dict ------------------------------------------------------------------------------------------------
@@ -59,7 +59,7 @@ def evaluate(case: dict) -> dict:
 
 
 def _dolfbuoy(case):
-    scene = acc.with_settings(_scene(case), acc.Space(*case["space"]), acc.Stepping(*case["stepping"]))
+    scene = settings.with_settings(_scene(case), settings.Space(*case["space"]), settings.Stepping(*case["stepping"]))
     try:
         found = acc.compute(scene, ["tension_top"])
     except SolveError:
@@ -100,7 +100,7 @@ def _time(case):
         numerics = Numerics(**case["numerics"])
         runs = [moordyn_runs.run(scene, numerics, case["end"], PER_CALL) for _ in range(case["repeats"])]
     else:
-        scene = acc.with_settings(scene, acc.Space(*case["space"]), acc.Stepping(*case["stepping"]))
+        scene = settings.with_settings(scene, settings.Space(*case["space"]), settings.Stepping(*case["stepping"]))
         runs = [acc.compute(scene, ["tension_top"]) for _ in range(case["repeats"])]
     good = [found for found in runs if found is not None]
     return {key: [factor * getattr(found, key) for found in good] for key in ("cpu", "wall")}
@@ -113,9 +113,9 @@ def _scene(case):
 def kept_of(run: acc.Run, scene: Scene, name: str = "tension_top") -> dict:
     """The last period on POINTS equal steps, and its extremes, between samples by cubic splines."""
     t, values = run.t, run.values[name]
-    thin = max(1, int(acc.period_of(scene) / (t[1] - t[0]) / 20000))
+    thin = max(1, int(settings.period_of(scene) / (t[1] - t[0]) / 20000))
     spline = CubicSpline(t[::thin], values[::thin])
-    grid = np.linspace(scene.time.end - acc.period_of(scene), t[::thin][-1], 20 * POINTS + 1)
+    grid = np.linspace(scene.time.end - settings.period_of(scene), t[::thin][-1], 20 * POINTS + 1)
     fine = spline(grid)
     extremes = {"max": float(fine.max()), "min": float(fine.min())}
     return {"curve": fine[::20].tolist(), **extremes, "cpu": run.cpu, "wall": run.wall}
@@ -129,7 +129,7 @@ def spread(time: dict) -> dict:
 
 def settings_of(scene: Scene) -> dict:
     """A scene's elements and steps, as the keys of a case."""
-    space, stepping = acc.space_of(scene), acc.stepping_of(scene)
+    space, stepping = settings.space_of(scene), settings.stepping_of(scene)
     return {"space": list(asdict(space).values()), "stepping": list(asdict(stepping).values())}
 
 
@@ -179,7 +179,7 @@ def coarsened(settings: dict, error: float, accuracy: float, error_of_settings) 
 
 def settings_text(row: dict) -> str:
     """'P2-P1, 6 elements, BDF2, dt 0.05 s'."""
-    return f"{acc.Space(*row['space'])}{acc.Stepping(*row['stepping'])}"
+    return f"{settings.Space(*row['space'])}{settings.Stepping(*row['stepping'])}"
 
 
 # -- errors ------------------------------------------------------------------------------------------------------------

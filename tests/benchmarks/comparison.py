@@ -6,8 +6,8 @@ import matplotlib
 from rich.console import Console
 from rich.table import Table
 
-from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure
-from dolfbuoy.studies.accuracy import percent, plain_ticks
+from dolfbuoy.results.compare import percent
+from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
 
 HEADINGS = ("case", "accuracy", "MoorDyn", "error", "time [s]", "dolfbuoy", "error", "time [s]", "faster", "aim")
 

@@ -15,7 +15,7 @@ from moordyn_input import Numerics
 
 from dolfbuoy.model.lines import top_position
 from dolfbuoy.scene import Scene
-from dolfbuoy.studies.accuracy import Run
+from dolfbuoy.studies.accuracy.measure import Run
 
 #: Share of the largest stable step that is used.
 MARGIN = 0.95

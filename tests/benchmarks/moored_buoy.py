@@ -31,10 +31,12 @@ from store import kept
 
 from dolfbuoy.api import solve_static
 from dolfbuoy.errors import SolveError
-from dolfbuoy.scene import Scene, load_scene
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies.advise import advise
-from dolfbuoy.studies.common import fingerprint, save
+from dolfbuoy.parallel.cases import fingerprint
+from dolfbuoy.results import compare
+from dolfbuoy.scene import Scene, load_scene, settings
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.accuracy.advise import advise
+from dolfbuoy.studies.study import Table, save
 
 ACCURACIES = (0.01, 0.001)
 AIM = 10.0
@@ -104,8 +106,8 @@ def _start(case):
 
 
 def _dolfbuoy(case):
-    scene = acc.with_settings(
-        scene_of(case["cable"], case["end"]), acc.Space(*case["space"]), acc.Stepping(*case["stepping"])
+    scene = settings.with_settings(
+        scene_of(case["cable"], case["end"]), settings.Space(*case["space"]), settings.Stepping(*case["stepping"])
     )
     try:
         return kept_of(acc.compute(scene, ["tension_top"]), scene)
@@ -137,7 +139,7 @@ def _time(case):
         runs = [moordyn_runs.run(scene, numerics, case["end"], PER_CALL) for _ in range(case["repeats"])]
     else:
         scene = scene_of(case["cable"], case["end"])
-        scene = acc.with_settings(scene, acc.Space(*case["space"]), acc.Stepping(*case["stepping"]))
+        scene = settings.with_settings(scene, settings.Space(*case["space"]), settings.Stepping(*case["stepping"]))
         runs = [acc.compute(scene, ["tension_top"]) for _ in range(case["repeats"])]
     return {key: [factor * getattr(found, key) for found in runs if found] for key in ("cpu", "wall")}
 
@@ -242,9 +244,8 @@ class Comparison:
 
 def _limit(reference):
     """'5.55 ... 9.59 kN (known to 0.1 %)'."""
-    return (
-        f"{reference['min'] / 1e3:.2f} ... {reference['max'] / 1e3:.2f} kN (known to {acc.percent(reference['own'])})"
-    )
+    known = compare.percent(reference["own"])
+    return f"{reference['min'] / 1e3:.2f} ... {reference['max'] / 1e3:.2f} kN (known to {known})"
 
 
 def main():
@@ -263,7 +264,7 @@ def main():
         rows += found
         notes.append(note)
     table(rows, notes)
-    save(options.out, "moored-buoy", rows, None, notes)
+    save(options.out, Table("moored-buoy", rows, notes=notes))
     write_markdown(options.out / "moored-buoy.md", rows, notes)
 
 

@@ -22,8 +22,10 @@ import matplotlib
 import numpy as np
 from store import kept
 
+from dolfbuoy.parallel.cases import fingerprint
 from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure
-from dolfbuoy.studies.common import fingerprint, save, show
+from dolfbuoy.results.tables import show
+from dolfbuoy.studies.study import Table, save
 
 #: Linear solvers of the steps, by name: a PETSc package for a factorisation, or PETSc options.  The default is "petsc",
 #: elimination along the cable, on one rank and MUMPS on several.
@@ -69,7 +71,7 @@ def evaluate_here(case: dict) -> dict | None:
         begin = clock.perf_counter()
         simulation = Simulation(scene, comm)
         result["setup_s"] = clock.perf_counter() - begin  # the second time: forms are compiled
-        _use(simulation.system, SOLVERS[case["solver"]])
+        _use(simulation.newton, SOLVERS[case["solver"]])
         try:
             result |= _steps(simulation, scheme, comm)
         except SolveError as error:
@@ -80,19 +82,19 @@ def evaluate_here(case: dict) -> dict | None:
     return result if comm.rank == 0 else None
 
 
-def _use(system, solver):
+def _use(newton, solver):
     """Another linear solver, in the way of one that a scene asks for."""
     if isinstance(solver, str):
-        system.direct = solver
+        newton.direct = solver
     elif solver:
-        system.options.scene = solver | NATURAL
-    system._set_direct_solver(system.direct)
+        newton.options.scene = solver | NATURAL
+    newton.choose_solver(newton.direct)
 
 
 def _steps(simulation, scheme, comm):
     simulation.step(0.01)  # the first of BDF2 is one of backward Euler; factorisation and caches warm up
-    before, ksp = simulation.system.iterations_total, simulation.system.snes.getKSP()
-    fallbacks = simulation.system.fallbacks
+    before, ksp = simulation.newton.iterations_total, simulation.newton.snes.getKSP()
+    fallbacks = simulation.newton.fallbacks
     iterations, seconds = 0, []
     for _ in range(STEPS):
         comm.barrier()
@@ -100,10 +102,10 @@ def _steps(simulation, scheme, comm):
         count = simulation.step(0.01)
         seconds.append((clock.perf_counter() - begin) / count)
         iterations += count
-    assert iterations == simulation.system.iterations_total - before
+    assert iterations == simulation.newton.iterations_total - before
     found = {"iteration_s": float(np.median(seconds)), "iterations_per_step": iterations / STEPS}
     found |= {"linear_iterations": ksp.getIterationNumber()}
-    found |= {"fallbacks": simulation.system.fallbacks - fallbacks}
+    found |= {"fallbacks": simulation.newton.fallbacks - fallbacks}
     return {f"{scheme}_{key}": value for key, value in found.items()}
 
 
@@ -304,7 +306,7 @@ def main():
         used = {key: heading for key, heading in COLUMNS.items() if any(row.get(key) is not None for row in rows)}
         notes = [machine.sentence(), *(_pays_from(rows) if name == "strong" else [])]
         show(f"{name}: {STUDIES[name].__doc__.splitlines()[0]}", rows, used, notes)
-        save(options.out, f"scaling-{name}", rows, draw(name, rows), notes)
+        save(options.out, Table(f"scaling-{name}", rows, notes=notes, figure=draw(name, rows)))
 
 
 if __name__ == "__main__":

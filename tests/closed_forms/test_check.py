@@ -11,8 +11,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from dolfbuoy import load_scene, solve_static
-from dolfbuoy.check import check, remaining_amplitude
+from dolfbuoy.check import check
 from dolfbuoy.model.hydrostatics import float_upright
+from dolfbuoy.results.summary import remaining_amplitude
 from dolfbuoy.statics.equilibrium import shape_and_mass
 
 RHO, G, DEPTH = 1019.0, 9.7, 24.0

@@ -8,9 +8,9 @@ import pytest
 from dynamics_helpers import rates, running
 
 from dolfbuoy import load_scene
+from dolfbuoy.model.effects import names as effects
 from dolfbuoy.motion.consistent import make_consistent
 from dolfbuoy.motion.schemes import Predictor, make_scheme
-from dolfbuoy.results.observe import effects
 from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 L, RHO, EA = 1.0, 1.0, 1.0e4
@@ -35,10 +35,10 @@ def bar(damping, step, periods=4.0, elements=16, degrees=(2, 1), scheme="bdf2", 
 
 def release(simulation):
     """Start at rest from the first axial mode, x = s + AMPLITUDE sin(K s)."""
-    cable, u = simulation.cable, simulation.system.u
+    cable, u = simulation.problem.lines, simulation.system.u
     s = cable.node_s
     u[cable.node_dofs[:, 0]] = s + AMPLITUDE * np.sin(K * s)
-    simulation._reset(u, np.zeros_like(u))
+    simulation.begin()
     make_consistent(simulation)
     simulation.predictor = Predictor()
     simulation.predictor.add(0.0, u)
@@ -48,13 +48,13 @@ def vibration(scene):
     """(t, x(L) - L, energy, dissipated power / c) after every step, the energy of motion and of T - c e_t over EA."""
     rows = []
     with running(scene) as simulation:
-        cable, c = simulation.cable, simulation.scene.cable
+        cable, c = simulation.problem.lines, simulation.scene.cable
         M, D = matrices(cable) if c.position_degree == 2 else (None, None)
         release(simulation)
         for _ in simulation.run():
             u = simulation.system.u
             order = np.argsort(cable.node_s)
-            x, v = (a[cable.node_dofs[order]][:, 0] for a in (u, simulation.series["v"].values[0]))
+            x, v = (a[cable.node_dofs[order]][:, 0] for a in (u, simulation.pasts[0].series[1].values[0]))
             if M is None:
                 rows.append((simulation.t, x[-1] - L, np.nan, np.nan))
                 continue
@@ -124,7 +124,7 @@ def test_rest_knows_no_damping():
         assert ("cable damping" in effects(scene)) == (damping > 0)
         problem = solve_equilibrium(scene)
         states.append(problem.system.u.copy())
-        assert (problem.cable.cable.damping is None) == (damping == 0)
+        assert (problem.lines.cable.damping is None) == (damping == 0)
         problem.destroy()
     np.testing.assert_array_equal(*states)
 
@@ -133,13 +133,13 @@ def test_sum_is_bounded_at_zero():
     """Tension-only: T = max(0, EA e + c e_t), so a string let go shortens without pushing and is not held back."""
     scene = bar(10.0, PERIOD / 200, periods=1.0, degrees=(1, 0), scheme="backward-euler", slack="tension-only")
     with running(scene) as simulation:
-        cable = simulation.cable
+        cable = simulation.problem.lines
         release(simulation)
         order = np.argsort(cable.node_s)
         cells = np.argsort(cable.cell_ends[:, 0])
         bounded = 0
         for _ in simulation.run():
-            x, v = (a[cable.node_dofs[order]] for a in (simulation.system.u, simulation._rates()["r"]))
+            x, v = (a[cable.node_dofs[order]] for a in (simulation.system.u, simulation.rates()[0][0]))
             h = L / len(cells)
             strain = np.linalg.norm(np.diff(x, axis=0), axis=1) / h - 1
             rate = np.diff(v[:, 0]) / h

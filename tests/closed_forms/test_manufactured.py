@@ -16,9 +16,9 @@ import ufl
 from dolfinx import fem
 from dynamics_helpers import rates, running
 
-from dolfbuoy.model.lines import CableModel
+from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.motion.schemes import Predictor, Series
+from dolfbuoy.motion.schemes import Predictor
 
 DENSITY = 1.3
 AXES = np.linalg.qr(np.array([[1.0, 2.0, 2.0], [0.3, -1.0, 0.5]]).T)[0].T  # a plane at random
@@ -70,7 +70,7 @@ def history(motion, s, degree=16, span=0.3):
 @pytest.fixture
 def forced(monkeypatch):
     """forced(EA): from now on every cable in motion feels the force of the manufactured solution."""
-    plain_residual, plain_set_time = CableModel.residual, Problem.set_time
+    plain_residual, plain_set_time = Lines.residual, Problem.set_time
 
     def force(EA):
         def residual(self, test, dynamic):
@@ -92,7 +92,7 @@ def forced(monkeypatch):
             plain_set_time(self, t)
             self.cable.now.value = t
 
-        monkeypatch.setattr(CableModel, "residual", residual)
+        monkeypatch.setattr(Lines, "residual", residual)
         monkeypatch.setattr(Problem, "set_time", set_time)
 
     return force
@@ -100,14 +100,14 @@ def forced(monkeypatch):
 
 def start(simulation, motion):
     """From the motion at t = 0, with the acceleration and jerk that belong to it."""
-    u, cable = simulation.system.u, simulation.cable
+    u, cable = simulation.system.u, simulation.problem.lines
     r, *derivatives = history(motion, cable.node_s)
     cable.set_shape(u, lambda _: r, lambda s: motion.tension(s, 0.0))
     rate, acceleration, jerk = (np.zeros_like(u) for _ in range(3))
     for array, values in zip((rate, acceleration, jerk), derivatives, strict=True):
         array[cable.node_dofs] = values
-    simulation.series = {"r": Series(u, rate), "v": Series(rate, acceleration, lagged=True)}
-    simulation.series["r"].second, simulation.series["v"].second = acceleration, jerk
+    simulation.pasts[0].begin(u, [rate, acceleration])
+    simulation.pasts[0].series[0].second, simulation.pasts[0].series[1].second = acceleration, jerk
     simulation.predictor = Predictor()
     simulation.predictor.add(0.0, u)
 
@@ -123,8 +123,8 @@ def errors(scheme, EA, count):
         start(simulation, motion)
         for _ in range(count):
             simulation.step(END / count)
-        c, u = simulation.cable, simulation.system.u
-        r, v = u[c.node_dofs], simulation.series["r"].rate[c.node_dofs]
+        c, u = simulation.problem.lines, simulation.system.u
+        r, v = u[c.node_dofs], simulation.pasts[0].series[0].rate[c.node_dofs]
         T = u[c.T_dofs]
     tiny = 1e-30
     velocity = in_space(*(x.imag / tiny for x in motion.position(c.node_s, END + 1j * tiny)))

@@ -39,9 +39,9 @@ def two_rods(scheme, step):
 
 def state(simulation):
     """(r, v, T) at the nodes and in the elements, in order from the anchor."""
-    cable, u = simulation.cable, simulation.system.u
+    cable, u = simulation.problem.lines, simulation.system.u
     nodes, cells = np.argsort(cable.node_s), np.argsort(cable.cell_ends[:, 0])
-    velocity = simulation.series["r"].rate
+    velocity = simulation.pasts[0].series[0].rate
     return u[cable.node_dofs[nodes]], velocity[cable.node_dofs[nodes]], u[cable.T_dofs[cells]]
 
 
@@ -102,13 +102,13 @@ def rotating(t):
 def turn(simulation):
     """Start from the rotating cable, with the acceleration and jerk that belong to it."""
     position, tension, velocity = rotating(0.0)
-    u, cable = simulation.system.u, simulation.cable
+    u, cable = simulation.system.u, simulation.problem.lines
     cable.set_shape(u, position, tension)
     rate, acceleration = np.zeros_like(u), np.zeros_like(u)
     rate[cable.node_dofs] = velocity(cable.node_s)
     acceleration[cable.node_dofs] = -(SPIN**2) * position(cable.node_s)
-    simulation.series = {"r": Series(u, rate), "v": Series(rate, acceleration, lagged=True)}
-    simulation.series["r"].second, simulation.series["v"].second = acceleration, -(SPIN**2) * rate
+    simulation.pasts[0].begin(u, [rate, acceleration])
+    simulation.pasts[0].series[0].second, simulation.pasts[0].series[1].second = acceleration, -(SPIN**2) * rate
     simulation.predictor = Predictor()
     simulation.predictor.add(0.0, u)
 
@@ -131,7 +131,7 @@ def test_order_in_steady_rotation(scheme, first, T_floor):
             turn(simulation)
             for _ in range(count):
                 simulation.step(1 / count)
-            c, (r, v, T) = simulation.cable, state(simulation)
+            c, (r, v, T) = simulation.problem.lines, state(simulation)
             s, s_T = np.sort(c.node_s), c.T_s[np.argsort(c.cell_ends[:, 0])]
         errors.append([np.abs(d).max() for d in (r - position(s), v - velocity(s), T - tension(s_T))])
     if T_floor:
@@ -176,7 +176,7 @@ def coupled(scheme, count, end=1.0):
     """(r_C, p, |T_bnd|) of the moored buoy at `end`."""
 
     def observe(simulation):
-        y = simulation.system.u[simulation.problem.state_part.slice]
+        y = simulation.system.u[simulation.problem.buoy.part.slice]
         return y[:3].copy(), y[3:6].copy(), np.linalg.norm(simulation.end_tension)
 
     return at_end(merged(COUPLED, time={"end": end, "step": end / count, "scheme": scheme}), end, observe)
@@ -274,7 +274,7 @@ def tensions(scene, steps, tamper=None):
 
 def forget_acceleration(simulation):
     """Start as if at rest: what a start that solves for nothing would do."""
-    for series in simulation.series.values():
+    for series in (series for past in simulation.pasts for series in past.series):
         series.second = np.zeros_like(series.second)
         series.rate = np.zeros_like(series.rate)
         series.previous_rate = series.rate

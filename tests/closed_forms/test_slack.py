@@ -30,7 +30,7 @@ def folded(elements, z, EA=INF, degrees=(1, 0), slack="tension-only", **cable):
 def solution(scene):
     """(nodes in order, T in order) of the equilibrium."""
     problem = solve_equilibrium(scene)
-    cable, u = problem.cable, problem.system.u
+    cable, u = problem.lines, problem.system.u
     r = u[cable.node_dofs[np.argsort(cable.node_s)]].copy()
     cells = np.argsort(cable.T_s.mean(axis=1))
     T = u[cable.T_dofs[cells]].copy()
@@ -105,7 +105,7 @@ def test_no_state_is_compressed_and_the_ends_carry_the_weight(degrees, elements)
 @pytest.mark.parametrize(("degrees", "gain"), [((1, 0), 3.0), ((2, 1), 5.0)])
 def test_unresolved_fold_is_nearer_than_with_compression(degrees, gain):
     """Error of r against the exact fold of depth 0.004, 10 elements."""
-    from dolfbuoy.studies.slack import fold
+    from dolfbuoy.studies.stability.slack import fold
 
     case = {"z_end": 0.99, "mu": degrees[0], "nu": degrees[1], "cells": 10}
     two, one = (fold(case | {"slack": law}) for law in ("compressive", "tension-only"))
@@ -119,11 +119,11 @@ def test_jacobian_is_the_derivative_on_both_sides_of_the_maximum():
     problem = solve_equilibrium(folded(6, 0.9, 20.0, (2, 1)))
     system, rng = problem.system, np.random.default_rng(3)
     system.u[:] += 0.05 * rng.standard_normal(system.size)
-    system.u[problem.cable.T_dofs] += 2.0 * rng.standard_normal(problem.cable.T_dofs.shape)
+    system.u[problem.lines.T_dofs] += 2.0 * rng.standard_normal(problem.lines.T_dofs.shape)
     system.publish()
     u, free = system.u.copy(), system.order
     system.evaluate()
-    slack = system._slack.copy()
+    slack = problem.law.slack.copy()
     assert 0 < slack.sum() < len(slack)
     system.assemble_jacobian()
     rows = system.A.getValues(range(len(free)), range(len(free)))
@@ -134,7 +134,7 @@ def test_jacobian_is_the_derivative_on_both_sides_of_the_maximum():
         system.u[free] += sign * step * direction
         system.publish()
         values.append(system.evaluate()[free].copy())
-        np.testing.assert_array_equal(system._slack, slack)
+        np.testing.assert_array_equal(problem.law.slack, slack)
     np.testing.assert_allclose(rows @ direction, (values[0] - values[1]) / (2 * step), rtol=1e-6, atol=1e-8)
     problem.destroy()
 
@@ -156,8 +156,8 @@ def test_a_rope_stood_on_end_falls_freely_and_comes_taut():
         z, T, drop = [], [], []
         for _ in simulation.run():
             u = simulation.system.u
-            z.append(u[simulation.cable.top_dofs][2])
-            T.append(u[simulation.cable.T_dofs.ravel()][0])
+            z.append(u[simulation.problem.lines.top_dofs()][2])
+            T.append(u[simulation.problem.lines.T_dofs.ravel()][0])
     z, T, n = np.array(z), np.array(T), np.arange(1, len(z) + 1)
     falling = 1 - 1.5 * g * step**2 * n * (n + 1) / 2
     drop = falling > -1
@@ -252,13 +252,14 @@ def test_snap_loads_of_the_shipped_scene():
 
 def test_study_writes_table_and_figure_and_says_what_it_saw(tmp_path, monkeypatch, capsys):
     """A short version of the study: a coarse fold, and runs until just after the first snaps."""
-    from dolfbuoy.studies import slack as study
+    from dolfbuoy.studies.stability import slack as study
+    from dolfbuoy.studies.study import run
 
     monkeypatch.setattr(study, "FOLDED_CELLS", (10,))
     monkeypatch.setattr(study, "SNAP_CELLS", {(1, 0): (5,), (2, 1): (5,)})
     monkeypatch.setattr(study, "SNAP_STEPS", (("backward-euler", 0.05),))
     monkeypatch.setattr(study, "SNAP_COUNTS", 3.0)
-    rows = study.run(tmp_path, end=13.0)
+    rows = run(study, tmp_path, t_end=13.0).rows["slack"]
     assert len(rows) == 2 * 4 + 4
     by_law = {row["slack"]: row for row in rows if row["kind"] == "snap" and row["mu"] == 2}
     assert by_law["compressive"]["T_min"] < -100

@@ -141,7 +141,7 @@ def test_forces_at_the_ends_balance_the_weight(degrees, EA):
     for elements in (10, 20):
         problem = solve_equilibrium(cable_scene(degrees, elements, FIXED, EA))
         reaction = problem.end_tension()
-        at_anchor = problem.system.evaluate()[problem.cable.anchor_dofs]
+        at_anchor = problem.system.evaluate()[problem.lines.anchor_dofs]
         np.testing.assert_allclose(reaction + at_anchor, [0, 0, 1.0], atol=1e-12)
         errors.append(np.abs(reaction - exact).max())
         problem.destroy()
@@ -269,7 +269,7 @@ def test_what_cannot_be_is_refused_in_a_sentence():
 
 def test_weightless_taut_cable_is_straight():
     problem = solve_equilibrium(fixed_at(1.1, 0.0, EA=50.0).model_copy(update={"gravity": 0.0}))
-    np.testing.assert_allclose(problem.system.u[problem.cable.T_dofs], 5.0, rtol=1e-9)
+    np.testing.assert_allclose(problem.system.u[problem.lines.T_dofs], 5.0, rtol=1e-9)
     problem.destroy()
 
 
@@ -298,8 +298,8 @@ def test_bad_starts_do_not_end_compressed(degrees):
     pushed.tension = lambda s: -arch.tension(s)
     problem = Problem(scene, dynamic=False)
     continuation.begin(problem, arch)
-    problem.system.u[problem.cable.T_dofs] = -arch.tension(problem.cable.T_s)
-    problem.system.solve()
+    problem.system.u[problem.lines.T_dofs] = -arch.tension(problem.lines.T_s)
+    problem.newton.solve()
     assert continuation.is_compressed(problem)
     chord = Line(scene.cable.top.position, np.zeros_like)
     for start in (chord, pushed, arch):

@@ -65,15 +65,15 @@ class Snapshot:
     """Everything of an instant, in order from the anchor."""
 
     def __init__(self, simulation):
-        cable, problem = simulation.cable, simulation.problem
+        cable, problem = simulation.problem.lines, simulation.problem
         u = simulation.system.u
         self.t = simulation.t
         self.r = u[cable.node_dofs[np.argsort(cable.node_s)]]
         cells = np.argsort(cable.cell_ends[:, 0])
         places = np.argsort(cable.T_s[cells], axis=1)
         self.T = np.take_along_axis(u[cable.T_dofs[cells]], places, axis=1)
-        self.r_C, self.p, self.q4, self.L_C = np.split(u[problem.state_part.slice].copy(), [3, 6, 10])
-        self.r_O, self.T_O = np.split(u[problem.mooring_slice].copy(), 2)
+        self.r_C, self.p, self.q4, self.L_C = np.split(u[problem.buoy.part.slice].copy(), [3, 6, 10])
+        self.r_O, self.T_O = np.split(u[problem.attachments[0].slice].copy(), 2)
         self.T_bnd = np.array(simulation.end_tension)
         self.R = rotation_matrix(self.q4)
         self.d = self.R[:, 2]

@@ -11,7 +11,9 @@ from typer.testing import CliRunner
 
 from dolfbuoy.commands.study import app
 from dolfbuoy.errors import InputError
-from dolfbuoy.studies import endurance, energy
+from dolfbuoy.studies.physics import energy
+from dolfbuoy.studies.stability import endurance
+from dolfbuoy.studies.study import run_command
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 2.0}
 CABLE = {
@@ -32,7 +34,7 @@ def test_energies_and_powers_of_a_cable():
     """Every number of the balance against sums over the elements in plain numpy."""
     dt, c, rho, g = 0.02, CABLE["cable"], 1025.0, 9.81
     with running(CABLE) as simulation:
-        meter, cable, u = energy.Meter(simulation), simulation.cable, simulation.system.u
+        meter, cable, u = energy.Meter(simulation), simulation.problem.lines, simulation.system.u
         nodes = cable.node_dofs[np.argsort(cable.node_s)]
         positions = [u[nodes].copy()]
         for _ in range(60):
@@ -165,5 +167,6 @@ def test_short_for_a_while(tmp_path):
 
 
 def test_too_short_for_its_windows(tmp_path):
+    options = {"scene": "short", "duration": 20.0, "step": 0.1, "scheme": "bdf2", "window": 15.0}
     with pytest.raises(InputError, match="--duration 20: fewer than 3 windows of 15 s"):
-        endurance.run(tmp_path, endurance.load("short", 20.0, 0.1, "bdf2"), 15.0, 1, 1e-3)
+        run_command("endurance", tmp_path, **options, skip=1, tolerance=1e-3)

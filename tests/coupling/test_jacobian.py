@@ -89,22 +89,22 @@ def tilted_quaternion(rng):
 def random_state(problem, rng):
     """Put a state without any symmetry into the system; velocities of metres per second."""
     system, scene, u = problem.system, problem.scene, problem.system.u
-    problem.cable.set_shape(
+    problem.lines.set_shape(
         u,
         lambda s: np.array(scene.anchor) + np.column_stack([0.3 * s, 0.1 * s * np.sin(s), 0.8 * s + 0.01 * s**2]),
         lambda s: 900.0 + 130.0 * s,
     )
-    u[problem.cable_part.slice] *= 1 + 0.02 * rng.standard_normal(problem.cable_part.size)
+    u[problem.lines.part.slice] *= 1 + 0.02 * rng.standard_normal(problem.lines.part.size)
     problem.set_time(3.1)
     pose = np.array([1.3, -0.7, -0.15])
     quaternion = tilted_quaternion(rng)
-    u[problem.mooring_slice] = [*(pose + rng.uniform(-0.5, 0.5, 3)), 300.0, -450.0, -1100.0]
+    u[problem.attachments[0].slice] = [*(pose + rng.uniform(-0.5, 0.5, 3)), 300.0, -450.0, -1100.0]
     if problem.dynamic:
-        cable, buoy, h = problem.cable, problem.buoy, 0.13
+        cable, buoy, h = problem.lines, problem.buoy, 0.13
         momentum, spin = np.array([600.0, -500.0, 350.0]), np.array([110.0, -140.0, 60.0])
         state = np.concatenate([pose, momentum, quaternion, spin])
         cable.gamma_v.value, cable.gamma_a.value = 1 / h, 1.4 / h**2
-        r_now = u[problem.cable_part.slice]
+        r_now = u[problem.lines.part.slice]
         cable.history_v.x.array[:] = -r_now / h + rng.uniform(-2, 2, len(r_now))
         cable.history_a.x.array[:] = -1.4 * r_now / h**2 + rng.uniform(-3, 3, len(r_now))
         buoy.gamma.value = 1 / h
@@ -113,7 +113,7 @@ def random_state(problem, rng):
         state = np.concatenate([pose, quaternion])
         problem.buoy.relaxation.value = 0.7
         problem.buoy.reference.x.array[:] = state + 0.05 * rng.standard_normal(7)
-    u[problem.state_part.slice] = state
+    u[problem.buoy.part.slice] = state
     for contribution in [*system.residuals, *system.jacobians]:
         contribution.prepare()
     system.set_scales(7.7)
@@ -132,14 +132,14 @@ class Linearised:
         system.assemble_jacobian()
         n = len(system.order)
         dense = system.A.convert(PETSc.Mat.Type.DENSE)
-        self.J = system._fs[:, None] * dense.getDenseArray()[:n, :n] * system._xs[None, :]
+        self.J = system.row_scales[:, None] * dense.getDenseArray()[:n, :n] * system.unknown_scales[None, :]
         self.F0 = self.residual(np.zeros(n))
 
     def residual(self, step):
         self.system.u[:] = self.u0
-        self.system.u[self.system.order] += step * self.system._xs
+        self.system.u[self.system.order] += step * self.system.unknown_scales
         self.system.publish()
-        return self.system.evaluate()[self.system.order] * self.system._fs
+        return self.system.evaluate()[self.system.order] * self.system.row_scales
 
     def block(self, row, column):
         return self.J[np.ix_(self.members[row], self.members[column])]

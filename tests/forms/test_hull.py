@@ -42,7 +42,7 @@ class Pose:
         turn = turn * Rotation.from_rotvec([0, 0, 1.1])  # a turn about the axis changes nothing
         x, y, z, w = turn.as_quat()
         r_C = np.array([0, 0, keel_height]) + turn.apply([0, 0, self.center])
-        self.problem.system.u[self.problem.state_part.slice] = [*r_C, w, x, y, z]
+        self.problem.system.u[self.problem.buoy.part.slice] = [*r_C, w, x, y, z]
         self.problem.buoy.reference.x.array[:] = [*r_C, w, x, y, z]  # no turn, hence no gauge torque
         self.problem.system.publish()
         return r_C
@@ -57,7 +57,7 @@ class Pose:
     def loads(self, keel_height, degrees):
         """(force, torque about C) of weight and water on the buoy, from the compiled residual."""
         self.put(keel_height, degrees)
-        residual = self.problem.system.evaluate()[self.problem.state_part.slice]
+        residual = self.problem.system.evaluate()[self.problem.buoy.part.slice]
         return -residual[:3], -residual[4:7]
 
     def close(self):

@@ -33,9 +33,6 @@ PROPERTIES = cable.Cable(
     EA=900.0,
     diameter=0.07,
     area=0.004,
-    added_mass=0.4,
-    normal_drag=0.9,
-    tangential_drag=0.2,
     damping=13.0,
 )
 WATER, WATER_T = np.array([0.7, -0.3, 0.2]), np.array([-0.5, 0.8, 0.4])
@@ -116,23 +113,35 @@ def cable_force(v, a, water, water_t, froude_krylov=False):
     return force
 
 
+TERMS = [(cable.normal_drag, 0.9), (cable.tangential_drag, 0.2), (cable.added_mass, 0.4)]
+TERMS += [(cable.normal_froude_krylov, None)]
+
+
+def total(terms, *where):
+    """Sum of the terms that there are at a place."""
+    found = [term(c, *where) for term, c in terms]
+    return sum(value(force) for force in found if force is not None)
+
+
 @pytest.mark.parametrize("froude_krylov", [False, True])
 def test_water_on_the_cable(froude_krylov):
-    properties = PROPERTIES._replace(tangential_froude_krylov=froude_krylov)
-    flow = Flow(None, vector(*WATER), vector(*WATER_T))
-    moving = value(cable.hydrodynamic_force(properties, RHO, flow, r, r_t, r_tt))
+    terms = TERMS + ([(cable.tangential_froude_krylov, None)] if froude_krylov else [])
+    t = cable.tangent(r)
+    flow, here = Flow(None, vector(*WATER), vector(*WATER_T)), cable.Point(t, r_t, r_tt)
+    moving = total(terms, PROPERTIES, RHO, flow, here)
     assert moving == pytest.approx(cable_force(V, A, WATER, WATER_T, froude_krylov), rel=1e-9)
-    current = value(cable.hydrodynamic_force(properties, RHO, Flow(None, vector(*WATER), None), r))
+    current = total(terms, PROPERTIES, RHO, Flow(None, vector(*WATER), None), cable.Point(t))
     assert current == pytest.approx(cable_force(None, None, WATER, None), rel=1e-9)
-    still = value(cable.hydrodynamic_force(properties, RHO, Flow(None, None, None), r, r_t, r_tt))
+    still = total(terms, PROPERTIES, RHO, Flow(None, None, None), here)
     assert still == pytest.approx(cable_force(V, A, 0 * WATER, None), rel=1e-9)
+    assert total(terms, PROPERTIES, RHO, Flow(None, None, None), cable.Point(t)) == 0  # nothing of it is built
 
 
 # -- hull --------------------------------------------------------------------------------------------------------------
 
 AXIS, LEVER = np.array([0.36, 0.48, 0.8]), np.array([0.4, -0.2, 0.9])
 MOTION = hull.BodyMotion(vector(0.5, -0.6, 0.3), vector(0.2, 0.7, -0.4), vector(-0.9, 0.4, 0.6), vector(0.3, -0.5, 0.8))
-HULL = hull.Hull(ufl.as_ufl(0.6), 0.05, added_mass=0.35, normal_drag=0.8, axial_added_mass=0.7, axial_drag=1.3)
+HULL = hull.Hull(ufl.as_ufl(0.6), 0.05)
 FLOW = Flow(None, vector(*WATER), vector(*WATER_T))
 
 
@@ -151,29 +160,34 @@ def test_rigid_motion_of_a_strip():
 def test_water_on_a_strip():
     """Inertia of the wet area and drag of the wetted diameter 2 R A/(pi R^2), both in its centroid."""
     area, moment, (v, a) = 0.7, np.array([0.02, -0.05, 0.01]), at_lever()
-    arguments = (HULL, RHO, area, vector(*moment), vector(*LEVER), vector(*AXIS))
-    force, torque = map(value, hull.strip_loads(*arguments, FLOW, MOTION))
+    terms = [(hull.froude_krylov, None), (hull.added_mass, 0.35), (hull.normal_drag, 0.8)]
+    strip = hull.Strip(vector(*LEVER), vector(*AXIS), FLOW, area, vector(*moment), MOTION)
+    force, torque = map(value, hull.strip_load(strip, vector(*total(terms, HULL, RHO, strip))))
     v_n = split(v - WATER, AXIS)[0]
     drag = -0.5 * 0.8 * RHO * 2 * 0.6 * area / (math.pi * 0.6**2) * np.linalg.norm(v_n) * v_n
     expected = drag + RHO * area * (1.35 * WATER_T - 0.35 * a)
     assert force == pytest.approx(expected, rel=1e-9)
     assert torque == pytest.approx(np.cross(LEVER + moment / area, expected), rel=1e-9)
-    at_rest, _ = hull.strip_loads(*arguments, Flow(None, vector(*WATER), None), None)
+    held = strip._replace(flow=Flow(None, vector(*WATER), None), motion=None)
     u_n = split(WATER, AXIS)[0]
-    assert value(at_rest) == pytest.approx(0.8 * RHO * 0.6 * area / (math.pi * 0.6**2) * np.linalg.norm(u_n) * u_n)
+    at_rest = area * total(terms, HULL, RHO, held)
+    assert at_rest == pytest.approx(0.8 * RHO * 0.6 * area / (math.pi * 0.6**2) * np.linalg.norm(u_n) * u_n)
+    lift = value(hull.buoyancy(vector(0, 0, -9.7), HULL, RHO, strip))
+    assert lift == pytest.approx([0, 0, RHO * 9.7])
 
 
 def test_water_on_an_end_disc():
     """Drag and added mass along the axis only; the water's acceleration counts against the body's."""
     area, (v, a) = 0.9, at_lever()
-    arguments = (HULL, RHO, area, vector(*LEVER), vector(*AXIS))
+    terms = [(hull.axial_drag, 1.3), (hull.axial_added_mass, 0.7)]
+    strip = hull.Strip(vector(*LEVER), vector(*AXIS), FLOW, area, vector(0, 0, 0), MOTION)
     speed = (v - WATER) @ AXIS
     drag, mass = -0.5 * 1.3 * RHO * area * abs(speed) * speed, 0.7 * RHO * 2 / 3 * 0.6 * area
-    force = value(hull.end_disc_force(*arguments, FLOW, MOTION))
+    force = total(terms, HULL, RHO, strip)
     assert force == pytest.approx((drag - mass * (a - WATER_T) @ AXIS) * AXIS, rel=1e-9)
-    still = value(hull.end_disc_force(*arguments, Flow(None, vector(*WATER), None), MOTION))
+    still = total(terms, HULL, RHO, strip._replace(flow=Flow(None, vector(*WATER), None)))
     assert still == pytest.approx((drag - mass * a @ AXIS) * AXIS, rel=1e-9)
-    held = value(hull.end_disc_force(*arguments, FLOW, None))
+    held = total(terms, HULL, RHO, strip._replace(motion=None))
     through = 0.5 * 1.3 * RHO * area * abs(WATER @ AXIS) * (WATER @ AXIS)
     assert held == pytest.approx((through + mass * WATER_T @ AXIS) * AXIS, rel=1e-9)
 
@@ -208,13 +222,9 @@ def test_centre_of_buoyancy_of_an_upright_and_an_inverted_hull(degrees):
     assert total == pytest.approx([volume, -0.5 * volume], rel=1e-6)
 
 
-def test_inertia_of_a_slender_member():
-    """rho A (C_M a_w - C_A a); None where nothing is accelerated."""
-    a, a_w = vector(*A), vector(*WATER_T)
-    assert value(morison.inertia(RHO, 0.2, 0.3, a, a_w)) == pytest.approx(RHO * 0.2 * (1.3 * WATER_T - 0.3 * A))
-    assert value(morison.inertia(RHO, 0.2, None, a, a_w)) == pytest.approx(RHO * 0.2 * WATER_T)
-    assert value(morison.inertia(RHO, 0.2, 0.3, a, None)) == pytest.approx(-RHO * 0.2 * 0.3 * A)
-    assert morison.inertia(RHO, 0.2, None, a, None) is None
+def test_parts_of_a_vector():
+    """Across a tangent and along it."""
+    a = vector(*A)
     normal, along = morison.split(a, vector(*TANGENT))
     assert value(normal) == pytest.approx(split(A, TANGENT)[0])
     assert value(along) == pytest.approx(split(A, TANGENT)[1])

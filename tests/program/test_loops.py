@@ -12,9 +12,9 @@ from dolfbuoy import load_scene, simulate
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver import compat, loops
-from dolfbuoy.solver.system import System
+from dolfbuoy.solver.floor import Assemblers
+from dolfbuoy.solver.newton import Newton
 from dolfbuoy.solver.unknowns import _array
-from dolfbuoy.studies.step_cost import Assemblers
 
 CASES = {
     "moored": {"cable__elements": 5},
@@ -48,7 +48,7 @@ def system(request):
     for thing in given(system):
         if hasattr(thing, "x"):
             thing.x.array[:] = rng.uniform(-1, 1, len(thing.x.array))
-    for model, name, value in (("cable", "gamma_v", 7.0), ("cable", "gamma_a", 50.0), ("buoy", "gamma", 8.0)):
+    for model, name, value in (("lines", "gamma_v", 7.0), ("lines", "gamma_a", 50.0), ("buoy", "gamma", 8.0)):
         if getattr(problem, model):
             getattr(getattr(problem, model), name).value = value
     system.u[:] = rng.uniform(-1, 1, system.size)
@@ -96,13 +96,13 @@ def test_forms_of_the_buoy_have_one_tensor():
         integral for c in problem.system.jacobians for integral in compat.integrals(c.form, loops._library().ffi)
     ]
     assert max(len(integral.cells) for integral in integrals) > 1
-    assert len(problem.system._add_jacobians.out) == 13**2 * len(integrals) + problem.system.unknowns
+    assert len(problem.system.add_jacobians.out) == 13**2 * len(integrals) + problem.system.unknowns
     problem.destroy()
 
 
 def test_after_a_fallback_matrices_are_new(monkeypatch):
     """Another solver never goes on with a kept matrix, whose factorisation nobody has looked at."""
-    choose, differentiate, changed = System._set_direct_solver, System._jacobian, []
+    choose, differentiate, changed = Newton.choose_solver, Newton.jacobian, []
 
     def bad(self, package):
         choose(self, package)
@@ -116,8 +116,8 @@ def test_after_a_fallback_matrices_are_new(monkeypatch):
         changed.clear()
 
     expected = simulate(merged(MOORED, cable__elements=5, time={"end": 0.05, "step": 0.01}))
-    monkeypatch.setattr(System, "_set_direct_solver", bad)
-    monkeypatch.setattr(System, "_jacobian", watched)
+    monkeypatch.setattr(Newton, "choose_solver", bad)
+    monkeypatch.setattr(Newton, "jacobian", watched)
     run = simulate(merged(MOORED, cable__elements=5, time={"end": 0.05, "step": 0.01}))
     assert run.attrs["linear_solver_fallbacks"] == 5
     np.testing.assert_allclose(run.tension_top, expected.tension_top, rtol=1e-9)

@@ -45,7 +45,7 @@ def test_a_singular_matrix_is_a_failed_solve(length):
     for _ in range(2):
         begin(problem, shape)
         try:
-            problem.system.solve()
+            problem.newton.solve()
         except SolveError:
             continue
         assert abs(problem.anchor_tension()) < 1e-9

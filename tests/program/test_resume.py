@@ -331,7 +331,8 @@ SHORT_OF_SPACE = """
 import itertools, resource, sys
 from types import SimpleNamespace
 from mpi4py import MPI  # has files of its own
-from dolfbuoy import api, cli
+from dolfbuoy import api
+from dolfbuoy.commands import main as cli
 
 ticks = itertools.count()
 api.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))

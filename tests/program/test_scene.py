@@ -14,9 +14,11 @@ from mpi4py import MPI
 from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes, write_line
-from dolfbuoy.model.buoy import BuoyModel
-from dolfbuoy.model.lines import CableModel
+from dolfbuoy.model.attachment import Attachment
+from dolfbuoy.model.buoy import Buoy
+from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
+from dolfbuoy.scene import merged
 from dolfbuoy.solver.unknowns import Part
 from dolfbuoy.statics.equilibrium import check_feasible
 
@@ -32,16 +34,7 @@ HELD = {"kind": "fixed", "position": [3.0, 0.0, -0.5]}
 
 def changed(changes):
     """BASE with values under dotted keys replaced, or removed by None."""
-    scene = copy.deepcopy(BASE)
-    for key, value in changes.items():
-        *path, last = key.split(".")
-        section = scene
-        for name in path:
-            section = section.setdefault(name, {})
-        section.pop(last, None)
-        if value is not None:
-            section[last] = value
-    return scene
+    return merged(BASE, **changes)
 
 
 def refusal(scene):
@@ -188,6 +181,21 @@ def test_file_and_overrides(tmp_path):
     assert "cable.length = 'x'" in message
 
 
+def test_merged_changes_a_copy():
+    base = {"time": {"end": 1.0, "step": 0.1}, "cable": {"top": {"kind": "free"}}}
+    changes = {"time": {"end": 7.0, "step": None}, "cable.top.force": [1.0, 0.0, 0.0], "waves__ramp": 2.0}
+    found = merged(base, **changes)
+    assert found["time"] == {"end": 7.0}
+    assert found["cable"] == {"top": {"kind": "free", "force": [1.0, 0.0, 0.0]}}
+    assert found["waves"] == {"ramp": 2.0}
+    found["cable"]["top"]["kind"] = found["cable"]["top"]["force"][0] = None
+    assert merged(base) == base == {"time": {"end": 1.0, "step": 0.1}, "cable": {"top": {"kind": "free"}}}
+    assert changes["cable.top.force"] == [1.0, 0.0, 0.0]
+    assert merged(base, cable=None) == {"time": base["time"]}
+    with pytest.raises(InputError, match=r"^end\.first: end is not a section\.$"):
+        merged(base, time__end__first=3)
+
+
 def refusal_of_override(path, **overrides):
     with pytest.raises(InputError) as caught:
         load_scene(path, **overrides)
@@ -224,10 +232,12 @@ NOTHING = {
 def residuals(scene, dynamic):
     """Signatures of the UFL residuals and their number of constants; nothing is compiled."""
     scene = load_scene(scene)
-    cable, buoy = CableModel(MPI.COMM_SELF, scene, dynamic), BuoyModel(scene, dynamic)
-    forms = [cable.residual(ufl.TestFunction(cable.space), dynamic)]
-    parts = Part("buoy", buoy.state, 6), Part("mooring", buoy.mooring, 0)
-    forms += [form for _, form in buoy.residuals(*parts)]
+    lines, buoy = Lines(MPI.COMM_SELF, scene, dynamic), Buoy(scene, dynamic)
+    attachment = Attachment(lines, 2, buoy, buoy.offset)
+    attachment.number(0)
+    buoy.part = Part("buoy", buoy.state, 6)
+    forms = [lines.residual(ufl.TestFunction(lines.space), [attachment])]
+    forms += [form for _, form in buoy.residuals([attachment])]
     return [form.signature() for form in forms], [len(form.constants()) for form in forms]
 
 

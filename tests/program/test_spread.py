@@ -18,7 +18,7 @@ import json, sys, time
 from pathlib import Path
 from mpi4py import MPI
 from dolfbuoy.errors import InputError
-from dolfbuoy.studies.common import evaluate_all
+from dolfbuoy.parallel.cases import evaluate_all
 
 def evaluate(case):
     time.sleep(0.05)

@@ -192,18 +192,18 @@ def history(scene):
     with running(scene) as simulation:
 
         def look():
-            u, cable, buoy = simulation.system.u, simulation.cable, simulation.buoy
+            u, cable, buoy = simulation.system.u, simulation.problem.lines, simulation.problem.buoy
             L, nodes = scene["cable"]["length"], cable.node_dofs
-            parts = [u[nodes].ravel() / L, simulation.series["r"].rate[nodes].ravel() / np.sqrt(9.81 * L)]
-            parts += [u[simulation.problem.state_part.slice] / buoy.state_sizes] if buoy else []
+            parts = [u[nodes].ravel() / L, simulation.pasts[0].series[0].rate[nodes].ravel() / np.sqrt(9.81 * L)]
+            parts += [u[simulation.problem.buoy.part.slice] / buoy.state_sizes] if buoy else []
             times.append(simulation.t)
             rows.append(np.concatenate(parts))
 
         look()
-        before = simulation.system.iterations_total
+        before = simulation.newton.iterations_total
         for _ in simulation.run():
             look()
-        return np.array(times), np.array(rows), simulation.system.iterations_total - before
+        return np.array(times), np.array(rows), simulation.newton.iterations_total - before
 
 
 @pytest.mark.slow

@@ -9,9 +9,8 @@ import math
 
 import numpy as np
 from hypothesis import strategies as st
-from pydantic import BaseModel
 
-from dolfbuoy.scene import Scene
+from dolfbuoy.scene import list_keys
 
 ANY = ...  # drawn from RANGES
 
@@ -104,24 +103,9 @@ LEFT_ALONE = {
 }  # fmt: skip
 
 
-def keys_of(model, prefix=""):
-    """Dotted names of all keys of a scene's model."""
-    for name, info in model.model_fields.items():
-        todo, inner = [info.annotation], []
-        while todo:
-            annotation = todo.pop()
-            if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-                inner.append(annotation)
-            todo += getattr(annotation, "__args__", ())
-        for section in inner:
-            yield from keys_of(section, f"{prefix}{name}.")
-        if not inner or name == "point_masses":
-            yield prefix + name
-
-
 def unknown_keys():
     """Keys of the model that no random scene would ever vary."""
-    return set(keys_of(Scene)) - set(RANGES) - STRUCTURAL - LEFT_ALONE
+    return {key.name for key in list_keys()} - set(RANGES) - STRUCTURAL - LEFT_ALONE
 
 
 # -- structures --------------------------------------------------------------------------------------------------------

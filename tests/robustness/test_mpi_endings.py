@@ -30,7 +30,8 @@ ROD = {
 SCRIPT = """
 import os, sys
 from mpi4py import MPI
-from dolfbuoy import api, cli
+from dolfbuoy import api
+from dolfbuoy.commands import main as cli
 from dolfbuoy.errors import InputError, SolveError
 
 rank, fault = MPI.COMM_WORLD.rank, sys.argv.pop(1)
@@ -178,7 +179,7 @@ TOGETHER_AND_ALONE = """
 import time
 import ufl
 from mpi4py import MPI
-from dolfbuoy import compat
+from dolfbuoy.solver import compat
 
 def mass(comm, factor):
     mesh = compat.interval_mesh(comm, [0.0, 1.0, 2.0, 3.0])

@@ -10,12 +10,16 @@ import pytest
 
 from dolfbuoy import simulate
 from dolfbuoy.errors import InputError, SolveError
-from dolfbuoy.scene import load_scene
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies import advise as advice
-from dolfbuoy.studies import pilot as pilots
-from dolfbuoy.studies import work_precision as study
-from dolfbuoy.studies.accuracy import Reference, Run, Space, Stepping
+from dolfbuoy.results import compare
+from dolfbuoy.results.compare import Reference
+from dolfbuoy.scene import load_scene, settings
+from dolfbuoy.scene.settings import Space, Stepping
+from dolfbuoy.studies.accuracy import advise as advice
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.accuracy import pilot as pilots
+from dolfbuoy.studies.accuracy import work_precision as study
+from dolfbuoy.studies.accuracy.measure import Run
+from dolfbuoy.studies.study import numbers, run
 
 CABLE = {
     "length": 11.0,
@@ -113,15 +117,15 @@ def test_error_of_a_constant_is_infinite_unless_it_is_zero():
 
 def test_richardson_is_exact_for_powers():
     """Errors 1, 1/4, 1/16 relative to the truth: changes 3/4 and 3/16, own error of the last 1/16."""
-    assert acc.own_error([3 / 4, 3 / 16]) == pytest.approx(1 / 16)
-    assert acc.own_error([3 / 16]) == pytest.approx(1 / 16)
-    assert acc.own_error([1 / 2, 1 / 4]) == pytest.approx(1 / 4)
-    assert acc.own_error([1.0, 1.0]) == pytest.approx(1.0)  # no order: nothing is gained
+    assert compare.own_error([3 / 4, 3 / 16]) == pytest.approx(1 / 16)
+    assert compare.own_error([3 / 16]) == pytest.approx(1 / 16)
+    assert compare.own_error([1 / 2, 1 / 4]) == pytest.approx(1 / 4)
+    assert compare.own_error([1.0, 1.0]) == pytest.approx(1.0)  # no order: nothing is gained
 
 
 def test_unresolved_cases_are_marked():
     """Below three times the reference's own error that bound stands for the error, also in the sentence."""
-    own = {"tension_top": acc.Error(1e-3, 2e-3)}
+    own = {"tension_top": compare.Error(1e-3, 2e-3)}
     base = {"pair": "P2-P1", "cells": 8, "scheme": "bdf2", "step": 0.1, "tolerance": None, "own": False, "reason": None}
     rows = [
         base | {"wall": 1.0, "error_tension_top": 1e-2, "max_error_tension_top": 1e-2},
@@ -143,8 +147,8 @@ def test_unresolved_cases_are_marked():
 
 def test_pareto_front():
     points = [(3, 1.0), (1, 5.0), (2, 6.0), (2, 2.0), (4, 1.0), (5, 0.5), (1, 7.0)]
-    assert acc.pareto(points) == [1, 3, 0, 5]
-    assert acc.pareto([]) == []
+    assert compare.pareto(points) == [1, 3, 0, 5]
+    assert compare.pareto([]) == []
 
 
 # -- settings ----------------------------------------------------------------------------------------------------------
@@ -169,19 +173,19 @@ def test_other_bad_options_are_refused():
             study.parse_pairs(text)
     assert study.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
     with pytest.raises(InputError, match="--cells"):
-        study.parse_numbers("--cells", "4,-1", int)
+        numbers("--cells", "4,-1", int)
     with pytest.raises(InputError, match="--schemes"):
         study.parse_schemes("bdf2,euler")
 
 
 def test_settings_reach_the_scene():
     scene = load_scene(DRIVEN, cable={"elements": [[5.0, 4], [6.0, 8]]})
-    changed = acc.with_settings(scene, Space(3, 2, 6), Stepping("bdf2", 0.05, 1e-3))
-    assert acc.space_of(changed) == Space(3, 2, 6)
+    changed = settings.with_settings(scene, Space(3, 2, 6), Stepping("bdf2", 0.05, 1e-3))
+    assert settings.space_of(changed) == Space(3, 2, 6)
     assert changed.cable.elements == [(5.0, 2), (6.0, 4)]
-    assert acc.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
-    assert acc.with_settings(changed, acc.space_of(changed), Stepping("bdf2", 0.05)).time.tolerance is None
-    assert acc.shortened(scene, periods=1).time.end == 6.0  # ramp 2 s, period 4 s
+    assert settings.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
+    assert settings.with_settings(changed, settings.space_of(changed), Stepping("bdf2", 0.05)).time.tolerance is None
+    assert settings.shortened(scene, periods=1).time.end == 6.0  # ramp 2 s, period 4 s
     assert acc.window_start(scene) == 2.0
 
 
@@ -205,15 +209,15 @@ def true_error(scene, quantity):
     start = acc.window_start(scene)
     run = acc.compute(scene, [quantity])
     smallest = min(scene.time.step, (scene.time.end - start) / run.steps)
-    fine = acc.compute(acc.with_settings(scene, Space(2, 1, 30), Stepping("bdf2", smallest / 6)), [quantity])
+    fine = acc.compute(settings.with_settings(scene, Space(2, 1, 30), Stepping("bdf2", smallest / 6)), [quantity])
     return Reference(fine, start).error(run, quantity).rms
 
 
 def test_study_of_a_small_scene(tmp_path, capsys):
     """Few cases; all files; a case that cannot be solved is a row with its reason."""
-    scene = acc.shortened(load_scene(DRIVEN), 4.0)
+    scene = settings.shortened(load_scene(DRIVEN), 4.0)
     options = {"pairs": [(1, 0), (2, 1)], "cells": [4], "steps": [0.1], "tolerances": [1e-3], "repeats": 1}
-    study.run(tmp_path, scene, schemes=["bdf2"], **options)
+    run(study, tmp_path, scene=scene, schemes=["bdf2"], **options)
     assert "its own error" in capsys.readouterr().out
     assert all((tmp_path / f"work-precision.{suffix}").is_file() for suffix in ("json", "csv", "png", "svg"))
     time = {"scheme": "bdf2", "step": 0.4, "min_step": 0.4, "tolerance": 1e-9}  # cannot be met
@@ -227,7 +231,7 @@ def test_advice_keeps_its_promise():
     found = advice.advise(load_scene(DRIVEN), "tension_top", 0.02, said.append)
     assert found.measured <= 0.02
     assert true_error(found.scene, "tension_top") <= 0.02
-    assert acc.stepping_of(found.scene) == found.choice.stepping
+    assert settings.stepping_of(found.scene) == found.choice.stepping
     assert found.candidates[0].seconds == min(c.seconds for c in found.candidates)
     assert any("Errors in space" in text for text in said)
     assert "2 % in top tension: " in advice.sentences(found)[0]

@@ -12,8 +12,10 @@ from helpers import reference
 from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy.errors import InputError
-from dolfbuoy.studies import common
-from dolfbuoy.studies import convergence as study
+from dolfbuoy.parallel import cases
+from dolfbuoy.statics.profile import lagrange
+from dolfbuoy.studies.accuracy import convergence as study
+from dolfbuoy.studies.study import run
 
 NAMES = {"r_L2": ("L2r", 1e-13), "r_H1": ("H1r", 1e-12), "T_L2": ("L2T", 1e-12)}  # and the rounding of both codes
 
@@ -44,8 +46,8 @@ def test_errors_equal_those_of_another_code(table, material, strain, pairs):
 def test_orders_agree_with_theory(figure, tmp_path, monkeypatch):
     """Between 8, 16 and 32 elements; Neumann and Dirichlet ends."""
     monkeypatch.setattr(study, "draw", lambda *_: None)
-    tables = study.run(tmp_path, (figure,), (8, 16, 32))
-    assert list(tables) == [(figure, "Neumann"), (figure, "Dirichlet")]
+    tables = run(study, tmp_path, figures=(figure,), cells=(8, 16, 32)).rows
+    assert list(tables) == [f"figure{figure}-neumann", f"figure{figure}-dirichlet"]
     for rows in tables.values():
         assert len(rows) == len(study.FIGURES[figure][1]) * 4 * 3
         for row in rows:
@@ -73,7 +75,7 @@ def test_profile_is_exact_for_polynomials():
     """Interpolation on the elements' own nodes reproduces r, r' and T of their degree."""
     nodes = np.array([-1.0, -0.4, 0.5, 1.0])
     x = np.linspace(-1, 1, 7)
-    value, slope = study._lagrange(nodes, x)
+    value, slope = lagrange(nodes, x)
     np.testing.assert_allclose(value @ nodes**3, x**3, atol=1e-14)
     np.testing.assert_allclose(slope @ nodes**3, 3 * x**2, atol=1e-13)
 
@@ -97,15 +99,16 @@ def test_compressed_states_are_named():
 def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path, monkeypatch, capsys):
     wanted = study.cases((2, 4), (2, 4))
     assert len(wanted) == 2 * 2 * (4 + 3)  # P4-P3 is in both figures
-    first = study.run(tmp_path, (2,), (2, 4))
+    first = run(study, tmp_path, figures=(2,), cells=(2, 4)).rows
     files = {f.name: f.read_bytes() for f in tmp_path.glob("*.[cj]s*")}
     assert {f"figure2-{end}.{suffix}" for end in ("neumann", "dirichlet") for suffix in ("csv", "json")} == set(files)
     assert (tmp_path / "figure2-neumann.png").stat().st_size > 10_000
     assert (tmp_path / "figure2-neumann.svg").is_file()
-    assert json.loads(files["figure2-neumann.json"])["rows"][3]["order_T_L2"] == first[2, "Neumann"][3]["order_T_L2"]
+    kept = json.loads(files["figure2-neumann.json"])["rows"]
+    assert kept[3]["order_T_L2"] == first["figure2-neumann"][3]["order_T_L2"]
     monkeypatch.setattr(study, "evaluate", None)
     monkeypatch.setattr(study, "draw", lambda *_: None)
-    assert study.run(tmp_path, (2,), (2, 4)) == first
+    assert run(study, tmp_path, figures=(2,), cells=(2, 4)).rows == first
     assert {f.name: f.read_bytes() for f in tmp_path.glob("*.[cj]s*")} == files
     assert "P4-P3" in capsys.readouterr().out
 
@@ -114,10 +117,11 @@ def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path,
 @needs_mpirun
 def test_two_ranks_write_the_same_files(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "draw", lambda *_: None)
-    program = "from dolfbuoy.studies import convergence as s; s.draw = lambda *_: None; s.run('two', (4,), (2, 4))"
+    program = "from dolfbuoy.studies.accuracy import convergence as s; from dolfbuoy.studies.study import run; "
+    program += "s.draw = lambda *_: None; run(s, 'two', figures=(4,), cells=(2, 4))"
     done = start(2, ["-c", program], tmp_path)
     assert done.returncode == 0, done.stderr[-3000:]
-    study.run(tmp_path / "one", (4,), (2, 4))
+    run(study, tmp_path / "one", figures=(4,), cells=(2, 4))
     for end in ("neumann", "dirichlet"):
         for suffix in ("json", "csv"):
             one, two = ((tmp_path / folder / f"figure4-{end}.{suffix}").read_text() for folder in ("one", "two"))
@@ -137,4 +141,4 @@ def test_options():
     assert study.parse_figures("3") == (3,)
     with pytest.raises(InputError, match="2, 3, 4 or all"):
         study.parse_figures("5")
-    assert common._key(case(1, 0, 2)) != common._key(case(1, 0, 4))
+    assert cases.key(case(1, 0, 2)) != cases.key(case(1, 0, 4))

@@ -4,15 +4,17 @@ Source: runs with the effect taken out by hand.
 """
 
 import json
+from dataclasses import replace
 
 import pytest
 from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.results import observe
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies import effects as study
+from dolfbuoy.model import effects
+from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.studies.physics import effects as study
+from dolfbuoy.studies.study import run
 
 SCENE = merged(MOORED, cable__elements=3, waves__ramp=0.1, solver__hull_cells=6, time={"end": 0.4, "step": 0.02})
 #: What cannot be left out, because nothing would remain.
@@ -20,28 +22,33 @@ ALWAYS = {"inextensible cable", "buoy", "hydrostatics"}
 
 
 def test_every_effect_can_be_left_out():
-    """Whatever `observe.effects` can name is in the table, and leaving it out takes the name away."""
+    """Whatever `effects.names` can name is in the table, and leaving it out takes the name away."""
     scene = load_scene(
         SCENE,
         wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0},
         buoy__axial_added_mass=1.0,
         cable__strain="element-average",
+        cable__slack="tension-only",
+        cable__damping=100.0,
     )
     names = study.effects_of(scene)
-    assert set(names) == set(observe.effects(scene)) - ALWAYS == set(study.REMOVABLE)
-    for name in names:
+    assert set(names) == set(effects.names(scene)) - ALWAYS == {e.name for e in effects.EFFECTS if e.removable}
+    with pytest.raises(InputError, match="damping = 100"):  # a strain is what it damps
+        study.variant(scene, ["elastic cable"])
+    for name in set(names) - {"elastic cable"}:
         left = set(names) - {name} - ({"cable tangential Froude-Krylov"} if name == "waves" else set())
-        assert set(observe.effects(study.variant(scene, [name]))) - ALWAYS == left
-    assert set(observe.effects(study.variant(scene, only=[]))) == ALWAYS
-    assert set(observe.effects(study.variant(scene, only=["current"]))) == ALWAYS | {"current"}
+        assert set(effects.names(study.variant(scene, [name]))) - ALWAYS == left
+    assert set(effects.names(study.variant(scene, only=[]))) == ALWAYS
+    assert set(effects.names(study.variant(scene, only=["current"]))) == ALWAYS | {"current"}
 
 
 def test_an_effect_that_cannot_be_left_out(monkeypatch):
     """The reason stands in the row, and the effect is needed."""
     scene = load_scene(SCENE)
-    monkeypatch.setitem(study.REMOVABLE, "waves", ("sea", None))
-    cases = study.cases(scene, [])
-    row = cases[0] | study.evaluate(cases[0] | {"files": {"full": __file__}})
+    listed = [replace(e, key="sea") if e.name == "waves" else e for e in effects.EFFECTS]
+    monkeypatch.setattr(effects, "EFFECTS", listed)
+    case = next(case for case in study.cases(scene, []) if case["effect"] == "waves")
+    row = case | study.evaluate(case | {"files": {"full": __file__}})
     assert "needs [sea]" in row["reason"]
     assert study.judge([row], acc.quantities_of(scene), 0.01) == (["waves"], [])
     assert "without it" in study.notes([row], acc.quantities_of(scene), 0.01)[0]
@@ -51,7 +58,7 @@ def test_study(tmp_path):
     """All files, both modes of every effect, operations that add up, and the verdict from the numbers."""
     scene = load_scene(merged(SCENE, external_force=None, current=None, buoy__normal_drag=0.0, buoy__axial_drag=0.0))
     scene = study.variant(scene, only=["waves", "buoy rotational damping"])
-    rows = study.run(tmp_path, scene, threshold=0.01)
+    rows = run(study, tmp_path, scene=scene, threshold=0.01).rows["effects"]
     names = acc.quantities_of(scene)
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     assert list(removed) == study.effects_of(scene)
@@ -71,4 +78,4 @@ def test_study(tmp_path):
 
 def test_a_wrong_threshold_is_named():
     with pytest.raises(InputError, match="--threshold lots: must be"):
-        study.load(SCENE, 0.4, "lots")
+        study.request(SCENE, 0.4, "lots")

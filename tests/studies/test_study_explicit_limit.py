@@ -12,7 +12,8 @@ from helpers import reference
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes
-from dolfbuoy.studies import explicit_limit as study
+from dolfbuoy.studies.stability import explicit_limit as study
+from dolfbuoy.studies.study import run_command
 
 REFERENCE = reference("explicit_limit")
 KEYS = ("free_free", "fixed_free", "fixed_fixed")
@@ -135,7 +136,7 @@ def test_scenes_without_a_limit_are_refused():
 def test_files(tmp_path, monkeypatch, capsys):
     cases = study.cases
     monkeypatch.setattr(study, "cases", lambda cables: cases(cables, sizes=(1, 2), degrees=(1, 2)))
-    study.run(tmp_path, "short")
+    run_command("explicit-limit", tmp_path, scene="short")
     rows = json.loads((tmp_path / "explicit-limit.json").read_text())["rows"]
     assert [row["element"] for row in rows] == ["P1", "P2", "P1 lumped"]
     assert [row["own"] for row in rows] == [True, False, False]

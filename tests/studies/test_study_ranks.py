@@ -12,7 +12,11 @@ from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import load_scene
-from dolfbuoy.studies import common, effects, explicit_limit, inf_sup, rising, work_precision
+from dolfbuoy.parallel import cases as engine
+from dolfbuoy.studies.accuracy import work_precision
+from dolfbuoy.studies.physics import effects
+from dolfbuoy.studies.stability import explicit_limit, inf_sup, rising
+from dolfbuoy.studies.study import run
 
 pytestmark = [
     pytest.mark.slow,  # many forms
@@ -34,7 +38,7 @@ def inf_sup_few(folder):
     whole = inf_sup.cases
     inf_sup.cases = lambda: whole(("catenary", "straight"), [(1, 0), (1, 1), (2, 1)], (4, 8))
     try:
-        inf_sup.run(folder)
+        run(inf_sup, folder)
     finally:
         inf_sup.cases = whole
 
@@ -42,11 +46,14 @@ def inf_sup_few(folder):
 #: Study -> (run(folder), files whose rows must agree).
 STUDIES = {
     "inf-sup": (inf_sup_few, ["inf-sup", "inf-sup-summary"]),
-    "rising": (rising.run, ["rising", "rising-elements", "rising-profiles"]),
-    "explicit-limit": (explicit_limit.run, ["eigenvalues", "explicit-limit"]),
-    "effects": (lambda folder: effects.run(folder, load_scene(WET)), ["effects"]),
+    "rising": (lambda folder: run(rising, folder), ["rising", "rising-elements", "rising-profiles"]),
+    "explicit-limit": (
+        lambda folder: run(explicit_limit, folder, cables=explicit_limit.PAPER),
+        ["eigenvalues", "explicit-limit"],
+    ),
+    "effects": (lambda folder: run(effects, folder, scene=load_scene(WET)), ["effects"]),
     "work-precision": (
-        lambda folder: work_precision.run(folder, load_scene(DRY), repeats=1, **GRID),
+        lambda folder: run(work_precision, folder, scene=load_scene(DRY), repeats=1, **GRID),
         ["work-precision"],
     ),
 }
@@ -87,12 +94,12 @@ def test_what_two_ranks_computed_is_not_computed_again(study, by_two, monkeypatc
     run, names = STUDIES[study]
     monkeypatch.chdir(by_two)
     before = {name: rows(by_two / study, name) for name in names}
-    evaluated, plain = [], common._evaluate_share
+    evaluated, plain = [], engine._evaluate_share
 
     def counting(evaluate, *rest):
         plain(lambda case: evaluated.append(case) or evaluate(case), *rest)
 
-    monkeypatch.setattr(common, "_evaluate_share", counting)
+    monkeypatch.setattr(engine, "_evaluate_share", counting)
     run(study)
     assert evaluated == []
     cases = sorted((by_two / study / "cases").glob("*.json"))

@@ -11,7 +11,8 @@ from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.forms import morison
 from dolfbuoy.model import buoy as buoy_model
-from dolfbuoy.studies import regularisation as study
+from dolfbuoy.studies.stability import regularisation as study
+from dolfbuoy.studies.study import run
 
 CABLE = {
     "sea": {"depth": 20.0},
@@ -45,7 +46,7 @@ def test_scales_come_back():
 
 def test_the_draft_does_not_depend_on_the_softening(tmp_path):
     """A cylinder's wet volume is right for any softening, up to the quadrature of its strips."""
-    rows = study.run(tmp_path, load_scene(SPAR))
+    rows = run(study, tmp_path, scene=load_scene(SPAR)).rows["regularisation"]
     wet = [row for row in rows if row["what"] == "wet section"]
     assert sorted(row["scale"] for row in wet) == [1.0, 1.5, 2.0, 3.0, 4.0]
     assert max(abs(row["change_static_height"]) for row in wet) < 3e-5 * 3.0
@@ -55,7 +56,7 @@ def test_the_draft_does_not_depend_on_the_softening(tmp_path):
 @pytest.mark.slow
 def test_the_tension_does_not_depend_on_the_smoothing_speed(tmp_path):
     """The change grows like eps^2 and is far below what counts at a hundred times the scale."""
-    rows = study.run(tmp_path, load_scene(CABLE))
+    rows = run(study, tmp_path, scene=load_scene(CABLE)).rows["regularisation"]
     change = {row["factor"]: abs(row["change_largest_tension"]) for row in rows}
     assert change[1e2] < 1e-8
     assert change[1e-2] < 1e-11

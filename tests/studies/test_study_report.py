@@ -10,10 +10,11 @@ from dataclasses import replace
 import pytest
 
 from dolfbuoy.commands.main import app
-from dolfbuoy.studies import accuracy as acc
-from dolfbuoy.studies import report as study
-from dolfbuoy.studies import report_text as text
-from dolfbuoy.studies.accuracy import Space
+from dolfbuoy.results import compare
+from dolfbuoy.scene import settings
+from dolfbuoy.scene.settings import Space
+from dolfbuoy.studies.accuracy import report as study
+from dolfbuoy.studies.accuracy import report_text as text
 
 
 def family(order, constant, sizes=(0.1, 0.05, 0.025), work=0.2):
@@ -52,7 +53,7 @@ def judged(name, euler, second, period=5.0):
 def test_schemes_and_the_default_follow_from_the_data():
     scene = judged("one", euler=0.2, second=0.2)
     by_name = {line["scheme"]: line for line in scene["schemes"]}
-    assert [by_name[s]["order"] for s in acc.SCHEMES] == pytest.approx([1, 2, 2])
+    assert [by_name[s]["order"] for s in settings.SCHEMES] == pytest.approx([1, 2, 2])
     assert by_name["backward-euler"]["at_paper_step"] == pytest.approx(0.05)
     assert by_name["backward-euler"]["0.001"]["seconds"] == pytest.approx(200.0)
     found = by_name["generalized-alpha"]["0.01"]
@@ -99,7 +100,7 @@ TINY = replace(
 def test_a_small_report(tmp_path, monkeypatch, capsys):
     """All files, numbers of the tables from the rows, and a second call that computes nothing."""
     monkeypatch.setattr(study, "QUICK", {"short": TINY})
-    pendulum = [{"study": "pendulum", "scheme": s, "step": 0.1, "end": 2.0} for s in acc.SCHEMES]
+    pendulum = [{"study": "pendulum", "scheme": s, "step": 0.1, "end": 2.0} for s in settings.SCHEMES]
     monkeypatch.setattr(study, "pendulum_cases", lambda quick: pendulum)
     study.run(tmp_path, quick=True)
     said = (tmp_path / "report.md").read_text()
@@ -112,7 +113,7 @@ def test_a_small_report(tmp_path, monkeypatch, capsys):
     (scene,) = facts["scenes"]
     own = [row for row in scene["rows"] if row["own"]]
     assert len(own) == 1
-    assert f"{acc.percent(own[0]['bound_tension_top'])} in" in scene["sentences"][0]
+    assert f"{compare.percent(own[0]['bound_tension_top'])} in" in scene["sentences"][0]
     euler = {r["step"]: r["scheme_error_tension_top"] for r in scene["rows"] if r["scheme"] == "backward-euler"}
     assert euler[0.2] > euler[0.1] > euler[0.01] > 0
     assert scene["schemes"][0]["at_paper_step"] == pytest.approx(euler[0.01])

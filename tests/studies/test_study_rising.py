@@ -11,7 +11,8 @@ import pytest
 from scipy.integrate import quad
 
 from dolfbuoy.errors import InputError, SolveError
-from dolfbuoy.studies import rising as study
+from dolfbuoy.studies.stability import rising as study
+from dolfbuoy.studies.study import run
 
 #: From a separate numpy code: state at z = 0.99 after 19 steps (T_min, T_max, x_max, z_min, |x - exact|, energy).
 AT_END = {
@@ -119,7 +120,7 @@ def test_hopeless_continuation_ends_with_the_solvers_error():
 
 
 def test_study_writes_table_profiles_and_figure_and_resumes(tmp_path, monkeypatch, capsys):
-    rows = study.run(tmp_path, ((4, 1, 3),))
+    rows = run(study, tmp_path, extra=((4, 1, 3),)).rows["rising"]
     assert [row["discretisation"] for row in rows[:: len(study.STAGES)]] == ["10 P1-P0", "5 P2-P0", "3 P4-P1"]
     assert math.isclose(rows[-1]["smallest_tension"], -0.0351909925, rel_tol=1e-6)
     saved = json.loads((tmp_path / "rising.json").read_text())
@@ -131,7 +132,7 @@ def test_study_writes_table_profiles_and_figure_and_resumes(tmp_path, monkeypatc
         assert (tmp_path / name).stat().st_size > 1000, name
     monkeypatch.setattr(study, "evaluate", None)
     monkeypatch.setattr(study, "draw", lambda computed: None)
-    assert study.run(tmp_path, ((4, 1, 3),)) == rows
+    assert run(study, tmp_path, extra=((4, 1, 3),)).rows["rising"] == rows
     assert "compressed" in capsys.readouterr().out
 
 

@@ -12,7 +12,9 @@ from dynamics_helpers import MOORED, merged
 from dolfbuoy import load_scene
 from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
-from dolfbuoy.studies import step_cost
+from dolfbuoy.solver import floor
+from dolfbuoy.studies.accuracy import step_cost
+from dolfbuoy.studies.study import run_command
 
 SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 2.0, "step": 0.01})
 
@@ -38,11 +40,9 @@ def test_floor_calls_what_the_run_called(monkeypatch):
     """As often, the Jacobians spread over the iterations."""
     called = []
     assemblers = SimpleNamespace(residuals=lambda: called.append("R"), jacobians=lambda: called.append("J"))
-    monkeypatch.setattr(step_cost, "Assemblers", lambda system: assemblers)
-    monkeypatch.setattr(
-        step_cost, "_direct_solver", lambda system: (lambda: called.append("F"), lambda: called.append("S"))
-    )
-    step_cost.back_to_back(None)(6, 8, 2)
+    monkeypatch.setattr(floor, "Assemblers", lambda system: assemblers)
+    monkeypatch.setattr(floor, "direct_solver", lambda system: (lambda: called.append("F"), lambda: called.append("S")))
+    floor.back_to_back(None)(6, 8, 2)
     assert "".join(called) == "SRSRJFSRRSRSRJFSRR"
 
 
@@ -69,7 +69,7 @@ def test_what_it_refuses(change, said, tmp_path):
     file = tmp_path / "scene.toml"
     load_scene(SCENE, **change).save(file)
     with pytest.raises(InputError, match=said):
-        step_cost.run(tmp_path, file, 60)
+        run_command("step-cost", tmp_path, scene=file, steps=60)
 
 
 def test_command(tmp_path, capsys):

@@ -15,8 +15,10 @@ import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import load_scene, simulate
+from dolfbuoy.results.statistics import dominant_period, statistics
+from dolfbuoy.scene.variants import cases_of, parse_vary
 from dolfbuoy.studies import sweep as sweeping
-from dolfbuoy.studies.sweep import cases_of, dominant_period, parse_vary, statistics, sweep
+from dolfbuoy.studies.sweep import sweep
 
 ROD = {
     "title": "rod",
@@ -287,7 +289,7 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
 @needs_mpirun
 @pytest.mark.mpi
 def test_three_ranks_are_identical_to_one(swept, tmp_path):
-    """Of three ranks two compute; a case that fails on one of them stops neither."""
+    """A case that fails on one of them does not stop the others."""
     _, dataset = swept
     load_scene(ROD).save(tmp_path / "rod.toml")
     vary = [word for text in (*VARY, "cable.length=3,-3") for word in ("--vary", text)]

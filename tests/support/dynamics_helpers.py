@@ -4,13 +4,13 @@ The numpy code is written from the equations in the project's documentation, not
 and short.
 """
 
-import copy
 from contextlib import contextmanager
 
 import numpy as np
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.motion.simulation import Simulation
+from dolfbuoy.scene import merged as merged  # for the tests that import it from here
 
 MOORED = {
     "sea": {"depth": 20.0},
@@ -40,21 +40,6 @@ MOORED = {
     "waves": {"amplitude": 0.8, "period": 5.0, "ramp": 5.0},
     "time": {"end": 2.0, "step": 0.01},
 }
-
-
-def merged(base, **changes):
-    """A deep copy of `base` with `section__key=value` changed; None removes."""
-    result = copy.deepcopy(base)
-    for key, value in changes.items():
-        *sections, last = key.split("__")
-        target = result
-        for section in sections:
-            target = target.setdefault(section, {})
-        if value is None:
-            target.pop(last, None)
-        else:
-            target[last] = value
-    return result
 
 
 def simulate_evenly(scene):

@@ -33,7 +33,7 @@ class CableSolution:
     """r_h, r_h' and T_h of a solved Problem as functions of arc length, element by element."""
 
     def __init__(self, problem):
-        cable, u = problem.cable, problem.system.u
+        cable, u = problem.lines, problem.system.u
         degree = problem.scene.cable.position_degree
         order = np.argsort(cable.node_s)
         s, r = cable.node_s[order], u[cable.node_dofs[order]]

@@ -24,7 +24,7 @@ class PlainNewton:
 
     def __init__(self, problem, estimated=False):
         self.system = problem.system
-        self.parts, residuals = problem._parts()
+        self.parts, residuals = problem.system.parts, problem.residuals()
         if estimated:
             residuals = [(part, _free_of_degree(form)) for part, form in residuals]
         self.vectors = [(part, compat.compile_form(form)) for part, form in residuals]
@@ -73,7 +73,7 @@ class PlainNewton:
             b, J = self.residual(), self.jacobian()[free][:, free].tocsr()
             step = self._direct(J, b[free])
             system.u[free] -= step
-            increment = np.abs(step / system._xs).max()
+            increment = np.abs(step / system.unknown_scales).max()
             ratio = 1.0 if previous is None else min(1.0, increment / max(previous, 1e-300))
             previous = increment
             if increment * ratio <= system.tolerance:
@@ -100,5 +100,5 @@ def simulation(scene, estimated=False):
     from dolfbuoy.motion.simulation import Simulation
 
     made = Simulation(scene, MPI.COMM_SELF)
-    made.system.solve = PlainNewton(made.problem, estimated).solve
+    made.newton.solve = PlainNewton(made.problem, estimated).solve
     return made

@@ -3,9 +3,8 @@
 from importlib import import_module
 
 from .case import CATALOGUE
-from .runner import run
 
 for _module in ("cable", "cable_motion", "slack", "buoy", "numerics"):  # the order of the catalogue
     import_module(f".{_module}", __name__)
 
-__all__ = ["CATALOGUE", "run"]
+__all__ = ["CATALOGUE"]

@@ -5,21 +5,9 @@ import math
 import numpy as np
 
 from .case import hard_case
-from .tools import FLOATING, MOORED, SHORT, refusal, run, said, static, with_
+from .tools import FLOATING, FLOATING_SPAR, MOORED, SHORT, TOP, refusal, run, said, static, with_
 
-#: A spar that is stable by its low centre of mass: 3 m x 1 m, 1200 kg, draft 1.49 m.
-SPAR = {
-    "hull": [[0.0, 1.0], [3.0, 1.0]],
-    "mass": 1200.0,
-    "center_of_mass": 0.5,
-    "inertia": [900.0, 150.0],
-    "added_mass": 0.8,
-    "normal_drag": 1.2,
-    "axial_added_mass": 0.6,
-    "axial_drag": 1.2,
-    "rotational_damping": 200.0,
-}
-FLOATING_SPAR = {"sea": {"depth": 20.0}, "buoy": SPAR}
+SPAR = FLOATING_SPAR["buoy"]
 
 
 def turned(degrees: float, axis=(0.0, 1.0, 0.0)) -> list[float]:
@@ -43,22 +31,17 @@ def _rights_itself(found, degrees):
     found.holds(f"it started at {degrees} degrees", abs(float(record.cone_angle[0]) - degrees) < 1e-6)
 
 
-@hard_case("buoy", "capsized", "a stable spar, started 179 degrees over", "it rights itself; M_D = M; |q| = 1")
+@hard_case
 def capsized(found):
     _rights_itself(found, 179.0)
 
 
-@hard_case("buoy", "horizontal", "a stable spar, started lying in the water", "it rights itself; M_D = M; |q| = 1")
+@hard_case
 def horizontal(found):
     _rights_itself(found, 90.0)
 
 
-@hard_case(
-    "buoy",
-    "capsized-moored",
-    "the same spar, moored, started 170 degrees over with its cable",
-    "it rights itself and returns to the moored equilibrium",
-)
+@hard_case
 def capsized_moored(found):
     scene = with_(SHORT, buoy=SPAR, cable__length=19.0, time={"end": 60.0, "step": 0.05})
     rest = static(scene)
@@ -73,12 +56,7 @@ def capsized_moored(found):
     found.close("top tension", record.tension_top[-1], float(rest.tension_top), 1e-4, " N")
 
 
-@hard_case(
-    "buoy",
-    "submerged",
-    "a cable of 15 m in 20 m of water holds the spar down",
-    "T = (rho V - M) g; all is wet",
-)
+@hard_case
 def submerged(found):
     record = static(with_(SHORT, buoy=SPAR, cable__length=15.0))
     volume = math.pi / 4 * 3.0
@@ -87,12 +65,7 @@ def submerged(found):
     found.close("wetted length", record.submerged_length, 3.0, 1e-9, " m")
 
 
-@hard_case(
-    "buoy",
-    "dropped",
-    "the spar let go with its keel 3 m above the water",
-    "free fall, splash, a heave that dies out around its draft",
-)
+@hard_case
 def dropped(found):
     z0 = 3.5
     scene = with_(FLOATING_SPAR, initial={"buoy_position": [0.0, 0.0, z0]})
@@ -110,19 +83,7 @@ def dropped(found):
     found.below("its swing there over that of the first 10 s", float(last.max() / first.max()), 0.2)
 
 
-TOP = {
-    "gravity": 0.0,
-    "buoy": {"mass": 3.0, "center_of_mass": 0.4, "inertia": [2.0, 1.0]},
-    "initial": {"buoy_position": [0.0, 0.0, 0.0], "buoy_orientation": [1.0, 0.0, 0.0, 0.0]},
-}
-
-
-@hard_case(
-    "buoy",
-    "spinning",
-    "a body that turns with 10 rad/s askew of its axis, without torque",
-    "L stays; the axis goes round L with |L|/I_t (Euler)",
-)
+@hard_case
 def spinning(found):
     omega = 10 * np.array([0.6, 0.0, 0.8])
     time = {"end": 2.0, "step": 0.001, "scheme": "bdf2"}
@@ -138,12 +99,7 @@ def spinning(found):
     found.below("axis after 2 s off by", np.abs(axis - expected).max(), 2e-4)
 
 
-@hard_case(
-    "buoy",
-    "hundred-turns",
-    "a hundred full turns head over heels at 10 rad/s",
-    "unit quaternion to 1e-12, L kept, no step harder than another",
-)
+@hard_case
 def hundred_turns(found):
     time = {"end": 100 * 2 * math.pi / 10, "step": 0.01, "scheme": "generalized-alpha"}
     record = run(with_(TOP, initial__buoy_angular_velocity=[0.0, 10.0, 0.0], time=time))
@@ -157,12 +113,7 @@ def hundred_turns(found):
     found.remark(f"angle after 100 turns {math.degrees((angle + math.pi) % (2 * math.pi) - math.pi):.3g} deg")
 
 
-@hard_case(
-    "buoy",
-    "gm-negative",
-    "GM < 0: a mass on a mast of 10 m, 0.001 rad off upright",
-    "said; capsizes with the growth rate sqrt(M g |GM|/I) and settles",
-)
+@hard_case
 def gm_negative(found):
     bare = with_(FLOATING, buoy={"added_mass": 0.0, "normal_drag": 0.0, "axial_drag": 0.0, "rotational_damping": 0.0})
     bare["buoy"]["point_masses"] = [{"mass": 150.0, "height": 2.0}, {"mass": 150.0, "height": 10.0}]
@@ -188,21 +139,19 @@ def gm_negative(found):
     found.remark(f"it lies at {float(tail[-1]):.3g} deg")
 
 
-@hard_case("buoy", "effective-mass", "C_A so negative that M + C_A rho V <= 0, or rho0 + C_A rho A <= 0", "refused")
+@hard_case
 def effective_mass(found):
     found.says(refusal(with_(MOORED, buoy__added_mass=-0.7)), "is not positive")
     found.says(refusal(with_(MOORED, cable={"added_mass": -6.0})), "is not positive")
 
 
-@hard_case("buoy", "sinks", "a buoy of 50 kg on a cable of 276 kg/m", "said that it sinks")
+@hard_case
 def sinks(found):
     small = {"hull": [[0.0, 0.6], [0.6, 0.6]], "mass": 50.0, "point_masses": [], "inertia": [3.0, 2.0]}
     found.says(refusal(with_(MOORED, buoy=small, cable__line_density=276.0)), "sinks")
 
 
-@hard_case(
-    "buoy", "breaking-wave", "a wave at the breaking limit of Miche, and 20 % beyond", "beyond: warned; both end finite"
-)
+@hard_case
 def breaking_wave(found):
     k = 2 * math.pi / 38.9106728271416
     limit = 0.142 * math.tanh(k * 20.0) * 38.9106728271416 / 2
@@ -216,7 +165,7 @@ def breaking_wave(found):
         found.remark(f"{name}: top tension up to {float(record.tension_top.max()):.4g} N")
 
 
-@hard_case("buoy", "short-wave", "a wavelength below five diameters of the buoy", "warned: diffraction")
+@hard_case
 def short_wave(found):
     found.says(said(with_(MOORED, waves={"period": 2.5, "amplitude": 0.1})), "diffraction")
     found.holds(
@@ -224,7 +173,7 @@ def short_wave(found):
     )
 
 
-@hard_case("buoy", "zero-amplitude", "waves of amplitude 0", "the run without waves, to 1e-14")
+@hard_case
 def zero_amplitude(found):
     scene = with_(MOORED, current={"speed": 0.5}, time={"end": 0.2, "step": 0.01})
     calm, zero = run(scene), run(with_(scene, waves={"period": 5.0, "amplitude": 0.0}))
@@ -233,7 +182,7 @@ def zero_amplitude(found):
     found.below("top tension differs by", np.abs(calm.tension_top / zero.tension_top - 1).max(), 1e-13)
 
 
-@hard_case("buoy", "deep-water", "T = 1.5 s in 700 m: kh = 1252, cosh kh overflows", "e^(kz); a finite run")
+@hard_case
 def deep_water(found):
     import ufl
 

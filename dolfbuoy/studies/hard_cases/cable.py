@@ -13,12 +13,7 @@ STIFF = (1e6, 1e8, 1e10, 1e12, 1e14)
 FOURTH = 20**-4  #: (element/length)^4 of UNIT: forces at the ends of P2-P1 converge with order 4
 
 
-@hard_case(
-    "cable",
-    "inextensible-limit",
-    "equilibrium with EA = 1e6 ... 1e14 times its weight, and EA = inf",
-    "the inextensible answer is approached like 1/EA; iterations flat",
-)
+@hard_case
 def inextensible_limit(found):
     exact = static(UNIT)
     differences, iterations = [], [int(exact.newton_iterations)]
@@ -44,22 +39,17 @@ def _pulled(found, EA):
     found.holds("T > 0", record.attrs["smallest_tension_N"] > 0)
 
 
-@hard_case("cable", "stretch-50", "EA so small that the cable stretches by 50 %", "the end of the elastic catenary")
+@hard_case
 def stretch_50(found):
     _pulled(found, 1.2347888733299130)
 
 
-@hard_case("cable", "stretch-200", "EA so small that the cable stretches by 200 %", "the end of the elastic catenary")
+@hard_case
 def stretch_200(found):
     _pulled(found, 1.2347888733299130 / 4)
 
 
-@hard_case(
-    "cable",
-    "fold-resolved",
-    "ends at (0, 0, 0) and (0.01, 0, 0.8) of a unit cable, elements shorter than its fold of 0.0015",
-    "the catenary, all of it in tension",
-)
+@hard_case
 def fold_resolved(found):
     scene = with_(UNIT, cable__top__position=[0.01, 0.0, 0.8])
     scene["cable"]["elements"] = [[0.09, 10], [0.02, 100], [0.89, 30]]
@@ -70,12 +60,7 @@ def fold_resolved(found):
     found.close("lowest point", record.cable_position[:, 2].min(), -0.09925391978048543, 1e-4)
 
 
-@hard_case(
-    "cable",
-    "nearly-taut",
-    "ends at (0, 0, 0) and (0.01, 0, 0.99) of a unit cable",
-    "the catenary, all of it in tension",
-)
+@hard_case
 def nearly_taut(found):
     record = static(with_(UNIT, cable__top__position=[0.01, 0.0, 0.99], cable__elements=[[0.02, 100], [0.98, 40]]))
     H, top = hanging(0.01, 0.99)
@@ -83,12 +68,7 @@ def nearly_taut(found):
     found.close("smallest tension, H", record.attrs["smallest_tension_N"], H, 2e-2)
 
 
-@hard_case(
-    "cable",
-    "exactly-taut",
-    "inextensible, ends exactly L apart",
-    "refused: the tension is undetermined; with a finite EA it is not",
-)
+@hard_case
 def exactly_taut(found):
     taut = with_(UNIT, cable__top__position=[0.6, 0.0, 0.8])
     found.says(refusal(taut), "undetermined")
@@ -97,7 +77,7 @@ def exactly_taut(found):
     found.close("mean tension at EA = 1000", record.cable_tension.mean(), (0.6**2 * 1e3 / 24) ** (1 / 3), 2e-2)
 
 
-@hard_case("cable", "too-short", "ends farther apart than L = 19.9 m: 20 m", "EA = inf refused; elastic: taut")
+@hard_case
 def too_short(found):
     scene = with_(SHORT, cable__length=19.9, cable__top={"kind": "fixed", "position": [0.0, 0.0, 0.0]})
     found.says(refusal(with_(scene, cable__axial_stiffness=INF)), "too short")
@@ -108,12 +88,7 @@ def too_short(found):
     found.close("tension of the first element", record.cable_tension[0], expected, 1e-9, " N")
 
 
-@hard_case(
-    "cable",
-    "vertical",
-    "L = 22 m between points 20 m above each other: a fold of no radius, T = 0 in it",
-    "the tension of a folded cable, and a word if an element is compressed",
-)
+@hard_case
 def vertical(found):
     scene = with_(SHORT, cable__top={"kind": "fixed", "position": [0.0, 0.0, 0.0]}, cable__elements=22)
     for EA in (2.3e8, INF):
@@ -131,22 +106,12 @@ def vertical(found):
             found.below(f"EA = {EA:g}: top tension off by", off, 1.001 * shared, " N")
 
 
-@hard_case(
-    "cable",
-    "straight-start",
-    "Newton started on the straight chord between fixed ends, a singular point",
-    "the hanging state or an error; never a state that is accepted silently",
-)
+@hard_case
 def straight_start(found):
     _newton_from(found, lambda x: 0.0 * x)
 
 
-@hard_case(
-    "cable",
-    "arch-start",
-    "Newton started on an upward arch, which is an equilibrium with T < 0",
-    "the program's own start is sagged: T > 0; the arch, if offered, is recognised by its T < 0",
-)
+@hard_case
 def arch_start(found):
     _newton_from(found, lambda x: 1.6 * x * (0.6 - x))
 
@@ -161,22 +126,22 @@ def _newton_from(found, rise):
     try:
         x = np.array([0.6, 0.0, 0.5])
         bow = lambda s: np.multiply.outer(s, x) + np.multiply.outer(rise(0.6 * s), [0.0, 0.0, 1.0])  # noqa: E731
-        problem.cable.set_shape(problem.system.u, bow, lambda s: -0.4 + 0.0 * s)
+        problem.lines.set_shape(problem.system.u, bow, lambda s: -0.4 + 0.0 * s)
         problem.set_time(0.0)
         try:
-            problem.system.solve()
+            problem.newton.solve()
         except Exception as error:
             found.says(str(error), "DIVERGED")
             return
         smallest = problem.smallest_tension()
         found.remark(f"Newton from there ends with the smallest tension {smallest:.3g}")
-        above = problem.system.u[problem.cable.node_dofs][:, 2].max() > 0.5
+        above = problem.system.u[problem.lines.node_dofs][:, 2].max() > 0.5
         found.holds("a state above its ends has T < 0, which `smallest_tension_N` shows", (smallest < 0) or not above)
     finally:
         problem.destroy()
 
 
-@hard_case("cable", "lighter-than-water", "a cable that floats up, w = -1 N/m", "the catenary upside down, T > 0; said")
+@hard_case
 def lighter_than_water(found):
     area = 2 / 1025  # displaces 2 kg/m, weighs 1 kg/m
     cable = {"diameter": float(np.sqrt(4 * area / np.pi)), "anchor": [0.0, 0.0, -3.0]}
@@ -189,12 +154,7 @@ def lighter_than_water(found):
     found.says(said(scene), "lighter than water")
 
 
-@hard_case(
-    "cable",
-    "weightless",
-    "no weight in water: pulled 10 % longer; slack between its ends; no gravity at all",
-    "T = EA/10 everywhere; slack has no definite shape: T near 0, or a sentence",
-)
+@hard_case
 def weightless(found):
     scene = with_(UNIT, gravity=0.0, cable__axial_stiffness=100.0)
     record = static(with_(scene, cable__top__position=[0.66, 0.0, 0.88]))
@@ -213,12 +173,7 @@ def weightless(found):
                 found.below(f"slack, EA = {EA:g}: largest |T|", largest, 1e-3, " N")
 
 
-@hard_case(
-    "cable",
-    "one-element",
-    "a single element: P1-P0 stretched, P1-P0 inextensible and slack, P4-P3 hanging",
-    "Hooke's law; a sentence where one straight element cannot be slack; the catenary",
-)
+@hard_case
 def one_element(found):
     one = with_(UNIT, cable={"elements": 1, "position_degree": 1, "tension_degree": 0})
     record = static(with_(one, cable__axial_stiffness=100.0, cable__top__position=[0.66, 0.0, 0.88]))
@@ -230,7 +185,7 @@ def one_element(found):
     found.close("top tension of P4-P3", best.tension_top, hanging(0.6, 0.5)[1], 5e-2)
 
 
-@hard_case("cable", "many-elements", "1000 elements on 750 m", "the catenary; iterations as with 20 elements")
+@hard_case
 def many_elements(found):
     long = {"length": 750.0, "line_density": 9.3, "elements": 1000}
     scene = with_(SHORT, sea__depth=700.0, cable=long, cable__top={"kind": "fixed", "position": [245.0, 0.0, 0.0]})
@@ -239,7 +194,7 @@ def many_elements(found):
     found.below("more iterations than with 20 elements", many.newton_iterations - few.newton_iterations, 2)
 
 
-@hard_case("cable", "degree-4", "mu = 4 with nu = 0 ... 3; nu >= mu", "the catenary, better with nu; nu >= mu refused")
+@hard_case
 def degree_4(found):
     errors = []
     for nu in range(4):
@@ -271,7 +226,7 @@ def _in_current(force, speed, cable, w, rho=1025.0):
     return -end
 
 
-@hard_case("cable", "current-4", "the paper's short cable in a current of 4 m/s", "the shape of an ODE solver")
+@hard_case
 def current_4(found):
     force = [9000.0, 0.0, 9000.0]
     scene = with_(SHORT, cable__top={"kind": "free", "force": force}, current={"speed": 4.0})
@@ -287,12 +242,7 @@ def current_4(found):
     found.holds("T > 0 when held", held.attrs["smallest_tension_N"] > 0)
 
 
-@hard_case(
-    "cable",
-    "below-the-bed",
-    "a slack cable that hangs 0.99 m below the sea bed",
-    "flagged before and after a run: this model has no contact",
-)
+@hard_case
 def below_the_bed(found):
     from .tools import run
 

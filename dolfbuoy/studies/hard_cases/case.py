@@ -1,12 +1,16 @@
 """What a hard case is: what is asked, what a trustworthy program must show, and a check that measures it."""
 
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 #: name -> HardCase, in the order of the catalogue.
 CATALOGUE: dict[str, "HardCase"] = {}
+_TEXT = tomllib.loads(Path(__file__).with_name("catalogue.toml").read_text(encoding="utf-8"))
+_WORDS = {name: {"group": group, **words} for group, named in _TEXT.items() for name, words in named.items()}
 
 
 class Findings:
@@ -77,13 +81,10 @@ class HardCase:
         return {"passed": not found.failed, "happened": "; ".join(found.said), "failed": found.failed}
 
 
-def hard_case(group: str, name: str, asked: str, must_show: str, slow: bool = False):
-    """Decorator: the function, which writes into a Findings, becomes a case of the catalogue."""
-
-    def register(check):
-        if name in CATALOGUE:
-            raise ValueError(f"two hard cases are called {name}")
-        CATALOGUE[name] = HardCase(name, group, asked, must_show, check, slow)
-        return check
-
-    return register
+def hard_case(check):
+    """Decorator: the function, which writes into a Findings, becomes the case of its name in catalogue.toml."""
+    name = check.__name__.replace("_", "-")
+    if name in CATALOGUE:
+        raise ValueError(f"two hard cases are called {name}")
+    CATALOGUE[name] = HardCase(name=name, check=check, **_WORDS[name])
+    return check

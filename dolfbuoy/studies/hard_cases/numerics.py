@@ -22,14 +22,9 @@ def _short(**time) -> dict:
     return with_(load_scene("short").to_dict(), time=time)
 
 
-@hard_case(
-    "numerics",
-    "large-steps",
-    "`short` with 10 and 100 times the paper's step: 0.1 s, 1 s",
-    "ends, cut steps said; the mean tension stays near that of small steps; the damping is as foretold",
-)
+@hard_case
 def large_steps(found):
-    from ...check import remaining_amplitude
+    from ...results.summary import remaining_amplitude
 
     records = {step: run(_short(end=20.0, step=step)) for step in (0.02, 0.1, 1.0)}
     mean, swing = {}, {}
@@ -50,12 +45,7 @@ def large_steps(found):
     found.close("left of a free 5 s motion after 120 s at 0.1 s", left, 8.266e-05, 1e-3)
 
 
-@hard_case(
-    "numerics",
-    "tiny-step",
-    "`short` with dt = 1e-5 s: accelerations divide by 1e-10",
-    "no noise in the tension, no stalled Newton",
-)
+@hard_case
 def tiny_step(found):
     record = run(_short(end=2e-4, step=1e-5))
     found.finite(record)
@@ -66,12 +56,7 @@ def tiny_step(found):
     found.below("failed steps", record.attrs["failed_steps"], 0)
 
 
-@hard_case(
-    "numerics",
-    "far-start",
-    "a moored buoy let go 10 m beside and 1 m above its place, tilted by 60 degrees",
-    "it comes to its equilibrium",
-)
+@hard_case
 def far_start(found):
     from .buoy import turned
 
@@ -86,12 +71,7 @@ def far_start(found):
     found.remark(f"{record.attrs['failed_steps']} steps were cut")
 
 
-@hard_case(
-    "numerics",
-    "inconsistent-velocity",
-    "a buoy that is to move with 3 m/s along its inextensible, taut, vertical cable",
-    "the velocity is projected: nothing along the cable, no spike of 1/dt in the tension",
-)
+@hard_case
 def inconsistent_velocity(found):
     scene = with_(MOORED, cable={"axial_stiffness": INF, "length": 19.6, "elements": 4})
     scene = with_(scene, time={"end": 0.05, "step": 0.005})
@@ -103,12 +83,7 @@ def inconsistent_velocity(found):
     found.below("largest tension / that at rest", ratio, 1.05)
 
 
-@hard_case(
-    "numerics",
-    "cut-steps",
-    "`driven-slack` at twenty times its step, Newton allowed three iterations: steps that it cannot take",
-    "cut, retried, grown back to the nominal step, counted and reported",
-)
+@hard_case
 def cut_steps(found):
     scene = with_(load_scene("driven-slack").to_dict(), solver__petsc={"snes_max_it": 3})
     scene = with_(scene, time={"end": 10.0, "step": 0.2})
@@ -123,14 +98,14 @@ def cut_steps(found):
     found.says(said(scene, record), "failed and were retried")
 
 
-@hard_case("numerics", "zero-length", "a run of 0 s", "a record with the initial state")
+@hard_case
 def zero_length(found):
     record = run(_short(end=0.0, step=0.01))
     found.finite(record)
     found.holds("one instant, t = 0", record.time.values.tolist() == [0.0])
 
 
-@hard_case("numerics", "kill-9", "kill -9 in mid-run", "the record on disk is whole, finite, in order")
+@hard_case
 def kill_9(found):
     with tempfile.TemporaryDirectory() as folder:
         process = _start("run", "hanging-chain", "--out", folder, "--t-end", "1e5", "--no-plot")
@@ -145,12 +120,7 @@ def kill_9(found):
     found.holds(f"{len(time)} instants in order", bool(np.all(np.diff(time) > 0)))
 
 
-@hard_case(
-    "numerics",
-    "resume",
-    "a moored buoy in waves stopped after 7 of 20 steps and taken up again, for every scheme",
-    "the record of the uninterrupted run, bit for bit",
-)
+@hard_case
 def resume(found):
     for scheme in ("backward-euler", "bdf2", "generalized-alpha"):
         scene = with_(MOORED, waves={"period": 5.0, "amplitude": 0.5, "ramp": 0.2})
@@ -166,12 +136,7 @@ def resume(found):
         found.holds(f"{scheme}: all {len(series)} series identical", same)
 
 
-@hard_case(
-    "numerics",
-    "disk-full",
-    "the file system lets no file grow beyond 600 kB in mid-run",
-    "one sentence, exit code 1, and a whole record of what was computed before",
-)
+@hard_case
 def disk_full(found):
     limit = 600_000
     small = f"from mpi4py import MPI; import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit})); "

@@ -1,41 +1,43 @@
 """The catalogue as a study: run it, keep it, show it."""
 
-import hashlib
 from pathlib import Path
 
-from mpi4py import MPI
-
 from ...errors import InputError
-from ..common import evaluate_all, save, show
+from ...parallel.cases import evaluate_all
+from ..declaration import declared
+from ..study import Table
 from .case import CATALOGUE
 
-COLUMNS = {"name": "case", "asked": "asked", "must_show": "must show", "happened": "happened", "verdict": ""}
+WORDS = declared(__file__)
 
 
 def cases(only: str | None = None, slow: bool = False) -> list[dict]:
-    """Cases as plain dicts; only: a name or the beginning of names (slow ones included); slow: the expensive ones too.
-
-    A case that is kept on disk counts for the same program only: `program` is a digest of its source.
-    """
+    """Plain dicts; only: a name or the beginning of names (slow ones included); slow: the expensive ones too."""
     chosen = [c for c in CATALOGUE.values() if (c.name.startswith(only) if only else slow or not c.slow)]
     if not chosen:
-        raise InputError(f"--only {only}: no case is called so; there are {', '.join(CATALOGUE)}.")
-    program = _digest()
-    return [{"study": "hard-cases", "name": c.name, "program": program} for c in chosen]
-
-
-def _digest():
-    root = Path(__file__).parents[2]
-    from ... import forms, meshes
-
-    folders = [root, *(Path(m.__file__).parent for m in (forms, meshes))]
-    files = sorted({f for folder in folders for f in folder.rglob("*.py")})
-    return hashlib.sha256(b"".join(f.read_bytes() for f in files)).hexdigest()[:16]
+        raise InputError(WORDS.say("unknown", only=only, names=", ".join(CATALOGUE)))
+    return [{"study": "hard-cases", "name": c.name} for c in chosen]
 
 
 def evaluate(case: dict) -> dict:
     """Outcome of one case."""
     return CATALOGUE[case["name"]].evaluate()
+
+
+def compute(folder, only: str | None = None, slow: bool = False) -> list[dict] | None:
+    """What happened in every case, kept as the catalogue's table too; None on all ranks but 0."""
+    rows = evaluate_all(evaluate, cases(only, slow), folder)
+    if rows is not None:
+        rows = [_row(row) for row in rows]
+        (Path(folder) / "hard-cases.md").write_text(markdown(rows))
+    return rows
+
+
+def _row(row):
+    case = CATALOGUE[row["name"]]
+    words = {"name": case.name, "group": case.group, "asked": case.asked, "must_show": case.must_show}
+    measured = {key: row[key] for key in ("happened", "passed", "failed")}
+    return words | measured | {"verdict": "pass" if row["passed"] else "FAIL"}
 
 
 def markdown(rows: list[dict]) -> str:
@@ -47,26 +49,8 @@ def markdown(rows: list[dict]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def run(folder, only: str | None = None, slow: bool = False) -> bool:
-    """Evaluate, save and show; whether all passed (the same on every rank)."""
-    rows = evaluate_all(evaluate, cases(only, slow), folder)
-    passed = None
-    if rows is not None:
-        rows = [_row(row) for row in rows]
-        passed = all(row["passed"] for row in rows)
-        count = sum(row["passed"] for row in rows)
-        notes = [f"{count} of {len(rows)} cases pass."]
-        save(folder, "hard-cases", rows, notes=notes)
-        (Path(folder) / "hard-cases.md").write_text(markdown(rows))
-        show(f"Hard cases; {folder}", rows, COLUMNS, notes)
-    return MPI.COMM_WORLD.bcast(passed)
-
-
-def _row(row):
-    case = CATALOGUE[row["name"]]
-    result = {"name": case.name, "group": case.group, "asked": case.asked, "must_show": case.must_show}
-    return (
-        result
-        | {k: row[k] for k in ("happened", "passed", "failed")}
-        | {"verdict": "pass" if row["passed"] else "FAIL"}
-    )
+def tables(rows: list[dict], **_) -> list[Table]:
+    """The catalogue with its verdicts; it is to pass as a whole."""
+    passed = [row["passed"] for row in rows]
+    notes = [WORDS.say("count", passed=sum(passed), all=len(rows))]
+    return [Table("hard-cases", rows, WORDS.say("title"), WORDS.columns, notes, passed=all(passed))]

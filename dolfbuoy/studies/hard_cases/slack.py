@@ -10,13 +10,7 @@ from .tools import SHORT, UNIT, ending, hanging, run, said, static, with_
 LAWS = ("compressive", "tension-only")
 
 
-@hard_case(
-    "slack",
-    "fold-unresolved",
-    "ends at (0, 0, 0) and (0.01, 0, 0.8), a fold of 0.0015 in elements of 0.05, both slack laws",
-    "the unresolved fold is said; T >= 0 with tension-only; compression said with the other; "
-    "the top tension right to the element's weight",
-)
+@hard_case
 def fold_unresolved(found):
     scene = with_(UNIT, cable={"position_degree": 1, "tension_degree": 0}, cable__top__position=[0.01, 0.0, 0.8])
     for law in LAWS:
@@ -35,12 +29,7 @@ def fold_unresolved(found):
             found.says(said(case), "compressed")
 
 
-@hard_case(
-    "slack",
-    "straight-tension-only",
-    "a run that starts on the straight chord, 14 % too short, tension-only",
-    "nothing springs: slack at once, T >= 0 throughout, the catenary at last",
-)
+@hard_case
 def straight_tension_only(found):
     scene = with_(SHORT, sea__depth=40.0, cable={"anchor": [0.0, 0.0, -20.0], "normal_drag": 1.2})
     scene = with_(scene, cable={"slack": "tension-only"}, time={"end": 60.0, "step": 0.05})
@@ -53,13 +42,7 @@ def straight_tension_only(found):
     found.below("from the catenary after 60 s", off, 1e-3, " m")
 
 
-@hard_case(
-    "slack",
-    "snap-load",
-    "`driven-slack` for 30 s as shipped and tension-only: the lower part goes slack and snaps in every period",
-    "8850 +- 5 N at the top (two independent programs) within 1 %, at most 160 elements, no artificial damping",
-    slow=True,
-)
+@hard_case
 def snap_load(found):
     for law in LAWS:
         scene = with_(load_scene("driven-slack").to_dict(), cable={"slack": law, "elements": 80}, time={"end": 30.0})

@@ -1,6 +1,7 @@
 """What the hard cases share: base scenes, runs on one rank, refusals, and closed forms that owe the program nothing."""
 
-import copy
+import tomllib
+from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
@@ -11,70 +12,18 @@ from ...api import simulate, solve_static
 from ...check import check
 from ...errors import InputError, SolveError
 from ...results.summary import warnings
-from ...scene import load_scene
+from ...scene import load_scene, merged
 
 INF = float("inf")
 
-#: A cable of length, weight per length and gravity 1, in air: the unit of the reference values.
-UNIT = {
-    "gravity": 1.0,
-    "cable": {
-        "length": 1.0,
-        "line_density": 1.0,
-        "axial_stiffness": INF,
-        "elements": 20,
-        "position_degree": 2,
-        "tension_degree": 1,
-        "top": {"kind": "fixed", "position": [0.6, 0.0, 0.5]},
-    },
-}
-
-#: The paper's short cable in its sea, 220.2128 N/m in water; the top is to be given.
-SHORT = {
-    "sea": {"depth": 20.0},
-    "cable": {
-        "length": 22.0,
-        "line_density": 27.6,
-        "diameter": 0.08,
-        "axial_stiffness": 2.3e8,
-        "elements": 20,
-        "added_mass": 0.3,
-        "normal_drag": 0.8,
-        "tangential_drag": 0.1,
-    },
-}
-
-#: A stable round buoy of 700 kg, free draft 0.151 m without its cable.
-BUOY = {
-    "hull": [[0.0, 2.4], [1.2, 2.4]],
-    "mass": 400.0,
-    "center_of_mass": 0.5,
-    "inertia": [192.0, 288.0],
-    "point_masses": [{"mass": 150.0, "height": 2.0}, {"mass": 150.0, "height": 3.0}],
-    "added_mass": 0.3,
-    "normal_drag": 0.8,
-    "axial_drag": 1.0,
-    "rotational_damping": 100.0,
-}
-MOORED = SHORT | {"buoy": BUOY}
-FLOATING = {"sea": {"depth": 20.0}, "buoy": BUOY}
+SCENES = tomllib.loads(Path(__file__).with_name("scenes.toml").read_text(encoding="utf-8"))
+UNIT, SHORT, CHAIN, FLOATING, FLOATING_SPAR, TOP = SCENES.values()
+MOORED = SHORT | FLOATING
 
 
 def with_(base: dict, **changes) -> dict:
     """A deep copy of a scene with `section__key=value` changed; a dict is merged into a section, None removes."""
-    scene = copy.deepcopy(base)
-    for key, value in changes.items():
-        *sections, last = key.split("__")
-        target = scene
-        for section in sections:
-            target = target.setdefault(section, {})
-        if value is None:
-            target.pop(last, None)
-        elif isinstance(value, dict) and isinstance(target.get(last), dict):
-            target[last] |= value
-        else:
-            target[last] = value
-    return scene
+    return merged(base, **changes)
 
 
 def static(scene: dict):

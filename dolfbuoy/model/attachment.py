@@ -1,0 +1,74 @@
+"""A line's end on a body: six numbers (r_O, T_O) that both meshes know, and equations (9), (29) between them."""
+
+import numpy as np
+from dolfinx import fem
+
+from ..forms import buoy as body
+from ..forms import coupling
+from ..solver.fields import Fields
+from ..solver.real import real_space
+from ..solver.unknowns import Block, Part
+
+FIELDS = Fields(point=3, force=3)
+
+
+class Attachment:
+    """The end of a line at a point of a body.
+
+    lines: the Lines; tag: of the end's `ds`.  buoy: the Buoy, None on ranks that do not have it; offset: body vector
+    from its C to the point [m], a UFL constant on its mesh.
+    """
+
+    def __init__(self, lines, tag, buoy=None, offset=None):
+        self.lines, self.tag, self.buoy, self.offset = lines, tag, buoy, offset
+        self._on_line = fem.Function(real_space(lines.mesh, FIELDS.size))
+        self._on_body = fem.Function(real_space(buoy.mesh, FIELDS.size)) if buoy else None
+        self.line_part = self.body_part = None
+
+    def number(self, place):
+        """Take the unknowns `place` ... `place` + 6 of this rank."""
+        self.line_part = Part("mooring", self._on_line, place)
+        if self.buoy:
+            self.body_part = Part("mooring on the axis", self._on_body, place)
+
+    @property
+    def slice(self):
+        """Place among the local unknowns."""
+        return self.line_part.slice
+
+    def of(self, u):
+        """(point, force): r_O [m] and T_O [N] among the local unknowns."""
+        return FIELDS.of(u[self.slice])
+
+    # -- on the line's mesh --------------------------------------------------------------------------------------------
+
+    def end_force(self, v):
+        """The last term of (11)_1, with T_bnd = -T_O, Eq. (29)_2."""
+        return coupling.end_force(-FIELDS.split(self._on_line).force, v) * self.lines.ds(self.tag)
+
+    def position_equation(self, r):
+        """Eq. (29)_1: r = r_O at the end."""
+        r_O, test = FIELDS.split(self._on_line).point, FIELDS.split(self.line_part.test).force
+        return coupling.attachment(r, r_O, test) * self.lines.ds(self.tag)
+
+    # -- on the body's mesh --------------------------------------------------------------------------------------------
+
+    def load(self, state):
+        """(force, torque about C) of the line on the body; state: a forms.buoy.Body."""
+        T_O = FIELDS.split(self._on_body).force
+        return T_O, body.point_torque(state.quaternion, self.offset, T_O)
+
+    def link(self, state):
+        """Eq. (9): r_O is a point of the body."""
+        r_O, test = FIELDS.split(self._on_body).point, FIELDS.split(self.body_part.test).point
+        return coupling.rigid_link(r_O, state.position, state.quaternion, self.offset, test)
+
+    # -- numbers -------------------------------------------------------------------------------------------------------
+
+    def blocks(self, reach, force, mass):
+        """Blocks of the six numbers; typical length [m], force [N] and mass [kg]."""
+        point, pull = FIELDS.of(np.arange(self.slice.start, self.slice.stop))
+        return [
+            Block("mooring point r_O", point, reach, reach, unit="m"),
+            Block("mooring force T_O", pull, force, reach, rounding=mass * reach, unit="N"),
+        ]

@@ -1,0 +1,256 @@
+"""The physical effects that a scene may call for, each declared once.
+
+From a declaration follow: whether the effect is compiled, its term in the form, the name in a record's list of effects,
+what `study effects` leaves out, the account of its power in the energy balance, and the values that random scenes give
+to its keys.  The keys themselves, with their units and ranges, stand in `scene.sections`.
+
+A term is a plain UFL function of `forms/`; where it enters tells its signature:
+
+    line(c, cable, rho_w, flow, point)    force per stretched metre of a line
+    strip(c, hull, rho_w, strip)          force per wet area of a strip of a hull
+    end(c, hull, rho_w, strip)            force on a wet end disc of a hull
+    body(c, body)                         (force, torque) at a point of a body
+    line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
+
+c are its numbers as UFL constants: one, or several by name.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..forms import buoy, cable, hull, wind
+from .rigid import axis_offset
+from .sea import heading
+
+
+class Drawn(NamedTuple):
+    """Values of a key in random scenes: between low and high, evenly in the logarithm; now and then zero."""
+
+    low: float
+    high: float
+    zero: bool = False
+    even: bool = False  #: evenly in the number itself
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One physical effect.
+
+    key: of the scene, `neutral` its value without the effect (None: the section is absent).  needs: sections without
+    which the effect is not there.  without: name of what is there instead.  numbers: name -> (scene, section of the
+    key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
+    balance.  drawn: key -> Drawn.  removable: whether a scene makes sense without it.
+    """
+
+    name: str
+    key: str
+    neutral: Any = 0.0
+    needs: tuple[str, ...] = ()
+    without: str | None = None
+    line: Callable | None = None
+    strip: Callable | None = None
+    end: Callable | None = None
+    body: Callable | None = None
+    line_power: Callable | None = None
+    numbers: Mapping[str, Callable] | None = field(default_factory=dict)
+    account: str = "outer"
+    drawn: Mapping[str, Drawn] = field(default_factory=dict)
+    removable: bool = True
+
+    def value(self, scene):
+        """Value of the key; None if the section that should hold it, or one that the effect needs, is absent."""
+        if any(getattr(scene, name) is None for name in self.needs):
+            return None
+        found = scene
+        for name in self.key.split("."):
+            found = getattr(found, name) if found is not None else None
+        return found
+
+    def called(self, scene) -> bool:
+        """Whether a scene calls for it."""
+        value = self.value(scene)
+        return value is not None and value != self.neutral
+
+    def given(self, scene, section) -> dict[str, Any]:
+        """Its numbers by name; "" where there is only one.  section: the one that the key belongs to."""
+        leaf = self.key.rpartition(".")[2]
+        numbers = self.numbers or {"": lambda scene, section: getattr(section, leaf)}
+        return {name: get(scene, section) for name, get in numbers.items()}
+
+
+#: In the order in which a record names them.
+EFFECTS: list[Effect] = [
+    Effect(
+        "elastic cable",
+        "cable.axial_stiffness",
+        neutral=math.inf,
+        without="inextensible cable",
+        drawn={"cable.axial_stiffness": Drawn(1e2, 1e14)},
+    ),
+    Effect("mean strain", "cable.strain", neutral="exact"),
+    Effect("tension only", "cable.slack", neutral="compressive"),
+    Effect(
+        "cable damping",
+        "cable.damping",
+        line_power=cable.damping_power,
+        account="damping",
+        drawn={"cable.damping": Drawn(1e-3, 1e8, zero=True)},
+    ),
+    Effect("buoy", "buoy", neutral=None, removable=False),
+    Effect(
+        "hydrostatics",
+        "sea",
+        neutral=None,
+        removable=False,
+        strip=hull.buoyancy,
+        numbers={"": lambda scene, _: np.array([0.0, 0.0, -scene.gravity])},
+        account="buoyancy",
+    ),
+    Effect(
+        "cable normal drag",
+        "cable.normal_drag",
+        needs=("sea",),
+        line=cable.normal_drag,
+        account="drag",
+        drawn={"cable.normal_drag": Drawn(1e-3, 1e2)},
+    ),
+    Effect(
+        "cable tangential drag",
+        "cable.tangential_drag",
+        needs=("sea",),
+        line=cable.tangential_drag,
+        account="drag",
+        drawn={"cable.tangential_drag": Drawn(1e-3, 1e1)},
+    ),
+    Effect(
+        "cable added mass",
+        "cable.added_mass",
+        needs=("sea",),
+        line=cable.added_mass,
+        account="inertia",
+        drawn={"cable.added_mass": Drawn(-0.9, 5, even=True)},
+    ),
+    Effect(
+        "buoy added mass",
+        "buoy.added_mass",
+        needs=("sea",),
+        strip=hull.added_mass,
+        account="inertia",
+        drawn={"buoy.added_mass": Drawn(-0.9, 5, even=True)},
+    ),
+    Effect(
+        "buoy normal drag",
+        "buoy.normal_drag",
+        needs=("sea",),
+        strip=hull.normal_drag,
+        account="drag",
+        drawn={"buoy.normal_drag": Drawn(1e-3, 1e2)},
+    ),
+    Effect(
+        "buoy axial added mass",
+        "buoy.axial_added_mass",
+        needs=("sea",),
+        end=hull.axial_added_mass,
+        account="inertia",
+        drawn={"buoy.axial_added_mass": Drawn(1e-3, 1e1)},
+    ),
+    Effect(
+        "buoy axial drag",
+        "buoy.axial_drag",
+        needs=("sea",),
+        end=hull.axial_drag,
+        account="drag",
+        drawn={"buoy.axial_drag": Drawn(1e-3, 1e2)},
+    ),
+    Effect(
+        "buoy rotational damping",
+        "buoy.rotational_damping",
+        body=buoy.rotational_damping,
+        drawn={"buoy.rotational_damping": Drawn(1e-3, 1e8)},
+    ),
+    Effect(
+        "waves",
+        "waves",
+        neutral=None,
+        line=cable.normal_froude_krylov,
+        strip=hull.froude_krylov,
+        account="inertia",
+        numbers=None,
+        drawn={
+            "waves.amplitude": Drawn(1e-6, 1e2, zero=True),
+            "waves.height": Drawn(1e-6, 1e2, zero=True),
+            "waves.period": Drawn(0.1, 1e3),
+            "waves.wavelength": Drawn(0.1, 1e4),
+            "waves.ramp": Drawn(1e-3, 1e3, zero=True),
+        },
+    ),
+    Effect(
+        "current",
+        "current",
+        neutral=None,
+        drawn={"current.speed": Drawn(1e-6, 20, zero=True), "current.exponent": Drawn(1e-3, 1, even=True)},
+    ),
+    Effect(
+        "wind",
+        "wind",
+        neutral=None,
+        body=wind.wind_load,
+        numbers={
+            "speed": lambda scene, _: scene.wind.speed_10m,
+            "drag_coefficient": lambda scene, _: scene.wind.drag_coefficient,
+            "air_density": lambda scene, _: scene.wind.air_density,
+            "area": lambda scene, _: scene.wind.area,
+            "direction": lambda scene, _: heading(scene.wind.direction_deg),
+            "offset": lambda scene, _: axis_offset(scene.buoy, scene.wind.height),
+        },
+        drawn={
+            "wind.speed_10m": Drawn(1e-3, 100, zero=True),
+            "wind.drag_coefficient": Drawn(1e-3, 10, zero=True),
+            "wind.area": Drawn(1e-3, 1e3),
+            "wind.height": Drawn(-5, 30, even=True),
+            "wind.air_density": Drawn(1e-3, 10),
+        },
+    ),
+    Effect(
+        "external force",
+        "external_force",
+        neutral=None,
+        body=buoy.external_force,
+        numbers={
+            "force": lambda scene, _: np.array(scene.external_force.force),
+            "offset": lambda scene, _: (
+                None if scene.external_force.height is None else axis_offset(scene.buoy, scene.external_force.height)
+            ),
+        },
+        drawn={"external_force.height": Drawn(-5, 30, even=True)},
+    ),
+    Effect(
+        "cable tangential Froude-Krylov",
+        "cable.tangential_froude_krylov",
+        neutral=False,
+        needs=("sea", "waves"),
+        line=cable.tangential_froude_krylov,
+        numbers=None,
+        account="inertia",
+    ),
+]
+
+
+def called_by(scene, where: str | None = None) -> list[Effect]:
+    """Effects that a scene calls for; where: only those with such a term ("line", "strip", "end", "body", ...)."""
+    return [e for e in EFFECTS if e.called(scene) and (where is None or getattr(e, where) is not None)]
+
+
+def names(scene) -> list[str]:
+    """Names of the effects that a scene calls for, hence of what is compiled."""
+    found = []
+    for effect in EFFECTS:
+        if effect.called(scene):
+            found.append(effect.name)
+        elif effect.without and effect.value(scene) is not None:
+            found.append(effect.without)
+    return found

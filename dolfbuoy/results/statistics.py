@@ -1,0 +1,74 @@
+"""What is said of the series of a run: extremes, mean, deviation, and the period that is largest in it."""
+
+import math
+
+import numpy as np
+import xarray as xr
+
+#: What is said of every recorded quantity over the whole run.
+STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
+#: Recorded, but about the solver.
+EFFORT = ("time_step", "newton_iterations")
+
+
+def statistics(record: xr.Dataset) -> dict[str, dict[str, float]]:
+    """STATISTICS of every scalar series and every component of a vector series, in the units of the record.
+
+    Mean and standard deviation are over time (trapezoidal rule), whatever the steps; see also `dominant_period`.
+    """
+    t, result = record.time.values, {}
+    weights = np.convolve(np.diff(t), [0.5, 0.5]) if len(t) > 1 else np.ones(1)
+    for name, variable in record.data_vars.items():
+        if variable.dims[:1] != ("time",) or name in EFFORT:
+            continue
+        columns = variable.values.reshape(len(t), -1)
+        labels = [name] if variable.ndim == 1 else [f"{name}_{label}" for label in record[variable.dims[1]].values]
+        for label, x in zip(labels, columns.T, strict=True):
+            mean = float(np.average(x, weights=weights))
+            deviation = float(np.sqrt(np.average((x - mean) ** 2, weights=weights)))
+            period = dominant_period(t, x, noise=1e-9 * np.abs(columns).max())
+            values = (float(x.min()), float(x.max()), mean, deviation, period)
+            result[label] = dict(zip(STATISTICS, values, strict=True))
+    return result
+
+
+def dominant_period(t, x, noise=0.0) -> float:
+    """Period of the oscillation that is largest in the second half of the run [s]; nan if there is none.
+
+    The largest peak of the Fourier amplitudes between one period in that half and two samples, then least squares for
+    trend, cosine and sine at a free frequency: exact for a sinusoid on a trend, at any steps.  Amplitudes below `noise`
+    (in the units of x) do not count.
+    """
+    late = t >= 0.5 * (t[0] + t[-1])
+    t, x = t[late] - t[-1], x[late]
+    if len(t) < 8 or np.ptp(x) <= 2 * noise:
+        return math.nan
+    window = np.sin(np.pi * (t - t[0]) / (t[-1] - t[0])) ** 2
+    frequency = _peak(t, x)
+    for _ in range(50):
+        basis, phase = _basis(t, frequency), 2 * np.pi * frequency * t
+        fit = np.linalg.lstsq(basis * window[:, None], x * window, rcond=None)[0]
+        slope = 2 * np.pi * t * (fit[3] * np.cos(phase) - fit[2] * np.sin(phase))  # of the fit, by frequency
+        linear = np.column_stack([basis, slope]) * window[:, None]
+        change = np.linalg.lstsq(linear, (x - basis @ fit) * window, rcond=None)[0][-1]
+        frequency += float(np.clip(change, -0.2 / -t[0], 0.2 / -t[0]))
+        if not 0.5 / -t[0] < frequency < 0.5 * (len(t) - 1) / -t[0]:
+            return math.nan
+        if abs(change) <= 1e-13 * frequency:
+            break
+    return 1 / frequency if np.hypot(fit[2], fit[3]) > noise else math.nan
+
+
+def _basis(t, frequency):
+    phase = 2 * np.pi * frequency * t
+    return np.column_stack([np.ones_like(t), t / -t[0], np.cos(phase), np.sin(phase)])
+
+
+def _peak(t, x):
+    """Frequency of the largest Fourier amplitude, on a grid of an eighth of the resolution."""
+    grid = np.linspace(t[0], t[-1], len(t))
+    y = np.interp(grid, t, x)
+    y = (y - np.polynomial.Polynomial.fit(grid, y, 1)(grid)) * np.hanning(len(y))
+    amplitude = np.abs(np.fft.rfft(y, 8 * len(y)))
+    amplitude[:8] = 0.0  # less than one period
+    return np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0]))

@@ -1,0 +1,45 @@
+"""How tables are shown: on a terminal as wide as it is, in a pipe or a file as wide as they need to be."""
+
+from collections.abc import Iterable, Mapping
+
+from rich.console import Console
+from rich.table import Table
+
+#: Columns of what is no terminal: more than any table has.
+ENDLESS = 10_000
+
+
+class Output(Console):
+    """Standard output, whatever it is at the moment; only a terminal has a width."""
+
+    @property
+    def size(self):
+        size = super().size
+        return size if self.file.isatty() else size._replace(width=ENDLESS)
+
+
+out = Output()
+
+
+def table(title: str, headings: Iterable[str], right: Iterable[str] | None = None) -> Table:
+    """An empty table; the columns of these headings are aligned to the right, by default all."""
+    shown = Table(title=title, title_justify="left", show_edge=False, pad_edge=False)
+    for heading in headings:
+        shown.add_column(heading, justify="right" if right is None or heading in right else "left")
+    return shown
+
+
+def show(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterable[str] = ()) -> None:
+    """Print rows as a table, and sentences below it; columns: key -> heading.  Numbers get four digits."""
+    shown = table(title, columns.values())
+    for row in rows:
+        shown.add_row(*(_text(row.get(key)) for key in columns))
+    out.print(shown)
+    for note in notes:
+        out.print(note, soft_wrap=True)
+
+
+def _text(value):
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

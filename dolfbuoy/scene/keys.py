@@ -1,0 +1,60 @@
+"""The scene language as a table: every key with its unit, default, range and meaning, from the models in `sections`."""
+
+from typing import Any, NamedTuple
+
+from .sections import Scene, Section, section_in
+
+
+class Key(NamedTuple):
+    """A key of a scene, as text."""
+
+    name: str  #: with its sections, "cable.top.period"
+    unit: str  #: "1": dimensionless; empty: no number
+    default: str  #: as in TOML, "required", or empty: absent
+    range: str
+    description: str
+
+
+def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
+    """All keys of a section and of the sections in it, in the order of the file."""
+    rows, ranges = [], model.model_json_schema()["properties"]
+    for name, info in model.model_fields.items():
+        inner = section_in(info.annotation)
+        if info.description:
+            unit = (info.json_schema_extra or {}).get("unit", "")
+            default = "required" if info.is_required() else _toml(info.default)
+            rows.append(Key(prefix + name, unit, default, _range(ranges[name]), info.description))
+        if inner:
+            rows += list_keys(inner, f"{prefix}{name}.")
+    return rows
+
+
+_BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+
+
+def _toml(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"'
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_toml(v) for v in value)}]"
+    return f"{value:g}" if isinstance(value, int | float) else "{}"
+
+
+def _range(schema: dict) -> str:
+    """What a JSON schema lets through, in words."""
+    if "anyOf" in schema:
+        return " or ".join(_range(choice) for choice in schema["anyOf"] if choice.get("type") != "null")
+    if "enum" in schema:
+        return " | ".join(f'"{word}"' for word in schema["enum"])
+    if "prefixItems" in schema:
+        return f"[{', '.join(_range(item) for item in schema['prefixItems'])}]"
+    kind = schema.get("type", "table")
+    if kind == "array":
+        return f"list of {_range(schema['items'])}"
+    words = {"boolean": "true | false", "string": "text", "integer": "whole number", "object": "table"}
+    bounds = ", ".join(f"{sign} {schema[name]:g}" for name, sign in _BOUNDS.items() if name in schema)
+    return f"{words.get(kind, kind)} {bounds}".strip()

@@ -1,0 +1,96 @@
+"""From a name, a file or a dict to a checked scene.
+
+An unknown key, a wrong type or a value out of range is an `InputError` of one sentence that names the key, the value
+and what is allowed.
+"""
+
+import copy
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from ..errors import InputError
+from .sections import Scene
+from .sentences import sentence
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """Name -> file of the scenes that come with dolfbuoy."""
+    folder = resources.files("dolfbuoy") / "scenes"
+    return {Path(str(f)).stem: Path(str(f)) for f in sorted(folder.iterdir(), key=str) if f.name.endswith(".toml")}
+
+
+def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
+    """Read and check a scene: a shipped name, a path, a dict of sections, or a Scene.
+
+    Overrides: nested dicts (`time={"end": 5}`), or keys with dots or double underscores (`time__end=5`).
+    Raises InputError with one sentence.
+    """
+    return build_scene(_read(scene), overrides)
+
+
+def build_scene(data: dict, overrides: dict | None = None) -> Scene:
+    """Scene from a dict of sections and overrides; raises InputError."""
+    try:
+        return Scene.model_validate(merged(data, **(overrides or {})))
+    except ValidationError as error:
+        raise InputError(sentence(error)) from None
+
+
+def merged(data: dict, /, **changes) -> dict:
+    """A deep copy of a dict of sections (or of a section's keys) with changes.
+
+    A key with dots or double underscores leads into sections (`time__end=5`); a dict is merged into the section that is
+    there (`time={"end": 5}`), None removes.  Raises InputError where a key leads into what is no section.
+    """
+    result = copy.deepcopy(data)
+    for key, value in changes.items():
+        result = _merge(result, key.replace("__", ".").split("."), copy.deepcopy(value))
+    return result
+
+
+def _merge(data: dict, keys: list[str], value) -> dict:
+    """`data` with `value` under the nested `keys`."""
+    head, rest = keys[0], keys[1:]
+    old = data.get(head)
+    if rest:
+        if old is not None and not isinstance(old, dict):
+            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
+        value = _merge(old or {}, rest, value)
+    elif isinstance(value, dict) and isinstance(old, dict):
+        inner = old
+        for key, item in value.items():
+            inner = _merge(inner, [key], item)
+        value = inner
+    result = {k: v for k, v in data.items() if k != head}
+    return result if value is None else {**result, head: value}
+
+
+def parse_assignment(text: str) -> tuple[str, Any]:
+    """`section.key=value` of the command line, the value in TOML (a bare word is a string)."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise InputError(f"--set {text}: must have the form section.key=value.")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value.strip()
+
+
+def _read(scene) -> dict:
+    if isinstance(scene, Scene):
+        return scene.to_dict()
+    if isinstance(scene, dict):
+        return scene
+    shipped, path = shipped_scenes(), Path(scene)
+    if str(scene) in shipped:
+        path = shipped[str(scene)]
+    elif not path.is_file():
+        raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
+    try:
+        return tomllib.loads(path.read_text())
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"Scene file {path} is not valid TOML: {error}.") from None

@@ -1,0 +1,96 @@
+"""Elements and steps of a scene, what drives it, and the same scene with others."""
+
+from dataclasses import dataclass
+
+from ..errors import InputError
+from ..meshes import number_of_cells
+from . import Scene, load_scene
+
+
+@dataclass(frozen=True)
+class Space:
+    """Degrees and number of elements; of a scene without cable all are 0."""
+
+    mu: int = 0
+    nu: int = 0
+    cells: int = 0
+
+    @property
+    def pair(self) -> str:
+        return f"P{self.mu}-P{self.nu}" if self.mu else "-"
+
+    def __str__(self):
+        return f"{self.pair}, {self.cells} elements, " if self.mu else ""
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """Scheme and step, or with a tolerance the first step."""
+
+    scheme: str
+    step: float
+    tolerance: float | None = None
+
+    def __str__(self):
+        size = f"dt {self.step:.4g} s" if self.tolerance is None else f"tolerance {self.tolerance:.2g}"
+        return f"{SCHEMES[self.scheme]}, {size}"
+
+
+#: Time schemes, and their names in a sentence.
+SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alpha": "generalized-alpha"}
+
+
+def space_of(scene: Scene) -> Space:
+    """The scene's own elements."""
+    c = scene.cable
+    return Space(c.position_degree, c.tension_degree, number_of_cells(c.elements)) if c else Space()
+
+
+def stepping_of(scene: Scene) -> Stepping:
+    """The scene's own scheme and step."""
+    return Stepping(scene.time.scheme, scene.time.step, scene.time.tolerance)
+
+
+def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
+    """The scene with these elements and steps; segments of the cable keep their share of the elements."""
+    changes = {"time.scheme": stepping.scheme, "time.step": stepping.step, "time.tolerance": stepping.tolerance}
+    changes |= {"time.min_step": None} if stepping.tolerance is None else {}
+    if space.mu:
+        elements = scene.cable.elements
+        if not isinstance(elements, int):
+            factor = space.cells / number_of_cells(elements)
+            elements = [[length, max(1, round(n * factor))] for length, n in elements]
+        else:
+            elements = space.cells
+        degrees = {"cable.position_degree": space.mu, "cable.tension_degree": space.nu}
+        changes |= degrees | {"cable.elements": elements}
+    return load_scene(scene, **changes)
+
+
+def period_of(scene: Scene) -> float | None:
+    """Period of what drives the scene."""
+    if scene.waves:
+        return scene.waves.period
+    return scene.cable.top.period if scene.cable and scene.cable.top else None
+
+
+def ramp_of(scene: Scene) -> float:
+    """Time in which the drive grows."""
+    if scene.waves:
+        return scene.waves.ramp
+    return scene.cable.top.ramp if scene.cable and scene.cable.top else 0.0
+
+
+def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene:
+    """The scene until `end`: by default the ramp and some periods, or half of a run that nothing drives.
+
+    An adaptive run keeps the milestones and the largest step of the whole run.
+    """
+    if scene.time is None:
+        raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+    time, period = scene.time, period_of(scene)
+    if end is None:
+        end = min(time.end, ramp_of(scene) + periods * period if period else time.end / 2)
+    kept = {"time.output_every": time.output_every or time.end / 200 or None}
+    kept |= {"time.max_step": time.max_step or time.end / 10 or None}
+    return load_scene(scene, **{"time.end": end}, **kept)

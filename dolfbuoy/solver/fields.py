@@ -1,0 +1,45 @@
+"""Names for the components of a state, so that nobody counts offsets."""
+
+from collections import namedtuple
+
+import numpy as np
+import ufl
+
+
+class Fields:
+    """A state of named vectors: Fields(position=3, orientation=4) has seven components.
+
+    `names`; `size`; `slices[name]`.
+    """
+
+    def __init__(self, **sizes):
+        ends = np.cumsum(list(sizes.values())).tolist()
+        self.names, self.size = tuple(sizes), ends[-1]
+        self.slices = {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+        self._tuple = namedtuple("State", self.names)
+
+    def of(self, array):
+        """Views of an array (size,) by name: `.position` and so on."""
+        return self._tuple(*(array[self.slices[name]] for name in self.names))
+
+    def split(self, vector):
+        """UFL vectors by name, of a UFL vector with `size` components."""
+        return self._tuple(*(_part(vector, self.slices[name]) for name in self.names))
+
+    def mask(self, *names):
+        """Which components belong to these names, a bool array (size,)."""
+        found = np.zeros(self.size, dtype=bool)
+        for name in names:
+            found[self.slices[name]] = True
+        return found
+
+    def filled(self, **values):
+        """An array (size,) with a value, or values, for each name."""
+        array = np.zeros(self.size)
+        for name in self.names:
+            array[self.slices[name]] = values[name]
+        return array
+
+
+def _part(vector, place):
+    return ufl.as_vector([vector[i] for i in range(place.start, place.stop)])

@@ -1,0 +1,70 @@
+"""dolfinx's assemblers and the direct solver alone: the floor of a Newton iteration, to measure or to check it by."""
+
+import numpy as np
+from petsc4py import PETSc
+
+
+def back_to_back(newton):
+    """A function of numbers of iterations, residuals and Jacobians: assemblers and direct solver alone, in turn."""
+    assemblers = Assemblers(newton.system)
+    factorise, solve = direct_solver(newton)
+
+    def floor(n_K, n_R, n_J):
+        for k in range(n_K):
+            for _ in range(n_J * k // n_K, n_J * (k + 1) // n_K):
+                assemblers.jacobians()
+                factorise()
+            solve()
+            for _ in range(n_R * k // n_K, n_R * (k + 1) // n_K):
+                assemblers.residuals()
+
+    return floor
+
+
+class Assemblers:
+    """dolfinx's assemblers of a System's forms, in its present state: into `b`, and into `A` with its pattern."""
+
+    def __init__(self, system):
+        self.b, self.A = np.zeros(system.size), system.A.duplicate()
+        self.A.setLGMap(system.numbering.lgmap, system.numbering.lgmap)
+        for c in (*system.residuals, *system.jacobians):
+            c.prepare()
+        self._residuals = system.residuals
+        self._jacobians = [(c, self.A.getLocalSubMatrix(*map(_numbers, c.sides))) for c in system.jacobians]
+
+    def residuals(self):
+        """Add all residuals."""
+        for c in self._residuals:
+            c.add_to_vector(self.b)
+
+    def jacobians(self):
+        """Add all Jacobians; PETSc has to assemble A afterwards."""
+        for c, block in self._jacobians:
+            c.add_to_matrix(block)
+
+
+def _numbers(part):
+    numbers = np.arange(part.slice.start, part.slice.stop, dtype=PETSc.IntType)
+    return PETSc.IS().createGeneral(numbers, comm=PETSc.COMM_SELF)
+
+
+def direct_solver(newton):
+    """A factorisation of the present Jacobian, and a solve with it."""
+    newton.system.assemble_jacobian()
+    A = newton.system.A.copy()
+    newton.system.scale_matrix(A)
+    pc = PETSc.PC().create(A.comm)
+    pc.setType("lu")
+    pc.setFactorSolverType(newton.direct)
+    if newton.direct == "petsc":
+        pc.setFactorOrdering("natural")
+    pc.setOperators(A)
+    pc.setUp()
+
+    def again():
+        A.stateIncrease()  # PETSc factorises again only what has changed
+        pc.setUp()
+
+    x, y = A.createVecs()
+    x.set(1.0)
+    return again, lambda: pc.apply(x, y)

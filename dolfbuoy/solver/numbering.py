@@ -1,0 +1,79 @@
+"""Which unknown of which rank stands where in PETSc's vectors and matrices."""
+
+import numpy as np
+from petsc4py import PETSc
+
+
+class Numbering:
+    """Global numbers of the free unknowns: rank after rank, `order` within a rank.
+
+    comm: of the whole problem.  size: number of local unknowns.  order: free local unknowns owned by this rank, in the
+    order of the matrix.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.
+
+    Constrained dofs (an anchored end) are no unknowns: PETSc is given the index -1 for them and drops their rows and
+    columns.  `visible` are the owned free unknowns, in their order, and the ghosts behind them.
+    """
+
+    def __init__(self, comm, size, order, ghosts=None):
+        self.comm, self.size, self.order = comm, size, np.asarray(order)
+        first = comm.scan(len(order)) - len(order)
+        self.unknowns = comm.allreduce(len(order))  #: free unknowns of all ranks
+        self.global_index = np.full(size, -1, dtype=PETSc.IntType)
+        self.global_index[self.order] = first + np.arange(len(order))
+        self.ghosts = np.zeros(0, dtype=np.int64)
+        if ghosts is not None:
+            local, number = ghosts
+            free = number >= 0
+            self.ghosts = local[free]
+            self.global_index[self.ghosts] = number[free]
+        self.visible = np.concatenate([self.order, self.ghosts]).astype(np.int64)
+        self.lgmap = PETSc.LGMap().create(self.global_index, comm=comm)
+        self._ghosted = None
+        if comm.size > 1:
+            numbers = self.global_index[self.ghosts]
+            self._ghosted = PETSc.Vec().createGhost(numbers, (len(self.order), self.unknowns), comm=comm)
+
+    def vector(self):
+        """A PETSc vector of the free unknowns."""
+        x = PETSc.Vec().create(self.comm)
+        x.setSizes([len(self.order), self.unknowns])
+        x.setUp()
+        return x
+
+    def matrix(self):
+        """A PETSc matrix without a pattern yet."""
+        n, N = len(self.order), self.unknowns
+        A = PETSc.Mat().create(self.comm)
+        A.setSizes([[n, N], [n, N]])
+        A.setType("aij")
+        A.setLGMap(self.lgmap, self.lgmap)
+        return A
+
+    def read(self, x, put):
+        """Call put(values of the visible unknowns) for a vector of PETSc's, with what other ranks own."""
+        if self._ghosted is None:
+            put(x.array_r)
+            return
+        x.copy(self._ghosted)
+        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with self._ghosted.localForm() as local:
+            put(local.array_r)
+
+    @property
+    def shared(self) -> bool:
+        """Whether other ranks add to this rank's rows."""
+        return self._ghosted is not None
+
+    def added_up(self, values):
+        """Values of the owned free unknowns, with what other ranks add to them; values: of all local unknowns."""
+        g = self._ghosted
+        with g.localForm() as local:
+            local.setArray(values[self.visible])
+        g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        return g.array_r
+
+    def destroy(self):
+        """Give PETSc's objects back."""
+        self.lgmap.destroy()
+        if self._ghosted is not None:
+            self._ghosted.destroy()

@@ -1,0 +1,179 @@
+"""The cheapest settings that meet an accuracy: a pilot on a shortened run, a prediction, and its verification."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+from mpi4py import MPI
+
+from ...errors import InputError, SolveError
+from ...results.compare import percent
+from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_ticks
+from ...results.tables import show
+from ...scene import Scene, settings
+from ...scene.settings import SCHEMES, Stepping
+from ..study import Table, groups, save
+from . import measure as acc
+from .measure import QUANTITIES
+from .pilot import ALPHA, Candidate, Pilot
+
+#: Share of the accuracy that a prediction may use.
+TARGET = 0.7
+
+
+@dataclass
+class Advice:
+    """A scene with advised settings; what was predicted and what the verification measured."""
+
+    scene: Scene
+    choice: Candidate
+    measured: float
+    candidates: list[Candidate]
+    pilot: Pilot
+    notes: list[str]
+
+
+def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int = 3) -> Advice:
+    """Find and verify settings.  Raises InputError, and SolveError when no settings can be promised."""
+    acc.check_quantity(scene, quantity)
+    pilot = Pilot(scene, quantity, accuracy, say)
+    say(f"Pilot until t = {pilot.scene.time.end:g} s of {scene.time.end:g} s; errors count from {pilot.start:g} s.")
+    pilot.measure_time()
+    say(f"Errors in time: {pilot.mesh}{_orders(pilot.time_curves, _family_name)}.")
+    pilot.measure_space()
+    if pilot.mesh.mu:
+        say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pilot.space_curves, lambda p: f'P{p[0]}-P{p[1]}')}.")
+    return _verified(pilot, tries)
+
+
+def _verified(pilot, tries):
+    """The cheapest candidate that keeps its promise; after a failure the target shrinks by what was missed."""
+    truth_at = (pilot.best, Stepping(ALPHA, pilot.finest))
+    truth, own = pilot.run(*truth_at), pilot.own_time + pilot.own_space
+    if truth is None:
+        raise SolveError("The run that the advice would be verified against fails.")
+    notes = [f"Verified against {truth_at[0]}{truth_at[1]}, whose own error is {percent(own)}."]
+    target, refused = TARGET * pilot.accuracy, set()
+    for _ in range(tries):
+        candidates = [c for c in pilot.candidates(target) if str(c) not in refused]
+        if not candidates:
+            break
+        choice = candidates[0]
+        run = pilot.run(choice.space, choice.stepping)
+        measured = pilot.difference(run, truth) if run else math.inf
+        if measured + own <= pilot.accuracy:
+            settled = settings.with_settings(pilot.whole, choice.space, choice.stepping)
+            return Advice(settled, choice, measured, candidates, pilot, notes)
+        missed = f"with {percent(measured)} and the reference's own {percent(own)}" if run else "it fails"
+        notes.append(f"{choice} does not keep the promise: {missed}; the next safer settings are taken.")
+        pilot.say(notes[-1])
+        refused.add(str(choice))
+        target *= min(max(0.8 * choice.error / measured, 0.3), 0.8)
+    raise SolveError(f"No settings of the pilot keep {percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}.")
+
+
+def _family_name(family):
+    return f"{SCHEMES[family[0]]}{' adaptive' if family[1] else ''}"
+
+
+def _orders(curves, name) -> str:
+    return ", ".join(f"{name(key)} order {curve.order:.2g}" for key, curve in curves.items() if len(curve.x) > 1)
+
+
+def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI.COMM_WORLD) -> Advice | Scene:
+    """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot."""
+    found = None
+    if comm.rank == 0:
+        try:
+            found = advise(scene, quantity, accuracy, say)
+        except (InputError, SolveError) as error:
+            found = error
+    told = comm.bcast(found.scene if isinstance(found, Advice) else found)
+    if isinstance(told, Exception):
+        raise told
+    return found if comm.rank == 0 else told
+
+
+# -- output ------------------------------------------------------------------------------------------------------------
+
+
+def sentences(advice: Advice) -> list[str]:
+    """The advice in words."""
+    pilot, choice = advice.pilot, advice.choice
+    what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
+    own = (settings.space_of(pilot.whole), settings.stepping_of(pilot.whole))
+    said = [
+        f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {pilot.whole.time.end:g} s.",
+        f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
+        *advice.notes,
+    ]
+    if own != (choice.space, choice.stepping):
+        error = pilot.predicted(*own)
+        known = f": {percent(error)} predicted" if math.isfinite(error) else ""
+        said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
+    if not settings.period_of(pilot.whole):
+        said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
+    return said
+
+
+def table_rows(advice: Advice) -> list[dict]:
+    """The cheapest candidate of each pair and of each way to step, cheapest first."""
+    rows, seen = [], set()
+    for c in advice.candidates:
+        kinds = {c.space.pair, (c.stepping.scheme, c.stepping.tolerance is None)}
+        if kinds <= seen:
+            continue
+        seen |= kinds
+        row = {"settings": str(c), "pair": c.space.pair, "cells": c.space.cells, "scheme": c.stepping.scheme}
+        row |= {"step": None if c.stepping.tolerance else c.stepping.step, "tolerance": c.stepping.tolerance}
+        row |= {"predicted_percent": 100 * c.error, "predicted_seconds": c.seconds}
+        rows.append(row | {"remark": "extrap." if c.extrapolated else ""})
+    rows[0]["remark"] = "advised"
+    return rows
+
+
+COLUMNS = {
+    "settings": "settings",
+    "predicted_percent": "error [%]",
+    "predicted_seconds": "time [s]",
+    "remark": "remark",
+}
+
+
+def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:
+    """Print the advice; save table, measurements and figure in `folder`, the scene at `write`."""
+    rows, said = table_rows(advice), sentences(advice)
+    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
+    if folder is not None:
+        save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
+        save(folder, Table("advise-pilot", advice.pilot.rows))
+    if write is not None:
+        advice.scene.save(write)
+
+
+@matplotlib.rc_context(STYLE)
+def draw(advice: Advice):
+    """Errors of the pilot: in time over the time of the loop, in space over the cells; the accuracy as a line."""
+    pilot = advice.pilot
+    figure = new_figure(PAGE, 2.9)
+    left, right = figure.subplots(1, 2)
+    _lines(left, pilot, "time", lambda row: SCHEMES[row["scheme"]] + (" adaptive" if row.get("tolerance") else ""))
+    _lines(right, pilot, "space", lambda row: row["pair"])
+    left.set(title=f"in time, {str(pilot.mesh).strip(', ')}", xlabel="steps of the pilot")
+    right.set(title="in space", xlabel="elements")
+    left.set_ylabel(f"error of {QUANTITIES[pilot.quantity]} [%]")
+    return figure
+
+
+def _lines(axes, pilot, kind, label):
+    axes.set(xscale="log", yscale="log")
+    lines = groups([row | {"label": label(row)} for row in pilot.rows if row["error_in"] == kind], "label")
+    for (name, rows), color in zip(lines.items(), PALETTE, strict=False):
+        x = [row["steps" if kind == "time" else "cells"] for row in rows]
+        style = "o--" if "adaptive" in name else "o-"
+        axes.plot(x, [row["error_percent"] for row in rows], style, color=color, ms=3, label=name)
+    axes.axhline(100 * pilot.accuracy, color=COLORS["ink"], lw=0.8, ls=":")
+    plain_ticks(axes)
+    if lines:
+        axes.legend()

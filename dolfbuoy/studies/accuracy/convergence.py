@@ -1,0 +1,247 @@
+"""Figs. 2 to 4 of the paper: errors of the static cable against the closed-form catenary, and their orders.
+
+Unit cable of weight 1, held at s = 0; at s = 1 the force (0.5, 0, 0.75) is given (Neumann end, as in the paper) or the
+position (Dirichlet end).  Fig. 2: EA = inf, optimal pairs P_k-P_(k-1).  Fig. 3: EA such that the cable stretches to
+1.5 L, with the strain averaged on each element (Sect. 3.3.2) and exact.  Fig. 4: EA = inf, mu = 4, nu = 0..3.
+"""
+
+import math
+
+import numpy as np
+from mpi4py import MPI
+
+from ...errors import InputError
+from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...scene import load_scene
+from ...statics import catenary
+from ...statics.equilibrium import solve_equilibrium
+from ...statics.profile import Profile, errors
+from ..declaration import declared
+from ..study import Table, groups, orders
+
+FORCE = (0.5, 0.0, 0.75)
+#: EA/(w L) for which FORCE stretches the cable to exactly 1.5 L.
+EA_50_PERCENT = 1.2347888733299130364
+#: Dirichlet ends: a moderate sag, and the place to which FORCE brings the elastic cable.
+ENDS = {"inextensible": (0.6, 0.0, 0.5), "elastic": (1.2429150442499342867, 0.0, 0.54483458602933885465)}
+CELLS = (2, 4, 8, 16, 32, 64)
+OPTIMAL = [(k, k - 1) for k in (1, 2, 3, 4)]
+#: Figure -> (material, strains, pairs mu, nu).
+FIGURES = {
+    2: ("inextensible", ("exact",), OPTIMAL),
+    3: ("elastic", ("element-average", "exact"), OPTIMAL),
+    4: ("inextensible", ("exact",), [(4, nu) for nu in range(4)]),
+}
+ENDS_OF_CABLE = ("Neumann", "Dirichlet")
+ERRORS = {"r_L2": "r, L2", "r_H1": "r, H1", "T_L2": "T, L2"}
+#: Errors below this are rounding: about twice where the errors were seen to stop falling.
+ROUNDING = {"r_L2": 2e-13, "r_H1": 2e-12, "T_L2": 2e-13}
+
+
+# -- what is asked for -------------------------------------------------------------------------------------------------
+
+
+def parse_figures(text: str) -> tuple[int, ...]:
+    """`2`, `3`, `4` or `all`."""
+    if text not in ("all", *map(str, FIGURES)):
+        raise InputError(f"--figure {text}: must be 2, 3, 4 or all.")
+    return tuple(FIGURES) if text == "all" else (int(text),)
+
+
+def parse_cells(text: str) -> tuple[int, ...]:
+    """`2,4,8`: numbers of elements, increasing."""
+    cells = tuple(int(part) if part.strip().isdecimal() else 0 for part in text.split(","))
+    if min(cells) < 1 or list(cells) != sorted(set(cells)):
+        raise InputError(f"--cells {text}: must be positive whole numbers, increasing, for example 2,4,8.")
+    return cells
+
+
+WORDS = declared(__file__)
+
+
+def request(figure: str, cells: str) -> dict:
+    """What `cases` and `tables` take."""
+    return {"figures": parse_figures(figure), "cells": parse_cells(cells)}
+
+
+# -- cases -------------------------------------------------------------------------------------------------------------
+
+
+def cases(figures=tuple(FIGURES), cells=CELLS) -> list[dict]:
+    """Every case of these figures once, Neumann and Dirichlet."""
+    found = [case for figure in figures for end in ENDS_OF_CABLE for case in _of(figure, end, cells)]
+    return [case for i, case in enumerate(found) if case not in found[:i]]
+
+
+def _of(figure, end, cells):
+    material, strains, pairs = FIGURES[figure]
+    return [
+        {"material": material, "strain": strain, "end": end, "mu": mu, "nu": nu, "cells": n}
+        for strain in strains
+        for mu, nu in pairs
+        for n in cells
+    ]
+
+
+STRUCTURE = ("material", "strain", "end", "mu", "nu")
+
+
+def structure(case: dict) -> tuple:
+    """What decides which forms are compiled."""
+    return tuple(case[key] for key in STRUCTURE)
+
+
+def evaluate(case: dict) -> dict:
+    """Solve one case on this rank: errors of r in L2 and H1 and of T in L2, smallest T_h."""
+    elastic = case["material"] == "elastic"
+    EA, end = EA_50_PERCENT if elastic else math.inf, ENDS[case["material"]]
+    neumann = case["end"] == "Neumann"
+    cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": EA, "elements": case["cells"]}
+    cable |= {"position_degree": case["mu"], "tension_degree": case["nu"], "strain": case["strain"]}
+    cable["top"] = {"kind": "free", "force": FORCE} if neumann else {"kind": "fixed", "position": end}
+    solver = {"quadrature_degree": 20} if elastic else {}  # (1+e) in a denominator: exact to rounding
+    problem = solve_equilibrium(load_scene({"gravity": 1.0, "cable": cable, "solver": solver}), MPI.COMM_SELF)
+    profile = Profile(problem)
+    problem.destroy()
+    closed_form, given = (catenary.under_end_force, FORCE) if neumann else (catenary.between, end)
+    return {"h": 1 / case["cells"], **errors(profile, closed_form((0.0, 0.0, 0.0), given, 1.0, 1.0, EA))}
+
+
+def theory(row: dict) -> dict:
+    """Orders expected: nu + 2, nu + 1 and nu + 1.
+
+    Averaged strain limits r to 2 and 1.  Between fixed ends T depends on the length, so it is limited to 2 too.
+    """
+    averaged = row["strain"] == "element-average"
+    k = 1 if averaged else row["nu"] + 1
+    of_T = min(row["nu"] + 1, 2) if averaged and row["end"] == "Dirichlet" else row["nu"] + 1
+    return {"r_L2": k + 1, "r_H1": k, "T_L2": of_T}
+
+
+def add_orders(rows: list[dict]) -> list[dict]:
+    """Copies of the rows of one curve with observed and theoretical orders; none where the error is rounding."""
+    rows = [dict(row) for row in rows]
+    for name in ERRORS:
+        orders(rows, name)
+        for row in rows:
+            row[f"theory_{name}"] = theory(row)[name]
+            row[f"rounding_{name}"] = row[name] < ROUNDING[name]
+            row[f"order_{name}"] = None if row[f"rounding_{name}"] else row[f"order_{name}"]
+    return rows
+
+
+def curves(rows: list[dict]) -> list[list[dict]]:
+    """Rows grouped into curves over h, in their order."""
+    return list(groups(rows, *STRUCTURE).values())
+
+
+def tables(rows: list[dict], figures=tuple(FIGURES), cells=CELLS) -> list[Table]:
+    """A table of every figure and end, with its orders."""
+    wanted, made = cases(figures, cells), []
+    for figure, end in ((figure, end) for figure in figures for end in ENDS_OF_CABLE):
+        plain = [rows[wanted.index(case)] for case in _of(figure, end, cells)]
+        found = [row for curve in curves(plain) for row in add_orders(curve)]
+        notes = in_words(found)
+        made.append(Table(f"figure{figure}-{end.lower()}", found, notes=notes, figure=draw(figure, found)))
+        for strain, chosen in groups(found, "strain").items():
+            what = {"figure": figure, "end": end, "material": found[0]["material"]}
+            what["strain"] = f", {strain} strain" if what["material"] == "elastic" else ""
+            made.append(Table("", [row | _texts(row) for row in chosen], WORDS.say("title", **what), WORDS.columns))
+        made[-1].notes = notes
+    return made
+
+
+def _texts(row):
+    texts = {"pair": _pair(row)}
+    for name in ERRORS:
+        order = row[f"order_{name}"]
+        observed = "rounding" if row[f"rounding_{name}"] else "-" if order is None else f"{order:.2f}"
+        texts |= {f"shown_{name}": f"{row[name]:.2e}", f"shown_order_{name}": f"{observed} ({row[f'theory_{name}']})"}
+    return texts
+
+
+def _pair(row):
+    return f"P{row['mu']}-P{row['nu']}"
+
+
+def in_words(rows: list[dict]) -> list[str]:
+    """What the rows of one figure show."""
+    notes, gaps = [], []
+    for curve, name in ((curve, name) for curve in curves(rows) for name in ERRORS):
+        known = [row for row in curve if row[f"order_{name}"] is not None]
+        if known:
+            gap = abs(known[-1][f"order_{name}"] - known[-1][f"theory_{name}"])
+            gaps.append((gap, f"{gap:.2g} ({_pair(curve[0])}, {ERRORS[name]})"))
+    agree = bool(gaps) and max(gaps)[0] < 0.1
+    if gaps:
+        verdict = "agree with" if agree else "DIFFER from"
+        notes.append(WORDS.say("verdict", verdict=verdict, largest=max(gaps)[1]))
+    notes += _averaged_in_words(rows) if agree else []
+    if agree and rows[0]["mu"] == rows[-1]["mu"]:
+        notes.append(WORDS.say("sets"))
+    if any(row[f"rounding_{name}"] for row in rows for name in ERRORS):
+        notes.append(WORDS.say("rounding"))
+    pressed = [f"{_pair(row)} on {row['cells']}" for row in rows if row["smallest_tension"] <= 0]
+    if pressed:
+        notes.append(WORDS.say("compressed", states=", ".join(pressed)))
+    return notes
+
+
+def _averaged_in_words(rows):
+    """The cost of the paper's element-averaged strain, from the highest degree on the finest mesh."""
+    averaged, exact = ([r for r in rows if r["strain"] == s and r["mu"] > 1] for s in ("element-average", "exact"))
+    if not averaged or not exact:
+        return []
+    a, e, end = averaged[-1], exact[-1], rows[0]["end"]
+    key, of_T = "r_L2" if end == "Neumann" else "T_L2", WORDS.say(f"averaged_{end.lower()}")
+    numbers = {"cells": a["cells"], "error": a[key], "exact": e[key], "name": ERRORS[key]}
+    return [WORDS.say("averaged", of_T=of_T, pair=_pair(a), **numbers)]
+
+
+# -- figure ------------------------------------------------------------------------------------------------------------
+
+MARKERS = "os^D"
+
+
+def draw(figure_number: int, rows: list[dict]):
+    """Errors over h as in the paper; in Fig. 3 the lower row has the exact strain."""
+    strains = FIGURES[figure_number][1]
+    panels = [("r_L2", "r_H1"), ("T_L2",)] if figure_number == 3 else [(name,) for name in ERRORS]
+    figure = new_figure(PAGE, 2.9 * len(strains))
+    grid = figure.subplots(len(strains), len(panels), squeeze=False, sharex=True)
+    for strain, line in zip(strains, grid, strict=True):
+        found = curves([row for row in rows if row["strain"] == strain])
+        for names, axes in zip(panels, line, strict=True):
+            _panel(axes, found, names)
+            title = f"error of {ERRORS[names[0]]}" + (" (solid) and H1 (dashed)" if len(names) > 1 else "")
+            axes.set_title(title + (f"; strain: {strain}" if len(strains) > 1 else ""))
+    figure.supxlabel("h", fontsize=8)
+    grid[0, 0].legend(loc="lower right")
+    return figure
+
+
+def _panel(axes, found, names):
+    for name, style in zip(names, ("-", "--"), strict=False):
+        for color, marker, curve in zip(PALETTE, MARKERS, found, strict=False):
+            h, error = [row["h"] for row in curve], [row[name] for row in curve]
+            label = _pair(curve[0]) if name == names[0] else None
+            axes.loglog(h, error, style, color=color, marker=marker, ms=3, label=label)
+            noise = [(row["h"], row[name]) for row in curve if row[f"rounding_{name}"]]
+            axes.plot(*np.reshape(noise, (-1, 2)).T, "x", color=COLORS["ink"], ms=7)
+    axes.set_xticks([row["h"] for row in found[0]], [f"1/{row['cells']}" for row in found[0]], minor=False)
+    axes.set_xticks([], minor=True)
+    _slopes(axes, found, names)
+    axes.margins(x=0.12, y=0.08)
+
+
+def _slopes(axes, found, names):
+    """One reference slope per theoretical order, below the lowest curve of that order."""
+    lowest = {}
+    for curve, name in ((curve, name) for curve in found for name in names):
+        sound = [row for row in curve if not row[f"rounding_{name}"]]
+        if len(sound) > 1:
+            p, h, error = (sound[-1][key] for key in (f"theory_{name}", "h", name))
+            lowest[p] = min(lowest.get(p, (np.inf, h)), (error / h**p, h))
+    for p, (factor, h) in lowest.items():
+        axes.plot([h, 4 * h], [0.45 * factor * x**p for x in (h, 4 * h)], "-", color="#888888", lw=0.7)
+        axes.annotate(f"$h^{p}$", (4 * h, 0.45 * factor * (4 * h) ** p), (2, -3), textcoords="offset points")

@@ -1,0 +1,125 @@
+"""Runs of which the accuracy is asked: what is compared, the accuracy, and what a run costs."""
+
+import time as clock
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+
+from ...errors import InputError
+from ...motion.simulation import Simulation
+from ...parallel.cases import key
+from ...results.observe import cone_angle
+from ...scene import Scene
+from ...scene.settings import ramp_of
+
+#: What is compared, and its name in a sentence.
+QUANTITIES = {
+    "tension_top": "top tension",
+    "tension_anchor": "anchor tension",
+    "buoy_position": "buoy position",
+    "cone_angle": "cone angle",
+}
+
+
+def window_start(scene: Scene) -> float:
+    """Errors count from here: after the ramp, or a tenth of the run."""
+    ramp, end = ramp_of(scene), scene.time.end
+    return ramp if 0 < ramp <= 0.8 * end else 0.1 * end
+
+
+def quantities_of(scene: Scene) -> list[str]:
+    """Those of QUANTITIES that vary in the scene."""
+    free = scene.cable and scene.cable.top and scene.cable.top.kind == "free"
+    tensions = ["tension_top", "tension_anchor"][1 if free else 0 :] if scene.cable else []
+    return tensions + (["buoy_position", "cone_angle"] if scene.buoy else [])
+
+
+def check_quantity(scene: Scene, quantity: str) -> None:
+    """Raises InputError for a quantity that the scene does not have."""
+    allowed = quantities_of(scene)
+    if quantity not in allowed:
+        raise InputError(f"--quantity {quantity}: this scene has {', '.join(allowed)}.")
+
+
+def parse_accuracy(text: str, option: str = "--accuracy") -> float:
+    """'1%', '1 %' or '0.01' -> 0.01; raises InputError that names the option."""
+    number = text.strip()
+    try:
+        value = float(number.removesuffix("%")) / 100 if number.endswith("%") else float(number)
+    except ValueError:
+        value = float("nan")
+    if not 1e-5 <= value <= 0.5:
+        raise InputError(f"{option} {text}: must be from 0.001% to 50%, written as 1% or 0.01.")
+    return value
+
+
+# -- runs --------------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Run:
+    """Quantities over time, and what they cost: seconds of the stepping loop alone."""
+
+    t: np.ndarray
+    values: dict[str, np.ndarray]
+    wall: float = 0.0
+    cpu: float = 0.0
+    steps: int = 0
+    iterations: int = 0
+    rejected: int = 0
+    failed: int = 0
+    unknowns: int = 0
+
+    def save(self, file) -> None:
+        """Write times and quantities, for `kept`."""
+        np.savez_compressed(file, t=self.t, **self.values)
+
+    @classmethod
+    def kept(cls, file) -> "Run":
+        """Times and quantities from a file."""
+        with np.load(file) as data:
+            return cls(data["t"], {name: data[name] for name in data.files if name != "t"})
+
+
+def with_file(case: dict, folder, name: str) -> dict:
+    """The case, and with it the file in which its run is kept."""
+    return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}
+
+
+def compute(scene: Scene, names, repeats: int = 1, comm=MPI.COMM_SELF) -> Run:
+    """Run a scene; times are medians over the repeats.  Raises SolveError."""
+    runs = [_once(scene, names, comm) for _ in range(repeats)]
+    run = runs[0]
+    run.wall, run.cpu = (float(np.median([getattr(r, key) for r in runs])) for key in ("wall", "cpu"))
+    return run
+
+
+def _once(scene, names, comm):
+    simulation = Simulation(scene, comm)  # compiles the forms and finds the equilibrium
+    try:
+        times, rows = [0.0], [_look(simulation, names)]
+        wall, cpu = clock.perf_counter(), clock.process_time()
+        for _ in simulation.run():
+            times.append(simulation.t)
+            rows.append(_look(simulation, names))
+        wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+        values = {name: np.array([row[name] for row in rows]) for name in names}
+        control, system = simulation.control, simulation.system
+        counts = (len(times) - 1, simulation.iterations, control.rejected, control.failed, system.unknowns)
+        return Run(np.array(times), values, wall, cpu, *counts)
+    finally:
+        simulation.problem.destroy()
+
+
+def _look(simulation, names):
+    problem = simulation.problem
+    state = problem.system.u[problem.buoy.part.slice] if problem.buoy else None
+    how = {
+        "tension_top": lambda: float(np.linalg.norm(simulation.end_tension)),
+        "tension_anchor": problem.anchor_tension,
+        "buoy_position": lambda: state[:3].copy(),
+        "cone_angle": lambda: cone_angle(state[6:10]),
+    }
+    return {name: how[name]() for name in names}

@@ -1,0 +1,303 @@
+"""The pilot of `advise`: errors in time and in space measured apart on a shortened run, and what they predict.
+
+In time: one moderate mesh, steps and tolerances of every scheme, against the finest run of generalized-alpha on this
+mesh.  In space: one step, cells of every pair, against the finest P3-P2 at this step.  Both references are refined
+until Richardson's estimate of their own error is an eighth of the accuracy.  The prediction is the sum of both errors,
+between the measurements by powers (observed orders); the cost is the units of work of the run (Newton iterations and
+steps) times the seconds of one.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...errors import InputError, SolveError
+from ...results import compare
+from ...results.compare import Reference, percent
+from ...scene import Scene, settings
+from ...scene.settings import Space, Stepping
+from . import measure as acc
+
+#: Share of the accuracy that each reference's own error may take.
+OWN = 1 / 8
+#: Numbers that steps are rounded down to, times a power of ten.
+NICE = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8)
+ALPHA = "generalized-alpha"
+
+
+# -- prediction --------------------------------------------------------------------------------------------------------
+
+
+class Curve:
+    """Error over a size x (step, tolerance, 1/cells): powers between measurements, below them the last order.
+
+    The error never falls as x grows: a bump counts for all larger x.  Beyond the largest x nothing is known.
+    """
+
+    def __init__(self, points):
+        points = sorted((x, e) for x, e in points if e > 0)
+        self.x = np.array([x for x, _ in points])
+        self.error = np.maximum.accumulate([e for _, e in points]) if points else np.array([])
+
+    @property
+    def order(self) -> float:
+        """Observed between the two smallest sizes, at most 4."""
+        if len(self.x) < 2:
+            return 0.0
+        return min(math.log(self.error[1] / self.error[0]) / math.log(self.x[1] / self.x[0]), 4.0)
+
+    def __call__(self, x: float) -> float:
+        if len(self.x) == 0 or x > self.x[-1] * (1 + 1e-9):
+            return math.inf
+        if x < self.x[0]:
+            return float(self.error[0] * (x / self.x[0]) ** self.order)
+        return float(np.exp(np.interp(math.log(x), np.log(self.x), np.log(self.error))))
+
+    def largest(self, error: float, sizes) -> float | None:
+        """The largest of these sizes with at most this error."""
+        return next((x for x in sorted(sizes, reverse=True) if self(x) <= error), None)
+
+
+def nice_numbers(low: float, high: float) -> list[float]:
+    """Rounded numbers between two positive ones."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    numbers = [float(f"{m}e{p}") for p in powers for m in NICE]
+    return [x for x in numbers if low <= x <= high * (1 + 1e-9)]
+
+
+@dataclass
+class Candidate:
+    """Settings with predicted error and seconds of the whole run."""
+
+    space: Space
+    stepping: Stepping
+    error: float
+    seconds: float
+    extrapolated: bool = False
+
+    def __str__(self):
+        return f"{self.space}{self.stepping}"
+
+
+# -- pilot -------------------------------------------------------------------------------------------------------------
+
+
+@dataclass
+class Pilot:
+    """Runs of the shortened scene, each made once; say: called with a sentence about what happens."""
+
+    whole: Scene
+    quantity: str
+    accuracy: float
+    say: object = print
+    runs: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        self.scene = settings.shortened(self.whole)
+        self.start = acc.window_start(self.scene)
+        period, end = settings.period_of(self.scene), self.scene.time.end
+        largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
+        self.first_step = min(largest, end / 50)
+        own = settings.space_of(self.scene)
+        self.mesh = Space(2, 1, min(max(own.mu * own.cells // 2, 4), 20)) if own.mu else own
+        self.time_curves: dict[tuple[str, bool], Curve] = {}
+        self.space_curves: dict[tuple[int, int], Curve] = {}
+        self.rows: list[dict] = []
+
+    def run(self, space: Space, stepping: Stepping):
+        """The run with these settings; None if it fails."""
+        key = (space, stepping)
+        if key not in self.runs:
+            try:
+                self.runs[key] = acc.compute(settings.with_settings(self.scene, space, stepping), [self.quantity])
+            except SolveError as error:
+                self.runs[key] = None
+                self.say(f"  {space}{stepping} fails: {error}")
+        return self.runs[key]
+
+    def difference(self, run, fine) -> float:
+        """Error of a run, with `fine` as the truth."""
+        reference = Reference(fine, self.start)
+        if not reference.range_of(self.quantity) > 0:
+            raise InputError(f"--quantity {self.quantity}: it does not change in this scene.")
+        return reference.error(run, self.quantity).rms
+
+    def refine(self, chosen, what, highest):
+        """Run the chosen settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
+
+        highest: order that Richardson's estimate may count on.  Returns (settings, runs, own error of the last),
+        without those that failed.
+        """
+        good, runs, own, changes = [], [], math.inf, []
+        for setting in chosen:
+            run = self.run(*setting)
+            if run is None and len(runs) > 1:
+                break  # finer is no better here
+            if run is None:
+                continue
+            good, runs = [*good, setting], [*runs, run]
+            if len(runs) > 1:
+                changes.append(self.difference(runs[-2], runs[-1]))
+                own = compare.own_error(changes, highest)
+                if own <= OWN * self.accuracy:
+                    return good, runs, own
+            if len(changes) > 2 and changes[-1] > 0.7 * changes[-3]:
+                break  # two refinements have not helped
+        raise SolveError(
+            f"The pilot cannot promise {percent(self.accuracy)}: {what}, its finest run is itself uncertain by "
+            f"{percent(own)}; ask for less."
+        )
+
+    # -- errors in time
+
+    def measure_time(self):
+        """Curves over step or tolerance of every scheme, on the moderate mesh."""
+        steps = [self.first_step / 2**k for k in range(9)]
+        good, runs, own = self.refine([(self.mesh, Stepping(ALPHA, h)) for h in steps], "in time", 2)
+        self.finest, self.own_time = good[-1][1].step, own
+        self.time_truth = runs[-1]
+        points = [(s[1].step, self.difference(r, runs[-1]) + own) for s, r in zip(good, runs, strict=True)]
+        points[-1] = (self.finest, own)
+        self._keep_time(ALPHA, False, points)
+        steps = [h for h in steps if h >= self.finest]
+        self._family("bdf2", [Stepping("bdf2", h) for h in steps])
+        self._family("backward-euler", [Stepping("backward-euler", h) for h in steps[1:][-2:]], enough=0.0)
+        for scheme in ("bdf2", ALPHA):
+            tolerances = (1e-2, 1e-3, 1e-4, 1e-5)
+            self._family(scheme, [Stepping(scheme, steps[-1], tol) for tol in tolerances], cheaper=True)
+
+    def _family(self, scheme, steppings, enough=0.5, cheaper=False):
+        """Finer and finer until the error is `enough` of the accuracy, or the cost that of the reference."""
+        points = []
+        for stepping in steppings:
+            run = self.run(self.mesh, stepping)
+            if run is None:
+                continue
+            error = self.difference(run, self.time_truth) + self.own_time
+            points.append((stepping.tolerance or stepping.step, error))
+            if error <= enough * self.accuracy or (cheaper and _work(run) > 0.5 * _work(self.time_truth)):
+                break
+        self._keep_time(scheme, cheaper, points)
+
+    def _keep_time(self, scheme, adaptive, points):
+        self.time_curves[scheme, adaptive] = Curve(points)
+        key = "tolerance" if adaptive else "step"
+        for x, error in points:
+            run = self.run(self.mesh, self._stepping(scheme, adaptive, x))
+            what = {"error_in": "time", "pair": self.mesh.pair, "cells": self.mesh.cells, "scheme": scheme}
+            self.rows.append(what | {key: x, "error_percent": 100 * error} | _costs(run))
+
+    def _stepping(self, scheme, adaptive, x):
+        return Stepping(scheme, self.finest, x) if adaptive else Stepping(scheme, x)
+
+    # -- errors in space
+
+    def measure_space(self):
+        """Curves over 1/cells of every pair, at a step that is about as exact as asked for."""
+        if not self.mesh.mu:
+            self.own_space, self.best = 0.0, self.mesh
+            return
+        alpha = self.time_curves[ALPHA, False]
+        self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest
+        stepping = Stepping(ALPHA, self.step)
+        good, runs, own = self.refine([(Space(3, 2, 2 * 2**k), stepping) for k in range(7)], "in space", 3)
+        self.best, self.own_space, self.space_truth = good[-1][0], own, runs[-1]
+        points = [(s[0].cells, self.difference(r, runs[-1]) + own) for s, r in zip(good, runs, strict=True)]
+        points[-1] = (self.best.cells, own)
+        self._keep_space((3, 2), points)
+        most = 4 * self.best.cells
+        for pair, first in (((2, 1), 3), ((1, 0), 5)):
+            self._keep_space(pair, self._refined(pair, first, most))
+
+    def _refined(self, pair, first, most):
+        points, cells = [], first
+        while cells <= most and not (points and points[-1][1] <= 0.5 * self.accuracy):
+            run = self.run(Space(*pair, cells), Stepping(ALPHA, self.step))
+            if run is not None:
+                points.append((cells, self.difference(run, self.space_truth) + self.own_space))
+            cells *= 2
+        return points
+
+    def _keep_space(self, pair, points):
+        self.space_curves[pair] = Curve([(1 / n, error) for n, error in points])
+        for n, error in points:
+            space = Space(*pair, n)
+            what = {"error_in": "space", "pair": space.pair, "cells": n, "scheme": ALPHA, "step": self.step}
+            run = self.run(space, Stepping(ALPHA, self.step))
+            self.rows.append(what | {"error_percent": 100 * error} | _costs(run))
+
+    # -- cost
+
+    def second_per_work(self, space: Space) -> float:
+        """CPU seconds of a unit of work, linear in the cells of a pair."""
+        found = [(s.cells, r) for (s, _), r in self.runs.items() if r and (s.mu, s.nu) == (space.mu, space.nu)]
+        sizes = sorted({n for n, _ in found})
+        means = [sum(r.cpu for n, r in found if n == m) / sum(_work(r) for n, r in found if n == m) for m in sizes]
+        if len(sizes) < 2:
+            return means[0]
+        slope, constant = np.polyfit(sizes, means, 1)
+        return float(means[0] if slope < 0 else max(constant + slope * space.cells, 0.5 * min(means)))
+
+    def seconds(self, space: Space, scheme: str, adaptive: bool, x: float) -> float:
+        """Wall time of the stepping loop of the whole run; work over x by powers, as the errors."""
+        known = sorted(
+            (s.tolerance if adaptive else s.step, _work(r))
+            for (m, s), r in self.runs.items()
+            if r and m == self.mesh and s.scheme == scheme and (s.tolerance is not None) == adaptive
+        )
+        sizes, works = np.log(np.array(known)).T
+        work = math.exp(np.interp(math.log(x), sizes, works))
+        if math.log(x) < sizes[0]:
+            power = 1.0 if not adaptive else 1 / 3  # steps of order 2 shrink like the cubic root of the tolerance
+            work *= (math.exp(sizes[0]) / x) ** power
+        done = [run for run in self.runs.values() if run]
+        load = sum(run.wall for run in done) / sum(run.cpu for run in done)
+        return work * self.whole.time.end / self.scene.time.end * self.second_per_work(space) * max(load, 1.0)
+
+    # -- candidates
+
+    def predicted(self, space: Space, stepping: Stepping) -> float:
+        """Error of these settings; inf where the pilot knows nothing."""
+        in_time = self.time_curves.get((stepping.scheme, stepping.tolerance is not None))
+        in_space = self.space_curves.get((space.mu, space.nu))
+        if in_time is None or (in_space is None and space.mu):
+            return math.inf
+        return in_time(stepping.tolerance or stepping.step) + (in_space(1 / space.cells) if space.mu else 0.0)
+
+    def candidates(self, target: float) -> list[Candidate]:
+        """For every pair and family the cheapest settings whose predicted error is at most `target`, cheapest first."""
+        best = {}
+        for space, in_space in self._spaces(target):
+            for (scheme, adaptive), curve in self.time_curves.items():
+                if len(curve.x) == 0:
+                    continue
+                x = curve.largest(target - in_space, nice_numbers(curve.x[0] / 1e3, curve.x[-1]))
+                if x is None:
+                    continue
+                seconds = self.seconds(space, scheme, adaptive, x)
+                stepping, key = self._stepping(scheme, adaptive, x), (space.pair, scheme, adaptive)
+                if key not in best or seconds < best[key].seconds:
+                    best[key] = Candidate(space, stepping, in_space + curve(x), seconds, x < curve.x[0])
+        return sorted(best.values(), key=lambda candidate: candidate.seconds)
+
+    def _spaces(self, target):
+        if not self.mesh.mu:
+            return [(self.mesh, 0.0)]
+        found = []
+        for pair, curve in self.space_curves.items():
+            if len(curve.x):
+                low, high = round(1 / curve.x[-1]), round(2 / curve.x[0])
+                sizes = sorted({round(low * 1.15**k) for k in range(60) if low * 1.15**k <= high})
+                found += [(Space(*pair, n), curve(1 / n)) for n in sizes]
+        return [(space, error) for space, error in found if error < target]
+
+
+def _work(run) -> int:
+    """Units of work of a run: Newton iterations, and one residual more per step, rejected ones too."""
+    each = (run.iterations + run.steps) / max(run.steps, 1)
+    return int(each * (run.steps + run.rejected))
+
+
+def _costs(run) -> dict:
+    return {key: getattr(run, key) for key in ("steps", "iterations", "unknowns", "cpu", "wall")}

@@ -1,0 +1,239 @@
+"""`dolfbuoy report`: everything the README says about accuracy and time, from one command.
+
+For each of the paper's scenes, on a shortened run:
+
+- cases that vary the elements at one small step, cases that vary scheme and step on the scene's own elements, and
+  combinations between; all against one reference, as in `work_precision`.  They make the figure and the sentences;
+- the error of the schemes alone: the same elements at a much smaller step are the truth;
+- the whole run of the paper, by backward Euler and by a scheme of second order on the same elements;
+
+and beside them Fig. 2 (static errors of element pairs) and a rigid pendulum, whose free motion a scheme damps.
+Everything is kept on disk, case by case: an interrupted report goes on where it was.
+"""
+
+import json
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from mpi4py import MPI
+
+from ...motion.schemes import make_scheme
+from ...motion.simulation import Simulation
+from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.compare import Reference
+from ...results.style import STYLE
+from ...scene import Scene, load_scene, settings
+from ...scene.settings import Space, Stepping
+from ..study import Table, save
+from ..study import run as run_study
+from . import convergence
+from . import measure as acc
+from . import report_text as text
+from . import work_precision as wp
+from .measure import Run
+from .report_text import ALPHA, BDF2, BE, PERIOD, SWING
+
+SECOND = (BDF2, ALPHA)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is run of a scene until `end` [s], from report_plans.toml.
+
+    reference: elements and step; its check has half and twice of them.  euler, second: steps of the schemes on the
+    scene's own elements, of which mesh_step is the truth.  spaces: at space_step by generalized-alpha.  mixed: elements
+    for the large steps `mixed_steps` of the schemes of second order.  whole: end and step of the whole run.
+    """
+
+    end: float
+    reference: tuple[Space, float]
+    mesh_step: float
+    euler: tuple[float, ...]
+    second: tuple[float, ...]
+    tolerances: tuple[float, ...]
+    spaces: tuple[Space, ...]
+    space_step: float
+    mixed: tuple[Space, ...]
+    mixed_steps: tuple[float, ...]
+    whole: tuple[float, float]
+    repeats: int
+
+
+def _plan(reference, spaces, mixed, **numbers) -> Plan:
+    reference = Space(*reference["pair"], reference["cells"]), reference["step"]
+    return Plan(reference=reference, spaces=_spaces(spaces), mixed=_spaces(mixed), **numbers)
+
+
+def _spaces(pairs):
+    """{"mu-nu": numbers of elements} -> Spaces."""
+    return tuple(Space(*map(int, pair.split("-")), n) for pair, cells in pairs.items() for n in cells)
+
+
+_PLANS = tomllib.loads(Path(__file__).with_name("report_plans.toml").read_text(encoding="utf-8"))
+FULL, QUICK = ({name: _plan(**plan) for name, plan in _PLANS[kind].items()} for kind in ("full", "quick"))
+
+
+# -- cases -------------------------------------------------------------------------------------------------------------
+
+
+def settings_of(scene: Scene, plan: Plan) -> list[tuple[Space, Stepping]]:
+    """All combinations of elements and steps that are run, each once."""
+    own = settings.space_of(scene)
+    found = [(own, Stepping(BE, h)) for h in plan.euler]
+    found += [(own, Stepping(scheme, h)) for scheme in SECOND for h in plan.second]
+    found += [(own, Stepping(BDF2, min(plan.second), tolerance)) for tolerance in plan.tolerances]
+    found += [(space, Stepping(ALPHA, plan.space_step)) for space in plan.spaces]
+    found += [(s, Stepping(scheme, h)) for s in plan.mixed for scheme in SECOND for h in plan.mixed_steps]
+    return list(dict.fromkeys(found))
+
+
+def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
+    """The runs that are not timed: the reference and its check, the scene's own elements at a tiny step, and the whole
+    run by the scene's own scheme and by generalized-alpha."""
+    space, step = plan.reference
+    own, (end, whole_step) = settings.space_of(scene), plan.whole
+    whole = load_scene(scene, **{"time.end": end})
+    wanted = {
+        "check": (scene, Space(space.mu, space.nu, space.cells // 2), Stepping(ALPHA, 2 * step)),
+        "reference": (scene, space, Stepping(ALPHA, step)),
+        "mesh": (scene, own, Stepping(ALPHA, plan.mesh_step)),
+        "whole_own": (whole, own, settings.stepping_of(scene)),
+        "whole": (whole, own, Stepping(ALPHA, whole_step)),
+    }
+    return {name: acc.with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
+
+
+def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path) -> list[dict]:
+    """The cases of the figure; the quantities of those on the scene's own elements are kept."""
+    own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
+    return [acc.with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
+
+
+def pendulum(scheme: str, step: float, end: float) -> dict:
+    """A scene: an inextensible element of period PERIOD in air, released at rest SWING from its downward vertical."""
+    length = 1.5 * 9.81 * (PERIOD / (2 * math.pi)) ** 2  # a rigid rod: omega^2 = 3 g/(2 L)
+    tip = [length * math.sin(SWING), 0.0, -length * math.cos(SWING)]
+    cable = {"length": length, "line_density": 1.0, "elements": 1, "anchor": [0.0, 0.0, 0.0], "top": {"kind": "free"}}
+    time = {"end": end, "step": step, "scheme": scheme}
+    return {"cable": cable, "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], tip]}, "time": time}
+
+
+def evaluate_pendulum(case: dict) -> dict:
+    """Share of its amplitude that the pendulum has left at the end, and that of the linear theory."""
+    simulation = Simulation(load_scene(pendulum(case["scheme"], case["step"], case["end"])), MPI.COMM_SELF)
+    try:
+        for _ in simulation.run():
+            pass
+        tip = simulation.problem.lines.top_dofs()
+        x, _, z = simulation.system.u[tip]
+        u, _, w = simulation.line_velocity[tip]
+        angle, rate = math.atan2(x, -z), (x * w - z * u) / (x * x + z * z)
+    finally:
+        simulation.problem.destroy()
+    omega = 2 * math.pi / PERIOD
+    factor = make_scheme(case["scheme"]).amplification(omega, case["step"])
+    left = math.hypot(angle, rate / omega) / SWING
+    return {"remaining": left, "theory": abs(factor) ** round(case["end"] / case["step"])}
+
+
+def pendulum_cases(quick: bool) -> list[dict]:
+    """Every scheme at the paper's step over the paper's run."""
+    end = 12.0 if quick else 120.0
+    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
+
+
+# -- judgement of one scene --------------------------------------------------------------------------------------------
+
+
+def examine(name: str, plan: Plan, folder: Path) -> dict | None:
+    """All numbers of a scene, with its figure saved in `folder`; None on all ranks but 0."""
+    scene, store = settings.shortened(load_scene(name), plan.end), Path(folder) / "work" / name
+    fine = fine_cases(scene, plan, store)
+    evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
+    found = evaluate_all(wp.evaluate, timed_cases(scene, plan, fine["reference"], store), store, wp.structure)
+    if found is None:
+        return None
+    add_scheme_errors(found, scene, plan, fine["mesh"])
+    rows, own = wp.judged(found, scene, fine["check"], fine["reference"])
+    said = wp.notes(rows, own, fine["reference"], MPI.COMM_WORLD.size)
+    with matplotlib.rc_context(STYLE):
+        save(folder, Table(f"work-precision-{name}", rows, notes=said, figure=wp.draw(rows, own)))
+    return {
+        "name": name,
+        "end": plan.end,
+        "start": acc.window_start(scene),
+        "period": settings.period_of(scene),
+        "space_step": plan.space_step,
+        "repeats": plan.repeats,
+        "rows": rows,
+        "fronts": wp.front_rows(rows, own),
+        "notes": said,
+        "extremes": extremes(scene, fine),
+        "whole": plan.whole,
+    }
+
+
+def add_scheme_errors(rows: list[dict], scene: Scene, plan: Plan, mesh: dict) -> None:
+    """Add `scheme_error_Q` to the rows on the scene's own elements: against a tiny step on the same elements.
+
+    None where that run's own error (Richardson, from the smallest step of generalized-alpha) hides it.
+    """
+    truth = Reference(Run.kept(mesh["file"]), acc.window_start(scene))
+    kept = [row for row in rows if "file" in row and not row["reason"]]
+    names = acc.quantities_of(scene)
+    for row in kept:
+        run = Run.kept(row["file"])
+        row |= {f"scheme_error_{name}": truth.error(run, name).rms for name in names}
+    alpha = min((r for r in kept if r["scheme"] == ALPHA), key=lambda row: row["step"])
+    ratio = (alpha["step"] / plan.mesh_step) ** 2
+    limits = {name: alpha[f"scheme_error_{name}"] / (ratio - 1) for name in names}
+    for row in kept:
+        for name in names:
+            if not compare.resolved(row[f"scheme_error_{name}"], limits[name]):
+                row[f"scheme_error_{name}"] = None
+
+
+def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
+    """Largest and smallest value after the ramp in the whole run: by the scene's own scheme, and of second order."""
+    start, rows = acc.window_start(scene), []
+    own, second = (Run.kept(fine[key]["file"]) for key in ("whole_own", "whole"))
+    for name in acc.quantities_of(scene):
+        if own.values[name].ndim > 1:
+            continue
+        a, b = (run.values[name][run.t >= start - 1e-9] for run in (own, second))
+        row = {"quantity": acc.QUANTITIES[name], "unit": "deg" if name == "cone_angle" else "N"}
+        for key, pick in (("largest", np.max), ("smallest", np.min)):
+            row |= {f"{key}_own": float(pick(a)), f"{key}_second": float(pick(b))}
+        rows.append(row | {"range_own": float(np.ptp(a)), "range_second": float(np.ptp(b))})
+    return rows
+
+
+# -- command -----------------------------------------------------------------------------------------------------------
+
+
+def run(folder: Path, quick: bool = False) -> None:
+    """Compute what is missing, then write report.md, report.json and the figures into `folder`.
+
+    folder/work keeps the cases.  quick: a small version, to see that all works; its numbers are not worth quoting.
+    """
+    folder = Path(folder)
+    if MPI.COMM_WORLD.rank == 0:
+        folder.mkdir(parents=True, exist_ok=True)
+    cells = (4, 8, 16) if quick else (4, 8, 16, 32)
+    static = run_study(convergence, folder / "work" / "convergence", figures=(2,), cells=cells).rows
+    free = evaluate_all(evaluate_pendulum, pendulum_cases(quick), folder / "work" / "pendulum")
+    scenes = [examine(name, plan, folder) for name, plan in (QUICK if quick else FULL).items()]
+    if not static:
+        return
+    facts = {"quick": quick, "machine": text.machine(), "static": text.static_rows(static["figure2-neumann"])}
+    facts |= {"pendulum": free, "scenes": [text.judge(facts_of_scene) for facts_of_scene in scenes]}
+    facts["recommendations"] = text.recommendations(facts)
+    save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))
+    (folder / "report.json").write_text(json.dumps(facts, indent=1))
+    (folder / "report.md").write_text(text.markdown(facts))
+    print((folder / "report.md").read_text())

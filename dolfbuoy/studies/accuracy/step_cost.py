@@ -1,0 +1,190 @@
+"""Where the time of a step goes, and the floor to measure it by.
+
+A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones, and its parts are
+timed as it goes; factorisation and solve, which PETSc calls, are done many times over at a state of the run.
+The floor of a Newton iteration is dolfinx's assemblers and the direct solver called back to back, with nothing else
+between them, in turn and as often as the run called them; it is measured after every few steps, side by side with
+them.  `ratio`: of Newton's method to the floor (below 1 where the loops of `dolfbuoy.solver.loops` gain more than all
+else takes); `ratio of a step` counts what surrounds it too: time scheme, predictor, forcing, record.  All times are
+this process's time on the processor; a ratio is the median of those of groups of steps, each side by side with its
+floor.
+"""
+
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from mpi4py import MPI
+
+from ...api import Recorder
+from ...errors import InputError
+from ...motion.simulation import Simulation
+from ...results.style import COLORS, PAGE, new_figure
+from ...scene import load_scene
+from ...solver import compat, floor
+from ..declaration import declared
+from ..study import Table
+
+WORDS = declared(__file__)
+
+WARM_UP = 50  # steps before the clock starts
+GROUP = 10  # steps that are timed together: a kept Jacobian is new in some of them only
+PARTS = ("residual loop", "Jacobian loop", "insertion", "factorisation", "solve")
+PARTS += ("SNES and Python", "time scheme", "record")
+
+
+def typical(function, count: int = 60) -> float:
+    """Seconds of a call: median of `count`."""
+    times = []
+    for _ in range(count):
+        begin = time.process_time()
+        function()
+        times.append(time.process_time() - begin)
+    return float(np.median(times))
+
+
+# -- runs --------------------------------------------------------------------------------------------------------------
+
+
+def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
+    """One row of the study: seconds per Newton iteration of a run, in parts, and the floor."""
+    scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"keep_jacobian": keep})})
+    simulation, twin = (Simulation(scene, MPI.COMM_SELF) for _ in range(2))
+    with TemporaryDirectory() as folder:
+        recorder = Recorder(simulation, Path(folder))
+        marches = [sim.run() for sim in (simulation, twin)]
+        for _ in range(WARM_UP):
+            recorder.add(*next(marches[0]))
+            next(marches[1])
+        groups = _groups(simulation, marches[0], recorder, floor.back_to_back(twin.newton), steps // GROUP)
+        recorder.close()
+    done = GROUP * len(groups["steps"])
+    n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
+    row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
+    row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
+    factorise, solve = (typical(work, count) for work in floor.direct_solver(twin.newton))
+    row |= _split(groups, n_J / n_K * factorise, solve, done / n_K)
+    for sim in (simulation, twin):
+        sim.problem.destroy()
+    return row
+
+
+def _groups(simulation, march, recorder, floor, count):
+    """Counts of each group of steps, and its seconds: of parts of Newton's method, of steps, record, and floor."""
+    newton, system, end = simulation.newton, simulation.system, simulation.scene.time.end
+    parts = {"residuals of it": "add_residuals", "jacobians of it": "add_jacobians"}
+    parts |= {"matrices of it": "assemble_matrix"}
+    clocks = {"newton": _clocked(newton, "solve")}
+    clocks |= {name: _clocked(system, method) for name, method in parts.items()}
+    rows = []
+    while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
+        counted, in_steps, in_record = _counts(newton), 0.0, 0.0
+        for times in clocks.values():
+            times.clear()
+        for _ in range(GROUP):
+            begin = time.process_time()
+            step = next(march)
+            middle = time.process_time()
+            recorder.add(*step)
+            in_steps += middle - begin
+            in_record += time.process_time() - middle
+        numbers = [now - then for now, then in zip(_counts(newton), counted, strict=True)]
+        begin = time.process_time()
+        floor(*numbers)
+        in_floor = time.process_time() - begin
+        rows.append([*numbers, in_steps, in_record, in_floor, *(sum(times) for times in clocks.values())])
+    names = ["iterations", "residuals", "jacobians", "steps", "record", "floor", *clocks]
+    return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def _clocked(thing, method):
+    """Seconds of every call of a method from now on."""
+    call, times = getattr(thing, method), []
+
+    def clocked(*args):
+        begin = time.process_time()
+        result = call(*args)
+        times.append(time.process_time() - begin)
+        return result
+
+    setattr(thing, method, clocked)
+    return times
+
+
+def _counts(newton):
+    return newton.iterations_total, newton.residuals_total, newton.jacobians_total
+
+
+def _split(groups, factorisation, solve, steps):
+    """Microseconds per Newton iteration; the other times in seconds per iteration; steps: to an iteration."""
+    spent = {name: times.mean() * steps / GROUP for name, times in groups.items()}
+    split = {
+        "residual loop": spent["residuals of it"],
+        "Jacobian loop": spent["jacobians of it"],
+        "insertion": spent["matrices of it"] - spent["jacobians of it"],
+        "factorisation": factorisation,
+        "solve": solve,
+    }
+    split["SNES and Python"] = spent["newton"] - sum(split.values())
+    split["time scheme"] = spent["steps"] - spent["newton"]
+    split["record"] = spent["record"]
+    microseconds = {name: 1e6 * seconds for name, seconds in split.items()}
+    return microseconds | {
+        "total": 1e6 * sum(split.values()),
+        "floor": 1e6 * spent["floor"],
+        "ratio": float(np.median(groups["newton"] / groups["floor"])),
+        "ratio of a step": float(np.median((groups["steps"] + groups["record"]) / groups["floor"])),
+        "milliseconds per step": 1e3 * (spent["steps"] + spent["record"]) / steps,
+    }
+
+
+# -- the study ---------------------------------------------------------------------------------------------------------
+
+
+def compute(folder, scene: str, steps: int) -> list[dict]:
+    """Measure a scene with new and with kept Jacobians.  Raises InputError for a scene without enough steps."""
+    scene = load_scene(scene)
+    if scene.time is None:
+        raise InputError("Missing section [time]: step-cost measures a run.")
+    if scene.time.tolerance is not None or scene.time.end < 2 * WARM_UP * scene.time.step:
+        raise InputError(
+            f"step-cost needs a run of at least {2 * WARM_UP} equal steps: no time.tolerance, time.end larger."
+        )
+    if MPI.COMM_WORLD.size > 1:
+        raise InputError("step-cost measures one rank; start it without mpirun.")
+    return [measure(scene, steps, keep) for keep in (False, True)]
+
+
+def tables(rows: list[dict], scene: str, **_) -> list[Table]:
+    """The rows, shown as columns."""
+    headings = {"iterations": "its/step", "residuals": "R/step", "jacobians": "J/step"}
+    headings |= {key: key for key in rows[0] if key not in ("jacobian", "steps", "unknowns", *headings)}
+    lines = [{"part": said} | {row["jacobian"]: row[key] for row in rows} for key, said in headings.items()]
+    versions = ", ".join(f"{key} {value}" for key, value in compat.versions().items())
+    notes = [
+        WORDS.say("ratio", **row, whole=row["ratio of a step"], milliseconds=row["milliseconds per step"])
+        for row in rows
+    ]
+    notes.append(WORDS.say("size", unknowns=rows[0]["unknowns"], steps=rows[0]["steps"], versions=versions))
+    title = WORDS.say("title", scene=load_scene(scene).title or scene)
+    return [
+        Table(f"step_cost_{Path(scene).stem}", rows, notes=notes, figure=draw(rows)),
+        Table("", lines, title, WORDS.columns, notes),
+    ]
+
+
+def draw(rows: list[dict]):
+    """Stacked bars of the parts, and the floor."""
+    figure = new_figure(PAGE, 2.2)
+    axes = figure.add_subplot()
+    for k, row in enumerate(rows):
+        left = 0.0
+        for name, color in zip(PARTS, [*list(COLORS.values())[:5], "0.5", "0.7", "0.85"], strict=True):
+            axes.barh(k, row[name], left=left, height=0.6, color=color, label=name if k == 0 else None)
+            left += row[name]
+        axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)
+    axes.set_yticks(range(len(rows)), [f"{row['jacobian']} Jacobians" for row in rows])
+    axes.set_xlabel("microseconds per Newton iteration")
+    axes.legend(fontsize="x-small", ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.35), frameon=False)
+    return figure

@@ -1,0 +1,335 @@
+"""Error against wall time over pairs, cells, schemes and steps of a scene: what accuracy costs.
+
+The reference is a run of generalized-alpha with P3-P2, more unknowns and a quarter of the smallest step.  The
+difference from the run at twice its step and half its cells gives its own error (Richardson, order 2); what is below
+three times that is not resolved.
+"""
+
+import itertools
+
+from matplotlib.lines import Line2D
+from mpi4py import MPI
+
+from ...errors import InputError, SolveError
+from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.compare import Error, Reference, percent
+from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure, plain_ticks
+from ...scene import Scene, load_scene, settings
+from ...scene.settings import Space, Stepping
+from ..declaration import declared
+from ..study import Table, numbers
+from . import measure as acc
+from .measure import Run
+
+ACCURACIES = (0.1, 0.01, 0.001)
+#: What of a case is not shown.
+HIDDEN = ("study", "scene", "reference", "file")
+
+
+# -- what is asked for -------------------------------------------------------------------------------------------------
+
+
+def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
+    """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
+    if text is None:
+        return None
+    try:
+        pairs = [tuple(int(degree) for degree in pair.upper().replace("P", "").split("-")) for pair in text.split(",")]
+        good = all(len(pair) == 2 and 0 <= pair[1] < pair[0] <= 8 for pair in pairs)
+    except ValueError:
+        good = False
+    if not good:
+        raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
+    return pairs
+
+
+def parse_schemes(text: str | None) -> list[str] | None:
+    """Names with commas; raises InputError."""
+    schemes = text.split(",") if text else None
+    if schemes and not set(schemes) <= set(settings.SCHEMES):
+        raise InputError(f"--schemes {text}: must be some of {', '.join(settings.SCHEMES)}, with commas.")
+    return schemes
+
+
+WORDS = declared(__file__)
+
+
+def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
+    """The scene until t_end, by default the ramp and four periods, and the settings."""
+    return {
+        "scene": settings.shortened(load_scene(scene), t_end, periods=4),
+        "pairs": parse_pairs(pairs),
+        "cells": numbers("--cells", cells, int),
+        "schemes": parse_schemes(schemes),
+        "steps": numbers("--steps", steps),
+        "tolerances": numbers("--tolerances", tolerances),
+        "repeats": repeats,
+    }
+
+
+# -- cases -------------------------------------------------------------------------------------------------------------
+
+
+def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
+    """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
+    if scene.cable is None:
+        return [Space()]
+    n = settings.space_of(scene).cells
+    cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
+    return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
+
+
+def default_steps(scene: Scene) -> list[float]:
+    """From a fiftieth of the period down to a 500th, or from the scene's step up."""
+    period = settings.period_of(scene)
+    steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
+    return [float(f"{step:.2g}") for step in steps]
+
+
+def steppings(schemes, steps, tolerances) -> list[Stepping]:
+    """Fixed steps of every scheme, and tolerances of those of second order."""
+    fixed = [Stepping(scheme, step) for scheme in schemes for step in steps]
+    second = [scheme for scheme in schemes if scheme != "backward-euler"]
+    return fixed + [Stepping(scheme, min(steps), tol) for scheme in second for tol in tolerances]
+
+
+def finest(spaces_: list[Space], steps) -> tuple[Space, float]:
+    """Elements and step of the reference."""
+    if not spaces_[0].mu:
+        return Space(), min(steps) / 4
+    nodes = max(space.mu * space.cells for space in spaces_)
+    return Space(3, 2, 2 * -(-nodes // 4)), min(steps) / 4
+
+
+def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
+    """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
+    space, step = finest(spaces_, steps)
+    coarse = Space(space.mu, space.nu, space.cells // 2)
+    return [
+        acc.with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
+        for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))
+    ]
+
+
+def cases(scene: Scene, chosen, reference: dict, repeats: int) -> list[dict]:
+    """A case of each (Space, Stepping), once, and the scene's own settings first."""
+    own = (settings.space_of(scene), settings.stepping_of(scene))
+    more = {"repeats": repeats, "reference": reference["file"]}
+    return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *chosen])]
+
+
+def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
+    """The scene with these settings, and what they are."""
+    what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
+    changed = settings.with_settings(scene, space, stepping).to_dict()
+    return {"study": f"work-precision {kind}", **what, "tolerance": stepping.tolerance, "scene": changed}
+
+
+def structure(case: dict) -> tuple:
+    """What decides which forms are compiled."""
+    return (case["pair"],)
+
+
+def evaluate_reference(case: dict) -> dict:
+    """A fine run, its quantities in `file`."""
+    scene = load_scene(case["scene"])
+    run = acc.compute(scene, acc.quantities_of(scene))
+    run.save(case["file"])
+    return {"wall": run.wall, "unknowns": run.unknowns}
+
+
+def evaluate(case: dict) -> dict:
+    """Errors and times of one case; a case that fails says why.  With a key `file` its quantities go there."""
+    scene = load_scene(case["scene"])
+    names = acc.quantities_of(scene)
+    try:
+        run = acc.compute(scene, names, case["repeats"])
+    except SolveError as error:
+        return {"reason": str(error)}
+    if "file" in case:
+        run.save(case["file"])
+    reference = Reference(Run.kept(case["reference"]), acc.window_start(scene))
+    result = {"reason": None, "wall": run.wall, "cpu": run.cpu, "steps": run.steps, "unknowns": run.unknowns}
+    result |= {"iterations": run.iterations, "rejected": run.rejected, "failed": run.failed}
+    for name in names:
+        error = reference.error(run, name)
+        result |= {f"error_{name}": error.rms, f"max_error_{name}": error.maximum}
+    return result
+
+
+# -- judgement ---------------------------------------------------------------------------------------------------------
+
+
+def reference_errors(scene: Scene, check: dict, reference: dict) -> dict:
+    """Own error of the reference in every quantity."""
+    fine = Reference(Run.kept(reference["file"]), acc.window_start(scene))
+    coarse = Run.kept(check["file"])
+    changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
+    return {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
+
+
+def judged(found: list[dict], scene: Scene, check: dict, reference: dict) -> tuple[list[dict], dict]:
+    """Marked rows of the cases without what is not shown, and the reference's own errors."""
+    own = reference_errors(scene, check, reference)
+    return mark([{k: v for k, v in row.items() if k not in HIDDEN} for row in found], own), own
+
+
+def mark(rows: list[dict], own: dict) -> list[dict]:
+    """Add what every case proves: `bound_Q`, and `resolved_Q`, False where the reference is not fine enough; the same
+    of the maximum."""
+    for row in rows:
+        for name, error in own.items():
+            for which, limit in (("", error.rms), ("max_", error.maximum)):
+                value = row.get(f"{which}error_{name}")
+                row[f"{which}resolved_{name}"] = None if value is None else compare.resolved(value, limit)
+                row[f"{which}bound_{name}"] = None if value is None else compare.bound(value, limit)
+    return rows
+
+
+def front(rows: list[dict], name: str) -> list[dict]:
+    """Pareto front of wall time and error of a quantity, from the fastest on."""
+    done = [row for row in rows if row.get(f"bound_{name}") is not None]
+    return [done[i] for i in compare.pareto([(row["wall"], row[f"bound_{name}"]) for row in done])]
+
+
+def describe(row: dict) -> str:
+    """Settings of a row as one would say them."""
+    stepping = Stepping(row["scheme"], row["step"], row["tolerance"])
+    cells = f"{row['pair']}, {row['cells']} elements, " if row["cells"] else ""
+    return f"{cells}{stepping}"
+
+
+def sentence(rows: list[dict], name: str, accuracy: float) -> str:
+    """What one would quote: the cheapest settings that meet the accuracy, and the scene's own beside them."""
+    what = {"accuracy": percent(accuracy), "quantity": acc.QUANTITIES[name]}
+    good = [row for row in front(rows, name) if row[f"bound_{name}"] <= accuracy]
+    said = WORDS.say("meets_not", **what)
+    if good:
+        said = WORDS.say("meets", **what, settings=describe(good[0]), wall=good[0]["wall"])
+    own = next((row for row in rows if row["own"]), None)
+    if own is None:
+        return said + "."
+    if own["reason"]:
+        return said + WORDS.say("own_fails", settings=describe(own))
+    less, error = "" if own[f"resolved_{name}"] else "less than ", percent(own[f"bound_{name}"])
+    return said + WORDS.say("own", settings=describe(own), less=less, error=error, wall=own["wall"])
+
+
+def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
+    """The answer in words."""
+    errors = ", ".join(f"{acc.QUANTITIES[name]} {percent(error.rms)}" for name, error in own.items())
+    said = [WORDS.say("reference", settings=describe(fine), errors=errors)]
+    said += [sentence(rows, name, accuracy) for name in own for accuracy in ACCURACIES]
+    for name in own:
+        count = sum(row[f"resolved_{name}"] is False for row in rows)
+        if count:
+            said.append(WORDS.say("open", quantity=acc.QUANTITIES[name].capitalize(), count=count, cases=len(rows)))
+    said += [WORDS.say("failed", settings=describe(row), reason=row["reason"]) for row in rows if row["reason"]]
+    said.append(WORDS.say("time"))
+    return said + ([WORDS.say("ranks", ranks=ranks)] if ranks > 1 else [])
+
+
+def front_rows(rows: list[dict], names) -> list[dict]:
+    """Table of the Pareto fronts."""
+    return [_front_row(row, name) for name in names for row in front(rows, name)]
+
+
+def _front_row(row, name):
+    line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)}
+    line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "wall")}
+    line |= {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
+    return line | {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
+
+
+def _shown(row, name, which):
+    error, bound = row[f"{which}error_{name}"], row[f"{which}bound_{name}"]
+    return percent(bound) if error == bound else f"< {percent(bound)}"
+
+
+# -- figure ------------------------------------------------------------------------------------------------------------
+
+_MARKERS = {"backward-euler": "s", "bdf2": "o", "generalized-alpha": "^"}
+
+
+def draw(rows: list[dict], own: dict):
+    """Error over time, a panel per quantity: colour = pair, marker = scheme, hollow = adaptive, line = Pareto front."""
+    width = 2 if len(own) > 1 else 1
+    height = -(-len(own) // width)
+    figure = new_figure(PAGE if width > 1 else 0.7 * PAGE, 2.6 * height + 0.8)
+    panels = figure.subplots(height, width, squeeze=False, sharex=True).ravel()
+    colors = dict(zip(dict.fromkeys(row["pair"] for row in rows), itertools.cycle(PALETTE), strict=False))
+    for axes, (name, error) in zip(panels, own.items(), strict=False):
+        _panel(axes, rows, name, error.rms, colors)
+    for axes in panels[len(own) :]:
+        axes.set_visible(False)
+    for axes in panels[max(0, len(own) - width) : len(own)]:
+        axes.set_xlabel("time of the stepping loop [s]")
+        axes.tick_params(labelbottom=True)
+    legend_below(figure, 0.45, 5, _handles(rows, colors))
+    return figure
+
+
+def _panel(axes, rows, name, reference_error, colors):
+    axes.set(xscale="log", yscale="log", title=acc.QUANTITIES[name].capitalize(), ylabel="rms error / range [%]")
+    for row in rows:
+        if row.get(f"bound_{name}") is None:
+            continue
+        color, hollow = colors[row["pair"]], row["tolerance"] is not None
+        style = {"mfc": "none" if hollow else color, "mec": color, "ms": 4, "mew": 0.8}
+        style["alpha"] = 0.9 if row[f"resolved_{name}"] else 0.3
+        axes.plot(row["wall"], 100 * row[f"bound_{name}"], _MARKERS[row["scheme"]], **style)
+        if row["own"]:
+            axes.plot(row["wall"], 100 * row[f"bound_{name}"], "*", ms=10, mfc="none", mec=COLORS["ink"], mew=0.9)
+    best = front(rows, name)
+    axes.plot([r["wall"] for r in best], [100 * r[f"bound_{name}"] for r in best], "-", color=COLORS["ink"], lw=0.8)
+    bottom = axes.get_ylim()[0]
+    axes.axhspan(bottom, max(bottom, 100 * compare.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
+    axes.set_ylim(bottom=bottom)
+    plain_ticks(axes)
+
+
+def _handles(rows, colors):
+    dots = {"ls": "none", "ms": 4}
+    handles = [Line2D([], [], color=color, marker="D", label=pair, **dots) for pair, color in colors.items()]
+    used = dict.fromkeys(row["scheme"] for row in rows)
+    handles += [
+        Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=settings.SCHEMES[s], **dots) for s in used
+    ]
+    if any(row["tolerance"] is not None for row in rows):
+        handles.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", label="hollow: adaptive", **dots))
+    star = {"marker": "*", "mfc": "none", "ms": 9, "ls": "none"}
+    handles.append(Line2D([], [], color=COLORS["ink"], label="the scene's own", **star))
+    handles.append(Line2D([], [], color=COLORS["ink"], lw=0.8, label="Pareto front"))
+    handles.append(Line2D([], [], color="#eeeeee", lw=5, label="not resolved"))
+    return handles
+
+
+# -- the study ---------------------------------------------------------------------------------------------------------
+
+
+def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=(), repeats=3):
+    """(results of the cases, check, reference), None on all ranks but 0; `scene` with the end that is wanted."""
+    if scene.time is None:
+        raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+    if not acc.quantities_of(scene):
+        raise InputError("This scene has none of the quantities that the study compares.")
+    steps = steps or default_steps(scene)
+    room = spaces(scene, pairs, cells)
+    chosen = itertools.product(room, steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
+    fine = reference_cases(scene, room, steps, folder)
+    evaluate_all(evaluate_reference, fine, folder, structure)
+    found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)
+    return None if found is None else (found, *fine)
+
+
+def tables(computed, scene: Scene, **_) -> list[Table]:
+    """Every case, and the Pareto fronts."""
+    found, check, fine = computed
+    rows, own = judged(found, scene, check, fine)
+    said = notes(rows, own, fine, MPI.COMM_WORLD.size)
+    title = WORDS.say("title", end=scene.time.end)
+    return [
+        Table("work-precision", rows, notes=said, figure=draw(rows, own)),
+        Table("work-precision-front", front_rows(rows, own), title, WORDS.columns, said),
+    ]

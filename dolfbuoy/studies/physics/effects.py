@@ -1,0 +1,325 @@
+"""What each effect of a scene is worth, and what it costs: left out of the scene, and added alone to the barest one.
+
+The barest scene is cable, buoy and hydrostatics.  A change is the rms difference over the run, without the ramp at its
+start, relative to the range (max - min) of the full run; the change of the maximum likewise.  Cost is counted twice:
+
+- operations: distinct nodes of the residual's expression graph, after derivatives and tensor algebra are expanded and
+  without constants, coefficients and arguments.  A subexpression that is used twice is computed and counted once.
+  The number depends on the scene alone, not on machine, compiler or mesh.
+- time per step: processor time, median over steps of both scenes taken in turn, so that both see the same machine.
+
+What a buoy is made of (point masses, inertia) is no effect: nothing in the form would vanish with it.
+"""
+
+import math
+import time as clock
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+from ufl.algorithms import expand_derivatives
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.corealg.traversal import unique_pre_traversal
+
+from ...errors import InputError, SolveError
+from ...model import effects as model
+from ...motion.simulation import Simulation
+from ...parallel.cases import evaluate_all
+from ...results import compare
+from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...scene import Scene, load_scene, settings
+from ..accuracy import measure as acc
+from ..declaration import declared
+from ..study import Table, groups
+
+WORDS = declared(__file__)
+
+#: Steps of both scenes that are timed in turn.
+TIMED = 200
+
+
+def request(scene, t_end: float | None, threshold: str) -> dict:
+    """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
+    return {
+        "scene": settings.shortened(load_scene(scene), t_end),
+        "threshold": acc.parse_accuracy(threshold, "--threshold"),
+    }
+
+
+def effects_of(scene: Scene) -> list[str]:
+    """Names of the effects that the scene calls for and that can be left out."""
+    return [effect.name for effect in model.called_by(scene) if effect.removable]
+
+
+def variant(scene: Scene, left_out=(), only=None) -> Scene:
+    """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
+    if only is not None:
+        left_out = [name for name in effects_of(scene) if name not in only]
+    return load_scene(scene, **{e.key: e.neutral for e in model.EFFECTS if e.name in left_out})
+
+
+BASES = {"full": {}, "barest": {"only": []}}
+
+
+def base_cases(scene: Scene, folder) -> list[dict]:
+    """The full scene and the barest one, each with the file of its run."""
+    whole = scene.to_dict()
+    return [acc.with_file({"study": "effects base", "scene": whole, "base": base}, folder, base) for base in BASES]
+
+
+def cases(scene: Scene, bases: list[dict]) -> list[dict]:
+    """Every effect left out, and every effect alone."""
+    names = effects_of(scene)
+    rows = [("without", name, {"left_out": [name]}, "full") for name in names]
+    rows += [("alone", name, {"only": [name]}, "barest") for name in names]
+    return [_case(scene, bases, *row) for row in rows]
+
+
+def _case(scene, bases, mode, name, choice, base):
+    files = {case["base"]: case["file"] for case in bases}
+    row = {"study": "effects", "mode": mode, "effect": name, "choice": choice, "base": base}
+    return row | {"files": files, "scene": scene.to_dict()}
+
+
+def structure(case: dict) -> str:
+    """What decides which forms of a base are compiled."""
+    return case["base"]
+
+
+def evaluate_base(case: dict) -> dict:
+    """Run the full or the barest scene; its quantities go to `file`."""
+    scene = load_scene(case["scene"])
+    try:
+        run = acc.compute(variant(scene, **BASES[case["base"]]), acc.quantities_of(scene))
+    except (InputError, SolveError) as error:
+        return {"reason": str(error)}
+    run.save(case["file"])
+    return {"reason": None}
+
+
+def evaluate(case: dict) -> dict:
+    """Changes against the base, and costs beside it; a scene that cannot be says why."""
+    scene = load_scene(case["scene"])
+    base = variant(scene, **BASES[case["base"]])
+    names = acc.quantities_of(scene)
+    try:
+        if not Path(case["files"][case["base"]]).is_file():
+            raise SolveError(f"the {case['base']} scene, to compare with, does not run")
+        changed = variant(scene, **case["choice"])
+        run = acc.compute(changed, names)
+        costs = side_by_side(base, changed)
+    except (InputError, SolveError) as error:
+        return {"reason": str(error)}
+    reference = _reference(case["files"], case["base"], acc.window_start(scene))
+    result = {"reason": None, **costs}
+    for name in names:
+        error = reference.error(run, name)
+        result |= {f"change_{name}": error.rms, f"max_change_{name}": error.maximum}
+    return result
+
+
+def _reference(files, base, start):
+    """The run of a base, whose changes count relative to the ranges of the full one."""
+    full = compare.Reference(acc.Run.kept(files["full"]), start)
+    return full if base == "full" else compare.Reference(acc.Run.kept(files[base]), start, full)
+
+
+def side_by_side(base: Scene, changed: Scene) -> dict:
+    """Costs of both scenes; their steps are taken in turn, so that they share whatever disturbs the machine."""
+    pair = []
+    try:
+        pair = [Simulation(base, MPI.COMM_SELF)]
+        pair.append(Simulation(changed, MPI.COMM_SELF))
+        runs, spent = [simulation.run() for simulation in pair], ([], [])
+        for k in range(2 * TIMED):
+            i = (k + k // 2) % 2  # 0 1, 1 0, 0 1, ...: neither is always the first
+            begin = clock.process_time()
+            if next(runs[i], None) is not None:
+                spent[i].append(clock.process_time() - begin)
+        return _costs(pair, spent)
+    finally:
+        for simulation in pair:
+            simulation.problem.destroy()
+
+
+def _costs(pair, spent):
+    base, changed = pair
+    first, second = (float(np.median(times)) for times in spent)
+    costs = {"step_time": second, "base_step_time": first, "time_ratio": second / first}
+    for prefix, simulation in (("", changed), ("base_", base)):
+        system = simulation.problem.system
+        costs[f"{prefix}unknowns"] = system.unknowns
+        costs[f"{prefix}operations"] = operations(simulation.problem)
+        costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
+    return costs
+
+
+def operations(problem) -> int:
+    """Distinct operations in the residual forms of a dynamic Problem, see above."""
+    return sum(_operations(form) for _, form in problem.residuals())
+
+
+def _operations(form):
+    expanded = expand_derivatives(apply_algebra_lowering(form))
+    nodes = {node for integral in expanded.integrals() for node in unique_pre_traversal(integral.integrand())}
+    return sum(not node._ufl_is_terminal_ for node in nodes)
+
+
+def largest(row: dict, names, prefix="change_") -> tuple[float, str]:
+    """Largest change of a row and its quantity."""
+    return max((row[prefix + name], name) for name in names)
+
+
+def judge(rows: list[dict], names, threshold: float) -> tuple[list[str], list[str]]:
+    """Effects that the scene needs for the threshold, and those in vain; an impossible removal is a need."""
+    removed = [row for row in rows if row["mode"] == "without"]
+    needed = [row["effect"] for row in removed if row["reason"] or largest(row, names)[0] > threshold]
+    return needed, [row["effect"] for row in removed if row["effect"] not in needed]
+
+
+def _said_of(row, names):
+    if row["reason"]:
+        return f"{row['effect']} ({WORDS.say('without', reason=row['reason'].rstrip('.'))})"
+    change, name = largest(row, names)
+    return f"{row['effect']} ({acc.QUANTITIES[name]} {compare.percent(change)})"
+
+
+def notes(rows: list[dict], names, threshold: float) -> list[str]:
+    """What the scene needs and what it pays for in vain, in words."""
+    needed, vain = judge(rows, names, threshold)
+    removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
+    said = []
+    for words, chosen in (("needs", needed), ("vain", vain)):
+        effects = ", ".join(_said_of(removed[name], names) for name in chosen) or "nothing"
+        said.append(WORDS.say(words, threshold=compare.percent(threshold), effects=effects))
+    for row in (removed[name] for name in vain):
+        change, name = largest(row, names, "max_change_")
+        if change > threshold:
+            moved = {"quantity": acc.QUANTITIES[name], "change": compare.percent(change)}
+            said.append(WORDS.say("maximum", effect=row["effect"], **moved))
+    said += [_together(row, names, threshold) for row in rows if row["mode"] == "together"]
+    return [*said, WORDS.say("measures", timed=TIMED)]
+
+
+def _together(row, names, threshold):
+    if row["reason"]:
+        return WORDS.say("together_fails", reason=row["reason"])
+    change, name = largest(row, names)
+    verdict = "" if change <= threshold else ", together they count"
+    numbers = {"change": compare.percent(change), "time": 100 * row["time_ratio"]}
+    return WORDS.say("together", quantity=acc.QUANTITIES[name], verdict=verdict, **numbers)
+
+
+def questions(rows: list[dict], names) -> list[Table]:
+    """A table for every question, its rows by the size of what they change; what is impossible comes first."""
+    by_mode, asked = groups(rows, "mode"), []
+    heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
+    for mode in ("without", "alone"):
+        ranked = sorted(by_mode[mode], key=lambda row: -math.inf if row["reason"] else -largest(row, names)[0])
+        shown = ranked + (by_mode.get("together", []) if mode == "without" else [])
+        why = [WORDS.say("impossible", **row) for row in shown if row["reason"]]
+        asked += [
+            Table("", [_changes(row, names) for row in shown], WORDS.say(f"{mode}_changes"), heads, why),
+            Table("", [_costs_beside(row) for row in shown], WORDS.say(f"{mode}_costs"), WORDS.columns),
+        ]
+    return asked
+
+
+def _label(row):
+    return "all in vain at once" if row["mode"] == "together" else row["effect"]
+
+
+def _changes(row, names):
+    if row["reason"]:
+        return {"effect": _label(row)} | dict.fromkeys(names, "impossible")
+    return {"effect": _label(row)} | {
+        name: f"{_share(row[f'change_{name}'])} / {_share(row[f'max_change_{name}'])}" for name in names
+    }
+
+
+def _share(change):
+    """In percent, with two digits and without powers of ten."""
+    if 0 < change < 1e-4:
+        return "<0.01"
+    return f"{float(f'{100 * change:.2g}'):g}" if change < 100 else ">9999"
+
+
+def _costs_beside(row):
+    line = {"effect": _label(row)}
+    if not row["reason"]:
+        line |= {key: f"{row[key] - row[f'base_{key}']:+d}" for key in ("unknowns", "operations", "forms")}
+        milliseconds = 1e3 * (row["step_time"] - row["base_step_time"])
+        line["time"] = f"{milliseconds:+.2f} ({100 * row['time_ratio'] - 100:+.0f} %)"
+    return line
+
+
+def draw(rows: list[dict], names, threshold: float):
+    """Left: what leaving an effect out changes.  Right: the share of a step's time that it takes."""
+    effects = list(dict.fromkeys(row["effect"] for row in rows if row["mode"] == "without"))
+    figure = new_figure(PAGE, 1.3 + 0.36 * len(effects))
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.7, 1))
+    places = {effect: -k for k, effect in enumerate(effects)}
+    _draw_changes(left, rows, names, places, threshold)
+    _draw_times(right, rows, places)
+    left.set_yticks(list(places.values()), list(places))
+    left.set_ylim(0.6 - len(effects), 0.6)
+    legend_below(figure, 0.5, 3)
+    return figure
+
+
+def _draw_changes(axes, rows, names, places, threshold):
+    done = [row for row in rows if row["mode"] == "without" and not row["reason"]]
+    values = [100 * row[f"change_{name}"] for row in done for name in names if row[f"change_{name}"] > 0]
+    floor = max(min([*values, 100 * threshold]) / 2, 1e-4)
+    height = 0.8 / len(names)
+    for k, (name, color) in enumerate(zip(names, PALETTE, strict=False)):
+        y = [places[row["effect"]] + 0.4 - (k + 0.5) * height for row in done]
+        x = [max(100 * row[f"change_{name}"], floor) - floor for row in done]
+        axes.barh(y, x, height, left=floor, color=color, label=acc.QUANTITIES[name])
+    for row in rows:
+        if row["mode"] == "without" and row["reason"]:
+            axes.text(floor, places[row["effect"]], " impossible without", va="center", color=COLORS["ink"], fontsize=7)
+    axes.axvline(100 * threshold, color=COLORS["ink"], lw=0.8, ls="--")
+    axes.set(xscale="log", xlabel="rms change when left out, of the full run's range [%]")
+    axes.set_xlim(floor, None)
+    axes.grid(False, axis="y")
+
+
+def _draw_times(axes, rows, places):
+    for mode, shift, color, label in (
+        ("without", 0.2, COLORS["green"], "time per step saved when left out"),
+        ("alone", -0.2, COLORS["sand"], "time per step added to the barest scene"),
+    ):
+        chosen = [row for row in rows if row["mode"] == mode and not row["reason"]]
+        sign = -1 if mode == "without" else 1
+        x = [sign * 1e3 * (row["step_time"] - row["base_step_time"]) for row in chosen]
+        axes.barh([places[row["effect"]] + shift for row in chosen], x, 0.36, color=color, label=label)
+    axes.axvline(0, color=COLORS["ink"], lw=0.6)
+    axes.set_xlabel("processor time per step [ms]")
+    axes.grid(False, axis="y")
+
+
+def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
+    """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
+    names = acc.quantities_of(scene)
+    if not names or not effects_of(scene):
+        raise InputError("This scene has no effect that could be left out, or none of the quantities compared.")
+    bases = base_cases(scene, folder)
+    evaluate_all(evaluate_base, bases, folder, structure)
+    rows = evaluate_all(evaluate, cases(scene, bases), folder)  # forms of their own: `compat` compiles them in turn
+    vain = MPI.COMM_WORLD.bcast(judge(rows, names, threshold)[1] if rows is not None else None)
+    if len(vain) > 1:
+        together = _case(scene, bases, "together", "all of these", {"left_out": vain}, "full")
+        both = evaluate_all(evaluate, [together], folder)
+        rows = rows + both if rows is not None else None
+    return rows
+
+
+def tables(rows: list[dict], scene: Scene, threshold: float = 0.01) -> list[Table]:
+    """All rows in one file; shown question by question."""
+    names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
+    rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
+    said, asked = notes(rows, names, threshold), questions(rows, names)
+    asked[0].title = WORDS.say("title", end=scene.time.end) + asked[0].title
+    asked[-1].notes = said
+    return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *asked]

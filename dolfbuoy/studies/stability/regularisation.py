@@ -1,0 +1,100 @@
+"""Two places where the equations are rounded off, and how much of the rounding is seen in results.
+
+- |v| in drag is sqrt(v.v + eps^2), eps = 1e-6 m/s (`forms.morison.SMOOTHING_SPEED`): |v|v has no second derivative at
+  v = 0, and sqrt none at all.  The force is off by eps^2/(2 v^2) of itself at the speed v.
+- The wet part of a strip of the hull is cut by the water plane over the height R sin(tilt), and over w0 = two axis
+  cells when the hull is upright (`buoy_model.SOFTENING_CELLS`).  KB and BM do not depend on w0 (`forms/hull.py`).
+
+Each scale is multiplied by factors, everything else left alone.  Changes are relative to the scale as it is.
+"""
+
+import contextlib
+
+import numpy as np
+from mpi4py import MPI
+
+from ...api import simulate, solve_static
+from ...errors import InputError
+from ...forms import morison
+from ...model import buoy as buoy_model
+from ...scene import Scene, load_scene
+from ..declaration import declared
+from ..study import Table
+
+WORDS = declared(__file__)
+
+#: What is rounded off -> (module, name of its scale, unit, factors).
+SCALES = {
+    "|v| in drag": (morison, "SMOOTHING_SPEED", "m/s", (1.0, 1e-2, 1e2, 1e4)),
+    "wet section": (buoy_model, "SOFTENING_CELLS", "axis cells", (1.0, 0.5, 0.75, 1.5, 2.0)),
+}
+
+
+@contextlib.contextmanager
+def scaled(what: str, factor: float):
+    """The scale of `what` times `factor` while forms are built."""
+    module, name, _, _ = SCALES[what]
+    usual = getattr(module, name)
+    setattr(module, name, factor * usual)
+    try:
+        yield factor * usual
+    finally:
+        setattr(module, name, usual)
+
+
+def request(scene: str, t_end: float) -> dict:
+    """The scene until t_end."""
+    return {"scene": load_scene(scene, time__end=t_end)}
+
+
+def cases(scene: Scene) -> list[dict]:
+    """One per scale and factor; those that the scene has nothing of are left out."""
+    if scene.sea is None:
+        raise InputError("A scene without [sea] has neither drag nor a wet hull: there is nothing to vary.")
+    chosen = [what for what in SCALES if what != "wet section" or scene.buoy is not None]
+    data = scene.to_dict()
+    return [
+        {"study": "regularisation", "what": what, "factor": f, "scene": data}
+        for what in chosen
+        for f in SCALES[what][3]
+    ]
+
+
+def evaluate(case: dict) -> dict:
+    """Equilibrium and run with one scale changed."""
+    scene = load_scene(case["scene"])
+    with scaled(case["what"], case["factor"]) as scale:
+        rest = solve_static(scene, comm=MPI.COMM_SELF)
+        run = simulate(scene, comm=MPI.COMM_SELF)
+    place = "buoy_position" if scene.buoy else "cable_position"
+    moving = run[place] if scene.buoy else run[place][:, run.sizes["node"] // 2]
+    at_rest = rest[place] if scene.buoy else rest[place][rest.sizes["node"] // 2]
+    result = {"scale": scale, "static_height": float(at_rest[2]), "track": moving.values.tolist()}
+    if scene.cable:
+        result |= {"static_tension": float(rest.tension_top), "largest_tension": float(run.tension_top.max())}
+    return result
+
+
+def compare(rows: list[dict]) -> list[dict]:
+    """Rows for the table: changes against the row of the same kind with factor 1."""
+    usual = {row["what"]: row for row in rows if row["factor"] == 1.0}
+    return [_compared(row, usual[row["what"]]) for row in rows]
+
+
+def _compared(row, usual):
+    result = {k: row[k] for k in ("what", "factor", "scale", "static_height")} | {"unit": SCALES[row["what"]][2]}
+    result["change_static_height"] = row["static_height"] - usual["static_height"]
+    for key in ("static_tension", "largest_tension"):
+        if key in row:
+            result |= {key: row[key], f"change_{key}": row[key] / usual[key] - 1}
+    here, there = np.array(row["track"]), np.array(usual["track"])
+    if here.shape == there.shape:  # a step that was cut makes another instant
+        result["change_position"] = float(np.sqrt(((here - there) ** 2).sum(axis=1).mean()))
+    return result
+
+
+def tables(rows: list[dict], scene: Scene) -> list[Table]:
+    """What every scale changes."""
+    usual = WORDS.say("usual", speed=morison.SMOOTHING_SPEED, cells=buoy_model.SOFTENING_CELLS)
+    title = WORDS.say("title", end=scene.time.end)
+    return [Table("regularisation", compare(rows), title, WORDS.columns, [usual])]

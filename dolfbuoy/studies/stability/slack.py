@@ -1,0 +1,184 @@
+"""What the two slack laws do: on a folded cable at rest, and on snap loads of a cable that goes slack in every period.
+
+`compressive` is the two-sided law, an element that is pushed carries T < 0; `tension-only` lets it be shorter instead.
+Both have the same limit under refinement where the exact cable is in tension.  The folded cable is that of `rising`,
+exact from the closed form.  The snap loads are those of the scene `driven-slack`, against two independent programs
+that were converged under refinement.
+"""
+
+import numpy as np
+from mpi4py import MPI
+
+from ...api import simulate
+from ...errors import SolveError
+from ...results.style import COLORS, PAGE, new_figure
+from ...scene import load_scene
+from ...statics.equilibrium import solve_equilibrium
+from ...statics.profile import Profile, errors
+from ..declaration import declared
+from ..study import Table, groups
+from .rising import X_END, exact_cable
+
+WORDS = declared(__file__)
+
+LAWS = ("compressive", "tension-only")
+PAIRS = ((1, 0), (2, 1))
+#: Folded: heights of the end point (a fold of radius 0.0007 and depth 0.1, and one of depth 0.004), elements.
+HEIGHTS, FOLDED_CELLS = (0.80, 0.99), (5, 10, 20, 40, 80, 160)
+#: Snap: elements of each pair, (scheme, step [s]), and what of a run counts [s].
+SNAP_CELLS = {(1, 0): (20, 40, 80, 160), (2, 1): (20, 40, 80)}
+SNAP_STEPS = (("backward-euler", 0.01), ("backward-euler", 0.005), ("bdf2", 0.005))
+SNAP_COUNTS = 15.0
+#: Largest tensions of `driven-slack` from the independent programs [N], good to 5 and 10 N.
+REFERENCE = {"top_max": 8850.0, "anchor_max": 5256.0}
+
+
+def cases(t_end: float) -> list[dict]:
+    """Folded cables, then runs until `t_end` [s]; both laws next to each other."""
+    pairs = [(mu, nu, slack) for mu, nu in PAIRS for slack in LAWS]
+    folded = [
+        {"kind": "folded", "z_end": z, "mu": mu, "nu": nu, "cells": n, "slack": slack}
+        for z in HEIGHTS
+        for n in FOLDED_CELLS
+        for mu, nu, slack in pairs
+    ]
+    snap = [
+        {"kind": "snap", "mu": mu, "nu": nu, "cells": n, "slack": slack, "scheme": scheme, "step": step, "end": t_end}
+        for scheme, step in SNAP_STEPS
+        for mu, nu, slack in pairs
+        for n in SNAP_CELLS[mu, nu]
+    ]
+    return folded + snap
+
+
+def structure(case: dict) -> tuple:
+    """What decides which forms are compiled."""
+    return case["kind"], case["mu"], case["nu"]
+
+
+def evaluate(case: dict) -> dict:
+    """The numbers of one case; `failed` holds the reason of a solve that failed."""
+    try:
+        return fold(case) if case["kind"] == "folded" else snap(case)
+    except SolveError as error:
+        return {"failed": str(error)}
+
+
+def fold(case: dict) -> dict:
+    """A unit cable, weight 1, EA = inf, between the origin and (0.01, 0, z_end), against the catenary."""
+    cable = {"length": 1.0, "line_density": 1.0, "elements": case["cells"], "slack": case["slack"]}
+    cable |= {"position_degree": case["mu"], "tension_degree": case["nu"]}
+    cable["top"] = {"kind": "fixed", "position": (X_END, 0.0, case["z_end"])}
+    problem = solve_equilibrium(load_scene({"gravity": 1.0, "cable": cable}), MPI.COMM_SELF)
+    exact = exact_cable(case["z_end"])
+    norms = errors(Profile(problem), exact)
+    top = float(np.linalg.norm(problem.end_tension()) / exact.tension(1.0) - 1)
+    found = {"r_L2": norms["r_L2"], "T_L2": norms["T_L2"], "top_error": top}
+    found |= {"T_min": float(problem.system.u[problem.lines.T_dofs].min()), "iterations": problem.iterations}
+    problem.destroy()
+    return found
+
+
+def snap(case: dict) -> dict:
+    """Extremes of `driven-slack` over the last SNAP_COUNTS seconds."""
+    cable = {"elements": case["cells"], "position_degree": case["mu"], "tension_degree": case["nu"]}
+    time = {"end": case["end"], "step": case["step"], "scheme": case["scheme"], "output_every": 0.05}
+    cable["slack"] = case["slack"]
+    record = simulate("driven-slack", comm=MPI.COMM_SELF, cable=cable, time=time)
+    last, frames = record.time > case["end"] - SNAP_COUNTS, record.frame > case["end"] - SNAP_COUNTS
+    found = {f"{end}_max": float(record[f"tension_{end}"][last.values].max()) for end in ("top", "anchor")}
+    for end in ("top", "anchor"):
+        found[f"{end}_error"] = found[f"{end}_max"] / REFERENCE[f"{end}_max"] - 1
+    found["T_min"] = float(record.cable_tension[frames.values].min())
+    found |= {"failed_steps": int(record.attrs["failed_steps"]), "newton": float(record.newton_iterations[1:].mean())}
+    return found
+
+
+# -- what is said and written ------------------------------------------------------------------------------------------
+
+
+def tables(rows: list[dict], t_end: float) -> list[Table]:
+    """All rows in one file, shown in two."""
+    for row in rows:
+        row["discretisation"] = f"{row['cells']} P{row['mu']}-P{row['nu']}"
+        if "failed" not in row and row["kind"] == "snap":
+            row |= {f"{end}_percent": round(100 * row[f"{end}_error"], 2) for end in ("top", "anchor")}
+            row["T_min"] = round(row["T_min"], 1) + 0.0
+    folded, snaps = groups(rows, "kind").values()
+    notes, title = in_words(folded, snaps), WORDS.say("snap", counts=SNAP_COUNTS, end=t_end)
+    return [
+        Table("slack", rows, notes=notes, figure=draw(folded, snaps)),
+        Table("", folded, WORDS.say("folded"), WORDS.columns["folded"]),
+        Table("", snaps, title, WORDS.columns["snap"], notes),
+    ]
+
+
+def in_words(folded: list[dict], snaps: list[dict]) -> list[str]:
+    """What the rows show, in sentences made from their numbers."""
+    notes = []
+    pressed = [pair for pair in _pairs(folded) if pair[0]["T_min"] < 0]
+    if pressed:
+        gain = [two["r_L2"] / one["r_L2"] for two, one in pressed]
+        notes.append(WORDS.say("pressed", count=len(pressed), least=min(gain), largest=max(gain)))
+    same = [(two, one) for two, one in _pairs(folded) if two["T_min"] >= 0]
+    if same:
+        difference = max(abs(two["r_L2"] - one["r_L2"]) for two, one in same)
+        notes.append(WORDS.say("same", count=len(same), difference=difference))
+    for law in LAWS:
+        good = [row for row in snaps if row["slack"] == law and "failed" not in row]
+        for end in ("top", "anchor") if good else ():
+            worst = max(good, key=lambda row: abs(row[f"{end}_error"]))
+            percent, smallest = 100 * worst[f"{end}_error"], min(row["T_min"] for row in good) + 0.0
+            notes.append(WORDS.say("worst", **worst, place=end, percent=percent, smallest=smallest))
+    notes += [f"{row['discretisation']}, {row['slack']}: {row['failed']}" for row in folded + snaps if "failed" in row]
+    return notes
+
+
+def _pairs(rows):
+    """(two-sided, tension-only) rows of the same case."""
+    key = lambda row: tuple(row.get(k) for k in ("z_end", "mu", "nu", "cells"))  # noqa: E731
+    tables = [{key(row): row for row in rows if row["slack"] == law and "failed" not in row} for law in LAWS]
+    return [(tables[0][k], tables[1][k]) for k in tables[0] if k in tables[1]]
+
+
+# -- figure ------------------------------------------------------------------------------------------------------------
+
+
+def draw(folded: list[dict], snaps: list[dict]):
+    """Left the error of the folded shape, right the largest tensions of the snap loads, over the elements."""
+    figure = new_figure(1.4 * PAGE, 5.6)
+    grid = figure.subplots(2, 2)
+    for axes, z in zip(grid[0], HEIGHTS, strict=True):
+        _draw_folded(axes, [row for row in folded if row["z_end"] == z and "failed" not in row], z)
+    for axes, end in zip(grid[1], ("top", "anchor"), strict=True):
+        _draw_snap(axes, [row for row in snaps if "failed" not in row], end)
+    grid[0, 0].legend()
+    grid[1, 0].legend(ncols=2, fontsize=6)
+    return figure
+
+
+def _draw_folded(axes, rows, z):
+    for (mu, nu), color in zip(PAIRS, (COLORS["blue"], COLORS["red"]), strict=True):
+        for law, style in zip(LAWS, ("o--", "s-"), strict=True):
+            line = [row for row in rows if (row["mu"], row["nu"]) == (mu, nu) and row["slack"] == law]
+            label = f"P{mu}-P{nu} {law}"
+            axes.loglog([r["cells"] for r in line], [r["r_L2"] for r in line], style, color=color, ms=3, label=label)
+    axes.set_title(f"folded cable, end at z = {z}")
+    axes.set_xlabel("elements")
+    axes.set_ylabel("L2 error of r")
+
+
+def _draw_snap(axes, rows, end):
+    colors = [COLORS[name] for name in ("blue", "green", "red")]
+    for (scheme, step), color in zip(SNAP_STEPS, colors, strict=False):
+        for law, style in zip(LAWS, ("o--", "s-"), strict=True):
+            chosen = [r for r in rows if r["mu"] == 2 and (r["scheme"], r["step"]) == (scheme, step)]
+            chosen = sorted((r for r in chosen if r["slack"] == law), key=lambda r: r["cells"])
+            label = f"{scheme} {step} s, {law}"
+            values = [100 * r[f"{end}_error"] for r in chosen]
+            axes.plot([r["cells"] for r in chosen], values, style, color=color, ms=3, label=label)
+    axes.axhspan(-1, 1, color=COLORS["sand"], alpha=0.4, lw=0)
+    axes.set_xticks(SNAP_CELLS[2, 1])
+    axes.set_title(f"driven-slack, P2-P1: largest tension at the {end}")
+    axes.set_xlabel("elements")
+    axes.set_ylabel("error [%]")

@@ -1,0 +1,85 @@
+"""The table of the scene language says what the models do."""
+
+import re
+import tomllib
+
+import pytest
+
+from dolfbuoy.errors import InputError
+from dolfbuoy.scene import Scene, build_scene, list_keys, load_scene, shipped_scenes
+
+KEYS = list_keys()
+UNITS = {"1", "N", "N m s", "N s", "deg", "kg", "kg m^2", "kg/m", "kg/m^3", "m", "m/s", "m/s^2", "m^2", "rad/s", "s"}
+
+
+@pytest.mark.parametrize("key", KEYS, ids=lambda key: key.name)
+def test_every_key_is_described(key):
+    assert 3 < len(key.description) < 100
+    assert "\n" not in key.description
+    assert bool(key.unit) == ("number" in key.range)
+    assert set(key.unit.split(", ")) - {""} <= UNITS
+    assert (key.unit == "deg") == key.name.endswith("_deg")
+
+
+def leaves(tree, prefix=""):
+    """Dotted names and values of a scene's dict; tables in a list are those of the key."""
+    for name, value in tree.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            for table in value:
+                yield from leaves(table, f"{prefix}{name}.")
+        if isinstance(value, dict) and prefix + name != "solver.petsc":
+            yield from leaves(value, f"{prefix}{name}.")
+        else:
+            yield prefix + name, value
+
+
+def test_no_key_of_the_shipped_scenes_is_left_out():
+    used = {name for path in shipped_scenes().values() for name, _ in leaves(load_scene(path).to_dict())}
+    assert len(used) > 50
+    assert used <= {key.name for key in KEYS}
+
+
+def test_every_section_is_described():
+    sections = {key.name.split(".")[0] for key in KEYS if "." in key.name}
+    definitions = Scene.model_json_schema()["$defs"]
+    assert len(definitions) == len(sections) + 2  # cable.top, buoy.point_masses
+    assert all(10 < len(section["description"]) < 130 for section in definitions.values())
+
+
+#: Two scenes that between them have every section and no key that may be left out.
+HELD = {
+    "sea": {"depth": 20.0},
+    "cable": {"length": 22.0, "line_density": 27.6, "diameter": 0.08, "top": {"kind": "free"}},
+    "waves": {"amplitude": 1.0, "period": 5.0},
+    "current": {"speed": 1.0},
+    "time": {"end": 1.0, "step": 0.1},
+}
+FLOATING = {
+    "buoy": {"mass": 400.0, "inertia": [100.0, 120.0], "center_of_mass": 0.5},
+    "wind": {"speed_10m": 3.0, "area": 1.0, "height": 1.0},
+    "external_force": {"force": [1.0, 0.0, 0.0]},
+}
+
+
+def test_defaults_are_those_of_scenes_that_leave_keys_out():
+    found = {name: value for scene in (HELD, FLOATING) for name, value in leaves(load_scene(scene).to_dict())}
+    stated = {key.name: tomllib.loads(f"v = {key.default}")["v"] for key in KEYS if key.default not in ("", "required")}
+    assert len(stated) > 40
+    for name, value in stated.items():
+        assert found[name] == (pytest.approx(value, rel=1e-5) if isinstance(value, float) else value), name
+
+
+BOUNDED = [key for key in KEYS if re.fullmatch(r"(whole )?number [<>].*", key.range) and "point_masses" not in key.name]
+
+
+@pytest.mark.parametrize("key", BOUNDED, ids=lambda key: key.name)
+def test_ranges_end_where_the_models_refuse(key):
+    scene = load_scene("driven" if key.name.startswith("cable.top") else "short").to_dict()
+    for sign, bound in re.findall(r"([<>]=?) ([\d.e+-]+)", key.range):
+        beyond = {">": 0.0, "<": 0.0, ">=": -1e-9, "<=": 1e-9}[sign]
+        outside = float(bound) + beyond
+        if key.range.startswith("whole"):
+            outside = int(bound) + round(1e9 * beyond)
+        with pytest.raises(InputError) as caught:
+            build_scene(scene, {key.name: outside})
+        assert str(caught.value).startswith(f"{key.name} = {outside}"), caught.value
