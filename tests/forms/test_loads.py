@@ -78,6 +78,7 @@ def test_strain_rate_of_a_stretched_cable():
     e = value(cable.strain(PROPERTIES, ufl.as_ufl(70.0), r, r_t))
     assert PROPERTIES.EA * e + PROPERTIES.damping * rate == pytest.approx(70.0, rel=1e-8)
     assert value(cable.strain(PROPERTIES, ufl.as_ufl(70.0))) == pytest.approx(70.0 / 900.0)
+    assert value(cable.damping_power(13.0, r, r_t)) == pytest.approx(-13.0 * rate**2, rel=1e-8)  # force times rate
 
 
 @pytest.mark.parametrize("form", ["paper", "energy"])
