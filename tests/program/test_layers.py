@@ -1,4 +1,7 @@
-"""The order of the house: what may import what, read from the source."""
+"""The order of the house: what may import what, read from the source.
+
+Source: the source, read as a syntax tree; the order of layers is written by hand.
+"""
 
 import ast
 import graphlib

@@ -1,4 +1,7 @@
-"""The README files: their scene and their Python run, their numbers are measured ones, and what they name exists."""
+"""The README files: their scene and their Python run, their numbers are measured ones, and what they name exists.
+
+Source: the files, commands and keys that are there.
+"""
 
 import re
 import tomllib

@@ -1,4 +1,7 @@
-"""The table of the scene language says what the models do."""
+"""The table of the scene language says what the models do.
+
+Source: the sections of scenes as they are declared.
+"""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""The list of wrong changes is one that can be applied; whether they are noticed tells `mutants.py`.
+"""The list of wrong changes can be applied; whether they are noticed is told by the command that applies them.
 
 Source: the files themselves.
 """
