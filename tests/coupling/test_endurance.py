@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from dolfbuoy.commands.study import app
 from dolfbuoy.errors import InputError
+from dolfbuoy.motion.energy import Meter
 from dolfbuoy.studies.physics import energy
 from dolfbuoy.studies.stability import endurance
 from dolfbuoy.studies.study import run_command
@@ -34,7 +35,7 @@ def test_energies_and_powers_of_a_cable():
     """Every number of the balance against sums over the elements in plain numpy."""
     dt, c, rho, g = 0.02, CABLE["cable"], 1025.0, 9.81
     with running(CABLE) as simulation:
-        meter, cable, u = energy.Meter(simulation), simulation.problem.lines, simulation.system.u
+        meter, cable, u = Meter(simulation), simulation.problem.lines, simulation.system.u
         nodes = cable.node_dofs[np.argsort(cable.node_s)]
         positions = [u[nodes].copy()]
         for _ in range(60):

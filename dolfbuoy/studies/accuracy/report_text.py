@@ -8,12 +8,12 @@ import matplotlib
 import numpy as np
 
 from ...results import compare
+from ...results.compare import Curve
 from ...results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
 from ...scene import settings
 from ..declaration import declared
 from . import measure as acc
 from . import work_precision as wp
-from .pilot import Curve
 
 WORDS = declared(__file__)
 #: Accuracies in the tables, and the quantity of most of them.
