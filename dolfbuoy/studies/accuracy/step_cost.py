@@ -17,9 +17,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from mpi4py import MPI
 
-from ...api import Recorder
 from ...errors import InputError
 from ...motion.simulation import Simulation
+from ...results.recorder import Recorder
 from ...results.style import COLORS, PAGE, new_figure
 from ...scene import load_scene
 from ...solver import compat, floor
