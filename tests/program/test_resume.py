@@ -20,7 +20,7 @@ from mpi_helpers import needs_mpirun, start_scenes
 import dolfbuoy
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.results import checkpoint
+from dolfbuoy.results import checkpoint, recorder
 from dolfbuoy.results.record import read
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}
