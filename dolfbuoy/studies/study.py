@@ -26,7 +26,6 @@ import matplotlib
 from matplotlib.figure import Figure
 from mpi4py import MPI
 
-from ..errors import InputError
 from ..parallel import cases as engine
 from ..results import style
 from ..results.tables import show
@@ -103,9 +102,6 @@ def save(folder: Path, table: Table) -> None:
         style.save(table.figure, folder / table.name)
 
 
-# -- what several studies need -----------------------------------------------------------------------------------------
-
-
 def orders(rows: list[dict], error: str, size: str = "h") -> None:
     """Add the observed order between consecutive rows as `order_<error>` (None in the first)."""
     for before, row in zip([None, *rows], rows, strict=False):
@@ -120,17 +116,4 @@ def groups(rows: list[dict], *keys: str) -> dict:
     for row in rows:
         values = tuple(row[key] for key in keys)
         found.setdefault(values[0] if len(keys) == 1 else values, []).append(row)
-    return found
-
-
-def numbers(option: str, text: str | None, kind: type = float) -> list | None:
-    """Positive numbers with commas, or `none`; raises InputError that names the option."""
-    if text is None:
-        return None
-    try:
-        found = [kind(part) for part in text.split(",")] if text != "none" else []
-    except ValueError:
-        found = [-1]
-    if not all(0 < number < math.inf for number in found):
-        raise InputError(f"{option} {text}: must be positive numbers with commas.")
     return found

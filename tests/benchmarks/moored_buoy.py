@@ -33,8 +33,8 @@ from dolfbuoy.api import solve_static
 from dolfbuoy.errors import SolveError
 from dolfbuoy.parallel.cases import fingerprint
 from dolfbuoy.results import compare
+from dolfbuoy.results import measured as acc
 from dolfbuoy.scene import Scene, load_scene, settings
-from dolfbuoy.studies.accuracy import measure as acc
 from dolfbuoy.studies.accuracy.advise import advise
 from dolfbuoy.studies.study import Table, save
 

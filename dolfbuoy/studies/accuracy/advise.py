@@ -8,14 +8,14 @@ import matplotlib
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
+from ...results import measured as acc
 from ...results.compare import percent
+from ...results.measured import QUANTITIES
 from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_ticks
 from ...results.tables import show
 from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
 from ..study import Table, groups, save
-from . import measure as acc
-from .measure import QUANTITIES
 from .pilot import ALPHA, Candidate, Pilot
 
 #: Share of the accuracy that a prediction may use.
@@ -93,9 +93,6 @@ def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI
     if isinstance(told, Exception):
         raise told
     return found if comm.rank == 0 else told
-
-
-# -- output ------------------------------------------------------------------------------------------------------------
 
 
 def sentences(advice: Advice) -> list[str]:

@@ -14,10 +14,10 @@ import numpy as np
 
 from ...errors import InputError, SolveError
 from ...results import compare
+from ...results import measured as acc
 from ...results.compare import Curve, Reference, percent
 from ...scene import Scene, settings
 from ...scene.settings import Space, Stepping
-from . import measure as acc
 
 #: Share of the accuracy that each reference's own error may take.
 OWN = 1 / 8

@@ -23,19 +23,19 @@ from mpi4py import MPI
 
 from ...motion.schemes import make_scheme
 from ...motion.simulation import Simulation
-from ...parallel.cases import evaluate_all
+from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
+from ...results import measured as acc
 from ...results.compare import Reference
+from ...results.measured import Run
 from ...results.style import STYLE
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ..study import Table, save
 from ..study import run as run_study
 from . import convergence
-from . import measure as acc
 from . import report_text as text
 from . import work_precision as wp
-from .measure import Run
 from .report_text import ALPHA, BDF2, BE, PERIOD, SWING
 
 SECOND = (BDF2, ALPHA)
@@ -105,13 +105,13 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
         "whole_own": (whole, own, settings.stepping_of(scene)),
         "whole": (whole, own, Stepping(ALPHA, whole_step)),
     }
-    return {name: acc.with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
+    return {name: with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
 
 
 def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path) -> list[dict]:
     """The cases of the figure; the quantities of those on the scene's own elements are kept."""
     own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
-    return [acc.with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
+    return [with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
 
 
 def pendulum(scheme: str, step: float, end: float) -> dict:

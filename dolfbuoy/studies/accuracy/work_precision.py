@@ -11,45 +11,20 @@ from matplotlib.lines import Line2D
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
-from ...parallel.cases import evaluate_all
+from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
+from ...results import measured as acc
 from ...results.compare import Error, Reference, percent
+from ...results.measured import Run
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure, plain_ticks
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ..declaration import declared
-from ..study import Table, numbers
-from . import measure as acc
-from .measure import Run
+from ..study import Table
 
 ACCURACIES = (0.1, 0.01, 0.001)
 #: What of a case is not shown.
 HIDDEN = ("study", "scene", "reference", "file")
-
-
-# -- what is asked for -------------------------------------------------------------------------------------------------
-
-
-def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
-    """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
-    if text is None:
-        return None
-    try:
-        pairs = [tuple(int(degree) for degree in pair.upper().replace("P", "").split("-")) for pair in text.split(",")]
-        good = all(len(pair) == 2 and 0 <= pair[1] < pair[0] <= 8 for pair in pairs)
-    except ValueError:
-        good = False
-    if not good:
-        raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
-    return pairs
-
-
-def parse_schemes(text: str | None) -> list[str] | None:
-    """Names with commas; raises InputError."""
-    schemes = text.split(",") if text else None
-    if schemes and not set(schemes) <= set(settings.SCHEMES):
-        raise InputError(f"--schemes {text}: must be some of {', '.join(settings.SCHEMES)}, with commas.")
-    return schemes
 
 
 WORDS = declared(__file__)
@@ -59,11 +34,11 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
     """The scene until t_end, by default the ramp and four periods, and the settings."""
     return {
         "scene": settings.shortened(load_scene(scene), t_end, periods=4),
-        "pairs": parse_pairs(pairs),
-        "cells": numbers("--cells", cells, int),
-        "schemes": parse_schemes(schemes),
-        "steps": numbers("--steps", steps),
-        "tolerances": numbers("--tolerances", tolerances),
+        "pairs": settings.parse_pairs(pairs),
+        "cells": settings.parse_numbers("--cells", cells, int),
+        "schemes": settings.parse_schemes(schemes),
+        "steps": settings.parse_numbers("--steps", steps),
+        "tolerances": settings.parse_numbers("--tolerances", tolerances),
         "repeats": repeats,
     }
 
@@ -107,7 +82,7 @@ def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     space, step = finest(spaces_, steps)
     coarse = Space(space.mu, space.nu, space.cells // 2)
     return [
-        acc.with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
+        with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
         for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))
     ]
 

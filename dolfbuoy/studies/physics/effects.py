@@ -17,18 +17,16 @@ from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
-from ufl.algorithms import expand_derivatives
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.corealg.traversal import unique_pre_traversal
 
 from ...errors import InputError, SolveError
 from ...model import effects as model
 from ...motion.simulation import Simulation
-from ...parallel.cases import evaluate_all
+from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
+from ...results import measured as acc
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
 from ...scene import Scene, load_scene, settings
-from ..accuracy import measure as acc
+from ...solver import floor
 from ..declaration import declared
 from ..study import Table, groups
 
@@ -42,7 +40,7 @@ def request(scene, t_end: float | None, threshold: str) -> dict:
     """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
     return {
         "scene": settings.shortened(load_scene(scene), t_end),
-        "threshold": acc.parse_accuracy(threshold, "--threshold"),
+        "threshold": compare.parse_accuracy(threshold, "--threshold"),
     }
 
 
@@ -64,7 +62,7 @@ BASES = {"full": {}, "barest": {"only": []}}
 def base_cases(scene: Scene, folder) -> list[dict]:
     """The full scene and the barest one, each with the file of its run."""
     whole = scene.to_dict()
-    return [acc.with_file({"study": "effects base", "scene": whole, "base": base}, folder, base) for base in BASES]
+    return [with_file({"study": "effects base", "scene": whole, "base": base}, folder, base) for base in BASES]
 
 
 def cases(scene: Scene, bases: list[dict]) -> list[dict]:
@@ -149,20 +147,9 @@ def _costs(pair, spent):
     for prefix, simulation in (("", changed), ("base_", base)):
         system = simulation.problem.system
         costs[f"{prefix}unknowns"] = system.unknowns
-        costs[f"{prefix}operations"] = operations(simulation.problem)
+        costs[f"{prefix}operations"] = sum(floor.operations(form) for _, form in simulation.problem.residuals())
         costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
     return costs
-
-
-def operations(problem) -> int:
-    """Distinct operations in the residual forms of a dynamic Problem, see above."""
-    return sum(_operations(form) for _, form in problem.residuals())
-
-
-def _operations(form):
-    expanded = expand_derivatives(apply_algebra_lowering(form))
-    nodes = {node for integral in expanded.integrals() for node in unique_pre_traversal(integral.integrand())}
-    return sum(not node._ufl_is_terminal_ for node in nodes)
 
 
 def largest(row: dict, names, prefix="change_") -> tuple[float, str]:

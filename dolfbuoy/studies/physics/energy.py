@@ -17,9 +17,9 @@ from ...errors import InputError
 from ...motion.energy import STORED, Meter
 from ...motion.simulation import Simulation
 from ...results.style import PAGE, new_figure
-from ...scene import load_scene
+from ...scene import load_scene, settings
 from ..declaration import declared
-from ..study import Table, groups, numbers, orders
+from ..study import Table, groups, orders
 
 WORDS = declared(__file__)
 
@@ -76,7 +76,7 @@ def structure(case: dict) -> str:
 
 def request(steps: str | None, **given) -> dict:
     """What `cases` takes."""
-    return {"steps": numbers("--steps", steps), **given}
+    return {"steps": settings.parse_numbers("--steps", steps), **given}
 
 
 def tables(rows: list[dict], **_) -> list[Table]:

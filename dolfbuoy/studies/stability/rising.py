@@ -140,9 +140,6 @@ def _curves(profile, exact):
     return {name: values.ravel().tolist() for name, values in curves.items()}
 
 
-# -- what is said and written ------------------------------------------------------------------------------------------
-
-
 def tables(rows: list[dict], extra=()) -> list[Table]:
     """A row per discretisation and stage; beside them all elements, and the curves."""
     stages, elements, profiles = ([row for case in rows for row in of(case)] for of in (_rows, _elements, _profiles))
@@ -200,9 +197,6 @@ def in_words(case: dict) -> list[str]:
     if case["halved_steps"]:
         notes.append(WORDS.say("halved", name=name, times=case["halved_steps"]))
     return notes
-
-
-# -- figure ------------------------------------------------------------------------------------------------------------
 
 
 def draw(computed: list[dict]):

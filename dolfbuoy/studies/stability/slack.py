@@ -94,9 +94,6 @@ def snap(case: dict) -> dict:
     return found
 
 
-# -- what is said and written ------------------------------------------------------------------------------------------
-
-
 def tables(rows: list[dict], t_end: float) -> list[Table]:
     """All rows in one file, shown in two."""
     for row in rows:
@@ -139,9 +136,6 @@ def _pairs(rows):
     key = lambda row: tuple(row.get(k) for k in ("z_end", "mu", "nu", "cells"))  # noqa: E731
     tables = [{key(row): row for row in rows if row["slack"] == law and "failed" not in row} for law in LAWS]
     return [(tables[0][k], tables[1][k]) for k in tables[0] if k in tables[1]]
-
-
-# -- figure ------------------------------------------------------------------------------------------------------------
 
 
 def draw(folded: list[dict], snaps: list[dict]):
