@@ -15,6 +15,8 @@ from ..errors import InputError
 
 #: A case is resolved when its error exceeds the reference's own by this factor.
 RESOLVED = 3.0
+#: Numbers that steps are rounded down to, times a power of ten.
+NICE = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8)
 
 
 @dataclass
@@ -117,6 +119,21 @@ class Curve:
     def largest(self, error: float, sizes) -> float | None:
         """The largest of these sizes with at most this error."""
         return next((x for x in sorted(sizes, reverse=True) if self(x) <= error), None)
+
+
+def nice_numbers(low: float, high: float) -> list[float]:
+    """Rounded numbers between two positive ones."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    numbers = [float(f"{m}e{p}") for p in powers for m in NICE]
+    return [x for x in numbers if low <= x <= high * (1 + 1e-9)]
+
+
+def orders(rows: list[dict], error: str, size: str = "h") -> None:
+    """Add the observed order between consecutive rows as `order_<error>` (None in the first)."""
+    for before, row in zip([None, *rows], rows, strict=False):
+        row[f"order_{error}"] = None
+        if before and before[error] and row[error] and before[error] > 0 and row[error] > 0:
+            row[f"order_{error}"] = math.log(before[error] / row[error]) / math.log(before[size] / row[size])
 
 
 def reach(points, accuracy: float) -> dict | None:

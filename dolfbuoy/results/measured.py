@@ -1,7 +1,9 @@
 """Runs of which some quantities are kept, as they are compared, and what they cost."""
 
+import platform
 import time as clock
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
@@ -101,3 +103,12 @@ def _look(simulation, names):
         "cone_angle": lambda: cone_angle(state[6:10]),
     }
     return {name: how[name]() for name in names}
+
+
+def machine() -> str:
+    """The processor on which the times were taken."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.machine()

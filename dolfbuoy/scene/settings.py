@@ -97,6 +97,29 @@ def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene
     return load_scene(scene, **{"time.end": end}, **kept)
 
 
+def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
+    """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
+    if scene.cable is None:
+        return [Space()]
+    n = space_of(scene).cells
+    cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
+    return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
+
+
+def default_steps(scene: Scene) -> list[float]:
+    """From a fiftieth of the period down to a 500th, or from the scene's step up."""
+    period = period_of(scene)
+    steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
+    return [float(f"{step:.2g}") for step in steps]
+
+
+def steppings(schemes, steps, tolerances) -> list[Stepping]:
+    """Fixed steps of every scheme, and tolerances of those of second order."""
+    fixed = [Stepping(scheme, step) for scheme in schemes for step in steps]
+    second = [scheme for scheme in schemes if scheme != "backward-euler"]
+    return fixed + [Stepping(scheme, min(steps), tol) for scheme in second for tol in tolerances]
+
+
 def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
     """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
     if text is None:

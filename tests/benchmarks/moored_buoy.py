@@ -257,7 +257,6 @@ def main():
     parser.add_argument("--repeat-seconds", type=float, default=15.0, help="of a repeat of MoorDyn")
     options = parser.parse_args()
     options.repeats = options.repeats or (1 if options.quick else 5)
-    machine.wide_tables()
     rows, notes = [], [machine.sentence()]
     for cable in ("short",) if options.quick else ("short", "long"):
         found, note = Comparison(cable, options).rows()

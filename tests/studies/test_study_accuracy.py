@@ -196,7 +196,7 @@ def test_curve_follows_powers_and_is_safe():
     assert curve(0.05) == pytest.approx(0.01)
     assert curve(0.4) == pytest.approx(0.16)
     assert curve(0.5) == math.inf
-    sizes = pilots.nice_numbers(0.01, 0.4)
+    sizes = compare.nice_numbers(0.01, 0.4)
     assert curve.largest(0.041, sizes) == 0.1
     assert {0.01, 0.064, 0.4} <= set(sizes)
 

@@ -78,9 +78,6 @@ _PLANS = tomllib.loads(Path(__file__).with_name("report_plans.toml").read_text(e
 FULL, QUICK = ({name: _plan(**plan) for name, plan in _PLANS[kind].items()} for kind in ("full", "quick"))
 
 
-# -- cases -------------------------------------------------------------------------------------------------------------
-
-
 def settings_of(scene: Scene, plan: Plan) -> list[tuple[Space, Stepping]]:
     """All combinations of elements and steps that are run, each once."""
     own = settings.space_of(scene)
@@ -147,9 +144,6 @@ def pendulum_cases(quick: bool) -> list[dict]:
     return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
 
 
-# -- judgement of one scene --------------------------------------------------------------------------------------------
-
-
 def examine(name: str, plan: Plan, folder: Path) -> dict | None:
     """All numbers of a scene, with its figure saved in `folder`; None on all ranks but 0."""
     scene, store = settings.shortened(load_scene(name), plan.end), Path(folder) / "work" / name
@@ -213,9 +207,6 @@ def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
     return rows
 
 
-# -- command -----------------------------------------------------------------------------------------------------------
-
-
 def run(folder: Path, quick: bool = False) -> None:
     """Compute what is missing, then write report.md, report.json and the figures into `folder`.
 
@@ -230,7 +221,7 @@ def run(folder: Path, quick: bool = False) -> None:
     scenes = [examine(name, plan, folder) for name, plan in (QUICK if quick else FULL).items()]
     if not static:
         return
-    facts = {"quick": quick, "machine": text.machine(), "static": text.static_rows(static["figure2-neumann"])}
+    facts = {"quick": quick, "machine": acc.machine(), "static": text.static_rows(static["figure2-neumann"])}
     facts |= {"pendulum": free, "scenes": [text.judge(facts_of_scene) for facts_of_scene in scenes]}
     facts["recommendations"] = text.recommendations(facts)
     save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))

@@ -1,7 +1,6 @@
 """Judgement and words of `report`: what the rows of its cases say, as tables, sentences and recommendations."""
 
 import math
-import platform
 from pathlib import Path
 
 import matplotlib
@@ -21,18 +20,6 @@ QUANTITY = "tension_top"
 BE, BDF2, ALPHA = settings.SCHEMES
 #: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
 PERIOD, SWING = 5.0, 0.02
-
-
-def machine() -> str:
-    """The processor on which the times were taken."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.machine()
-
-
-# -- what it takes to reach an accuracy --------------------------------------------------------------------------------
 
 
 def own_elements(rows: list[dict]) -> list[dict]:

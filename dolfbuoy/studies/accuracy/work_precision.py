@@ -6,6 +6,7 @@ three times that is not resolved.
 """
 
 import itertools
+from operator import itemgetter
 
 from matplotlib.lines import Line2D
 from mpi4py import MPI
@@ -26,8 +27,9 @@ ACCURACIES = (0.1, 0.01, 0.001)
 #: What of a case is not shown.
 HIDDEN = ("study", "scene", "reference", "file")
 
-
 WORDS = declared(__file__)
+#: What decides which forms are compiled.
+structure = itemgetter("pair")
 
 
 def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
@@ -44,29 +46,6 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
-
-
-def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
-    """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
-    if scene.cable is None:
-        return [Space()]
-    n = settings.space_of(scene).cells
-    cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
-    return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
-
-
-def default_steps(scene: Scene) -> list[float]:
-    """From a fiftieth of the period down to a 500th, or from the scene's step up."""
-    period = settings.period_of(scene)
-    steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
-    return [float(f"{step:.2g}") for step in steps]
-
-
-def steppings(schemes, steps, tolerances) -> list[Stepping]:
-    """Fixed steps of every scheme, and tolerances of those of second order."""
-    fixed = [Stepping(scheme, step) for scheme in schemes for step in steps]
-    second = [scheme for scheme in schemes if scheme != "backward-euler"]
-    return fixed + [Stepping(scheme, min(steps), tol) for scheme in second for tol in tolerances]
 
 
 def finest(spaces_: list[Space], steps) -> tuple[Space, float]:
@@ -99,11 +78,6 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
     what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
     changed = settings.with_settings(scene, space, stepping).to_dict()
     return {"study": f"work-precision {kind}", **what, "tolerance": stepping.tolerance, "scene": changed}
-
-
-def structure(case: dict) -> tuple:
-    """What decides which forms are compiled."""
-    return (case["pair"],)
 
 
 def evaluate_reference(case: dict) -> dict:
@@ -289,9 +263,9 @@ def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=No
         raise InputError("Missing section [time]: a run needs at least its keys end and step.")
     if not acc.quantities_of(scene):
         raise InputError("This scene has none of the quantities that the study compares.")
-    steps = steps or default_steps(scene)
-    room = spaces(scene, pairs, cells)
-    chosen = itertools.product(room, steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
+    steps = steps or settings.default_steps(scene)
+    room = settings.spaces(scene, pairs, cells)
+    chosen = itertools.product(room, settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
     fine = reference_cases(scene, room, steps, folder)
     evaluate_all(evaluate_reference, fine, folder, structure)
     found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)

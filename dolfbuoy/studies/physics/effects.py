@@ -13,6 +13,7 @@ What a buoy is made of (point masses, inertia) is no effect: nothing in the form
 
 import math
 import time as clock
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +26,15 @@ from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
 from ...results import measured as acc
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...solver import floor
 from ..declaration import declared
-from ..study import Table, groups
+from ..study import Table
 
 WORDS = declared(__file__)
+#: What decides which forms of a base are compiled.
+structure = itemgetter("base")
 
 #: Steps of both scenes that are timed in turn.
 TIMED = 200
@@ -77,11 +81,6 @@ def _case(scene, bases, mode, name, choice, base):
     files = {case["base"]: case["file"] for case in bases}
     row = {"study": "effects", "mode": mode, "effect": name, "choice": choice, "base": base}
     return row | {"files": files, "scene": scene.to_dict()}
-
-
-def structure(case: dict) -> str:
-    """What decides which forms of a base are compiled."""
-    return case["base"]
 
 
 def evaluate_base(case: dict) -> dict:

@@ -23,12 +23,14 @@ from scipy.linalg import eigh
 from ...errors import InputError
 from ...meshes import cable_nodes
 from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...results.tables import groups
 from ...scene import load_scene
 from ...solver import compat
 from ..declaration import declared
-from ..study import Table, groups
+from ..study import Table
 
 WORDS = declared(__file__)
+STRUCTURE = ("degree",)
 
 DEGREES = (1, 2, 3, 4)
 SIZES = (1, 2, 4, 10, 20, 100)
@@ -102,11 +104,6 @@ def steps(case: dict) -> dict:
 def evaluate(case: dict) -> dict:
     """Results of either kind of case."""
     return (eigenvalues if case["study"] == "eigenvalues" else steps)(case)
-
-
-def structure(case: dict) -> int:
-    """What decides which forms are compiled."""
-    return case["degree"]
 
 
 def cable_of(scene: str) -> dict:
