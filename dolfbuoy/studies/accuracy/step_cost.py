@@ -44,9 +44,6 @@ def typical(function, count: int = 60) -> float:
     return float(np.median(times))
 
 
-# -- runs --------------------------------------------------------------------------------------------------------------
-
-
 def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
     """One row of the study: seconds per Newton iteration of a run, in parts, and the floor."""
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"keep_jacobian": keep})})
@@ -137,9 +134,6 @@ def _split(groups, factorisation, solve, steps):
         "ratio of a step": float(np.median((groups["steps"] + groups["record"]) / groups["floor"])),
         "milliseconds per step": 1e3 * (spent["steps"] + spent["record"]) / steps,
     }
-
-
-# -- the study ---------------------------------------------------------------------------------------------------------
 
 
 def compute(folder, scene: str, steps: int) -> list[dict]:
