@@ -5,6 +5,7 @@ relative to the range (max - min) of the reference; of a vector the diagonal of 
 here is anything with times `t` and `values`, name -> array.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,6 +87,36 @@ def resolved(error: float, reference_error: float) -> bool:
 def bound(error: float, reference_error: float) -> float:
     """What the comparison proves: an error that is not resolved may be as large as this."""
     return max(error, RESOLVED * reference_error)
+
+
+class Curve:
+    """Error over a size x (step, tolerance, 1/cells): powers between measurements, below them the last order.
+
+    The error never falls as x grows: a bump counts for all larger x.  Beyond the largest x nothing is known.
+    """
+
+    def __init__(self, points):
+        points = sorted((x, e) for x, e in points if e > 0)
+        self.x = np.array([x for x, _ in points])
+        self.error = np.maximum.accumulate([e for _, e in points]) if points else np.array([])
+
+    @property
+    def order(self) -> float:
+        """Observed between the two smallest sizes, at most 4."""
+        if len(self.x) < 2:
+            return 0.0
+        return min(math.log(self.error[1] / self.error[0]) / math.log(self.x[1] / self.x[0]), 4.0)
+
+    def __call__(self, x: float) -> float:
+        if len(self.x) == 0 or x > self.x[-1] * (1 + 1e-9):
+            return math.inf
+        if x < self.x[0]:
+            return float(self.error[0] * (x / self.x[0]) ** self.order)
+        return float(np.exp(np.interp(math.log(x), np.log(self.x), np.log(self.error))))
+
+    def largest(self, error: float, sizes) -> float | None:
+        """The largest of these sizes with at most this error."""
+        return next((x for x in sorted(sizes, reverse=True) if self(x) <= error), None)
 
 
 def pareto(points) -> list[int]:

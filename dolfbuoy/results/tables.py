@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 #: Columns of what is no terminal: more than any table has.
@@ -21,9 +22,19 @@ class Output(Console):
 out = Output()
 
 
+class Plain(Table):
+    """A table whose texts are shown as they are: to rich, a unit in brackets would be a style."""
+
+    def add_column(self, header="", **how):
+        super().add_column(escape(header), **how)
+
+    def add_row(self, *cells, **how):
+        super().add_row(*map(escape, cells), **how)
+
+
 def table(title: str, headings: Iterable[str], right: Iterable[str] | None = None) -> Table:
     """An empty table; the columns of these headings are aligned to the right, by default all."""
-    shown = Table(title=title, title_justify="left", show_edge=False, pad_edge=False)
+    shown = Plain(title=escape(title), title_justify="left", show_edge=False, pad_edge=False)
     for heading in headings:
         shown.add_column(heading, justify="right" if right is None or heading in right else "left")
     return shown
@@ -36,7 +47,7 @@ def show(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterab
         shown.add_row(*(_text(row.get(key)) for key in columns))
     out.print(shown)
     for note in notes:
-        out.print(note, soft_wrap=True)
+        out.print(note, soft_wrap=True, markup=False)
 
 
 def _text(value):

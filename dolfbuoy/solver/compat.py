@@ -20,8 +20,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import jit
-from .coo import preallocate_coo as preallocate_coo
-from .coo import set_values_coo as set_values_coo
 from .jit import COMPILER, quiet_compiler
 
 #: dolfinx versions that the tests have passed on, with the Debian release that ships them.
@@ -47,11 +45,6 @@ def jit_cache() -> Path:
     """Folder in which dolfinx keeps compiled forms."""
     options = (dolfinx_jit.get_parameters if LEGACY else dolfinx_jit.get_options)({})
     return Path(options["cache_dir"])
-
-
-def alone():
-    """No other process compiles meanwhile: `jit.alone` in the folder of compiled forms."""
-    return jit.alone(jit_cache())
 
 
 def interval_mesh(comm, *pieces):

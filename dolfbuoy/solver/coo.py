@@ -19,7 +19,7 @@ def _petsc(name, *arguments):
         raise PETSc.Error(error)
 
 
-def preallocate_coo(A, rows, columns):
+def preallocate(A, rows, columns):
     """Fix the nonzero pattern of a matrix by global (row, column) pairs; negative ones are left out."""
     rows, columns = (np.array(a, dtype=PETSc.IntType) for a in (rows, columns))  # PETSc may change them
     if hasattr(A, "setPreallocationCOO"):
@@ -29,8 +29,8 @@ def preallocate_coo(A, rows, columns):
         _petsc("MatSetPreallocationCOO", ctypes.c_void_p(A.handle), ctypes.c_ssize_t(len(rows)), *places)
 
 
-def set_values_coo(A, values):
-    """Set the matrix to the sums of `values`, one for each pair of `preallocate_coo`."""
+def set_values(A, values):
+    """Set the matrix to the sums of `values`, one for each pair of `preallocate`."""
     if hasattr(A, "setValuesCOO"):
         A.setValuesCOO(values, addv=PETSc.InsertMode.INSERT_VALUES)
     else:

@@ -17,7 +17,7 @@ import cffi
 import numpy as np
 
 from ..errors import InputError
-from . import compat
+from . import compat, jit
 
 _DECLARATIONS = """
 typedef struct {
@@ -129,11 +129,11 @@ def _library():
     """The compiled module, from the cache of compiled forms or built into it."""
     more = (", void *", ", NULL") if compat.KERNEL_TAKES_DATA else ("", "")
     source = _SOURCE % (_DECLARATIONS, *more)
-    key = repr((source, compat.COMPILER, cffi.__version__, sysconfig.get_config_var("SOABI")))
+    key = repr((source, jit.COMPILER, cffi.__version__, sysconfig.get_config_var("SOABI")))
     name = f"dolfbuoy_loops_{hashlib.sha1(key.encode()).hexdigest()[:16]}"
     path = compat.jit_cache() / (name + sysconfig.get_config_var("EXT_SUFFIX"))
     if not path.exists():
-        with compat.alone():
+        with jit.alone(compat.jit_cache()):
             if not path.exists():  # still
                 _build(name, source, path)
     spec = importlib.util.spec_from_file_location(name, path)
@@ -146,9 +146,9 @@ def _build(name, source, path):
     """Compile apart and move into place, so that other processes see all of it or nothing."""
     builder = cffi.FFI()
     builder.cdef(_DECLARATIONS)
-    builder.set_source(name, source, extra_compile_args=compat.COMPILER)
+    builder.set_source(name, source, extra_compile_args=jit.COMPILER)
     try:
-        with TemporaryDirectory(dir=path.parent) as folder, compat.quiet_compiler():
+        with TemporaryDirectory(dir=path.parent) as folder, jit.quiet_compiler():
             os.replace(builder.compile(tmpdir=folder), path)
     except cffi.VerificationError as error:
         raise InputError(f"The loop over cells cannot be compiled, dolfbuoy needs a C compiler: {error}.") from None

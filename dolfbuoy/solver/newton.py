@@ -284,7 +284,7 @@ class Newton:
 
     def worst_block(self):
         """Name of the block with the largest scaled residual at the present Functions."""
-        sizes = self.system.residual_by_block(self._f)
+        sizes = self.system.residual_by_block()
         return max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
 
     # -- interruption -------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ Unknowns and rows are scaled by typical sizes, so that metres, newtons and newto
 import numpy as np
 import ufl
 
-from . import compat
+from . import compat, coo
 from .loops import Coordinates, Hooks, Loop, Scaled
 from .unknowns import Contribution, Values
 
@@ -62,9 +62,9 @@ class System:
         A = self.numbering.matrix()
         # the spare entries: a diagonal even where the forms have none, for the factorisation
         places = [np.append(entries, self.order) for entries in self.add_jacobians.entries]
-        compat.preallocate_coo(A, *(self.numbering.global_index[place] for place in places))
+        coo.preallocate(A, *(self.numbering.global_index[place] for place in places))
         self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
-        compat.set_values_coo(A, self.add_jacobians.out)
+        coo.set_values(A, self.add_jacobians.out)
         return A
 
     def set_scales(self, gamma) -> bool:
@@ -134,7 +134,7 @@ class System:
 
     def assemble_matrix(self):
         """The Jacobian at `u`, unscaled, in `A`."""
-        compat.set_values_coo(self.A, self.add_jacobians())
+        coo.set_values(self.A, self.add_jacobians())
         self.assembled += 1
         if self.law is not None:
             self.law.change_matrix(self.A)
@@ -171,12 +171,14 @@ class System:
         """Physical matrix -> scaled one."""
         A.diagonalScale(self._row_scale, self._unknown_scale)
 
-    def residual_by_block(self, f):
-        """Largest scaled residual of every block at the present Functions; f: a vector to work in."""
+    def residual_by_block(self):
+        """Largest scaled residual of every block at the present Functions."""
+        f = self.numbering.vector()
         self.evaluate()
         self._scale(f)
         scaled = np.zeros(self.size)
         scaled[self.order] = np.abs(f.array_r)
+        f.destroy()
         largest = {b.name: (scaled[b.dofs].max() if len(b.dofs) else 0.0) for b in self.blocks}
         return {name: self.comm.allreduce(value, op=compat.MPI.MAX) for name, value in largest.items()}
 

@@ -47,6 +47,22 @@ class Catenary:
         x, z = self.plane(s)
         return self.start + np.multiply.outer(x, self.along) + np.multiply.outer(z, [0.0, 0.0, 1.0])
 
+    def mean_tension(self, a, b):
+        """Average of T over a <= s <= b [N]; w not 0."""
+
+        def integral(s):
+            V = self.vertical(s)
+            return (V * self.tension(s) + self.H**2 * np.arcsinh(V / self.H)) / (2 * self.w)
+
+        return (integral(b) - integral(a)) / (b - a)
+
+    def mean_tangent_product(self, L):
+        """Mean of t t^T over 0 <= s <= L in the vertical plane, from t = (H, V)/|(H, V)|; w not 0."""
+        H, V0, V1 = self.H, self.V0, self.V0 + self.w * L
+        xx = H * (np.arctan(V1 / H) - np.arctan(V0 / H)) / (self.w * L)
+        xz = H * np.log(np.hypot(H, V1) / np.hypot(H, V0)) / (self.w * L)
+        return np.array([[xx, xz], [xz, 1 - xx]])
+
 
 def under_end_force(start, force, L, w, EA):
     """Cable held at `start` and pulled at s = L by `force` (world vector) [N]."""

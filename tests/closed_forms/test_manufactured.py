@@ -73,9 +73,9 @@ def forced(monkeypatch):
     plain_residual, plain_set_time = Lines.residual, Problem.set_time
 
     def force(EA):
-        def residual(self, test, dynamic):
-            F = plain_residual(self, test, dynamic)
-            if not dynamic:
+        def residual(self, test, attachments=()):
+            F = plain_residual(self, test, attachments)
+            if not self.dynamic:
                 return F
             self.now = fem.Constant(self.mesh, 0.0)
             t, s = ufl.variable(self.now), ufl.SpatialCoordinate(self.mesh)[0]
@@ -90,7 +90,7 @@ def forced(monkeypatch):
 
         def set_time(self, t):
             plain_set_time(self, t)
-            self.cable.now.value = t
+            self.lines.now.value = t
 
         monkeypatch.setattr(Lines, "residual", residual)
         monkeypatch.setattr(Problem, "set_time", set_time)

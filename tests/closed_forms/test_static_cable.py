@@ -141,7 +141,7 @@ def test_forces_at_the_ends_balance_the_weight(degrees, EA):
     for elements in (10, 20):
         problem = solve_equilibrium(cable_scene(degrees, elements, FIXED, EA))
         reaction = problem.end_tension()
-        at_anchor = problem.system.evaluate()[problem.lines.anchor_dofs]
+        at_anchor = problem.system.evaluate()[problem.lines.end_dofs[0][0]]
         np.testing.assert_allclose(reaction + at_anchor, [0, 0, 1.0], atol=1e-12)
         errors.append(np.abs(reaction - exact).max())
         problem.destroy()

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from dolfbuoy.commands.study import app
 from dolfbuoy.errors import InputError
+from dolfbuoy.motion.energy import Meter
 from dolfbuoy.studies.physics import energy
 from dolfbuoy.studies.stability import endurance
 from dolfbuoy.studies.study import run_command
@@ -24,6 +25,7 @@ CABLE = {
 INEXTENSIBLE = merged(
     CABLE, cable__axial_stiffness=None, cable__position_degree=2, cable__tension_degree=1, cable__elements=4
 )
+DAMPED = merged(CABLE, cable__axial_stiffness=2e4, cable__damping=1e4)
 BUOY = merged(MOORED, cable__elements=6, waves__ramp=3.0)
 
 
@@ -34,7 +36,7 @@ def test_energies_and_powers_of_a_cable():
     """Every number of the balance against sums over the elements in plain numpy."""
     dt, c, rho, g = 0.02, CABLE["cable"], 1025.0, 9.81
     with running(CABLE) as simulation:
-        meter, cable, u = energy.Meter(simulation), simulation.problem.lines, simulation.system.u
+        meter, cable, u = Meter(simulation), simulation.problem.lines, simulation.system.u
         nodes = cable.node_dofs[np.argsort(cable.node_s)]
         positions = [u[nodes].copy()]
         for _ in range(60):
@@ -77,13 +79,17 @@ ORDERS = {"backward-euler": (0.8, 1.3), "bdf2": (1.7, 3.5), "generalized-alpha":
 
 
 @pytest.mark.parametrize("scheme", ORDERS)
-@pytest.mark.parametrize("scene", [CABLE, INEXTENSIBLE, BUOY], ids=["elastic", "inextensible", "buoy"])
+@pytest.mark.parametrize(
+    "scene", [CABLE, INEXTENSIBLE, DAMPED, BUOY], ids=["elastic", "inextensible", "damped", "buoy"]
+)
 def test_defect_of_the_balance_has_the_order_of_the_scheme(scene, scheme):
     steps = [0.04, 0.02, 0.01] if scene is BUOY and scheme == "bdf2" else [0.04, 0.02]
     found = [energy.evaluate({"scene": scene, "t_end": 5.0, "step": h, "scheme": scheme}) for h in steps]
     last = found[-1]
     assert last["drag"] < 0
     assert abs(last["kinetic"]) > 1e-3 * abs(last["drag"])
+    if scene is DAMPED:
+        assert last["damping"] < 0.5 * last["drag"]  # its account matters
     defects = [abs(row["defect"]) for row in found]
     least, largest = ORDERS[scheme]
     assert least < rates(defects)[-1] < largest, found

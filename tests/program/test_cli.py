@@ -117,7 +117,8 @@ def test_an_interrupted_run_leaves_its_record(tmp_path, number, code):
     assert process.returncode == code
     record = read(tmp_path / "results.nc")
     assert record.sizes["time"] >= 2
-    assert not record.isnull().to_array().any()
+    for name, variable in record.variables.items():  # not to_array(): all as large as their product, gigabytes
+        assert not variable.isnull().any(), name
     if code == 130:
         assert "Interrupted" in err
 

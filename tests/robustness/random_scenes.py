@@ -1,7 +1,7 @@
 """Random scenes over the whole admissible input range, for hypothesis.
 
 A structure says which sections and keys a scene has (what is compiled); every key that it leaves as `...` is drawn
-from `RANGES`, extreme magnitudes included.  A key of the scene's model that is in neither would never be tried:
+from `ranges`, extreme magnitudes included.  A key of the scene's model that is in neither would never be tried:
 `unknown_keys` names those.
 """
 
@@ -10,9 +10,10 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
+from dolfbuoy.model import effects
 from dolfbuoy.scene import list_keys
 
-ANY = ...  # drawn from RANGES
+ANY = ...  # drawn from `ranges`
 
 
 def size(low, high, zero=False):
@@ -32,20 +33,16 @@ def vector(low, high):
 
 ANGLE = st.one_of(st.sampled_from([0.0, 90.0, -180.0]), st.floats(-360, 720))
 
-RANGES = {
+#: Of keys that belong to no effect; the others are declared with theirs (`model.effects`).
+OWN = {
     "gravity": st.one_of(st.just(9.81), size(1e-3, 1e2, zero=True)),
     "sea.depth": size(0.5, 6000),
     "sea.density": size(1.0, 3000),
     "cable.length": size(0.1, 5000),
     "cable.line_density": size(1e-3, 1e4),
     "cable.diameter": size(1e-4, 3.0),
-    "cable.axial_stiffness": size(1e2, 1e14),
     "cable.elements": st.integers(1, 8),
     "cable.grading": size(0.2, 5.0),
-    "cable.added_mass": st.floats(-0.9, 5),
-    "cable.normal_drag": size(1e-3, 1e2),
-    "cable.tangential_drag": size(1e-3, 1e1),
-    "cable.damping": size(1e-3, 1e8, zero=True),
     "cable.anchor": vector(1e-2, 1e4),
     "cable.top.force": vector(1e-6, 1e9),
     "cable.top.amplitude": vector(1e-6, 1e2),
@@ -55,29 +52,11 @@ RANGES = {
     "buoy.mass": size(0.1, 1e7),
     "buoy.center_of_mass": st.floats(-5, 30),
     "buoy.mooring_height": st.floats(-5, 30),
-    "buoy.added_mass": st.floats(-0.9, 5),
-    "buoy.normal_drag": size(1e-3, 1e2),
-    "buoy.axial_added_mass": size(1e-3, 1e1),
-    "buoy.axial_drag": size(1e-3, 1e2),
-    "buoy.rotational_damping": size(1e-3, 1e8),
-    "waves.amplitude": size(1e-6, 1e2, zero=True),
-    "waves.height": size(1e-6, 1e2, zero=True),
-    "waves.period": size(0.1, 1e3),
-    "waves.wavelength": size(0.1, 1e4),
     "waves.direction_deg": ANGLE,
     "waves.phase_deg": ANGLE,
-    "waves.ramp": size(1e-3, 1e3, zero=True),
-    "current.speed": size(1e-6, 20, zero=True),
     "current.direction_deg": ANGLE,
-    "current.exponent": st.floats(1e-3, 1),
-    "wind.speed_10m": size(1e-3, 100, zero=True),
     "wind.direction_deg": ANGLE,
-    "wind.drag_coefficient": size(1e-3, 10, zero=True),
-    "wind.area": size(1e-3, 1e3),
-    "wind.height": st.floats(-5, 30),
-    "wind.air_density": size(1e-3, 10),
     "external_force.force": vector(1e-6, 1e7),
-    "external_force.height": st.floats(-5, 30),
     "initial.buoy_position": vector(1e-3, 1e2),
     "initial.buoy_orientation": st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: math.hypot(*q) > 1e-3).map(list),
     "initial.buoy_velocity": vector(1e-6, 30),
@@ -88,6 +67,24 @@ RANGES = {
     "time.tolerance": st.one_of(st.none(), st.none(), size(1e-6, 1e-1)),
     "solver.hull_cells": st.integers(1, 40),
 }
+
+
+def ranges():
+    """Dotted key -> strategy, of everything that can be drawn."""
+    return OWN | {key: strategy(drawn) for effect in effects.EFFECTS for key, drawn in effect.drawn.items()}
+
+
+def strategy(drawn):
+    """Values of a key as its effect declares them."""
+    return st.floats(drawn.low, drawn.high) if drawn.even else size(drawn.low, drawn.high, drawn.zero)
+
+
+def coefficients(section, *where):
+    """Keys of a section whose effects have a term in the form, in the order of the alphabet."""
+    found = [e.key for e in effects.EFFECTS if e.drawn and any(getattr(e, name) for name in where)]
+    return sorted(key.removeprefix(f"{section}.") for key in found if key.startswith(f"{section}."))
+
+
 #: Drawn together with others by `scene_of`, or parts of a structure: they decide what is compiled.
 STRUCTURAL = {
     "title", "cable.top.kind", "cable.top.position", "cable.position_degree", "cable.tension_degree", "cable.strain",
@@ -105,7 +102,7 @@ LEFT_ALONE = {
 
 def unknown_keys():
     """Keys of the model that no random scene would ever vary."""
-    return {key.name for key in list_keys()} - set(RANGES) - STRUCTURAL - LEFT_ALONE
+    return {key.name for key in list_keys()} - set(ranges()) - STRUCTURAL - LEFT_ALONE
 
 
 # -- structures --------------------------------------------------------------------------------------------------------
@@ -114,7 +111,7 @@ SEA = {"depth": ANY, "density": ANY}
 TIME = {"step": ANY, "scheme": ANY, "spectral_radius": ANY, "tolerance": ANY}
 BARE = {"length": ANY, "line_density": ANY, "elements": ANY, "grading": ANY}
 WET = BARE | {"diameter": ANY}
-LOADED = WET | {"added_mass": ANY, "normal_drag": ANY, "tangential_drag": ANY}
+LOADED = WET | dict.fromkeys(coefficients("cable", "line"), ANY)
 ELASTIC = {"axial_stiffness": ANY}
 P2P1 = {"position_degree": 2, "tension_degree": 1}
 FIXED, FREE = {"top": {"kind": "fixed"}}, {"top": {"kind": "free", "force": ANY}}
@@ -123,8 +120,7 @@ WAVES = dict.fromkeys(("amplitude", "period", "direction_deg", "phase_deg", "ram
 CURRENT = {"speed": ANY, "direction_deg": ANY}
 WIND = dict.fromkeys(("speed_10m", "direction_deg", "drag_coefficient", "area", "height", "air_density"), ANY)
 BODY = {"mass": ANY, "mooring_height": ANY}
-COEFFICIENTS = ("added_mass", "normal_drag", "axial_added_mass", "axial_drag", "rotational_damping")
-LOADED_BODY = BODY | dict.fromkeys(COEFFICIENTS, ANY)
+LOADED_BODY = BODY | dict.fromkeys(coefficients("buoy", "strip", "end", "body"), ANY)
 PUSHED = {"kind": "equilibrium", "buoy_velocity": ANY, "buoy_angular_velocity": ANY}
 POSED = PUSHED | {"buoy_position": ANY, "buoy_orientation": ANY}
 
@@ -221,7 +217,7 @@ def _drawn(draw, structure, prefix):
         if isinstance(value, dict):
             result[key] = _drawn(draw, value, f"{prefix}{key}.")
         else:
-            drawn = draw(RANGES[prefix + key]) if value is ANY else value
+            drawn = draw(ranges()[prefix + key]) if value is ANY else value
             if drawn is not None:
                 result[key] = drawn
     return result
@@ -245,7 +241,7 @@ def _shape_buoy(draw, scene):
             for _ in range(draw(st.integers(0, 2)))
         ]
     else:
-        buoy["center_of_mass"] = draw(RANGES["buoy.center_of_mass"])
+        buoy["center_of_mass"] = draw(OWN["buoy.center_of_mass"])
         buoy["inertia"] = [buoy["mass"] * draw(size(1e-4, 1e4)) for _ in range(draw(st.sampled_from([2, 3])))]
 
 

@@ -190,7 +190,7 @@ def test_settings_reach_the_scene():
 
 
 def test_curve_follows_powers_and_is_safe():
-    curve = pilots.Curve([(0.1, 0.04), (0.2, 0.16), (0.4, 0.1)])  # the last is a bump the wrong way
+    curve = compare.Curve([(0.1, 0.04), (0.2, 0.16), (0.4, 0.1)])  # the last is a bump the wrong way
     assert curve.order == pytest.approx(2.0)
     assert curve(math.sqrt(0.02)) == pytest.approx(0.08)
     assert curve(0.05) == pytest.approx(0.01)

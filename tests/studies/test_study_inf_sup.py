@@ -96,7 +96,7 @@ def test_constant_of_the_cable_itself():
     )
     assert inf_sup.continuous_constant("straight", "dir") == 0
     assert all(inf_sup.continuous_constant(state, "free") == 1 for state in STATES)
-    shape = inf_sup.STATES["folded"].shape
+    shape = inf_sup.STATES["folded"]
 
     def mean(f):
         return quad(lambda s: f(2 * math.atan2(shape.vertical(s), shape.H)), 0, 1, points=[-shape.V0], limit=400)[0]
@@ -107,7 +107,7 @@ def test_constant_of_the_cable_itself():
 
 @pytest.mark.parametrize("pair", STABLE)
 def test_stable_pairs_tend_to_the_cable_itself(rows, pair):
-    radius = inf_sup.STATES["catenary"].shape.H  # w = 1: the smallest radius of curvature is H/w
+    radius = inf_sup.STATES["catenary"].H  # w = 1: the smallest radius of curvature is H/w
     found = select(rows, "catenary", pair)
     gaps = [abs(row["beta_dir"] - row["continuous_dir"]) for row in found]
     assert gaps[2] < gaps[1] / 3 < gaps[0] / 9  # order 2 at least

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...errors import InputError, SolveError
 from ...results import compare
-from ...results.compare import Reference, percent
+from ...results.compare import Curve, Reference, percent
 from ...scene import Scene, settings
 from ...scene.settings import Space, Stepping
 from . import measure as acc
@@ -27,36 +27,6 @@ ALPHA = "generalized-alpha"
 
 
 # -- prediction --------------------------------------------------------------------------------------------------------
-
-
-class Curve:
-    """Error over a size x (step, tolerance, 1/cells): powers between measurements, below them the last order.
-
-    The error never falls as x grows: a bump counts for all larger x.  Beyond the largest x nothing is known.
-    """
-
-    def __init__(self, points):
-        points = sorted((x, e) for x, e in points if e > 0)
-        self.x = np.array([x for x, _ in points])
-        self.error = np.maximum.accumulate([e for _, e in points]) if points else np.array([])
-
-    @property
-    def order(self) -> float:
-        """Observed between the two smallest sizes, at most 4."""
-        if len(self.x) < 2:
-            return 0.0
-        return min(math.log(self.error[1] / self.error[0]) / math.log(self.x[1] / self.x[0]), 4.0)
-
-    def __call__(self, x: float) -> float:
-        if len(self.x) == 0 or x > self.x[-1] * (1 + 1e-9):
-            return math.inf
-        if x < self.x[0]:
-            return float(self.error[0] * (x / self.x[0]) ** self.order)
-        return float(np.exp(np.interp(math.log(x), np.log(self.x), np.log(self.error))))
-
-    def largest(self, error: float, sizes) -> float | None:
-        """The largest of these sizes with at most this error."""
-        return next((x for x in sorted(sizes, reverse=True) if self(x) <= error), None)
 
 
 def nice_numbers(low: float, high: float) -> list[float]:
@@ -126,7 +96,7 @@ class Pilot:
     def refine(self, chosen, what, highest):
         """Run the chosen settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
 
-        highest: order that Richardson's estimate may count on.  Returns (settings, runs, own error of the last),
+        highest: order that Richardson's estimate may count on.  Returns ([(settings, error)], last run, its own error),
         without those that failed.
         """
         good, runs, own, changes = [], [], math.inf, []
@@ -141,7 +111,8 @@ class Pilot:
                 changes.append(self.difference(runs[-2], runs[-1]))
                 own = compare.own_error(changes, highest)
                 if own <= OWN * self.accuracy:
-                    return good, runs, own
+                    errors = [self.difference(run, runs[-1]) + own for run in runs[:-1]]
+                    return list(zip(good, [*errors, own], strict=True)), runs[-1], own
             if len(changes) > 2 and changes[-1] > 0.7 * changes[-3]:
                 break  # two refinements have not helped
         raise SolveError(
@@ -149,49 +120,42 @@ class Pilot:
             f"{percent(own)}; ask for less."
         )
 
-    # -- errors in time
+    def _finer(self, chosen, truth, own, enough=0.5, dearest=math.inf):
+        """[(settings, error)], finer and finer until the error is `enough` of the accuracy, or the work `dearest`."""
+        points = []
+        for setting in chosen:
+            run = self.run(*setting)
+            if run is None:
+                continue
+            points.append((setting, self.difference(run, truth) + own))
+            if points[-1][1] <= enough * self.accuracy or _work(run) > dearest:
+                break
+        return points
+
+    def _keep(self, kind, points):
+        for (space, stepping), error in points:
+            size = {"tolerance": stepping.tolerance} if stepping.tolerance else {"step": stepping.step}
+            row = {"error_in": kind, "pair": space.pair, "cells": space.cells, "scheme": stepping.scheme} | size
+            self.rows.append(row | {"error_percent": 100 * error} | _costs(self.run(space, stepping)))
 
     def measure_time(self):
         """Curves over step or tolerance of every scheme, on the moderate mesh."""
+
+        def at(scheme, steps):
+            return [(self.mesh, Stepping(scheme, h)) for h in steps]
+
         steps = [self.first_step / 2**k for k in range(9)]
-        good, runs, own = self.refine([(self.mesh, Stepping(ALPHA, h)) for h in steps], "in time", 2)
-        self.finest, self.own_time = good[-1][1].step, own
-        self.time_truth = runs[-1]
-        points = [(s[1].step, self.difference(r, runs[-1]) + own) for s, r in zip(good, runs, strict=True)]
-        points[-1] = (self.finest, own)
-        self._keep_time(ALPHA, False, points)
-        steps = [h for h in steps if h >= self.finest]
-        self._family("bdf2", [Stepping("bdf2", h) for h in steps])
-        self._family("backward-euler", [Stepping("backward-euler", h) for h in steps[1:][-2:]], enough=0.0)
+        points, truth, self.own_time = self.refine(at(ALPHA, steps), "in time", 2)
+        self.finest = points[-1][0][1].step
+        steps, found = [h for h in steps if h >= self.finest], {(ALPHA, False): points}
+        found["bdf2", False] = self._finer(at("bdf2", steps), truth, self.own_time)
+        found["backward-euler", False] = self._finer(at("backward-euler", steps[1:][-2:]), truth, self.own_time, 0.0)
         for scheme in ("bdf2", ALPHA):
-            tolerances = (1e-2, 1e-3, 1e-4, 1e-5)
-            self._family(scheme, [Stepping(scheme, steps[-1], tol) for tol in tolerances], cheaper=True)
-
-    def _family(self, scheme, steppings, enough=0.5, cheaper=False):
-        """Finer and finer until the error is `enough` of the accuracy, or the cost that of the reference."""
-        points = []
-        for stepping in steppings:
-            run = self.run(self.mesh, stepping)
-            if run is None:
-                continue
-            error = self.difference(run, self.time_truth) + self.own_time
-            points.append((stepping.tolerance or stepping.step, error))
-            if error <= enough * self.accuracy or (cheaper and _work(run) > 0.5 * _work(self.time_truth)):
-                break
-        self._keep_time(scheme, cheaper, points)
-
-    def _keep_time(self, scheme, adaptive, points):
-        self.time_curves[scheme, adaptive] = Curve(points)
-        key = "tolerance" if adaptive else "step"
-        for x, error in points:
-            run = self.run(self.mesh, self._stepping(scheme, adaptive, x))
-            what = {"error_in": "time", "pair": self.mesh.pair, "cells": self.mesh.cells, "scheme": scheme}
-            self.rows.append(what | {key: x, "error_percent": 100 * error} | _costs(run))
-
-    def _stepping(self, scheme, adaptive, x):
-        return Stepping(scheme, self.finest, x) if adaptive else Stepping(scheme, x)
-
-    # -- errors in space
+            adaptive = [(self.mesh, Stepping(scheme, steps[-1], tolerance)) for tolerance in (1e-2, 1e-3, 1e-4, 1e-5)]
+            found[scheme, True] = self._finer(adaptive, truth, self.own_time, dearest=0.5 * _work(truth))
+        for family, points in found.items():
+            self.time_curves[family] = Curve([(s.tolerance or s.step, error) for (_, s), error in points])
+            self._keep("time", points)
 
     def measure_space(self):
         """Curves over 1/cells of every pair, at a step that is about as exact as asked for."""
@@ -200,32 +164,18 @@ class Pilot:
             return
         alpha = self.time_curves[ALPHA, False]
         self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest
-        stepping = Stepping(ALPHA, self.step)
-        good, runs, own = self.refine([(Space(3, 2, 2 * 2**k), stepping) for k in range(7)], "in space", 3)
-        self.best, self.own_space, self.space_truth = good[-1][0], own, runs[-1]
-        points = [(s[0].cells, self.difference(r, runs[-1]) + own) for s, r in zip(good, runs, strict=True)]
-        points[-1] = (self.best.cells, own)
-        self._keep_space((3, 2), points)
-        most = 4 * self.best.cells
+
+        def doubled(pair, first, count):
+            return [(Space(*pair, first * 2**k), Stepping(ALPHA, self.step)) for k in range(count)]
+
+        points, truth, self.own_space = self.refine(doubled((3, 2), 2, 7), "in space", 3)
+        self.best, found = points[-1][0][0], {(3, 2): points}
         for pair, first in (((2, 1), 3), ((1, 0), 5)):
-            self._keep_space(pair, self._refined(pair, first, most))
-
-    def _refined(self, pair, first, most):
-        points, cells = [], first
-        while cells <= most and not (points and points[-1][1] <= 0.5 * self.accuracy):
-            run = self.run(Space(*pair, cells), Stepping(ALPHA, self.step))
-            if run is not None:
-                points.append((cells, self.difference(run, self.space_truth) + self.own_space))
-            cells *= 2
-        return points
-
-    def _keep_space(self, pair, points):
-        self.space_curves[pair] = Curve([(1 / n, error) for n, error in points])
-        for n, error in points:
-            space = Space(*pair, n)
-            what = {"error_in": "space", "pair": space.pair, "cells": n, "scheme": ALPHA, "step": self.step}
-            run = self.run(space, Stepping(ALPHA, self.step))
-            self.rows.append(what | {"error_percent": 100 * error} | _costs(run))
+            chosen = [setting for setting in doubled(pair, first, 10) if setting[0].cells <= 4 * self.best.cells]
+            found[pair] = self._finer(chosen, truth, self.own_space)
+        for pair, points in found.items():
+            self.space_curves[pair] = Curve([(1 / space.cells, error) for (space, _), error in points])
+            self._keep("space", points)
 
     # -- cost
 
@@ -276,7 +226,8 @@ class Pilot:
                 if x is None:
                     continue
                 seconds = self.seconds(space, scheme, adaptive, x)
-                stepping, key = self._stepping(scheme, adaptive, x), (space.pair, scheme, adaptive)
+                stepping = Stepping(scheme, self.finest, x) if adaptive else Stepping(scheme, x)
+                key = space.pair, scheme, adaptive
                 if key not in best or seconds < best[key].seconds:
                     best[key] = Candidate(space, stepping, in_space + curve(x), seconds, x < curve.x[0])
         return sorted(best.values(), key=lambda candidate: candidate.seconds)

@@ -8,12 +8,12 @@ import matplotlib
 import numpy as np
 
 from ...results import compare
+from ...results.compare import Curve
 from ...results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
 from ...scene import settings
 from ..declaration import declared
 from . import measure as acc
 from . import work_precision as wp
-from .pilot import Curve
 
 WORDS = declared(__file__)
 #: Accuracies in the tables, and the quantity of most of them.
@@ -255,7 +255,7 @@ def markdown(facts: dict) -> str:
         parts[name] = "\n\n".join(part(scene) for scene in scenes)
     numbers = {"repeats": scenes[0]["repeats"], "machine": facts["machine"], "cells": facts["static"][0]["cells"]}
     damping = {"rule": 100 * math.exp(-2 * math.pi**2 * step * end / PERIOD**2), "period": PERIOD}
-    template = Path(__file__).with_suffix(".md").read_text(encoding="utf-8")
+    template = Path(__file__).with_suffix(".txt").read_text(encoding="utf-8")
     return template.format(**parts, **numbers, **damping, end=end, step=step)
 
 

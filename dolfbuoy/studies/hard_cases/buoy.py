@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from .case import hard_case
-from .tools import FLOATING, FLOATING_SPAR, MOORED, SHORT, TOP, refusal, run, said, static, with_
+from .tools import FLOATING, FLOATING_SPAR, MOORED, SHORT, TOP, refusal, run, said, sound_run, static, with_
 
 SPAR = FLOATING_SPAR["buoy"]
 
@@ -23,8 +23,7 @@ def _unit(found, record):
 
 def _rights_itself(found, degrees):
     start = {"buoy_orientation": turned(degrees), "buoy_position": [0.0, 0.0, -0.5]}
-    record = run(with_(FLOATING_SPAR, initial=start, time={"end": 60.0, "step": 0.05}))
-    found.finite(record)
+    record = sound_run(found, with_(FLOATING_SPAR, initial=start, time={"end": 60.0, "step": 0.05}))
     _unit(found, record)
     found.below("cone angle after 60 s", record.cone_angle[-1], 1.0, " deg")
     found.below("M_D/M - 1 after 60 s", abs(float(record.displaced_mass[-1]) / 1200 - 1), 2e-3)
@@ -49,8 +48,7 @@ def capsized_moored(found):
     r_O = np.array([2.0, 0.0, -1.6])
     axis = np.array([math.sin(math.radians(170.0)), 0.0, math.cos(math.radians(170.0))])
     start = {"buoy_orientation": q, "buoy_position": (r_O + 0.5 * axis).tolist()}
-    record = run(with_(scene, initial=start))
-    found.finite(record)
+    record = sound_run(found, with_(scene, initial=start))
     _unit(found, record)
     found.below("cone angle after 60 s", record.cone_angle[-1], 0.05, " deg")
     found.close("top tension", record.tension_top[-1], float(rest.tension_top), 1e-4, " N")
@@ -70,8 +68,7 @@ def dropped(found):
     z0 = 3.5
     scene = with_(FLOATING_SPAR, initial={"buoy_position": [0.0, 0.0, z0]})
     scene = with_(scene, time={"end": 40.0, "step": 0.02, "scheme": "bdf2"})
-    record = run(scene)
-    found.finite(record)
+    record = sound_run(found, scene)
     k = int(np.argmin(np.abs(record.time.values - 0.7)))
     fallen = z0 - float(record.buoy_position[k, 2])
     found.close("fallen in 0.7 s", fallen, 9.81 * float(record.time[k]) ** 2 / 2, 5e-4, " m")
@@ -130,8 +127,7 @@ def gm_negative(found):
     measured = np.polyfit(t[inside], np.log(angle[inside]), 1)[0]
     found.close(f"growth rate (GM = {GM:.3g} m)", measured, rate, 1e-2, " 1/s")
     wet = with_(bare, buoy={"added_mass": 0.3, "normal_drag": 1.2, "axial_drag": 1.2, "rotational_damping": 200.0})
-    record = run(with_(wet, initial=start, time={"end": 120.0, "step": 0.05}))
-    found.finite(record)
+    record = sound_run(found, with_(wet, initial=start, time={"end": 120.0, "step": 0.05}))
     _unit(found, record)
     tail = record.cone_angle[record.time > 110]
     found.below("cone angle moves in the last 10 s by", np.ptp(tail.values), 0.2, " deg")
@@ -160,8 +156,7 @@ def breaking_wave(found):
     beyond = with_(scene, waves__amplitude=1.2 * limit)
     found.says(said(beyond), "beyond the breaking limit")
     for name, case in (("at the limit", scene), ("beyond", beyond)):
-        record = run(with_(case, time={"end": 12.0, "step": 0.02}))
-        found.finite(record)
+        record = sound_run(found, with_(case, time={"end": 12.0, "step": 0.02}))
         found.remark(f"{name}: top tension up to {float(record.tension_top.max()):.4g} N")
 
 

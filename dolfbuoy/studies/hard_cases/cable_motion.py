@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from ...motion.simulation import Simulation
 from ...scene import load_scene
 from .case import hard_case
-from .tools import CHAIN, INF, SHORT, ending, run, said, static, with_
+from .tools import CHAIN, INF, SHORT, ending, run, said, sound_run, static, with_
 
 
 def _energies(scene) -> tuple[np.ndarray, np.ndarray]:
@@ -63,8 +63,7 @@ def whip(found):
     _, words = ending(coarse, run)
     found.says(words, "time.spectral_radius = 0.8")
     for choice in ({"spectral_radius": 0.0}, {"scheme": "bdf2"}, {"scheme": "backward-euler"}):
-        record = run(with_(coarse, time=choice))
-        found.finite(record)
+        record = sound_run(found, with_(coarse, time=choice))
         found.remark(f"40 elements at 2 ms, {choice}: {record.attrs['failed_steps']} steps cut")
 
 
@@ -76,8 +75,7 @@ def falling_chain(found):
     time = {"end": 0.53, "step": 5e-4, "output_every": 0.002, "scheme": "bdf2"}
     scene = with_(CHAIN, cable={"length": L, "elements": 80}, time=time)
     scene["initial"]["points"] = [[0.0, 0.0, 0.0], [d / 2, 0.0, -depth], [d, 0.0, 0.0]]
-    record = run(scene)
-    found.finite(record)
+    record = sound_run(found, scene)
     # (dy/dt)^2 = g y (2L - y)/(L - y), here with L the whole chain: Calkin and March, Am. J. Phys. 57 (1989) 154
     g = 9.81
     expected = quad(lambda y: math.sqrt((L - y) / (g * y * (2 * L - y))), 0, down * L)[0]
@@ -120,8 +118,7 @@ def sign_change(found):
 def still_water(found):
     top = {"kind": "fixed", "position": [12.0, 0.0, -3.5]}
     scene = with_(SHORT, cable__top=top, time={"end": 1.0, "step": 0.02, "output_every": 0.02})
-    record = run(scene)
-    found.finite(record)
+    record = sound_run(found, scene)
     moved = np.abs(record.cable_position - record.cable_position[0]).max()
     found.below("largest displacement in 1 s", moved, 1e-11, " m")
     found.below("change of the top tension", np.ptp(record.tension_top.values) / float(record.tension_top[0]), 1e-10)
@@ -145,8 +142,7 @@ def _comes_to_rest(found, initial):
     scene = with_(SHORT, cable__top={"kind": "fixed", "position": end}, time={"end": 60.0, "step": 0.05})
     scene = with_(scene, sea__depth=40.0, cable={"anchor": [0.0, 0.0, -20.0], "normal_drag": 1.2})
     rest = static(scene)
-    record = run(with_(scene, initial=initial))
-    found.finite(record)
+    record = sound_run(found, with_(scene, initial=initial))
     off = float(np.abs(record.cable_position[-1] - rest.cable_position.values).max())
     if record.cable_tension[-1].min() < 0:
         found.remark(f"after 60 s {off:.3g} m from the catenary")

@@ -15,7 +15,7 @@ from ...api import simulate
 from ...results.record import read
 from ...scene import load_scene
 from .case import hard_case
-from .tools import INF, MOORED, run, said, static, with_
+from .tools import INF, MOORED, run, said, sound_run, static, with_
 
 
 def _short(**time) -> dict:
@@ -47,8 +47,7 @@ def large_steps(found):
 
 @hard_case
 def tiny_step(found):
-    record = run(_short(end=2e-4, step=1e-5))
-    found.finite(record)
+    record = sound_run(found, _short(end=2e-4, step=1e-5))
     tension = record.tension_top.values
     found.below("noise of the top tension", np.abs(np.diff(tension, 2)).max() / tension[0], 1e-6)
     found.below("its change in 0.2 ms of calm", np.ptp(tension) / tension[0], 1e-6)
@@ -64,8 +63,7 @@ def far_start(found):
     rest = static(scene)
     place = rest.buoy_position.values
     start = {"buoy_position": [place[0] - 10.0, 0.0, 1.0], "buoy_orientation": turned(60.0)}
-    record = run(with_(scene, initial=start))
-    found.finite(record)
+    record = sound_run(found, with_(scene, initial=start))
     off = np.linalg.norm(record.buoy_position[-1].values - place)
     found.below("from the equilibrium after 200 s", off, 1e-9, " m")
     found.remark(f"{record.attrs['failed_steps']} steps were cut")
@@ -76,8 +74,7 @@ def inconsistent_velocity(found):
     scene = with_(MOORED, cable={"axial_stiffness": INF, "length": 19.6, "elements": 4})
     scene = with_(scene, time={"end": 0.05, "step": 0.005})
     rest = static(scene)
-    record = run(with_(scene, initial__buoy_velocity=[0.5, 0.0, 3.0]))
-    found.finite(record)
+    record = sound_run(found, with_(scene, initial__buoy_velocity=[0.5, 0.0, 3.0]))
     found.below("p_z/M at the start", abs(float(record.linear_momentum[0, 2])) / 700, 1e-6, " m/s")
     ratio = float(record.tension_top.max()) / float(rest.tension_top)
     found.below("largest tension / that at rest", ratio, 1.05)
@@ -87,8 +84,7 @@ def inconsistent_velocity(found):
 def cut_steps(found):
     scene = with_(load_scene("driven-slack").to_dict(), solver__petsc={"snes_max_it": 3})
     scene = with_(scene, time={"end": 10.0, "step": 0.2})
-    record = run(scene)
-    found.finite(record)
+    record = sound_run(found, scene)
     steps = record.time_step.values[1:]
     found.holds(f"{record.attrs['failed_steps']} steps failed", record.attrs["failed_steps"] > 0)
     cut = np.flatnonzero(steps < 0.19)
@@ -100,8 +96,7 @@ def cut_steps(found):
 
 @hard_case
 def zero_length(found):
-    record = run(_short(end=0.0, step=0.01))
-    found.finite(record)
+    record = sound_run(found, _short(end=0.0, step=0.01))
     found.holds("one instant, t = 0", record.time.values.tolist() == [0.0])
 
 

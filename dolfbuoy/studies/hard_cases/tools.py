@@ -36,6 +36,13 @@ def run(scene: dict, **kwargs):
     return simulate(scene, comm=MPI.COMM_SELF, **kwargs)
 
 
+def sound_run(found, scene: dict, **kwargs):
+    """The record of a run that must be finite everywhere."""
+    record = run(scene, **kwargs)
+    found.finite(record)
+    return record
+
+
 def said(scene: dict, record=None) -> list[str]:
     """Warnings of `check`, or with a record those after the run."""
     scene = load_scene(scene)

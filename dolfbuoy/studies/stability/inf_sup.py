@@ -48,35 +48,23 @@ FLOOR = 1e-14  # where the figure draws a zero
 class Straight:
     """r = s d with a unit vector d."""
 
-    along = np.array([0.6, 0.0, 0.8])
-
     def position(self, s):
         """r(s), shape (n, 3)."""
-        return np.multiply.outer(s, self.along)
+        return np.multiply.outer(s, [0.6, 0.0, 0.8])
 
-    def mean_tangent_product(self):
+    def mean_tangent_product(self, _):
         """Mean of t t^T in the vertical plane."""
         return np.outer([0.6, 0.8], [0.6, 0.8])
 
 
-class Hanging:
+def _hanging(x, z):
     """Inextensible catenary, L = w = 1, from the origin to (x, 0, z)."""
-
-    def __init__(self, x, z):
-        self.shape = catenary.between((0, 0, 0), (x, 0, z), 1.0, 1.0, math.inf)
-        self.position = self.shape.position
-
-    def mean_tangent_product(self):
-        """Mean of t t^T in the vertical plane, from t = (H, V)/|(H, V)| and V = V0 + s."""
-        H, V0, V1 = self.shape.H, self.shape.V0, self.shape.V0 + 1
-        xx = H * (math.atan(V1 / H) - math.atan(V0 / H))
-        xz = H * math.log(math.hypot(H, V1) / math.hypot(H, V0))
-        return np.array([[xx, xz], [xz, 1 - xx]])
+    return catenary.between((0, 0, 0), (x, 0, z), 1.0, 1.0, math.inf)
 
 
 STATES = {
-    "catenary": Hanging(0.8, 0.0),
-    "folded": Hanging(0.01, 0.8),  # where the rising of Fig. 5 begins; half turn within 0.0015 L
+    "catenary": _hanging(0.8, 0.0),
+    "folded": _hanging(0.01, 0.8),  # where the rising of Fig. 5 begins; half turn within 0.0015 L
     "straight": Straight(),
 }
 
@@ -85,7 +73,7 @@ def continuous_constant(state: str, end: str) -> float:
     """beta of the state without elements; end: "dir" (both ends fixed) or "free"."""
     if end == "free":
         return 1.0
-    largest = np.linalg.eigvalsh(STATES[state].mean_tangent_product())[-1]
+    largest = np.linalg.eigvalsh(STATES[state].mean_tangent_product(1.0))[-1]
     return math.sqrt(max(1 - largest, 0.0)) if largest < 1 - 1e-12 else 0.0
 
 

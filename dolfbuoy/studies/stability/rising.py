@@ -110,16 +110,6 @@ def exact_cable(height: float) -> catenary.Catenary:
     return catenary.between((0.0, 0.0, 0.0), (X_END, 0.0, height), 1.0, 1.0, math.inf)
 
 
-def exact_mean_tension(exact: catenary.Catenary, a, b):
-    """Average over a <= s <= b of T = sqrt(H^2 + V^2), V = V0 + w s."""
-
-    def integral(s):
-        V = exact.vertical(s)
-        return (V * exact.tension(s) + exact.H**2 * np.arcsinh(V / exact.H)) / (2 * exact.w)
-
-    return (integral(b) - integral(a)) / (b - a)
-
-
 def _state(profile, exact):
     """Numbers and curves of one state."""
     s, r, _, T = profile.at(FINE)
@@ -136,7 +126,7 @@ def _state(profile, exact):
         "deviation_x": float(np.abs(r[..., 0] - exact.plane(s)[0]).max()),
         "potential_energy": float(profile.sizes / 2 @ (r_gauss[..., 2] @ weights)),
         "tensions": (T_gauss @ weights / 2).tolist(),
-        "exact_tensions": exact_mean_tension(exact, profile.s[:, 0], profile.s[:, -1]).tolist(),
+        "exact_tensions": exact.mean_tension(profile.s[:, 0], profile.s[:, -1]).tolist(),
         "curves": _curves(profile, exact),
     }
 

@@ -1,0 +1,118 @@
+"""Lines that do not touch: one mesh, and as many independent answers.
+
+Source: each line alone.
+"""
+
+import numpy as np
+import pytest
+import ufl
+from mpi4py import MPI
+
+from dolfbuoy import load_scene
+from dolfbuoy.model.lines import Line, Lines
+from dolfbuoy.model.problem import Problem
+from dolfbuoy.motion.simulation import Simulation
+from dolfbuoy.statics import catenary
+
+SEA = {"depth": 30.0}
+TOP = {"kind": "prescribed", "amplitude": [0.3, 0.2, 0.5], "period": 2.0, "phase_deg": 30.0}
+CABLE = {"length": 40.0, "line_density": 12.0, "diameter": 0.05, "elements": 7, "position_degree": 2}
+CABLE |= {"tension_degree": 1, "added_mass": 0.9, "normal_drag": 1.1, "tangential_drag": 0.1}
+FIRST = CABLE | {"axial_stiffness": 3e6, "top": TOP | {"position": [20.0, 3.0, -4.0]}}
+SECOND = CABLE | {"axial_stiffness": 8e5, "length": 33.0, "elements": 4, "line_density": 21.0, "normal_drag": 0.6}
+SECOND |= {"anchor": [50.0, 5.0, -28.0], "top": TOP | {"position": [60.0, -2.0, 0.0], "period": 3.0}}
+REST = {"sea": SEA, "current": {"speed": 0.6, "direction_deg": 40.0}, "time": {"end": 1.0, "step": 0.02}}
+
+
+def alone(cable):
+    return load_scene({**REST, "cable": cable})
+
+
+def pair(second):
+    """Both lines, as functions of the scene of the first."""
+    section = alone(second).cable
+    return [Line("first", lambda scene: scene.cable), Line("second", lambda scene: section)]
+
+
+def steps(problem, sections, count=10):
+    """Shapes and tensions of the lines after some steps of backward Euler from the catenaries at rest."""
+    lines, u, h = problem.lines, problem.system.u, 0.02
+    for k, c in enumerate(sections):
+        scene = load_scene({**REST, "cable": c.model_dump()})
+        w = catenary.between(scene.anchor, c.top.position, c.length, 80.0, c.axial_stiffness)
+        lines.set_shape(u, w.position, w.tension, k)
+    problem.set_time(0.0)
+    r, v = u[lines.part.slice].copy(), np.zeros(lines.part.size)
+    lines.gamma_v.value, lines.gamma_a.value = 1 / h, 1 / h**2
+    problem.newton.set_scales(1 / h)
+    for n in range(count):
+        lines.history_v.x.array[:], lines.history_a.x.array[:] = -r / h, -r / h**2 - v / h
+        problem.set_time((n + 1) * h)
+        problem.newton.solve()
+        new = u[lines.part.slice].copy()
+        r, v = new, (new - r) / h
+    return [line_state(problem, k) for k in range(len(sections))]
+
+
+def line_state(problem, k):
+    lines, u = problem.lines, problem.system.u
+    nodes, cells = np.flatnonzero(lines.line_of_node == k), np.flatnonzero(lines.line_of_cell == k)
+    nodes, cells = nodes[np.argsort(lines.node_s[nodes])], cells[np.argsort(lines.cell_ends[cells, 0])]
+    return u[lines.node_dofs[nodes]], np.sort(u[lines.T_dofs[cells]], axis=1), problem.end_tension(line=k)
+
+
+@pytest.fixture(scope="module")
+def answers():
+    """(two lines on one mesh, each line alone)."""
+    first, second = alone(FIRST), alone(SECOND)
+    both = Problem(first, dynamic=True, comm=MPI.COMM_SELF, lines=pair(SECOND))
+    found = steps(both, [first.cable, second.cable])
+    both.destroy()
+    single = []
+    for scene in (first, second):
+        problem = Problem(scene, dynamic=True, comm=MPI.COMM_SELF)
+        single += steps(problem, [scene.cable])
+        problem.destroy()
+    return found, single
+
+
+def test_two_lines_are_two_answers(answers):
+    """Shape, tension and the reaction of the top, to rounding; the lines differ in all but their pair."""
+    for (r, T, force), (r_alone, T_alone, force_alone) in zip(*answers, strict=True):
+        np.testing.assert_allclose(r, r_alone, atol=1e-9)
+        np.testing.assert_allclose(T, T_alone, rtol=1e-7, atol=1e-7 * np.abs(T_alone).max())
+        np.testing.assert_allclose(force, force_alone, rtol=1e-7, atol=1e-7 * np.abs(T_alone).max())
+
+
+def test_the_lines_move(answers):
+    """The answers are those of a motion, and not alike."""
+    (r, T, _), (other, T_other, _) = answers[0]
+    assert np.ptp(r, axis=0).min() > 1.0
+    assert len(r) != len(other)
+    assert abs(T.mean() / T_other.mean() - 1) > 0.1
+
+
+def test_what_lines_share_is_no_property_per_cell():
+    """Lines that are equal but for their places have constants only; an inextensible scene has no strain."""
+    scene = alone(FIRST)
+    twin = scene.cable.model_copy(update={"anchor": (0.0, 40.0, -30.0)})
+    equal = Lines(MPI.COMM_SELF, scene, True, [Line("a", lambda s: s.cable), Line("b", lambda s: twin)])
+    different = Lines(MPI.COMM_SELF, scene, True, pair(SECOND))
+    count = [len(_coefficients(lines)) for lines in (equal, different)]
+    assert count[1] == count[0] + 3  # line density, axial stiffness, normal drag
+    chain = alone(FIRST | {"axial_stiffness": float("inf")})
+    assert Lines(MPI.COMM_SELF, chain, True).kinematics()[2] is None
+
+
+def _coefficients(lines):
+    return lines.residual(ufl.TestFunction(lines.space)).coefficients()
+
+
+def test_one_line_is_numbered_as_ever():
+    """One line begins at s = 0 and has the tags 1 and 2."""
+    with_one = Simulation(alone(FIRST), MPI.COMM_SELF)
+    lines = with_one.problem.lines
+    assert lines.begins.tolist() == [0.0]
+    assert sorted(lines.ends.values.tolist()) == [1, 2]
+    assert lines.node_s.max() == pytest.approx(FIRST["length"])
+    with_one.problem.destroy()

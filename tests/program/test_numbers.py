@@ -1,0 +1,74 @@
+"""Numbers of a scene change without anything being compiled or built again.
+
+Source: the same scene from scratch.
+"""
+
+import numpy as np
+import pytest
+from dynamics_helpers import MOORED, merged
+from mpi4py import MPI
+
+from dolfbuoy import load_scene
+from dolfbuoy.model.problem import Problem
+from dolfbuoy.motion.simulation import Simulation
+
+SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 0.2, "step": 0.02})
+SCENE = merged(SCENE, wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0})
+#: One number of everything.
+OTHER = {
+    "gravity": 9.7,
+    "sea__density": 1010.0,
+    "sea__depth": 20.05,
+    "cable__line_density": 25.0,
+    "cable__normal_drag": 0.7,
+    "cable__added_mass": 0.4,
+    "buoy__mass": 1010.0,
+    "buoy__added_mass": 0.2,
+    "buoy__axial_drag": 0.9,
+    "buoy__mooring_height": 0.2,
+    "waves__amplitude": 0.6,
+    "waves__period": 4.1,
+    "waves__direction_deg": 130.0,
+    "current__speed": 0.8,
+    "wind__speed_10m": 11.0,
+    "external_force__force": [300.0, -100.0, 20.0],
+}
+
+
+def march(simulation):
+    """Unknowns after every step."""
+    return np.array([simulation.system.u.copy() for _ in simulation.run()])
+
+
+@pytest.mark.parametrize("slack", ["compressive", "tension-only"])
+def test_a_problem_serves_another_scene(slack):
+    """Bit for bit the run of a problem built for that scene."""
+    first, second = (load_scene(merged(SCENE, cable__slack=slack), **changes) for changes in ({}, OTHER))
+    fresh = Simulation(second, MPI.COMM_SELF)
+    expected = march(fresh)
+    used = Simulation(first, MPI.COMM_SELF)
+    before = march(used)
+    again = Simulation(second, MPI.COMM_SELF, problem=used.problem)
+    assert again.problem is used.problem
+    np.testing.assert_array_equal(march(again), expected)
+    assert np.abs(before - expected).max() > 0.01
+    for simulation in (fresh, again):
+        simulation.problem.destroy()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"cable__elements": 5},
+        {"cable__normal_drag": 0.0},
+        {"cable__axial_stiffness": float("inf")},
+        {"waves": None},
+        {"solver__hull_cells": 7},
+    ],
+)
+def test_another_structure_needs_another_problem(changes):
+    scene = load_scene(SCENE)
+    problem = Problem(scene, dynamic=True, comm=MPI.COMM_SELF)
+    with pytest.raises(ValueError, match="more than numbers"):
+        problem.change(load_scene(scene, **changes))
+    problem.destroy()

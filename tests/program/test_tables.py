@@ -1,0 +1,67 @@
+"""Tables on a terminal, in a pipe and in a file: only a terminal has a width.
+
+Source: the rows that are given, read again from the text.
+"""
+
+import io
+import subprocess
+import sys
+
+import pytest
+
+from dolfbuoy.results import tables
+
+ROW = {
+    "length": "in [m], [sea]",
+    "what": "a sentence that is a good deal longer than a terminal is wide, " * 3,
+    "size": 1.23456789,
+    "none": None,
+}
+COLUMNS = {"length": "H [m]", "what": "what is said", "size": "how large", "none": "nothing"}
+
+
+class Terminal(io.StringIO):
+    """Text that says it goes to a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def shown(monkeypatch, file):
+    monkeypatch.setattr(sys, "stdout", file)
+    tables.show("Title", [ROW, ROW], COLUMNS, ["a note [s] " * 30])
+    return file.getvalue().splitlines()
+
+
+def test_a_table_in_a_file_is_not_cut(monkeypatch):
+    """Every cell is there, whole, in one line, brackets too; numbers have four digits and stand right."""
+    title, head, rule, *rows, note = shown(monkeypatch, io.StringIO())
+    assert title.strip() == "Title"
+    assert [cell.strip() for cell in head.split("┃")] == list(COLUMNS.values())
+    assert len(rows) == 2
+    for row in rows:
+        assert [cell.strip() for cell in row.split("│")] == [ROW["length"], ROW["what"].strip(), "1.235", "-"]
+        assert row.endswith(" -")
+        assert len(row) == len(rule) > 150
+    assert note == "a note [s] " * 30
+
+
+@pytest.mark.parametrize("columns", ["40", "70"])
+def test_a_table_on_a_terminal_is_as_wide_as_it(monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(tables, "out", tables.Output(no_color=True, force_terminal=False))
+    lines = shown(monkeypatch, Terminal())
+    assert len(lines) > 10
+    assert max(len(line) for line in lines[:-1]) <= int(columns)
+
+
+def test_a_command_in_a_pipe(tmp_path):
+    """The table of a study whose columns do not fit into 80."""
+    command = [sys.executable, "-m", "dolfbuoy.commands.main", "study", "explicit-limit", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=True)
+    assert "…" not in done.stdout
+    heads = [line for line in done.stdout.splitlines() if "implicit dt [s]" in line]
+    assert len(heads) == 1
+    assert "steps for one" in heads[0]
+    assert len(heads[0]) > 80
