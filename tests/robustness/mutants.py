@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -164,7 +165,7 @@ def table_of(changes, found) -> Table:
     table = Table("change", "file", "caught by, or why it is not", show_edge=False)
     for change in changes:
         said = found[change.name] or f"SURVIVED {change.why}"
-        table.add_row(change.name, change.file, said.removeprefix("tests/"))
+        table.add_row(escape(change.name), change.file, escape(said.removeprefix("tests/")))
     return table
 
 
