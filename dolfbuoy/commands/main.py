@@ -195,8 +195,8 @@ def advise(
 
 def _advised(scene, quantity, accuracy, folder=None, write=None):
     """The scene with settings of this accuracy; says what was chosen."""
+    from ..results.compare import parse_accuracy
     from ..studies.accuracy import advise as study
-    from ..studies.accuracy.measure import parse_accuracy
 
     def say(text):
         out.print(text, soft_wrap=True, highlight=False, markup=False)

@@ -1,12 +1,15 @@
-"""The sea of a scene as UFL constants on one mesh, and its clock."""
+"""The sea of a scene: as UFL constants on one mesh with its clock, and in numbers at points."""
 
 import math
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from scipy.optimize import brentq
 
-from ..forms import sea
+from ..forms import sea, wind
+from ..solver.compat import point_in_space
+from .evaluate import at_points, value
 from .numbers import Numbers
 
 
@@ -45,57 +48,108 @@ def heading(direction_deg: float) -> np.ndarray:
     return np.array([c, s, 0.0])
 
 
+def amplitude(scene, t) -> float:
+    """Amplitude of the scene's wave at time t, ramp included [m]."""
+    return scene.waves.size * ramp(t, scene.waves.ramp)
+
+
+def time_phase(scene, t) -> float:
+    """phase - omega t of the scene's wave [rad]."""
+    return math.radians(scene.waves.phase_deg) - 2 * math.pi / scene.waves.period * t
+
+
+def _wave(scene, number, amplitude, time_phase):
+    """The scene's wave for forms.sea; number(get): a scalar of UFL, or a float, with the value get(scene)."""
+    return sea.Wave(
+        amplitude=amplitude,
+        wavenumber=number(wavenumber),
+        frequency=number(lambda scene: 2 * math.pi / scene.waves.period),
+        time_phase=time_phase,
+        cos_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[0])),
+        sin_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[1])),
+        depth=number(lambda scene: scene.sea.depth),
+        stretching=scene.waves.stretching,
+    )
+
+
+def _current(scene, number, speed):
+    """The scene's current for forms.sea; speed(get): a number or vector that continuation may scale."""
+    profile = scene.current.profile
+    if isinstance(profile, list):
+        rows = range(len(profile))
+        direction = number(lambda scene: heading(scene.current.direction_deg))
+        z = number(lambda scene: np.array([z for z, _ in scene.current.profile]))
+        speeds = speed(lambda scene: np.array([speed for _, speed in scene.current.profile]))
+        return sea.tabulated_current(direction, [z[i] for i in rows], [speeds[i] for i in rows])
+    velocity = speed(lambda scene: scene.current.speed * heading(scene.current.direction_deg))
+    if profile == "uniform":
+        return sea.uniform_current(velocity)
+    return sea.power_law_current(
+        velocity, number(lambda scene: scene.sea.depth), number(lambda scene: scene.current.exponent)
+    )
+
+
+def elevation_at(scene, t, points) -> np.ndarray:
+    """Elevation of a scene's water in numbers [m] at points (..., 3)."""
+    return _at_points(_flow(scene, t).elevation, points, ())
+
+
+def velocity_at(scene, t, points) -> np.ndarray:
+    """Velocity (..., 3) of a scene's undisturbed water in numbers [m/s] at points (..., 3)."""
+    return _at_points(_flow(scene, t).velocity, points, (3,))
+
+
+def _at_points(expression, points, shape):
+    return np.zeros(np.shape(points)[:-1] + shape) if expression is None else at_points(expression, points)
+
+
+def _flow(scene, t):
+    """The water of forms.sea at `compat.point_in_space`."""
+
+    def number(get):
+        found = get(scene)
+        return ufl.as_vector(found.tolist()) if isinstance(found, np.ndarray) else found
+
+    wave = _wave(scene, number, amplitude(scene, t), time_phase(scene, t)) if scene.waves else None
+    return sea.flow(point_in_space(), wave, _current(scene, number, number) if scene.current else None)
+
+
+def wind_at(scene, height) -> np.ndarray:
+    """Force of the scene's wind at a height over the water [m], Eq. (2) [N]."""
+    w = scene.wind
+    size = wind.wind_force(ufl.as_ufl(float(height)), 1.0, w.speed_10m, w.drag_coefficient, w.air_density, w.area)
+    return value(size) * heading(w.direction_deg)
+
+
 class SeaState:
     """Wave and current of `scene` on `mesh`; what is absent is None and never reaches a form."""
 
     def __init__(self, mesh, scene, with_waves=True):
-        self._mesh, self._numbers, self._current_numbers = mesh, Numbers(mesh, scene), []
-        self.density = self._numbers.constant(lambda scene, _: scene.sea.density) if scene.sea else None
-        self.wave = self._wave() if with_waves and scene.waves else None
-        self.current = self._current() if scene.current else None
+        self._mesh, self._numbers, self._speeds = mesh, Numbers(mesh, scene), []
+        self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
+        self.wave = self.current = None
+        if with_waves and scene.waves:
+            self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
+            self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
+        if scene.current:
+            self.current = _current(scene, self._number, self._speed)
 
     @property
     def scene(self):
         """The scene whose numbers these are."""
         return self._numbers.scene
 
-    def _wave(self):
-        number = self._numbers.constant
-        self._amplitude, self._time_phase = fem.Constant(self._mesh, 0.0), fem.Constant(self._mesh, 0.0)
-        return sea.Wave(
-            amplitude=self._amplitude,
-            wavenumber=number(lambda scene, _: wavenumber(scene)),
-            frequency=number(lambda scene, _: 2 * math.pi / scene.waves.period),
-            time_phase=self._time_phase,
-            cos_direction=number(lambda scene, _: float(heading(scene.waves.direction_deg)[0])),
-            sin_direction=number(lambda scene, _: float(heading(scene.waves.direction_deg)[1])),
-            depth=number(lambda scene, _: scene.sea.depth),
-            stretching=self.scene.waves.stretching,
-        )
+    def _number(self, get):
+        return self._numbers.constant(lambda scene, _: get(scene))
 
-    def _current(self):
-        current, number = self.scene.current, self._numbers.constant
-        if isinstance(current.profile, list):
-            rows = range(len(current.profile))
-            direction = number(lambda scene, _: heading(scene.current.direction_deg))
-            z = number(lambda scene, _: np.array([z for z, _ in scene.current.profile]))
-            speed = self._scalable(lambda scene: np.array([speed for _, speed in scene.current.profile]))
-            return sea.tabulated_current(direction, [z[i] for i in rows], [speed[i] for i in rows])
-        velocity = self._scalable(lambda scene: scene.current.speed * heading(scene.current.direction_deg))
-        if current.profile == "uniform":
-            return sea.uniform_current(velocity)
-        depth, exponent = number(lambda scene, _: scene.sea.depth), number(lambda scene, _: scene.current.exponent)
-        return sea.power_law_current(velocity, depth, exponent)
-
-    def _scalable(self, get):
+    def _speed(self, get):
         """A Constant that carries the current's speed."""
-        made = self._numbers.constant(lambda scene, _: get(scene))
-        self._current_numbers.append((made, get))
-        return made
+        self._speeds.append((self._number(get), get))
+        return self._speeds[-1][0]
 
     def scale_current(self, factor):
         """Scale the current (for continuation in statics)."""
-        for constant, full in self._current_numbers:
+        for constant, full in self._speeds:
             constant.value = factor * full(self.scene)
 
     def flow(self, x):
@@ -105,9 +159,7 @@ class SeaState:
     def set_time(self, t):
         """Advance the wave's phase and ramp."""
         if self.wave is not None:
-            waves = self.scene.waves
-            self._amplitude.value = waves.size * ramp(t, waves.ramp)
-            self._time_phase.value = math.radians(waves.phase_deg) - 2 * math.pi / waves.period * t
+            self._amplitude.value, self._time_phase.value = amplitude(self.scene, t), time_phase(self.scene, t)
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""

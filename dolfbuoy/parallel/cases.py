@@ -115,6 +115,11 @@ def key(case: dict) -> str:
     return hashlib.sha256((fingerprint() + json.dumps(case, sort_keys=True)).encode()).hexdigest()[:20]
 
 
+def with_file(case: dict, folder: Path, name: str) -> dict:
+    """The case, and with it a file of its own for what it keeps beside its result."""
+    return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}
+
+
 def write_json(path: Path, value) -> None:
     """Write a file that is whole whenever it is there."""
     part = path.with_suffix(".part")

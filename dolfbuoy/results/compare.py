@@ -15,6 +15,8 @@ from ..errors import InputError
 
 #: A case is resolved when its error exceeds the reference's own by this factor.
 RESOLVED = 3.0
+#: Numbers that steps are rounded down to, times a power of ten.
+NICE = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8)
 
 
 @dataclass
@@ -119,6 +121,42 @@ class Curve:
         return next((x for x in sorted(sizes, reverse=True) if self(x) <= error), None)
 
 
+def nice_numbers(low: float, high: float) -> list[float]:
+    """Rounded numbers between two positive ones."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    numbers = [float(f"{m}e{p}") for p in powers for m in NICE]
+    return [x for x in numbers if low <= x <= high * (1 + 1e-9)]
+
+
+def orders(rows: list[dict], error: str, size: str = "h") -> None:
+    """Add the observed order between consecutive rows as `order_<error>` (None in the first)."""
+    for before, row in zip([None, *rows], rows, strict=False):
+        row[f"order_{error}"] = None
+        if before and before[error] and row[error] and before[error] > 0 and row[error] > 0:
+            row[f"order_{error}"] = math.log(before[error] / row[error]) / math.log(before[size] / row[size])
+
+
+def reach(points, accuracy: float) -> dict | None:
+    """Size and seconds at which a family has this error; points: (size, error, seconds), errors grow with the size.
+
+    Powers between the measurements, and beyond the finest (`extrapolated`), where the work is inverse to the size; the
+    coarsest as it is, if that is good enough (`at_most`).  None of fewer than two points, or where they have no order.
+    """
+    points = sorted(point for point in points if point[1])
+    curve = Curve([point[:2] for point in points])
+    if len(points) < 2 or curve.order < 0.3:
+        return None
+    sizes, seconds = np.log([p[0] for p in points]), np.log([p[2] for p in points])
+    if accuracy >= curve.error[-1]:
+        size, beyond = curve.x[-1], "at_most"
+    elif accuracy < curve.error[0]:
+        size, beyond = curve.x[0] * (accuracy / curve.error[0]) ** (1 / curve.order), "extrapolated"
+    else:
+        size, beyond = math.exp(np.interp(math.log(accuracy), np.log(curve.error), np.log(curve.x))), ""
+    wall = math.exp(np.interp(math.log(size), sizes, seconds)) * max(1.0, curve.x[0] / size)
+    return {"size": float(size), "seconds": wall, "note": beyond}
+
+
 def pareto(points) -> list[int]:
     """Indices of (time, error) that no other point beats in both, from the fastest on."""
     front, best = [], float("inf")
@@ -132,3 +170,15 @@ def pareto(points) -> list[int]:
 def percent(error: float) -> str:
     """An error as one would say it."""
     return f"{100 * error:.2g} %"
+
+
+def parse_accuracy(text: str, option: str = "--accuracy") -> float:
+    """'1%', '1 %' or '0.01' -> 0.01; raises InputError that names the option."""
+    number = text.strip()
+    try:
+        value = float(number.removesuffix("%")) / 100 if number.endswith("%") else float(number)
+    except ValueError:
+        value = float("nan")
+    if not 1e-5 <= value <= 0.5:
+        raise InputError(f"{option} {text}: must be from 0.001% to 50%, written as 1% or 0.01.")
+    return value

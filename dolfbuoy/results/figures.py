@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from ..scene.settings import period_of
 from .paraview import read_run
 from .snapshot import equal_scale, snapshot
 from .style import COLORS, COLUMN, STYLE, new_figure, save
@@ -74,7 +75,7 @@ def cone_angle(record, scene) -> Figure | None:
 
 def _over_time(record, scene, panels):
     """One panel per (label, curves) over the same time; the end of the first one enlarged if there are many periods."""
-    t, period = record.time.values, _period(scene)
+    t, period = record.time.values, period_of(scene)
     many = period is not None and t[-1] - t[0] > MANY_PERIODS * period
     panels = panels + panels[:1] if many else panels
     figure = new_figure(COLUMN, 0.5 + 1.65 * len(panels))
@@ -93,13 +94,6 @@ def _over_time(record, scene, panels):
     rows[-1].set_xlabel("time [s]")
     figure.align_ylabels(rows)
     return figure
-
-
-def _period(scene):
-    """Period that drives the scene [s], or None."""
-    if scene.waves:
-        return scene.waves.period
-    return scene.cable.top.period if scene.cable and scene.cable.top else None
 
 
 def _at_least(axes, span):
@@ -181,7 +175,7 @@ def _orbit_3d(x):
 
 def _last_period(record, scene):
     """Rows of the last period, or None if there is none or the run is shorter."""
-    t, period = record.time.values, _period(scene)
+    t, period = record.time.values, period_of(scene)
     if period is None or t[-1] - t[0] < period or len(t) < 3:
         return None
     return np.flatnonzero(t >= t[-1] - period * (1 + 1e-9))
@@ -231,7 +225,7 @@ def shapes(record, scene) -> Figure | None:
     """Shapes of the cable from the side, coloured by time: over the last period, or over the run; None without."""
     if "cable_position" not in record:
         return None
-    chosen = _chosen_frames(record.frame.values, _period(scene))
+    chosen = _chosen_frames(record.frame.values, period_of(scene))
     t, x = record.frame.values[chosen], record.cable_position.values[chosen]
     wide = _widest(x)
     curves = x[:, :, [wide, 2]]

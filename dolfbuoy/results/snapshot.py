@@ -13,61 +13,9 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..meshes import HullShape
 from ..model.rigid import mass_properties
-from ..model.sea import heading, ramp, wavenumber
+from ..model.sea import elevation_at, heading, velocity_at, wavenumber, wind_at
 from .paraview import hull_surface, pose
 from .style import COLORS, COLUMN, PAGE, STYLE, new_figure
-
-
-class Water:
-    """Elevation and velocity of the undisturbed water of a scene in numpy: the twin of forms.sea."""
-
-    def __init__(self, scene):
-        self.waves, self.current, self.depth = scene.waves, scene.current, scene.sea.depth
-        if self.waves:
-            self.k, self.omega = wavenumber(scene), 2 * math.pi / self.waves.period
-            self.heading = heading(self.waves.direction_deg)
-
-    def elevation(self, x: np.ndarray, t: float) -> np.ndarray:
-        """eta [m] above the points x (..., 3) at time t [s]."""
-        x = np.asarray(x, dtype=float)
-        return self._amplitude(t) * np.cos(self._phase(x, t)) if self.waves else np.zeros(x.shape[:-1])
-
-    def velocity(self, x: np.ndarray, t: float) -> np.ndarray:
-        """v_a = v_w + v_c [m/s] at the points x (..., 3)."""
-        x = np.asarray(x, dtype=float)
-        velocity = np.zeros(x.shape)
-        if self.waves:
-            velocity += self._wave_velocity(x, t)
-        if self.current:
-            velocity += self._current_speed(x[..., 2])[..., None] * heading(self.current.direction_deg)
-        return velocity
-
-    def _amplitude(self, t):
-        return self.waves.size * ramp(t, self.waves.ramp)
-
-    def _phase(self, x, t):
-        return self.k * (x @ self.heading) - self.omega * t + math.radians(self.waves.phase_deg)
-
-    def _stretched(self, z, eta):
-        if self.waves.stretching == "wheeler":
-            return np.minimum(self.depth * (z - eta) / (self.depth + eta), 0.0)
-        return np.minimum(z, 0.0) if self.waves.stretching == "vertical" else z
-
-    def _wave_velocity(self, x, t):
-        z, theta = self._stretched(x[..., 2], self.elevation(x, t)), self._phase(x, t)
-        down, up = np.exp(self.k * z), np.exp(-self.k * (z + 2 * self.depth))
-        speed = self._amplitude(t) * self.omega / (1 - math.exp(-2 * self.k * self.depth))
-        horizontal = speed * (down + up) * np.cos(theta)
-        vertical = speed * (down - up) * np.sin(theta)
-        return horizontal[..., None] * self.heading + vertical[..., None] * np.array([0.0, 0.0, 1.0])
-
-    def _current_speed(self, z):
-        current = self.current
-        if isinstance(current.profile, list):
-            return np.interp(z, *np.array(current.profile).T)
-        if current.profile == "uniform":
-            return np.full(np.shape(z), current.speed)
-        return current.speed * np.clip(1 + z / self.depth, 1e-3, 1.0) ** current.exponent
 
 
 @dataclass
@@ -81,11 +29,14 @@ class Instant:
     R: np.ndarray | None
 
     def __post_init__(self):
-        self.water = Water(self.scene) if self.scene.sea else None
         buoy = self.scene.buoy if self.r_C is not None else None
         self.shape = HullShape(tuple(buoy.hull)) if buoy and buoy.hull else None
         self.center = mass_properties(buoy, self.shape).height if buoy else None
         self.masses = [self.at(p.height) for p in buoy.point_masses] if buoy else []
+
+    def elevation(self, points):
+        """Of the water at points (..., 3) [m]."""
+        return elevation_at(self.scene, self.time, points)
 
     def at(self, height: float) -> np.ndarray:
         """Place of the point of the buoy's axis at `height` above the keel."""
@@ -132,10 +83,7 @@ class Instant:
         return [f for f in found if np.linalg.norm(f[2]) > 0]
 
     def _wind_force(self, point):
-        wind = self.scene.wind
-        z = max(point[2] - (self.water.elevation(point, self.time) if self.water else 0.0), 0.0)
-        pressure = 0.5 * wind.air_density * wind.speed_10m**2 * (z / 10) ** (2 / 7)
-        return wind.drag_coefficient * wind.area * pressure * heading(wind.direction_deg)
+        return wind_at(self.scene, point[2] - (self.elevation(point) if self.scene.sea else 0.0))
 
 
 def instant(record, scene, time: float | None = None) -> Instant:
@@ -181,10 +129,10 @@ def _whole(now):
     span = (high - low).max()
     low[2] -= 0.04 * span
     high[2] += 0.06 * span
-    if now.water:
+    if now.scene.sea:
         crest = now.scene.waves.size if now.scene.waves else 0.0
-        if -now.water.depth > low[2] - 0.25 * span:
-            low[2] = -now.water.depth
+        if -now.scene.sea.depth > low[2] - 0.25 * span:
+            low[2] = -now.scene.sea.depth
         if crest > low[2] and high[2] + 0.25 * span > 0:
             high[2] = max(high[2], 1.2 * crest)
     half = np.maximum((high - low) / 2 + [0.08 * span, 0.08 * span, 0], 0.22 * span)
@@ -207,7 +155,7 @@ def _detail(now):
 def _draw(axes, now, box):
     """Everything, from back to front; returns the greatest speed of the water that is shown [m/s]."""
     fastest = 0.0
-    if now.water:
+    if now.scene.sea:
         _draw_bed(axes, now, box)
         fastest = _draw_velocity(axes, now, box)
     if now.cable is not None:
@@ -228,10 +176,10 @@ def _draw(axes, now, box):
 
 
 def _draw_bed(axes, now, box):
-    if -now.water.depth < box[0, 2] - 1e-9 * now.water.depth:
+    if -now.scene.sea.depth < box[0, 2] - 1e-9 * now.scene.sea.depth:
         return
     (x0, y0, _), (x1, y1, _) = box
-    z = -now.water.depth
+    z = -now.scene.sea.depth
     corners = [[(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)]]
     axes.add_collection3d(Poly3DCollection(corners, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
 
@@ -241,7 +189,7 @@ def _draw_velocity(axes, now, box):
     if now.scene.waves is None and now.scene.current is None:
         return 0.0
     points, spacing = _plane(now, box)
-    velocity = now.water.velocity(points, now.time)
+    velocity = velocity_at(now.scene, now.time, points)
     speed = np.linalg.norm(velocity, axis=1)
     if not len(speed) or speed.max() == 0:
         return 0.0
@@ -261,7 +209,7 @@ def _plane(now, box, columns=8):
     reach = 0.9 * (half / np.maximum(np.abs(along[:2]), 1e-9)).min()
     spacing = 2 * reach / (columns - 1)
     x = base + np.linspace(-reach, reach, columns)[:, None] * along
-    top = np.minimum(now.water.elevation(x, now.time), box[1, 2])
+    top = np.minimum(now.elevation(x), box[1, 2])
     rows = max(3, round((top.max() - box[0, 2]) / (1.1 * spacing)))
     fraction = (np.arange(rows) + 0.3) / rows
     z = top[:, None] - fraction * (top - box[0, 2])[:, None]
@@ -272,7 +220,7 @@ def _plane(now, box, columns=8):
 def _draw_surfaces(axes, now, box):
     """Water and hull in one collection, so that each hides what is behind it."""
     polygons, faces, edges = [], [], []
-    if now.water and box[0, 2] < now.water.elevation(box[0], now.time) < box[1, 2]:
+    if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
         x = _water_patches(now, box)
         polygons += list(x)
         faces.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.4), (len(x), 1)))
@@ -290,11 +238,11 @@ def _draw_surfaces(axes, now, box):
 def _water_patches(now, box):
     """Quadrilaterals (n, 4, 3) of the water surface in the box, outside the hull."""
     span = (box[1] - box[0])[:2].max()
-    length = 2 * math.pi / now.water.k if now.scene.waves else np.inf
+    length = 2 * math.pi / wavenumber(now.scene) if now.scene.waves else np.inf
     n = int(np.clip(10 * span / length, 28, 60))
     x, y = np.meshgrid(*(np.linspace(box[0, i], box[1, i], n + 1) for i in (0, 1)), indexing="ij")
     grid = np.stack([x, y, np.zeros_like(x)], axis=-1)
-    grid[..., 2] = now.water.elevation(grid, now.time)
+    grid[..., 2] = now.elevation(grid)
     patches = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
     return patches[~now.in_hull(patches.mean(axis=1))]
 
@@ -350,7 +298,7 @@ def _legend(now, speeds):
         handles.append(Patch(color=COLORS["orange"], label="buoy"))
     if now.masses:
         handles.append(Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass"))
-    if now.water:
+    if now.scene.sea:
         handles.append(Patch(color=COLORS["sky"], alpha=0.4, label="water surface"))
     if max(speeds):
         shown = dict.fromkeys(f"{v:.2g}" for v in speeds)

@@ -54,3 +54,12 @@ def _text(value):
     if value is None:
         return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def groups(rows: list[dict], *keys: str) -> dict:
+    """Rows by their value of a key, by their values of several, in the order in which these come."""
+    found = {}
+    for row in rows:
+        values = tuple(row[key] for key in keys)
+        found.setdefault(values[0] if len(keys) == 1 else values, []).append(row)
+    return found

@@ -1,5 +1,6 @@
 """Elements and steps of a scene, what drives it, and the same scene with others."""
 
+import math
 from dataclasses import dataclass
 
 from ..errors import InputError
@@ -94,3 +95,61 @@ def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene
     kept = {"time.output_every": time.output_every or time.end / 200 or None}
     kept |= {"time.max_step": time.max_step or time.end / 10 or None}
     return load_scene(scene, **{"time.end": end}, **kept)
+
+
+def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
+    """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
+    if scene.cable is None:
+        return [Space()]
+    n = space_of(scene).cells
+    cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
+    return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
+
+
+def default_steps(scene: Scene) -> list[float]:
+    """From a fiftieth of the period down to a 500th, or from the scene's step up."""
+    period = period_of(scene)
+    steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
+    return [float(f"{step:.2g}") for step in steps]
+
+
+def steppings(schemes, steps, tolerances) -> list[Stepping]:
+    """Fixed steps of every scheme, and tolerances of those of second order."""
+    fixed = [Stepping(scheme, step) for scheme in schemes for step in steps]
+    second = [scheme for scheme in schemes if scheme != "backward-euler"]
+    return fixed + [Stepping(scheme, min(steps), tol) for scheme in second for tol in tolerances]
+
+
+def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
+    """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
+    if text is None:
+        return None
+    try:
+        pairs = [tuple(int(degree) for degree in pair.upper().replace("P", "").split("-")) for pair in text.split(",")]
+        good = all(len(pair) == 2 and 0 <= pair[1] < pair[0] <= 8 for pair in pairs)
+    except ValueError:
+        good = False
+    if not good:
+        raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
+    return pairs
+
+
+def parse_schemes(text: str | None) -> list[str] | None:
+    """Names with commas; raises InputError."""
+    schemes = text.split(",") if text else None
+    if schemes and not set(schemes) <= set(SCHEMES):
+        raise InputError(f"--schemes {text}: must be some of {', '.join(SCHEMES)}, with commas.")
+    return schemes
+
+
+def parse_numbers(option: str, text: str | None, kind: type = float) -> list | None:
+    """Positive numbers with commas, or `none`; raises InputError that names the option."""
+    if text is None:
+        return None
+    try:
+        found = [kind(part) for part in text.split(",")] if text != "none" else []
+    except ValueError:
+        found = [-1]
+    if not all(0 < number < math.inf for number in found):
+        raise InputError(f"{option} {text}: must be positive numbers with commas.")
+    return found

@@ -1,7 +1,13 @@
-"""dolfinx's assemblers and the direct solver alone: the floor of a Newton iteration, to measure or to check it by."""
+"""dolfinx's assemblers and the direct solver alone: the floor of a Newton iteration, to measure or to check it by.
+
+Beside it what a form costs wherever it is compiled: its operations.
+"""
 
 import numpy as np
 from petsc4py import PETSc
+from ufl.algorithms import expand_derivatives
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.corealg.traversal import unique_pre_traversal
 
 
 def back_to_back(newton):
@@ -68,3 +74,10 @@ def direct_solver(newton):
     x, y = A.createVecs()
     x.set(1.0)
     return again, lambda: pc.apply(x, y)
+
+
+def operations(form) -> int:
+    """Distinct operations of a form, once derivatives and tensor algebra are expanded: a number of the form alone."""
+    expanded = expand_derivatives(apply_algebra_lowering(form))
+    nodes = {node for integral in expanded.integrals() for node in unique_pre_traversal(integral.integrand())}
+    return sum(not node._ufl_is_terminal_ for node in nodes)

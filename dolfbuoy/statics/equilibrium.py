@@ -11,7 +11,7 @@ from ..model.hydrostatics import float_upright
 from ..model.lines import top_position
 from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
-from ..model.sea import heading
+from ..model.sea import heading, wind_at
 from . import catenary
 from .continuation import begin, march, solve_cable
 
@@ -200,16 +200,7 @@ def _horizontal_load(scene, hull):
     if scene.external_force:
         total[:2] += scene.external_force.force[:2]
     if scene.wind:
-        w = scene.wind
-        z = max(w.height, 0.1)
-        total += (
-            0.5
-            * w.drag_coefficient
-            * w.air_density
-            * w.area
-            * (w.speed_10m * (z / 10) ** (1 / 7)) ** 2
-            * heading(w.direction_deg)
-        )
+        total += wind_at(scene, max(scene.wind.height, 0.1))
     if scene.current:
         c, cable, rho = scene.current, scene.cable, scene.sea.density
         speed = c.speed if c.speed is not None else max(s for _, s in c.profile)

@@ -52,3 +52,9 @@ def errors(profile: Profile, exact: Catenary, points: int = 16) -> dict:
     in_slope = sum(square((r_prime - r_prime_exact)[..., k]) for k in range(3))
     norms = {"r_L2": in_r**0.5, "r_H1": (in_r + in_slope) ** 0.5, "T_L2": square(T - T_exact) ** 0.5}
     return norms | {"smallest_tension": float(T.min())}
+
+
+def unit_cable(mu: int, nu: int, cells: int, top: dict, **more) -> dict:
+    """A scene in air: a cable of length and weight 1, held at the origin, with elements P_mu-P_nu."""
+    cable = {"length": 1.0, "line_density": 1.0, "elements": cells, "position_degree": mu, "tension_degree": nu}
+    return {"gravity": 1.0, "cable": cable | {"top": top} | more}

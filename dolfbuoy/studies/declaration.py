@@ -67,6 +67,7 @@ class Declaration:
     options: list[Option] = field(default_factory=list)
     columns: dict = field(default_factory=dict)
     words: dict[str, str] = field(default_factory=dict)
+    data: dict = field(default_factory=dict)
 
     def say(self, sentence: str, **values) -> str:
         """A sentence with its numbers."""

@@ -9,16 +9,16 @@ A study is a file of words (see `declaration`) and a module that declares
 and where they are needed
 
     request(**options)          what `cases` and `tables` are called with, if not the options themselves
-    structure(case)             what decides which forms are compiled, see `parallel.cases`
+    STRUCTURE                   keys of a case that decide which forms are compiled, see `parallel.cases`
     compute(folder, **request)  the rows, None on all ranks but 0; for a study that is more than one list of cases
 
 The rows are the same for any number of ranks.
 """
 
 import csv
-import math
 from dataclasses import dataclass, field
 from importlib import import_module
+from operator import itemgetter
 from pathlib import Path
 from types import ModuleType
 
@@ -26,7 +26,6 @@ import matplotlib
 from matplotlib.figure import Figure
 from mpi4py import MPI
 
-from ..errors import InputError
 from ..parallel import cases as engine
 from ..results import style
 from ..results.tables import show
@@ -60,7 +59,11 @@ class Outcome:
 
 def run(study: ModuleType, folder: Path, **request) -> Outcome:
     """Compute what is missing, write the tables of a study into `folder` and show them."""
-    computed = rows_of(study, folder, **request)
+    if hasattr(study, "compute"):
+        computed = study.compute(folder, **request)
+    else:
+        structure = itemgetter(*study.STRUCTURE) if hasattr(study, "STRUCTURE") else None
+        computed = engine.evaluate_all(study.evaluate, study.cases(**request), folder, structure)
     tables = []
     if computed is not None:
         with matplotlib.rc_context(style.STYLE):
@@ -82,13 +85,6 @@ def run_command(name: str, out: Path | None, **options) -> bool:
     return run(study, out or Path("results") / f"study-{name}", **request).passed
 
 
-def rows_of(study: ModuleType, folder: Path, **request) -> list[dict] | None:
-    """Every case with its results; None on all ranks but 0."""
-    if hasattr(study, "compute"):
-        return study.compute(folder, **request)
-    return engine.evaluate_all(study.evaluate, study.cases(**request), folder, getattr(study, "structure", None))
-
-
 def save(folder: Path, table: Table) -> None:
     """Write the files of a table."""
     folder = Path(folder)
@@ -101,36 +97,3 @@ def save(folder: Path, table: Table) -> None:
         writer.writerows(table.rows)
     if table.figure is not None:
         style.save(table.figure, folder / table.name)
-
-
-# -- what several studies need -----------------------------------------------------------------------------------------
-
-
-def orders(rows: list[dict], error: str, size: str = "h") -> None:
-    """Add the observed order between consecutive rows as `order_<error>` (None in the first)."""
-    for before, row in zip([None, *rows], rows, strict=False):
-        row[f"order_{error}"] = None
-        if before and before[error] and row[error] and before[error] > 0 and row[error] > 0:
-            row[f"order_{error}"] = math.log(before[error] / row[error]) / math.log(before[size] / row[size])
-
-
-def groups(rows: list[dict], *keys: str) -> dict:
-    """Rows by their value of a key, by their values of several, in the order in which these come."""
-    found = {}
-    for row in rows:
-        values = tuple(row[key] for key in keys)
-        found.setdefault(values[0] if len(keys) == 1 else values, []).append(row)
-    return found
-
-
-def numbers(option: str, text: str | None, kind: type = float) -> list | None:
-    """Positive numbers with commas, or `none`; raises InputError that names the option."""
-    if text is None:
-        return None
-    try:
-        found = [kind(part) for part in text.split(",")] if text != "none" else []
-    except ValueError:
-        found = [-1]
-    if not all(0 < number < math.inf for number in found):
-        raise InputError(f"{option} {text}: must be positive numbers with commas.")
-    return found

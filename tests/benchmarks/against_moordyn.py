@@ -240,7 +240,6 @@ def main():
     parser.add_argument("--repeat-seconds", type=float, default=8.0, help="of a repeat, if a run takes four times it")
     options = parser.parse_args()
     options.repeats = options.repeats or (1 if options.quick else 5)
-    machine.wide_tables()
     options.budget = options.budget or (15.0 if options.quick else 150.0)
     compare(options)
 

@@ -12,8 +12,8 @@ from moordyn_input import Numerics
 from scipy.interpolate import CubicSpline
 
 from dolfbuoy.errors import SolveError
+from dolfbuoy.results import measured as acc
 from dolfbuoy.scene import Scene, load_scene, settings
-from dolfbuoy.studies.accuracy import measure as acc
 from dolfbuoy.studies.accuracy.advise import advise
 
 #: The whole run whose cost is compared [s].

@@ -4,7 +4,6 @@ import contextlib
 import importlib.metadata as metadata
 import os
 import platform
-import sys
 from pathlib import Path
 
 from dolfbuoy.solver import compat
@@ -22,12 +21,6 @@ def description() -> dict[str, str]:
 def sentence() -> str:
     """The description in one line."""
     return ", ".join(f"{name} {value}" for name, value in description().items()) + "."
-
-
-def wide_tables() -> None:
-    """Tables in a file or a pipe are not squeezed to 80 columns."""
-    if not sys.stdout.isatty():
-        os.environ.setdefault("COLUMNS", "190")
 
 
 def _processor():

@@ -14,8 +14,8 @@ import numpy as np
 from moordyn_input import Numerics
 
 from dolfbuoy.model.lines import top_position
+from dolfbuoy.results.measured import Run
 from dolfbuoy.scene import Scene
-from dolfbuoy.studies.accuracy.measure import Run
 
 #: Share of the largest stable step that is used.
 MARGIN = 0.95

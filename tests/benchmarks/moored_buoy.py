@@ -33,8 +33,8 @@ from dolfbuoy.api import solve_static
 from dolfbuoy.errors import SolveError
 from dolfbuoy.parallel.cases import fingerprint
 from dolfbuoy.results import compare
+from dolfbuoy.results import measured as acc
 from dolfbuoy.scene import Scene, load_scene, settings
-from dolfbuoy.studies.accuracy import measure as acc
 from dolfbuoy.studies.accuracy.advise import advise
 from dolfbuoy.studies.study import Table, save
 
@@ -257,7 +257,6 @@ def main():
     parser.add_argument("--repeat-seconds", type=float, default=15.0, help="of a repeat of MoorDyn")
     options = parser.parse_args()
     options.repeats = options.repeats or (1 if options.quick else 5)
-    machine.wide_tables()
     rows, notes = [], [machine.sentence()]
     for cable in ("short",) if options.quick else ("short", "long"):
         found, note = Comparison(cable, options).rows()

@@ -294,8 +294,6 @@ def main():
     if unknown := set(options.studies) - set(STUDIES):
         parser.error(f"no study {', '.join(sorted(unknown))}; there are {', '.join(STUDIES)}")
 
-    machine.wide_tables()
-
     def ask(**case):
         do = evaluate_sweep if "sweep" in case else evaluate
         found = kept(do, case | {"sources": fingerprint()}, options.out, lambda c: print(c, file=sys.stderr))

@@ -83,7 +83,8 @@ ORDERS = {"backward-euler": (0.8, 1.3), "bdf2": (1.7, 3.5), "generalized-alpha":
     "scene", [CABLE, INEXTENSIBLE, DAMPED, BUOY], ids=["elastic", "inextensible", "damped", "buoy"]
 )
 def test_defect_of_the_balance_has_the_order_of_the_scheme(scene, scheme):
-    steps = [0.04, 0.02, 0.01] if scene is BUOY and scheme == "bdf2" else [0.04, 0.02]
+    slow = (scene is BUOY and scheme == "bdf2") or (scene is DAMPED and scheme == "backward-euler")
+    steps = [0.04, 0.02, 0.01] if slow else [0.04, 0.02]  # where the order shows late
     found = [energy.evaluate({"scene": scene, "t_end": 5.0, "step": h, "scheme": scheme}) for h in steps]
     last = found[-1]
     assert last["drag"] < 0

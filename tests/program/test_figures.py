@@ -13,11 +13,11 @@ from matplotlib.image import imread
 
 from dolfbuoy import InputError, simulate
 from dolfbuoy.forms import sea
-from dolfbuoy.model.sea import heading, ramp, wavenumber
+from dolfbuoy.model.sea import elevation_at, heading, ramp, velocity_at, wavenumber
 from dolfbuoy.results import record as results
 from dolfbuoy.results.figures import draw_all
 from dolfbuoy.results.paraview import export, hull_surface
-from dolfbuoy.results.snapshot import Water, snapshot
+from dolfbuoy.results.snapshot import snapshot
 from dolfbuoy.scene import load_scene
 
 WAVES = {"amplitude": 0.8, "period": 5.0, "ramp": 3.0, "direction_deg": 25.0, "phase_deg": 40.0}
@@ -200,7 +200,7 @@ def test_water_in_pictures_is_the_water_of_the_forms(stretching, profile):
     current = {"direction_deg": 70.0, "profile": profile} | ({} if isinstance(profile, list) else {"speed": 0.7})
     data = {"waves": {**WAVES, "stretching": stretching}, "current": current}
     scene = load_scene({key: MOORED[key] for key in ("sea", "buoy")} | data)
-    t, water = 1.3, Water(scene)
+    t = 1.3
     c, s, _ = heading(25.0)
     omega = 2 * math.pi / 5.0
     wave = sea.Wave(
@@ -215,8 +215,10 @@ def test_water_in_pictures_is_the_water_of_the_forms(stretching, profile):
         flow = sea.uniform_current(velocity) if uniform else sea.power_law_current(velocity, 20.0, 1 / 7)
     for x in ([1.0, 2.0, -7.0], [4.0, -3.0, 0.2], [0.0, 0.0, -0.3], [11.0, 5.0, -19.99]):
         expected = sea.flow(x, wave, flow)
-        assert water.elevation(x, t) == pytest.approx(float(expected.elevation), rel=1e-13)
-        np.testing.assert_allclose(water.velocity(x, t), [float(expected.velocity[i]) for i in range(3)], rtol=1e-12)
+        assert elevation_at(scene, t, x) == pytest.approx(float(expected.elevation), rel=1e-13)
+        np.testing.assert_allclose(
+            velocity_at(scene, t, x), [float(expected.velocity[i]) for i in range(3)], rtol=1e-12
+        )
 
 
 def test_a_folder_without_a_run(tmp_path):

@@ -18,10 +18,9 @@ from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start_scenes
 
 import dolfbuoy
-from dolfbuoy import api
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.results import checkpoint
+from dolfbuoy.results import checkpoint, recorder
 from dolfbuoy.results.record import read
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}
@@ -59,9 +58,9 @@ def stop_after(steps):
 def few_checkpoints(monkeypatch):
     """A checkpoint about every eighth step, however fast the machine is: a clock that ticks when it is looked at."""
     ticks = itertools.count()
-    monkeypatch.setattr(api, "clock", SimpleNamespace(monotonic=lambda: float(next(ticks))))
-    monkeypatch.setattr(api.Recorder, "pause", 7.0)
-    monkeypatch.setattr(api.Recorder, "share", 1e9)
+    monkeypatch.setattr(recorder, "clock", SimpleNamespace(monotonic=lambda: float(next(ticks))))
+    monkeypatch.setattr(recorder.Recorder, "pause", 7.0)
+    monkeypatch.setattr(recorder.Recorder, "share", 1e9)
 
 
 def assert_same(run, expected):
@@ -139,11 +138,11 @@ RANKS = """
 import itertools, json, sys
 from types import SimpleNamespace
 import dolfbuoy
-from dolfbuoy import api
+from dolfbuoy.results import recorder
 
 ticks, what = itertools.count(), sys.argv[2]
-api.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
-api.Recorder.pause, api.Recorder.share = 7.0, 1e9
+recorder.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
+recorder.Recorder.pause, recorder.Recorder.share = 7.0, 1e9
 
 def stop(simulation, iterations):
     if simulation.control.accepted == 20:
@@ -331,12 +330,12 @@ SHORT_OF_SPACE = """
 import itertools, resource, sys
 from types import SimpleNamespace
 from mpi4py import MPI  # has files of its own
-from dolfbuoy import api
+from dolfbuoy.results import recorder
 from dolfbuoy.commands import main as cli
 
 ticks = itertools.count()
-api.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
-api.Recorder.pause, api.Recorder.share = 50.0, 1e9
+recorder.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
+recorder.Recorder.pause, recorder.Recorder.share = 50.0, 1e9
 limit = int(sys.argv.pop(1))
 resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 cli.main()

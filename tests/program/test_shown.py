@@ -13,6 +13,7 @@ from dynamics_helpers import MOORED, merged, rotation_matrix
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.model.sea import wavenumber
 from dolfbuoy.results import figures
 from dolfbuoy.results.observe import cone_angle
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
@@ -160,7 +161,7 @@ def test_what_a_snapshot_knows():
     np.testing.assert_allclose(place, C + (2.0 - center) * R[:, 2])
     np.testing.assert_allclose(force, [300, -400, 1200])
     np.testing.assert_allclose(at, C + (2.6 - center) * R[:, 2])
-    k = now.water.k
+    k = wavenumber(SCENE)
     c, s = math.cos(math.radians(30)), math.sin(math.radians(30))
     ramp = SCENE.waves.ramp
     assert ramp <= 12.0

@@ -30,13 +30,13 @@ ROD = {
 SCRIPT = """
 import os, sys
 from mpi4py import MPI
-from dolfbuoy import api
+from dolfbuoy.results import recorder
 from dolfbuoy.commands import main as cli
 from dolfbuoy.errors import InputError, SolveError
 
 rank, fault = MPI.COMM_WORLD.rank, sys.argv.pop(1)
 open(f"pid-{rank}", "w").write(str(os.getpid()))
-whole, calls = api.Recorder.add, []
+whole, calls = recorder.Recorder.add, []
 
 def add(self, *values):
     calls.append(values)
@@ -49,7 +49,7 @@ def add(self, *values):
             raise ZeroDivisionError("of the test")
     return whole(self, *values)
 
-api.Recorder.add = add
+recorder.Recorder.add = add
 cli.main()
 """
 

@@ -11,15 +11,15 @@ import pytest
 from dolfbuoy import simulate
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.results import compare
+from dolfbuoy.results import measured as acc
 from dolfbuoy.results.compare import Reference
+from dolfbuoy.results.measured import Run
 from dolfbuoy.scene import load_scene, settings
 from dolfbuoy.scene.settings import Space, Stepping
 from dolfbuoy.studies.accuracy import advise as advice
-from dolfbuoy.studies.accuracy import measure as acc
 from dolfbuoy.studies.accuracy import pilot as pilots
 from dolfbuoy.studies.accuracy import work_precision as study
-from dolfbuoy.studies.accuracy.measure import Run
-from dolfbuoy.studies.study import numbers, run
+from dolfbuoy.studies.study import run
 
 CABLE = {
     "length": 11.0,
@@ -156,13 +156,13 @@ def test_pareto_front():
 
 @pytest.mark.parametrize(("text", "value"), [("1%", 0.01), ("1 %", 0.01), (" 0.01 ", 0.01), ("0.5%", 0.005)])
 def test_accuracy_is_understood(text, value):
-    assert acc.parse_accuracy(text) == pytest.approx(value)
+    assert compare.parse_accuracy(text) == pytest.approx(value)
 
 
 @pytest.mark.parametrize("text", ["", "%", "one", "0", "-1%", "60%", "1", "nan", "inf %", "1e-9"])
 def test_accuracy_is_refused(text):
     with pytest.raises(InputError, match="--accuracy"):
-        acc.parse_accuracy(text)
+        compare.parse_accuracy(text)
 
 
 def test_other_bad_options_are_refused():
@@ -170,12 +170,12 @@ def test_other_bad_options_are_refused():
         acc.check_quantity(load_scene(DRIVEN), "cone_angle")
     for text in ("2", "1-1", "2-1-0", "a-b"):
         with pytest.raises(InputError, match="--pairs"):
-            study.parse_pairs(text)
-    assert study.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
+            settings.parse_pairs(text)
+    assert settings.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
     with pytest.raises(InputError, match="--cells"):
-        numbers("--cells", "4,-1", int)
+        settings.parse_numbers("--cells", "4,-1", int)
     with pytest.raises(InputError, match="--schemes"):
-        study.parse_schemes("bdf2,euler")
+        settings.parse_schemes("bdf2,euler")
 
 
 def test_settings_reach_the_scene():
@@ -198,7 +198,7 @@ def test_curve_follows_powers_and_is_safe():
     assert curve(0.05) == pytest.approx(0.01)
     assert curve(0.4) == pytest.approx(0.16)
     assert curve(0.5) == math.inf
-    sizes = pilots.nice_numbers(0.01, 0.4)
+    sizes = compare.nice_numbers(0.01, 0.4)
     assert curve.largest(0.041, sizes) == 0.1
     assert {0.01, 0.064, 0.4} <= set(sizes)
 

@@ -12,7 +12,7 @@ from dynamics_helpers import MOORED, merged
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.model import effects
-from dolfbuoy.studies.accuracy import measure as acc
+from dolfbuoy.results import measured as acc
 from dolfbuoy.studies.physics import effects as study
 from dolfbuoy.studies.study import run
 

@@ -25,13 +25,13 @@ def family(order, constant, sizes=(0.1, 0.05, 0.025), work=0.2):
 def test_what_an_accuracy_needs():
     """Powers are met exactly, between the measurements and beyond; where the coarsest is good enough it is taken."""
     points = family(2, 4.0)
-    between, beyond = text.reach(points, 0.01), text.reach(points, 0.0001)
+    between, beyond = compare.reach(points, 0.01), compare.reach(points, 0.0001)
     assert (between["size"], between["seconds"]) == pytest.approx((0.05, 4.0))
     assert (beyond["size"], beyond["seconds"]) == pytest.approx((0.005, 40.0))
     assert (between["note"], beyond["note"]) == ("", "extrapolated")
-    assert text.reach(points, 0.5) == {"size": 0.1, "seconds": pytest.approx(2.0), "note": "at_most"}
-    assert text.reach(points[:1], 0.01) is None
-    assert text.reach(family(0, 0.1), 0.01) is None  # no order: nothing is promised
+    assert compare.reach(points, 0.5) == {"size": 0.1, "seconds": pytest.approx(2.0), "note": "at_most"}
+    assert compare.reach(points[:1], 0.01) is None
+    assert compare.reach(family(0, 0.1), 0.01) is None  # no order: nothing is promised
 
 
 def judged(name, euler, second, period=5.0):

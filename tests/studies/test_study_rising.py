@@ -96,9 +96,12 @@ class Stubborn:
     """A problem whose Newton fails if the end moves by more than `reach`."""
 
     def __init__(self, reach):
-        self.system = self.cable = self
-        self.reach, self.top_dofs, self.u = reach, np.arange(3), np.array([0.01, 0.0, 0.8])
+        self.system = self.lines = self.newton = self
+        self.reach, self.u = reach, np.array([0.01, 0.0, 0.8])
         self.solved = [0.8]
+
+    def top_dofs(self):
+        return np.arange(3)
 
     def solve(self):
         if self.u[2] - self.solved[-1] > self.reach:

@@ -41,8 +41,8 @@ def test_floor_calls_what_the_run_called(monkeypatch):
     called = []
     assemblers = SimpleNamespace(residuals=lambda: called.append("R"), jacobians=lambda: called.append("J"))
     monkeypatch.setattr(floor, "Assemblers", lambda system: assemblers)
-    monkeypatch.setattr(floor, "direct_solver", lambda system: (lambda: called.append("F"), lambda: called.append("S")))
-    floor.back_to_back(None)(6, 8, 2)
+    monkeypatch.setattr(floor, "direct_solver", lambda newton: (lambda: called.append("F"), lambda: called.append("S")))
+    floor.back_to_back(SimpleNamespace(system=None))(6, 8, 2)
     assert "".join(called) == "SRSRJFSRRSRSRJFSRR"
 
 

@@ -8,16 +8,18 @@ import matplotlib
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
+from ...results import measured as acc
 from ...results.compare import percent
+from ...results.measured import QUANTITIES
 from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_ticks
-from ...results.tables import show
+from ...results.tables import groups, show
 from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
-from ..study import Table, groups, save
-from . import measure as acc
-from .measure import QUANTITIES
+from ..declaration import declared
+from ..study import Table, save
 from .pilot import ALPHA, Candidate, Pilot
 
+WORDS = declared(__file__)
 #: Share of the accuracy that a prediction may use.
 TARGET = 0.7
 
@@ -95,9 +97,6 @@ def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI
     return found if comm.rank == 0 else told
 
 
-# -- output ------------------------------------------------------------------------------------------------------------
-
-
 def sentences(advice: Advice) -> list[str]:
     """The advice in words."""
     pilot, choice = advice.pilot, advice.choice
@@ -133,18 +132,10 @@ def table_rows(advice: Advice) -> list[dict]:
     return rows
 
 
-COLUMNS = {
-    "settings": "settings",
-    "predicted_percent": "error [%]",
-    "predicted_seconds": "time [s]",
-    "remark": "remark",
-}
-
-
 def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:
     """Print the advice; save table, measurements and figure in `folder`, the scene at `write`."""
     rows, said = table_rows(advice), sentences(advice)
-    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
+    show(WORDS.say("title"), rows, WORDS.columns, said)
     if folder is not None:
         save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))

@@ -11,13 +11,15 @@ import numpy as np
 from mpi4py import MPI
 
 from ...errors import InputError
+from ...results.compare import orders
 from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...results.tables import groups
 from ...scene import load_scene
 from ...statics import catenary
 from ...statics.equilibrium import solve_equilibrium
-from ...statics.profile import Profile, errors
+from ...statics.profile import Profile, errors, unit_cable
 from ..declaration import declared
-from ..study import Table, groups, orders
+from ..study import Table
 
 FORCE = (0.5, 0.0, 0.75)
 #: EA/(w L) for which FORCE stretches the cable to exactly 1.5 L.
@@ -38,9 +40,6 @@ ERRORS = {"r_L2": "r, L2", "r_H1": "r, H1", "T_L2": "T, L2"}
 ROUNDING = {"r_L2": 2e-13, "r_H1": 2e-12, "T_L2": 2e-13}
 
 
-# -- what is asked for -------------------------------------------------------------------------------------------------
-
-
 def parse_figures(text: str) -> tuple[int, ...]:
     """`2`, `3`, `4` or `all`."""
     if text not in ("all", *map(str, FIGURES)):
@@ -57,14 +56,12 @@ def parse_cells(text: str) -> tuple[int, ...]:
 
 
 WORDS = declared(__file__)
+STRUCTURE = ("material", "strain", "end", "mu", "nu")
 
 
 def request(figure: str, cells: str) -> dict:
     """What `cases` and `tables` take."""
     return {"figures": parse_figures(figure), "cells": parse_cells(cells)}
-
-
-# -- cases -------------------------------------------------------------------------------------------------------------
 
 
 def cases(figures=tuple(FIGURES), cells=CELLS) -> list[dict]:
@@ -83,24 +80,15 @@ def _of(figure, end, cells):
     ]
 
 
-STRUCTURE = ("material", "strain", "end", "mu", "nu")
-
-
-def structure(case: dict) -> tuple:
-    """What decides which forms are compiled."""
-    return tuple(case[key] for key in STRUCTURE)
-
-
 def evaluate(case: dict) -> dict:
     """Solve one case on this rank: errors of r in L2 and H1 and of T in L2, smallest T_h."""
     elastic = case["material"] == "elastic"
     EA, end = EA_50_PERCENT if elastic else math.inf, ENDS[case["material"]]
     neumann = case["end"] == "Neumann"
-    cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": EA, "elements": case["cells"]}
-    cable |= {"position_degree": case["mu"], "tension_degree": case["nu"], "strain": case["strain"]}
-    cable["top"] = {"kind": "free", "force": FORCE} if neumann else {"kind": "fixed", "position": end}
-    solver = {"quadrature_degree": 20} if elastic else {}  # (1+e) in a denominator: exact to rounding
-    problem = solve_equilibrium(load_scene({"gravity": 1.0, "cable": cable, "solver": solver}), MPI.COMM_SELF)
+    top = {"kind": "free", "force": FORCE} if neumann else {"kind": "fixed", "position": end}
+    scene = unit_cable(case["mu"], case["nu"], case["cells"], top, axial_stiffness=EA, strain=case["strain"])
+    scene["solver"] = {"quadrature_degree": 20} if elastic else {}  # (1+e) in a denominator: exact to rounding
+    problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
     profile = Profile(problem)
     problem.destroy()
     closed_form, given = (catenary.under_end_force, FORCE) if neumann else (catenary.between, end)
@@ -197,8 +185,6 @@ def _averaged_in_words(rows):
     numbers = {"cells": a["cells"], "error": a[key], "exact": e[key], "name": ERRORS[key]}
     return [WORDS.say("averaged", of_T=of_T, pair=_pair(a), **numbers)]
 
-
-# -- figure ------------------------------------------------------------------------------------------------------------
 
 MARKERS = "os^D"
 

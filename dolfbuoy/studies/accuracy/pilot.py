@@ -14,26 +14,14 @@ import numpy as np
 
 from ...errors import InputError, SolveError
 from ...results import compare
+from ...results import measured as acc
 from ...results.compare import Curve, Reference, percent
 from ...scene import Scene, settings
 from ...scene.settings import Space, Stepping
-from . import measure as acc
 
 #: Share of the accuracy that each reference's own error may take.
 OWN = 1 / 8
-#: Numbers that steps are rounded down to, times a power of ten.
-NICE = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8)
 ALPHA = "generalized-alpha"
-
-
-# -- prediction --------------------------------------------------------------------------------------------------------
-
-
-def nice_numbers(low: float, high: float) -> list[float]:
-    """Rounded numbers between two positive ones."""
-    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    numbers = [float(f"{m}e{p}") for p in powers for m in NICE]
-    return [x for x in numbers if low <= x <= high * (1 + 1e-9)]
 
 
 @dataclass
@@ -48,9 +36,6 @@ class Candidate:
 
     def __str__(self):
         return f"{self.space}{self.stepping}"
-
-
-# -- pilot -------------------------------------------------------------------------------------------------------------
 
 
 @dataclass
@@ -222,7 +207,7 @@ class Pilot:
             for (scheme, adaptive), curve in self.time_curves.items():
                 if len(curve.x) == 0:
                     continue
-                x = curve.largest(target - in_space, nice_numbers(curve.x[0] / 1e3, curve.x[-1]))
+                x = curve.largest(target - in_space, compare.nice_numbers(curve.x[0] / 1e3, curve.x[-1]))
                 if x is None:
                     continue
                 seconds = self.seconds(space, scheme, adaptive, x)

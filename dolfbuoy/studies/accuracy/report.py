@@ -23,19 +23,19 @@ from mpi4py import MPI
 
 from ...motion.schemes import make_scheme
 from ...motion.simulation import Simulation
-from ...parallel.cases import evaluate_all
+from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
+from ...results import measured as acc
 from ...results.compare import Reference
+from ...results.measured import Run
 from ...results.style import STYLE
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ..study import Table, save
 from ..study import run as run_study
 from . import convergence
-from . import measure as acc
 from . import report_text as text
 from . import work_precision as wp
-from .measure import Run
 from .report_text import ALPHA, BDF2, BE, PERIOD, SWING
 
 SECOND = (BDF2, ALPHA)
@@ -78,9 +78,6 @@ _PLANS = tomllib.loads(Path(__file__).with_name("report_plans.toml").read_text(e
 FULL, QUICK = ({name: _plan(**plan) for name, plan in _PLANS[kind].items()} for kind in ("full", "quick"))
 
 
-# -- cases -------------------------------------------------------------------------------------------------------------
-
-
 def settings_of(scene: Scene, plan: Plan) -> list[tuple[Space, Stepping]]:
     """All combinations of elements and steps that are run, each once."""
     own = settings.space_of(scene)
@@ -105,13 +102,13 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
         "whole_own": (whole, own, settings.stepping_of(scene)),
         "whole": (whole, own, Stepping(ALPHA, whole_step)),
     }
-    return {name: acc.with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
+    return {name: with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
 
 
 def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path) -> list[dict]:
     """The cases of the figure; the quantities of those on the scene's own elements are kept."""
     own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
-    return [acc.with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
+    return [with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
 
 
 def pendulum(scheme: str, step: float, end: float) -> dict:
@@ -145,9 +142,6 @@ def pendulum_cases(quick: bool) -> list[dict]:
     """Every scheme at the paper's step over the paper's run."""
     end = 12.0 if quick else 120.0
     return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
-
-
-# -- judgement of one scene --------------------------------------------------------------------------------------------
 
 
 def examine(name: str, plan: Plan, folder: Path) -> dict | None:
@@ -213,9 +207,6 @@ def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
     return rows
 
 
-# -- command -----------------------------------------------------------------------------------------------------------
-
-
 def run(folder: Path, quick: bool = False) -> None:
     """Compute what is missing, then write report.md, report.json and the figures into `folder`.
 
@@ -230,7 +221,7 @@ def run(folder: Path, quick: bool = False) -> None:
     scenes = [examine(name, plan, folder) for name, plan in (QUICK if quick else FULL).items()]
     if not static:
         return
-    facts = {"quick": quick, "machine": text.machine(), "static": text.static_rows(static["figure2-neumann"])}
+    facts = {"quick": quick, "machine": acc.machine(), "static": text.static_rows(static["figure2-neumann"])}
     facts |= {"pendulum": free, "scenes": [text.judge(facts_of_scene) for facts_of_scene in scenes]}
     facts["recommendations"] = text.recommendations(facts)
     save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))

@@ -1,18 +1,16 @@
 """Judgement and words of `report`: what the rows of its cases say, as tables, sentences and recommendations."""
 
 import math
-import platform
 from pathlib import Path
 
 import matplotlib
-import numpy as np
 
 from ...results import compare
-from ...results.compare import Curve
+from ...results import measured as acc
+from ...results.compare import Curve, reach
 from ...results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
 from ...scene import settings
 from ..declaration import declared
-from . import measure as acc
 from . import work_precision as wp
 
 WORDS = declared(__file__)
@@ -22,39 +20,6 @@ QUANTITY = "tension_top"
 BE, BDF2, ALPHA = settings.SCHEMES
 #: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
 PERIOD, SWING = 5.0, 0.02
-
-
-def machine() -> str:
-    """The processor on which the times were taken."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.machine()
-
-
-# -- what it takes to reach an accuracy --------------------------------------------------------------------------------
-
-
-def reach(points, accuracy: float) -> dict | None:
-    """Size and seconds at which a family has this error; points: (size, error, seconds), errors grow with the size.
-
-    Powers between the measurements, and beyond the finest (`extrapolated`), where the work is inverse to the size; the
-    coarsest as it is, if that is good enough (`at_most`).  None of fewer than two points, or where they have no order.
-    """
-    points = sorted(point for point in points if point[1])
-    curve = Curve([point[:2] for point in points])
-    if len(points) < 2 or curve.order < 0.3:
-        return None
-    sizes, seconds = np.log([p[0] for p in points]), np.log([p[2] for p in points])
-    if accuracy >= curve.error[-1]:
-        size, beyond = curve.x[-1], "at_most"
-    elif accuracy < curve.error[0]:
-        size, beyond = curve.x[0] * (accuracy / curve.error[0]) ** (1 / curve.order), "extrapolated"
-    else:
-        size, beyond = math.exp(np.interp(math.log(accuracy), np.log(curve.error), np.log(curve.x))), ""
-    wall = math.exp(np.interp(math.log(size), sizes, seconds)) * max(1.0, curve.x[0] / size)
-    return {"size": float(size), "seconds": wall, "note": beyond}
 
 
 def own_elements(rows: list[dict]) -> list[dict]:

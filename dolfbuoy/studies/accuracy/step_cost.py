@@ -17,9 +17,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from mpi4py import MPI
 
-from ...api import Recorder
 from ...errors import InputError
 from ...motion.simulation import Simulation
+from ...results.recorder import Recorder
 from ...results.style import COLORS, PAGE, new_figure
 from ...scene import load_scene
 from ...solver import compat, floor
@@ -42,9 +42,6 @@ def typical(function, count: int = 60) -> float:
         function()
         times.append(time.process_time() - begin)
     return float(np.median(times))
-
-
-# -- runs --------------------------------------------------------------------------------------------------------------
 
 
 def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
@@ -137,9 +134,6 @@ def _split(groups, factorisation, solve, steps):
         "ratio of a step": float(np.median((groups["steps"] + groups["record"]) / groups["floor"])),
         "milliseconds per step": 1e3 * (spent["steps"] + spent["record"]) / steps,
     }
-
-
-# -- the study ---------------------------------------------------------------------------------------------------------
 
 
 def compute(folder, scene: str, steps: int) -> list[dict]:

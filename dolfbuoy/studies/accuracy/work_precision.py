@@ -6,92 +6,46 @@ three times that is not resolved.
 """
 
 import itertools
+from operator import itemgetter
 
 from matplotlib.lines import Line2D
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
-from ...parallel.cases import evaluate_all
+from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
+from ...results import measured as acc
 from ...results.compare import Error, Reference, percent
+from ...results.measured import Run
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure, plain_ticks
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ..declaration import declared
-from ..study import Table, numbers
-from . import measure as acc
-from .measure import Run
+from ..study import Table
 
 ACCURACIES = (0.1, 0.01, 0.001)
 #: What of a case is not shown.
 HIDDEN = ("study", "scene", "reference", "file")
 
-
-# -- what is asked for -------------------------------------------------------------------------------------------------
-
-
-def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
-    """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
-    if text is None:
-        return None
-    try:
-        pairs = [tuple(int(degree) for degree in pair.upper().replace("P", "").split("-")) for pair in text.split(",")]
-        good = all(len(pair) == 2 and 0 <= pair[1] < pair[0] <= 8 for pair in pairs)
-    except ValueError:
-        good = False
-    if not good:
-        raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
-    return pairs
-
-
-def parse_schemes(text: str | None) -> list[str] | None:
-    """Names with commas; raises InputError."""
-    schemes = text.split(",") if text else None
-    if schemes and not set(schemes) <= set(settings.SCHEMES):
-        raise InputError(f"--schemes {text}: must be some of {', '.join(settings.SCHEMES)}, with commas.")
-    return schemes
-
-
 WORDS = declared(__file__)
+#: What decides which forms are compiled.
+structure = itemgetter("pair")
 
 
 def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
     """The scene until t_end, by default the ramp and four periods, and the settings."""
     return {
         "scene": settings.shortened(load_scene(scene), t_end, periods=4),
-        "pairs": parse_pairs(pairs),
-        "cells": numbers("--cells", cells, int),
-        "schemes": parse_schemes(schemes),
-        "steps": numbers("--steps", steps),
-        "tolerances": numbers("--tolerances", tolerances),
+        "pairs": settings.parse_pairs(pairs),
+        "cells": settings.parse_numbers("--cells", cells, int),
+        "schemes": settings.parse_schemes(schemes),
+        "steps": settings.parse_numbers("--steps", steps),
+        "tolerances": settings.parse_numbers("--tolerances", tolerances),
         "repeats": repeats,
     }
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
-
-
-def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
-    """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
-    if scene.cable is None:
-        return [Space()]
-    n = settings.space_of(scene).cells
-    cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
-    return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
-
-
-def default_steps(scene: Scene) -> list[float]:
-    """From a fiftieth of the period down to a 500th, or from the scene's step up."""
-    period = settings.period_of(scene)
-    steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
-    return [float(f"{step:.2g}") for step in steps]
-
-
-def steppings(schemes, steps, tolerances) -> list[Stepping]:
-    """Fixed steps of every scheme, and tolerances of those of second order."""
-    fixed = [Stepping(scheme, step) for scheme in schemes for step in steps]
-    second = [scheme for scheme in schemes if scheme != "backward-euler"]
-    return fixed + [Stepping(scheme, min(steps), tol) for scheme in second for tol in tolerances]
 
 
 def finest(spaces_: list[Space], steps) -> tuple[Space, float]:
@@ -107,7 +61,7 @@ def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     space, step = finest(spaces_, steps)
     coarse = Space(space.mu, space.nu, space.cells // 2)
     return [
-        acc.with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
+        with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
         for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))
     ]
 
@@ -124,11 +78,6 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
     what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
     changed = settings.with_settings(scene, space, stepping).to_dict()
     return {"study": f"work-precision {kind}", **what, "tolerance": stepping.tolerance, "scene": changed}
-
-
-def structure(case: dict) -> tuple:
-    """What decides which forms are compiled."""
-    return (case["pair"],)
 
 
 def evaluate_reference(case: dict) -> dict:
@@ -314,9 +263,9 @@ def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=No
         raise InputError("Missing section [time]: a run needs at least its keys end and step.")
     if not acc.quantities_of(scene):
         raise InputError("This scene has none of the quantities that the study compares.")
-    steps = steps or default_steps(scene)
-    room = spaces(scene, pairs, cells)
-    chosen = itertools.product(room, steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
+    steps = steps or settings.default_steps(scene)
+    room = settings.spaces(scene, pairs, cells)
+    chosen = itertools.product(room, settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
     fine = reference_cases(scene, room, steps, folder)
     evaluate_all(evaluate_reference, fine, folder, structure)
     found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)

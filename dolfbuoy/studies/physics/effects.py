@@ -13,26 +13,28 @@ What a buoy is made of (point masses, inertia) is no effect: nothing in the form
 
 import math
 import time as clock
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
-from ufl.algorithms import expand_derivatives
-from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
-from ufl.corealg.traversal import unique_pre_traversal
 
 from ...errors import InputError, SolveError
 from ...model import effects as model
 from ...motion.simulation import Simulation
-from ...parallel.cases import evaluate_all
+from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
+from ...results import measured as acc
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
-from ..accuracy import measure as acc
+from ...solver import floor
 from ..declaration import declared
-from ..study import Table, groups
+from ..study import Table
 
 WORDS = declared(__file__)
+#: What decides which forms of a base are compiled.
+structure = itemgetter("base")
 
 #: Steps of both scenes that are timed in turn.
 TIMED = 200
@@ -42,7 +44,7 @@ def request(scene, t_end: float | None, threshold: str) -> dict:
     """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
     return {
         "scene": settings.shortened(load_scene(scene), t_end),
-        "threshold": acc.parse_accuracy(threshold, "--threshold"),
+        "threshold": compare.parse_accuracy(threshold, "--threshold"),
     }
 
 
@@ -64,7 +66,7 @@ BASES = {"full": {}, "barest": {"only": []}}
 def base_cases(scene: Scene, folder) -> list[dict]:
     """The full scene and the barest one, each with the file of its run."""
     whole = scene.to_dict()
-    return [acc.with_file({"study": "effects base", "scene": whole, "base": base}, folder, base) for base in BASES]
+    return [with_file({"study": "effects base", "scene": whole, "base": base}, folder, base) for base in BASES]
 
 
 def cases(scene: Scene, bases: list[dict]) -> list[dict]:
@@ -79,11 +81,6 @@ def _case(scene, bases, mode, name, choice, base):
     files = {case["base"]: case["file"] for case in bases}
     row = {"study": "effects", "mode": mode, "effect": name, "choice": choice, "base": base}
     return row | {"files": files, "scene": scene.to_dict()}
-
-
-def structure(case: dict) -> str:
-    """What decides which forms of a base are compiled."""
-    return case["base"]
 
 
 def evaluate_base(case: dict) -> dict:
@@ -149,20 +146,9 @@ def _costs(pair, spent):
     for prefix, simulation in (("", changed), ("base_", base)):
         system = simulation.problem.system
         costs[f"{prefix}unknowns"] = system.unknowns
-        costs[f"{prefix}operations"] = operations(simulation.problem)
+        costs[f"{prefix}operations"] = sum(floor.operations(form) for _, form in simulation.problem.residuals())
         costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
     return costs
-
-
-def operations(problem) -> int:
-    """Distinct operations in the residual forms of a dynamic Problem, see above."""
-    return sum(_operations(form) for _, form in problem.residuals())
-
-
-def _operations(form):
-    expanded = expand_derivatives(apply_algebra_lowering(form))
-    nodes = {node for integral in expanded.integrals() for node in unique_pre_traversal(integral.integrand())}
-    return sum(not node._ufl_is_terminal_ for node in nodes)
 
 
 def largest(row: dict, names, prefix="change_") -> tuple[float, str]:

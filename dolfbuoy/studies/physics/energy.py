@@ -16,12 +16,15 @@ from mpi4py import MPI
 from ...errors import InputError
 from ...motion.energy import STORED, Meter
 from ...motion.simulation import Simulation
+from ...results.compare import orders
 from ...results.style import PAGE, new_figure
-from ...scene import load_scene
+from ...results.tables import groups
+from ...scene import load_scene, settings
 from ..declaration import declared
-from ..study import Table, groups, numbers, orders
+from ..study import Table
 
 WORDS = declared(__file__)
+STRUCTURE = ("scene",)
 
 SCHEMES = ("backward-euler", "bdf2", "generalized-alpha")
 SCENES = {"driven": (60.0, (0.04, 0.02, 0.01)), "short": (40.0, (0.04, 0.02, 0.01))}
@@ -69,14 +72,9 @@ def cases(scene: str | None = None, t_end: float | None = None, steps=None) -> l
     ]
 
 
-def structure(case: dict) -> str:
-    """What decides which forms are compiled."""
-    return case["scene"]
-
-
 def request(steps: str | None, **given) -> dict:
     """What `cases` takes."""
-    return {"steps": numbers("--steps", steps), **given}
+    return {"steps": settings.parse_numbers("--steps", steps), **given}
 
 
 def tables(rows: list[dict], **_) -> list[Table]:

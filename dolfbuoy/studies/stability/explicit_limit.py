@@ -23,12 +23,14 @@ from scipy.linalg import eigh
 from ...errors import InputError
 from ...meshes import cable_nodes
 from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...results.tables import groups
 from ...scene import load_scene
 from ...solver import compat
 from ..declaration import declared
-from ..study import Table, groups
+from ..study import Table
 
 WORDS = declared(__file__)
+STRUCTURE = ("degree",)
 
 DEGREES = (1, 2, 3, 4)
 SIZES = (1, 2, 4, 10, 20, 100)
@@ -37,16 +39,7 @@ ENDS = ("free-free", "fixed-free", "fixed-fixed")
 SCHEMES = {"central": 2.0, "RK4": 2 * math.sqrt(2)}
 
 #: The example of Sect. 4.1 and the cables of Sect. 5, with the step of Sect. 5.
-PAPER = {
-    "Sect. 4.1": {"length": 1000.0, "elements": 100, "rho0": 27.6, "EA": 2.3e8},
-    "short": {"length": 22.0, "elements": 20, "rho0": 27.6, "EA": 2.3e8},
-    "long": {"length": 750.0, "elements": 200, "rho0": 9.3, "EA": 2.3e8},
-}
-for _cable in PAPER.values():
-    _cable |= {"grading": 1.0, "degree": 1, "end": "fixed-free", "step": 0.01}
-
-
-# -- eigenvalues -------------------------------------------------------------------------------------------------------
+PAPER = {name: WORDS.data["all"] | cable for name, cable in WORDS.data["cables"].items()}
 
 
 def matrices(nodes, degree: int, rho0: float, EA: float):
@@ -113,14 +106,6 @@ def evaluate(case: dict) -> dict:
     return (eigenvalues if case["study"] == "eigenvalues" else steps)(case)
 
 
-def structure(case: dict) -> int:
-    """What decides which forms are compiled."""
-    return case["degree"]
-
-
-# -- cases -------------------------------------------------------------------------------------------------------------
-
-
 def cable_of(scene: str) -> dict:
     """What the limit depends on, from the scene; a cable that hangs from a buoy counts as free there.
 
@@ -155,9 +140,6 @@ def cases(cables: dict[str, dict], sizes=SIZES, degrees=DEGREES) -> list[dict]:
             own = degree == cable["degree"] and not lumped
             result.append({"study": "steps", "scene": name, **cable, "degree": degree, "lumped": lumped, "own": own})
     return result
-
-
-# -- output ------------------------------------------------------------------------------------------------------------
 
 
 def notes(eigen: list[dict], limits: list[dict]) -> list[str]:

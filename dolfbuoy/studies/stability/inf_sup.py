@@ -25,12 +25,14 @@ from scipy.linalg import cholesky, solve_triangular, svdvals
 from ...forms import cable as form
 from ...meshes import cable_nodes
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...results.tables import groups
 from ...solver import compat
 from ...statics import catenary
 from ..declaration import declared
-from ..study import Table, groups
+from ..study import Table
 
 WORDS = declared(__file__)
+STRUCTURE = ("mu", "nu")
 
 ENDS = {"dir": "fixed", "free": "free"}
 DEGREES = range(1, 5)
@@ -80,11 +82,6 @@ def continuous_constant(state: str, end: str) -> float:
 # -- discrete constant -------------------------------------------------------------------------------------------------
 
 
-def dense(a) -> np.ndarray:
-    """Matrix of a bilinear form on MPI.COMM_SELF."""
-    return fem.assemble_matrix(compat.compile_form(a)).to_dense()
-
-
 def newton_matrix(state: str, mu: int, nu: int, elements: int):
     """(A, B, M, places): blocks of (21) at T = 1, Gram matrix of Q_h, and s of every row of A."""
     mesh = compat.interval_mesh(MPI.COMM_SELF, cable_nodes(1.0, elements))
@@ -99,7 +96,8 @@ def newton_matrix(state: str, mu: int, nu: int, elements: int):
     w.x.array[T_dofs] = 1.0
     (r, T), (v, q), p = ufl.split(w), ufl.TestFunctions(W), ufl.TrialFunctions(W)[1]
     F = form.tension_term(r, T, None, v) * ufl.dx + form.strain_equation(r, None, q) * ufl.dx  # (11), e = 0
-    J = dense(ufl.derivative(F, w) + p * q * ufl.dx)  # (20), with (p, q) in the place of its 0
+    a = compat.compile_form(ufl.derivative(F, w) + p * q * ufl.dx)  # (20), with (p, q) in the place of its 0
+    J = fem.assemble_matrix(a).to_dense()
     return J[np.ix_(r_dofs, r_dofs)], J[np.ix_(T_dofs, r_dofs)], J[np.ix_(T_dofs, T_dofs)], np.repeat(s, 3)
 
 
@@ -132,11 +130,6 @@ def evaluate(case: dict) -> dict:
             result |= {"beta_dir_2nd": float(beta[1]) if zeros <= 1 else 0.0, "beta_max": float(beta[-1])}
         result[f"continuous_{end}"] = continuous_constant(state, end)
     return result
-
-
-def structure(case: dict) -> tuple:
-    """What decides which forms are compiled."""
-    return case["mu"], case["nu"]
 
 
 def cases(states=tuple(STATES), pairs=PAIRS, sizes=SIZES) -> list[dict]:

@@ -17,11 +17,12 @@ from ...results.style import COLORS, PAGE, new_figure
 from ...scene import load_scene
 from ...statics import catenary
 from ...statics.equilibrium import solve_equilibrium
-from ...statics.profile import Profile
+from ...statics.profile import Profile, unit_cable
 from ..declaration import declared
 from ..study import Table
 
 WORDS = declared(__file__)
+STRUCTURE = ("mu", "nu")
 
 X_END, START, STEP = 0.01, 0.80, 0.01
 #: Heights of the end point at which the state is kept.
@@ -47,8 +48,7 @@ def parse_pair(pair: str | None, cells: int | None) -> tuple:
     n = cells if cells is not None else max(1, round(10 / max(mu, 1)))
     if n < 1:
         raise InputError(f"--cells {n}: must be positive.")
-    cable = {"length": 1.0, "line_density": 1.0, "position_degree": mu, "tension_degree": nu, "top": {"kind": "free"}}
-    load_scene({"cable": cable})  # refuses unstable pairs in one sentence
+    load_scene(unit_cable(mu, nu, n, {"kind": "free"}))  # refuses unstable pairs in one sentence
     return ((mu, nu, n),)
 
 
@@ -62,17 +62,11 @@ def cases(extra=()) -> list[dict]:
     return [{"mu": mu, "nu": nu, "cells": n, "stages": STAGES} for mu, nu, n in dict.fromkeys((*PAPER, *extra))]
 
 
-def structure(case: dict) -> tuple:
-    """What decides which forms are compiled."""
-    return case["mu"], case["nu"]
-
-
 def evaluate(case: dict) -> dict:
     """Raise the end point by continuation; the state at every stage, and how often a step was halved."""
-    cable = {"length": 1.0, "line_density": 1.0, "elements": case["cells"]}
-    cable |= {"position_degree": case["mu"], "tension_degree": case["nu"]}
-    cable["top"] = {"kind": "fixed", "position": (X_END, 0.0, START)}
-    problem = solve_equilibrium(load_scene({"gravity": 1.0, "cable": cable}), MPI.COMM_SELF)
+    top = {"kind": "fixed", "position": (X_END, 0.0, START)}
+    scene = unit_cable(case["mu"], case["nu"], case["cells"], top)
+    problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
     height, halved, states = START, 0, []
     for stage in case["stages"]:
         while height < stage - 1e-9:
@@ -140,9 +134,6 @@ def _curves(profile, exact):
     return {name: values.ravel().tolist() for name, values in curves.items()}
 
 
-# -- what is said and written ------------------------------------------------------------------------------------------
-
-
 def tables(rows: list[dict], extra=()) -> list[Table]:
     """A row per discretisation and stage; beside them all elements, and the curves."""
     stages, elements, profiles = ([row for case in rows for row in of(case)] for of in (_rows, _elements, _profiles))
@@ -200,9 +191,6 @@ def in_words(case: dict) -> list[str]:
     if case["halved_steps"]:
         notes.append(WORDS.say("halved", name=name, times=case["halved_steps"]))
     return notes
-
-
-# -- figure ------------------------------------------------------------------------------------------------------------
 
 
 def draw(computed: list[dict]):

@@ -12,14 +12,16 @@ from mpi4py import MPI
 from ...api import simulate
 from ...errors import SolveError
 from ...results.style import COLORS, PAGE, new_figure
+from ...results.tables import groups
 from ...scene import load_scene
 from ...statics.equilibrium import solve_equilibrium
-from ...statics.profile import Profile, errors
+from ...statics.profile import Profile, errors, unit_cable
 from ..declaration import declared
-from ..study import Table, groups
+from ..study import Table
 from .rising import X_END, exact_cable
 
 WORDS = declared(__file__)
+STRUCTURE = ("kind", "mu", "nu")
 
 LAWS = ("compressive", "tension-only")
 PAIRS = ((1, 0), (2, 1))
@@ -51,11 +53,6 @@ def cases(t_end: float) -> list[dict]:
     return folded + snap
 
 
-def structure(case: dict) -> tuple:
-    """What decides which forms are compiled."""
-    return case["kind"], case["mu"], case["nu"]
-
-
 def evaluate(case: dict) -> dict:
     """The numbers of one case; `failed` holds the reason of a solve that failed."""
     try:
@@ -66,10 +63,9 @@ def evaluate(case: dict) -> dict:
 
 def fold(case: dict) -> dict:
     """A unit cable, weight 1, EA = inf, between the origin and (0.01, 0, z_end), against the catenary."""
-    cable = {"length": 1.0, "line_density": 1.0, "elements": case["cells"], "slack": case["slack"]}
-    cable |= {"position_degree": case["mu"], "tension_degree": case["nu"]}
-    cable["top"] = {"kind": "fixed", "position": (X_END, 0.0, case["z_end"])}
-    problem = solve_equilibrium(load_scene({"gravity": 1.0, "cable": cable}), MPI.COMM_SELF)
+    top = {"kind": "fixed", "position": (X_END, 0.0, case["z_end"])}
+    scene = unit_cable(case["mu"], case["nu"], case["cells"], top, slack=case["slack"])
+    problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
     exact = exact_cable(case["z_end"])
     norms = errors(Profile(problem), exact)
     top = float(np.linalg.norm(problem.end_tension()) / exact.tension(1.0) - 1)
@@ -92,9 +88,6 @@ def snap(case: dict) -> dict:
     found["T_min"] = float(record.cable_tension[frames.values].min())
     found |= {"failed_steps": int(record.attrs["failed_steps"]), "newton": float(record.newton_iterations[1:].mean())}
     return found
-
-
-# -- what is said and written ------------------------------------------------------------------------------------------
 
 
 def tables(rows: list[dict], t_end: float) -> list[Table]:
@@ -141,9 +134,6 @@ def _pairs(rows):
     return [(tables[0][k], tables[1][k]) for k in tables[0] if k in tables[1]]
 
 
-# -- figure ------------------------------------------------------------------------------------------------------------
-
-
 def draw(folded: list[dict], snaps: list[dict]):
     """Left the error of the folded shape, right the largest tensions of the snap loads, over the elements."""
     figure = new_figure(1.4 * PAGE, 5.6)
@@ -158,27 +148,25 @@ def draw(folded: list[dict], snaps: list[dict]):
 
 
 def _draw_folded(axes, rows, z):
-    for (mu, nu), color in zip(PAIRS, (COLORS["blue"], COLORS["red"]), strict=True):
-        for law, style in zip(LAWS, ("o--", "s-"), strict=True):
-            line = [row for row in rows if (row["mu"], row["nu"]) == (mu, nu) and row["slack"] == law]
-            label = f"P{mu}-P{nu} {law}"
-            axes.loglog([r["cells"] for r in line], [r["r_L2"] for r in line], style, color=color, ms=3, label=label)
-    axes.set_title(f"folded cable, end at z = {z}")
-    axes.set_xlabel("elements")
-    axes.set_ylabel("L2 error of r")
+    for pair, color in zip(PAIRS, (COLORS["blue"], COLORS["red"]), strict=True):
+        chosen = [row for row in rows if (row["mu"], row["nu"]) == pair]
+        _draw_laws(axes, chosen, lambda row: row["r_L2"], "P{}-P{} ".format(*pair), color)
+    axes.set(xscale="log", yscale="log", title=f"folded cable, end at z = {z}", ylabel="L2 error of r")
 
 
 def _draw_snap(axes, rows, end):
-    colors = [COLORS[name] for name in ("blue", "green", "red")]
-    for (scheme, step), color in zip(SNAP_STEPS, colors, strict=False):
-        for law, style in zip(LAWS, ("o--", "s-"), strict=True):
-            chosen = [r for r in rows if r["mu"] == 2 and (r["scheme"], r["step"]) == (scheme, step)]
-            chosen = sorted((r for r in chosen if r["slack"] == law), key=lambda r: r["cells"])
-            label = f"{scheme} {step} s, {law}"
-            values = [100 * r[f"{end}_error"] for r in chosen]
-            axes.plot([r["cells"] for r in chosen], values, style, color=color, ms=3, label=label)
+    for (scheme, step), color in zip(SNAP_STEPS, (COLORS[name] for name in ("blue", "green", "red")), strict=False):
+        chosen = [row for row in rows if row["mu"] == 2 and (row["scheme"], row["step"]) == (scheme, step)]
+        _draw_laws(axes, chosen, lambda row: 100 * row[f"{end}_error"], f"{scheme} {step} s, ", color)
     axes.axhspan(-1, 1, color=COLORS["sand"], alpha=0.4, lw=0)
     axes.set_xticks(SNAP_CELLS[2, 1])
-    axes.set_title(f"driven-slack, P2-P1: largest tension at the {end}")
+    axes.set(title=f"driven-slack, P2-P1: largest tension at the {end}", ylabel="error [%]")
+
+
+def _draw_laws(axes, rows, value, label, color):
+    """A curve over the elements for each law."""
+    for law, style in zip(LAWS, ("o--", "s-"), strict=True):
+        line = sorted((row for row in rows if row["slack"] == law), key=lambda row: row["cells"])
+        x, y = [row["cells"] for row in line], [value(row) for row in line]
+        axes.plot(x, y, style, color=color, ms=3, label=label + law)
     axes.set_xlabel("elements")
-    axes.set_ylabel("error [%]")

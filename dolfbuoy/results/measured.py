@@ -1,5 +1,6 @@
-"""Runs of which the accuracy is asked: what is compared, the accuracy, and what a run costs."""
+"""Runs of which some quantities are kept, as they are compared, and what they cost."""
 
+import platform
 import time as clock
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,12 +8,11 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from ...errors import InputError
-from ...motion.simulation import Simulation
-from ...parallel.cases import key
-from ...results.observe import cone_angle
-from ...scene import Scene
-from ...scene.settings import ramp_of
+from ..errors import InputError
+from ..motion.simulation import Simulation
+from ..scene import Scene
+from ..scene.settings import ramp_of
+from .observe import cone_angle
 
 #: What is compared, and its name in a sentence.
 QUANTITIES = {
@@ -43,21 +43,6 @@ def check_quantity(scene: Scene, quantity: str) -> None:
         raise InputError(f"--quantity {quantity}: this scene has {', '.join(allowed)}.")
 
 
-def parse_accuracy(text: str, option: str = "--accuracy") -> float:
-    """'1%', '1 %' or '0.01' -> 0.01; raises InputError that names the option."""
-    number = text.strip()
-    try:
-        value = float(number.removesuffix("%")) / 100 if number.endswith("%") else float(number)
-    except ValueError:
-        value = float("nan")
-    if not 1e-5 <= value <= 0.5:
-        raise InputError(f"{option} {text}: must be from 0.001% to 50%, written as 1% or 0.01.")
-    return value
-
-
-# -- runs --------------------------------------------------------------------------------------------------------------
-
-
 @dataclass
 class Run:
     """Quantities over time, and what they cost: seconds of the stepping loop alone."""
@@ -81,11 +66,6 @@ class Run:
         """Times and quantities from a file."""
         with np.load(file) as data:
             return cls(data["t"], {name: data[name] for name in data.files if name != "t"})
-
-
-def with_file(case: dict, folder, name: str) -> dict:
-    """The case, and with it the file in which its run is kept."""
-    return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}
 
 
 def compute(scene: Scene, names, repeats: int = 1, comm=MPI.COMM_SELF) -> Run:
@@ -123,3 +103,12 @@ def _look(simulation, names):
         "cone_angle": lambda: cone_angle(state[6:10]),
     }
     return {name: how[name]() for name in names}
+
+
+def machine() -> str:
+    """The processor on which the times were taken."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.machine()

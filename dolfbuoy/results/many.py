@@ -1,0 +1,81 @@
+"""Many runs in one dataset, and its figure."""
+
+import json
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from . import style
+from .record import SERIES
+from .statistics import STATISTICS
+
+
+def collect(rows: list[dict]) -> xr.Dataset:
+    """One dataset over the dimension `case`: varied keys, status, and <quantity>_<statistic>."""
+    keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
+    data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
+    data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
+    for name in dict.fromkeys(name for row in rows for name in row["statistics"]):
+        _, unit, long_name = SERIES.get(name) or SERIES[name.rpartition("_")[0]]
+        for statistic in STATISTICS:
+            values = [row["statistics"].get(name, {}).get(statistic, np.nan) for row in rows]
+            period = statistic == "dominant_period"
+            attributes = {"units": "s" if period else unit, "long_name": f"{statistic.replace('_', ' ')}: {long_name}"}
+            data[f"{name}_{statistic}"] = ("case", np.array(values, dtype=float), attributes)
+    return xr.Dataset(data, attrs={"varied": ", ".join(keys)})
+
+
+def _column(values):
+    """Numbers as numbers, anything else (words, lists) as text."""
+    if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+        return np.array(values)
+    return np.array([v if isinstance(v, str) else json.dumps(v) for v in values], dtype=object)
+
+
+#: Quantities in the figure, those of them that are there.
+SHOWN = ("tension_top", "tension_anchor", "buoy_position_x", "buoy_position_z", "cone_angle")
+
+
+@matplotlib.rc_context(style.STYLE)
+def draw(dataset: xr.Dataset) -> Figure:
+    """Mean and range of the main quantities: over the first varied key if it is a number, a colour for each combination
+    of the others; else, or where these are too many to tell apart, case by case."""
+    names = [name for name in SHOWN if f"{name}_mean" in dataset]
+    figure = style.new_figure(style.PAGE, 1.9 * max(len(names), 1) + 0.8)
+    axes = np.atleast_1d(figure.subplots(max(len(names), 1), 1, sharex=True))
+    label, groups = _groups(dataset)
+    width = 0.015 * max(np.ptp(np.concatenate([x for _, x, _ in groups])), 1e-12)
+    for axis, name in zip(axes, names, strict=False):
+        mean, low, high = (dataset[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
+        for k, (group, x, cases) in enumerate(groups):
+            good = np.isfinite(mean.values[cases])
+            cases = cases[good]
+            place, m = x[good] + width * (k - (len(groups) - 1) / 2), mean.values[cases]
+            reach = np.maximum([m - low.values[cases], high.values[cases] - m], 0.0)  # rounding of the mean
+            axis.errorbar(place, m, reach, fmt="o", markersize=3.5, capsize=2.5, label=group)
+        axis.set_ylabel(f"{name.replace('_', ' ')} [{mean.attrs['units']}]")
+    axes[-1].set_xlabel(label)
+    if len(groups) > 1:
+        axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    title = dataset.attrs.get("title", "")
+    figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize=9)
+    return figure
+
+
+def _groups(dataset):
+    """Label of the abscissa, and (label, abscissa, cases) of each group of points."""
+    keys = dataset.attrs["varied"].split(", ")
+    first, *others = (dataset[key.replace(".", "_")].values for key in keys)
+    labels = [
+        ", ".join(f"{k.rpartition('.')[2]} = {v[i]}" for k, v in zip(keys[1:], others, strict=True))
+        for i in range(len(first))
+    ]
+    different = list(dict.fromkeys(labels))
+    points = set(zip(labels, first.tolist(), strict=True))
+    crowded = len(different) > 9 or max(map(len, different)) > 40
+    if first.dtype.kind not in "if" or crowded or len(points) < len(first):
+        return "case", [("", np.arange(len(first)), np.arange(len(first)))]
+    members = [np.flatnonzero([label == group for label in labels]) for group in different]
+    return keys[0], [(group, first[m], m) for group, m in zip(different, members, strict=True)]
