@@ -330,7 +330,7 @@ def test_tension_after_a_change_of_step(scheme, factor, at_change, monkeypatch):
 @pytest.mark.parametrize("lagged", [False, True])
 @pytest.mark.parametrize(("order", "coefficients"), [(1, [0.7, -1.3]), (2, [0.7, -1.3, 0.4, 2.1])])
 def test_resampling_is_exact_for_polynomials(order, coefficients, lagged):
-    """y, or with a lag y - lag h^p y^(p), of degree below 2 p: told at another step as if it had been made with that."""
+    """y, or with a lag y - lag h^p y^(p), of degree below 2 p: told as if it had been made at that step."""
     y, lag, h0, count = np.polynomial.Polynomial(coefficients), 0.3, 0.2, 5
     rate = y.deriv(order)
 
