@@ -327,6 +327,26 @@ def test_tension_after_a_change_of_step(scheme, factor, at_change, monkeypatch):
     assert wrong[1] == pytest.approx(wrong[0], rel=0.2)  # no step is small enough to make it good
 
 
+@pytest.mark.parametrize("lagged", [False, True])
+@pytest.mark.parametrize(("order", "coefficients"), [(1, [0.7, -1.3]), (2, [0.7, -1.3, 0.4, 2.1])])
+def test_resampling_is_exact_for_polynomials(order, coefficients, lagged):
+    """y, or with a lag y - lag h^p y^(p), of degree below 2 p: told as if it had been made at that step."""
+    y, lag, h0, count = np.polynomial.Polynomial(coefficients), 0.3, 0.2, 5
+    rate = y.deriv(order)
+
+    def told(h, n):
+        t = -h * np.arange(n)
+        return y(t) - lagged * lag * h**order * rate(t)
+
+    for factor in (0.5, 0.1, 1.6):
+        series = Series(np.zeros(1), np.array([y.deriv()(0.0)]), lagged)
+        series.values, series.step = [np.array([v]) for v in told(h0, count)], h0
+        series.resample(factor * h0, order, lag)
+        found = np.ravel(series.values)
+        assert len(found) == (count if factor < 1 else 1 + int((count - 1) / factor))
+        np.testing.assert_allclose(found, told(factor * h0, len(found)), atol=1e-12)
+
+
 def decay(scheme, steps):
     """Error of y_t = -y, y(0) = 1, after steps of these sizes."""
     series = Series(np.ones(1), -np.ones(1))

@@ -115,6 +115,15 @@ def test_trajectory_and_orbit():
     assert any(path.shape == x[late].T.shape and np.allclose(path, x[late].T) for path in paths)
 
 
+def test_a_constant_is_a_line_in_the_middle():
+    """Rounding noise does not fill a panel."""
+    record = RECORD.copy(deep=True)
+    record["cone_angle"] = 7.0 + 1e-9 * np.cos(record.time)
+    low, high = figures.cone_angle(record, SCENE).axes[0].get_ylim()
+    assert (low + high) / 2 == pytest.approx(7.0, abs=1e-6)
+    assert 1e-3 * (1 - 1e-9) < high - low < 0.1
+
+
 def test_a_planar_path_is_shown_from_its_side():
     record = RECORD.copy(deep=True)
     record.buoy_position[:, 0] = 3.0

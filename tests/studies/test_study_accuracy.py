@@ -186,7 +186,9 @@ def test_settings_reach_the_scene():
     assert settings.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
     assert settings.with_settings(changed, settings.space_of(changed), Stepping("bdf2", 0.05)).time.tolerance is None
     assert settings.shortened(scene, periods=1).time.end == 6.0  # ramp 2 s, period 4 s
-    assert acc.window_start(scene) == 2.0
+    assert settings.shortened(scene).time.end == 8.0  # it is over before two periods
+    for ramp, start in ((2.0, 2.0), (6.3, 6.3), (6.5, 0.8), (0.0, 0.8)):  # 0.8 of 8 s at most, else a tenth
+        assert acc.window_start(load_scene(scene, cable__top__ramp=ramp)) == pytest.approx(start)
 
 
 def test_curve_follows_powers_and_is_safe():
