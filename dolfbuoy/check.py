@@ -7,6 +7,7 @@ import numpy as np
 
 from .model.effects import names as effects_of
 from .model.feasible import check_feasible, hanging_weight, shape_and_mass
+from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
 from .model.lines import cross_section, weight_per_length
 from .model.sea import dispersion_wavenumber, wavenumber
@@ -32,6 +33,7 @@ def check(scene) -> Report:
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
     """
     check_feasible(scene)
+    check_first_shape(scene)
     report = Report(effects_of(scene))
     if scene.cable:
         _cable(scene, report)
@@ -39,6 +41,10 @@ def check(scene) -> Report:
         _buoy(scene, report)
     if scene.waves:
         _waves(scene, report)
+    if scene.time and scene.time.max_step is not None and scene.time.tolerance is None:
+        report.warnings.append(
+            f"time.max_step = {scene.time.max_step}: goes with time.tolerance only and does nothing."
+        )
     if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
         _equilibrium(scene, report)
     return report

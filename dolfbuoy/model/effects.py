@@ -211,7 +211,7 @@ EFFECTS: list[Effect] = [
             "wind.speed_10m": Drawn(1e-3, 100, zero=True),
             "wind.drag_coefficient": Drawn(1e-3, 10, zero=True),
             "wind.area": Drawn(1e-3, 1e3),
-            "wind.height": Drawn(-5, 30, even=True),
+            "wind.height": Drawn(0, 30, even=True),
             "wind.air_density": Drawn(1e-3, 10),
         },
     ),

@@ -1,15 +1,13 @@
 """How a run starts: from equilibrium, or from a given shape and pose."""
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
 from ..model.feasible import check_feasible
+from ..model.first_shape import check_first_shape, given_pose, points_of
 from ..model.lines import top_position
 from ..model.problem import Problem
-from ..model.rigid import axis_offset, rotation_of
 from ..scene import Top
 from ..statics.equilibrium import solve_equilibrium
 
@@ -47,6 +45,7 @@ def initial_state(scene, comm) -> Start:
     """Start of a run.  Raises InputError for what cannot be."""
     initial = scene.initial
     check_feasible(scene)
+    check_first_shape(scene)
     if initial.kind == "equilibrium" and not _pose_given(scene):
         start = _from_equilibrium(solve_equilibrium(scene, comm))
     elif scene.cable is None:
@@ -94,7 +93,7 @@ def _from_shape(scene, comm) -> Start:
     start = Start(at_rest=False)
     r_O = None
     if scene.buoy:
-        start.position, start.quaternion, r_O = _given_pose(scene)
+        start.position, start.quaternion, r_O = given_pose(scene)
     if scene.initial.kind == "equilibrium":
         top = Top(kind="fixed", position=tuple(float(x) for x in r_O))
         cable = scene.cable.model_copy(update={"top": top})
@@ -103,7 +102,7 @@ def _from_shape(scene, comm) -> Start:
         start.lines, start.end_tension = held.lines, held.end_tension
     else:
         problem = Problem(scene, dynamic=False, comm=comm)
-        points = _points(scene, r_O)
+        points = points_of(scene, r_O)
         start.lines = np.zeros(problem.lines.part.size)
         problem.lines.set_shape(start.lines, _along(points, scene.cable), lambda s: np.zeros_like(s))
         start.end_tension = np.zeros(3)
@@ -113,18 +112,6 @@ def _from_shape(scene, comm) -> Start:
         T_O = -np.asarray(start.end_tension)
         start.mooring = np.concatenate([r_O, T_O])
     return start
-
-
-def _given_pose(scene):
-    """(r_C, q4, r_O) from the section [initial]."""
-    initial = scene.initial
-    if initial.buoy_position is None:
-        raise InputError("Missing key initial.buoy_position: it is needed for this start of a moored buoy.")
-    q4 = np.array(initial.buoy_orientation or (1.0, 0.0, 0.0, 0.0))
-    q4 = q4 / np.linalg.norm(q4)
-    r_C = np.array(initial.buoy_position)
-    r_O = r_C + rotation_of(q4) @ axis_offset(scene.buoy, scene.buoy.mooring_height)
-    return r_C, q4, r_O
 
 
 def _set_buoy(start, scene):
@@ -142,30 +129,6 @@ def _set_buoy(start, scene):
     start.angular_velocity = np.array(initial.buoy_angular_velocity or (0.0, 0.0, 0.0))
     if initial.buoy_velocity is not None or initial.buoy_angular_velocity is not None:
         start.at_rest = False
-
-
-def _points(scene, r_O):
-    """Points of the initial line, from the anchor to the top."""
-    initial, cable = scene.initial, scene.cable
-    end = r_O if r_O is not None else (None if cable.top.position is None else np.array(cable.top.position))
-    if initial.kind == "straight":
-        points = [np.array(scene.anchor), end]
-    else:
-        points = [np.array(p) for p in initial.points]
-        if np.linalg.norm(points[0] - scene.anchor) > 1e-6 * cable.length:
-            raise InputError(f"initial.points: the first point must be the anchor {list(scene.anchor)}.")
-        held = r_O is not None or cable.top.kind != "free"
-        if held and np.linalg.norm(points[-1] - end) > 1e-6 * cable.length:
-            raise InputError(f"initial.points: the last point must be the top of the cable {[float(x) for x in end]}.")
-    total = sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(points))
-    if np.isinf(cable.axial_stiffness) and abs(total - cable.length) > 1e-6 * cable.length:
-        raise InputError(
-            f"initial.kind = '{initial.kind}': the line is {total:.8g} m long, but an inextensible cable must keep its "
-            f"cable.length = {cable.length:.8g} m."
-        )
-    if total == 0:
-        raise InputError("initial.points: the line has no length.")
-    return points
 
 
 def _along(points, cable):

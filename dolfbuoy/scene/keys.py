@@ -1,7 +1,10 @@
 """The scene language as a table: every key with its unit, default, range and meaning, from the models in `sections`."""
 
+import functools
 from typing import Any, NamedTuple
 
+from ..errors import InputError
+from .petsc_options import ALLOWED
 from .sections import Scene, Section, section_in
 
 
@@ -29,6 +32,31 @@ def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
     return rows
 
 
+def keys_of(section: str | None = None) -> list[Key]:
+    """Those of a section, by its dotted name, and of the sections in it; all without one.  Raises InputError."""
+    rows = list_keys()
+    if section is None:
+        return rows
+    found = [row for row in rows if row.name == section or row.name.startswith(f"{section}.")]
+    if not found:
+        names = dict.fromkeys(row.name.rpartition(".")[0] for row in rows if "." in row.name)
+        raise InputError(f"SECTION = {section!r}: must be a section ({', '.join(names)}) or a key of a scene.")
+    return found
+
+
+@functools.cache
+def _takers() -> frozenset[str]:
+    options = {
+        f"solver.petsc.{name}" for name, words in ALLOWED.items() if isinstance(words, tuple) and "none" in words
+    }
+    return frozenset({row.name for row in list_keys() if '"none"' in row.range} | options)
+
+
+def takes_none(key: str) -> bool:
+    """Whether the word none is a value of the key."""
+    return key in _takers()
+
+
 _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 
 
@@ -51,7 +79,9 @@ def _range(schema: dict) -> str:
     if "enum" in schema:
         return " | ".join(f'"{word}"' for word in schema["enum"])
     if "prefixItems" in schema:
-        return f"[{', '.join(_range(item) for item in schema['prefixItems'])}]"
+        items = [_range(item) for item in schema["prefixItems"]]
+        one = items[0].removeprefix("number ")
+        return f"{len(items)} numbers {one}" if len(set(items)) == 1 else f"[{', '.join(items)}]"
     kind = schema.get("type", "table")
     if kind == "array":
         return f"list of {_range(schema['items'])}"

@@ -13,6 +13,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from ..errors import InputError
+from .keys import takes_none
+from .mesh_file import Named
 from .sections import Scene
 from .sentences import sentence
 
@@ -70,14 +72,30 @@ def _merge(data: dict, keys: list[str], value) -> dict:
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
-    """`section.key=value` of the command line, the value in TOML (a bare word is a string)."""
-    key, equals, value = text.partition("=")
-    if not equals or not key.strip():
+    """`section.key=value` of the command line, the value in TOML (a bare word is a string).
+
+    Nothing, or the bare word none, is None: the key is removed, unless none is one of its words (waves.stretching).
+    Raises InputError.
+    """
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not equals or not all(key.split(".")):
         raise InputError(f"--set {text}: must have the form section.key=value.")
+    if not text.strip().isprintable():
+        raise InputError(f"--set {text}: must be on one line, without control characters.")
+    if not value or (value == "none" and not takes_none(key)):
+        return key, None
     try:
-        return key.strip(), tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        return key.strip(), value.strip()
+        return key, parse(f"value = {value}")["value"]
+    except ValueError:
+        return key, value
+
+
+def parse(text: str) -> dict:
+    """TOML; raises ValueError for whatever tomllib finds wrong."""
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("lists or tables are nested too deeply") from None
 
 
 def _read(scene) -> dict:
@@ -88,9 +106,21 @@ def _read(scene) -> dict:
     shipped, path = shipped_scenes(), Path(scene)
     if str(scene) in shipped:
         path = shipped[str(scene)]
-    elif not path.is_file():
-        raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
     try:
-        return tomllib.loads(path.read_text())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"Scene file {path} is not valid TOML: {error}.") from None
+        if not path.is_file():
+            raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
+        return _with_files(parse(path.read_text(encoding="utf-8-sig")), path.parent)
+    except OSError as error:
+        raise InputError(f"Scene file {path} cannot be read: {error.strerror}.") from None
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"Scene file {path} is not valid TOML: {str(error).rstrip('.')}.") from None
+
+
+def _with_files(data, folder):
+    """The dict of a scene file in which names of files know the folder of the scene."""
+    cable = data.get("cable")
+    if isinstance(cable, dict) and isinstance(cable.get("elements"), str):
+        data = data | {"cable": cable | {"elements": Named(folder, cable["elements"])}}
+    return data

@@ -11,32 +11,37 @@ from typing import Annotated, Any, Literal, get_args
 import tomli_w
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from .mesh_file import element_lengths
 from .petsc_options import checked
-
-Positive = Annotated[float, Field(gt=0)]
-NonNegative = Annotated[float, Field(ge=0)]
-Tolerance = Annotated[float, Field(gt=0, lt=1)]
-Degree = Annotated[int, Field(ge=1, le=30)]
-Stiffness = Annotated[float, Field(gt=0, allow_inf_nan=True)]
-
-
-def _numbers(count):
-    """Validator: a list of `count` finite numbers, kept as a tuple."""
-
-    def check(value):
-        good = isinstance(value, list | tuple) and len(value) == count
-        if not good or not all(
-            isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in value
-        ):
-            raise ValueError(f"must be {count} finite numbers")
-        return tuple(float(v) for v in value)
-
-    return BeforeValidator(check)
-
-
-Vector = Annotated[tuple[float, float, float], _numbers(3)]
-Quaternion = Annotated[tuple[float, float, float, float], _numbers(4)]
-Pair = Annotated[tuple[float, float], _numbers(2)]
+from .quantities import (
+    AddedMass,
+    Angle,
+    Area,
+    Coefficient,
+    Damping,
+    Degree,
+    Density,
+    Duration,
+    ForceVector,
+    Gravity,
+    Height,
+    Inertia,
+    Length,
+    Mass,
+    Pair,
+    Period,
+    Quaternion,
+    Share,
+    Speed,
+    Step,
+    Stiffness,
+    Title,
+    Tolerance,
+    Vector,
+    VelocityVector,
+    Wavelength,
+    Wrong,
+)
 
 
 class Section(BaseModel):
@@ -63,8 +68,8 @@ def key(description: str, unit: str | None = None, default: Any = ...) -> Any:
 class Sea(Section):
     """Water.  Without it the scene is dry: no hydrostatics, no Morison forces, no waves, no current."""
 
-    depth: Positive = key("depth of the water; the sea bed is at z = -depth", "m")
-    density: Positive = key("density of the water", "kg/m^3", default=1025.0)
+    depth: Length = key("depth of the water; the sea bed is at z = -depth", "m")
+    density: Density = key("density of the water", "kg/m^3", default=1025.0)
 
 
 class Top(Section):
@@ -72,11 +77,11 @@ class Top(Section):
 
     kind: Literal["fixed", "prescribed", "free"] = key("how the upper end is held")
     position: Vector | None = key("where the end is held, or the middle of its motion", "m", default=None)
-    force: Vector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
+    force: ForceVector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
     amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
-    period: Positive | None = key("period of the motion", "s", default=None)
-    phase_deg: float = key("phase of the motion at t = 0", "deg", default=0.0)
-    ramp: NonNegative = key("time over which the motion grows from nothing", "s", default=0.0)
+    period: Period | None = key("period of the motion", "s", default=None)
+    phase_deg: Angle = key("phase of the motion at t = 0", "deg", default=0.0)
+    ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
 
     @model_validator(mode="after")
     def _complete(self):
@@ -91,101 +96,104 @@ class Top(Section):
         return self
 
 
-def _from_mesh_file(value):
-    """The name of a line mesh: the lengths of its elements, so that a scene is complete without the file."""
-    if not isinstance(value, str):
-        return value
-    from ..meshes import read_nodes
-
-    nodes = read_nodes(value)
-    return [[float(b - a), 1] for a, b in itertools.pairwise(nodes)]
-
-
-Elements = Annotated[Annotated[int, Field(gt=0)] | list[Pair], BeforeValidator(_from_mesh_file)]
+MOST_ELEMENTS = 10_000_000
+Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share], BeforeValidator(element_lengths)]
 
 
 class Cable(Section):
     """The cable and its finite elements."""
 
-    length: Positive = key("unstretched length", "m")
-    line_density: Positive = key("mass per unstretched length", "kg/m")
-    diameter: Positive | None = key("of its volume and drag; the sea needs it", "m", default=None)
+    length: Length = key("unstretched length", "m")
+    line_density: Mass = key("mass per unstretched length", "kg/m")
+    diameter: Length | None = key("of its volume and drag; the sea needs it", "m", default=None)
     axial_stiffness: Stiffness = key("EA; inf: inextensible", "N", default=math.inf)
     elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
-    grading: Positive = key("size of the last element over that of the first", "1", default=1.0)
+    grading: Annotated[float, Field(ge=1e-6, le=1e6)] = key(
+        "size of the last element over that of the first", "1", default=1.0
+    )
     position_degree: Annotated[int, Field(ge=1, le=8)] = key("polynomial degree mu of the position", "1", default=1)
     tension_degree: Annotated[int, Field(ge=0, le=7)] = key("degree nu < mu of the tension", "1", default=0)
-    added_mass: float = key("C_A = C_M - 1, across the cable", "1", default=0.0)
-    normal_drag: NonNegative = key("drag coefficient across the cable", "1", default=0.0)
-    tangential_drag: NonNegative = key("drag coefficient along the cable", "1", default=0.0)
+    added_mass: AddedMass = key("C_A = C_M - 1, across the cable", "1", default=0.0)
+    normal_drag: Coefficient = key("drag coefficient across the cable", "1", default=0.0)
+    tangential_drag: Coefficient = key("drag coefficient along the cable", "1", default=0.0)
     tangential_froude_krylov: bool = key("whether waves also push along the cable", default=True)
     anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
     strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
     slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
-    damping: NonNegative = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
+    damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
     top: Top | None = None
 
     @model_validator(mode="after")
     def _consistent(self):
-        if math.isnan(self.axial_stiffness):
-            raise ValueError("axial_stiffness must be a positive number or inf")
         if self.damping and math.isinf(self.axial_stiffness):
-            raise ValueError(
-                f"damping = {self.damping} N s needs a finite axial_stiffness: an inextensible cable has no strain"
-            )
+            raise Wrong("damping", self.damping, "needs a finite axial_stiffness: an inextensible cable has no strain")
         if self.tension_degree >= self.position_degree:
-            raise ValueError(
-                f"tension_degree = {self.tension_degree} must be lower than position_degree = {self.position_degree} "
-                "(Eq. (13): other pairs are unstable)"
+            allowed = (
+                f"must be lower than position_degree = {self.position_degree} (Eq. (13): other pairs are unstable)"
             )
+            raise Wrong("tension_degree", self.tension_degree, allowed)
         if isinstance(self.elements, list):
             lengths, counts = zip(*self.elements, strict=True) if self.elements else ((), ())
             if not lengths or min(lengths) <= 0 or min(counts) < 1 or any(n != int(n) for n in counts):
-                raise ValueError("elements as a list must hold [length, number of elements] of each segment")
+                raise Wrong("elements", self.elements, "must hold [length, number of elements] of each segment")
+            if sum(counts) > MOST_ELEMENTS:
+                raise Wrong("elements", self.elements, f"must be {MOST_ELEMENTS} in all at most")
             if abs(sum(lengths) - self.length) > 1e-9 * self.length:
-                raise ValueError(
-                    f"the segments of elements add up to {sum(lengths)} m, not to length = {self.length} m"
-                )
+                allowed = f"its segments must add up to length = {self.length} m, not to {sum(lengths)} m"
+                raise Wrong("elements", self.elements, allowed)
         return self
 
 
 class PointMass(Section):
     """A mass on the axis of the buoy."""
 
-    mass: Positive = key("mass of the point", "kg")
-    height: float = key("height of the point above the keel", "m")
+    mass: Mass = key("mass of the point", "kg")
+    height: Height = key("height of the point above the keel", "m")
+
+
+def _check_inertia(inertia):
+    if len(inertia) not in (2, 3):
+        raise Wrong("inertia", inertia, "must be [transverse, axial] or [Ixx, Iyy, Izz]")
+    moments = [inertia[0], *inertia] if len(inertia) == 2 else inertia
+    *others, largest = sorted(moments)
+    if largest > sum(others) * (1 + 1e-9):
+        raise Wrong(
+            "inertia",
+            inertia,
+            f"is of no body: about each axis at most the sum of the others, A + B >= C, of the moments {moments}",
+        )
 
 
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
     hull: list[Pair] | None = key("[[height, diameter], ...] from the keel up; the sea needs it", "m", default=None)
-    mass: Positive = key("mass without the point masses", "kg")
-    center_of_mass: float | None = key("height of that mass; absent: centroid of the hull", "m", default=None)
-    inertia: list[Positive] | None = key(
+    mass: Mass = key("mass without the point masses", "kg")
+    center_of_mass: Height | None = key("height of that mass; absent: centroid of the hull", "m", default=None)
+    inertia: list[Inertia] | None = key(
         "[transverse, axial] or [Ixx, Iyy, Izz] about that centre; absent: of the uniform solid", "kg m^2", default=None
     )
     point_masses: list[PointMass] = key("masses on the axis, added to the hull's", default=[])
-    mooring_height: float = key("height above the keel at which the cable is attached", "m", default=0.0)
-    added_mass: float = key("C_A = C_M - 1 of the displaced mass, in all directions", "1", default=0.0)
-    normal_drag: NonNegative = key("drag coefficient across the axis", "1", default=0.0)
-    axial_added_mass: NonNegative = key("of the end discs, each as half a sphere of water", "1", default=0.0)
-    axial_drag: NonNegative = key("drag coefficient of the end discs", "1", default=0.0)
-    rotational_damping: NonNegative = key("linear damping of the rotation about the axis", "N m s", default=0.0)
+    mooring_height: Height = key("height above the keel at which the cable is attached", "m", default=0.0)
+    added_mass: AddedMass = key("C_A = C_M - 1 of the displaced mass, in all directions", "1", default=0.0)
+    normal_drag: Coefficient = key("drag coefficient across the axis", "1", default=0.0)
+    axial_added_mass: Coefficient = key("of the end discs, each as half a sphere of water", "1", default=0.0)
+    axial_drag: Coefficient = key("drag coefficient of the end discs", "1", default=0.0)
+    rotational_damping: Damping = key("linear damping of the rotation about the axis", "N m s", default=0.0)
 
     @model_validator(mode="after")
     def _consistent(self):
         if self.hull is not None:
             heights, diameters = [h for h, _ in self.hull], [d for _, d in self.hull]
             if len(heights) < 2 or any(b < a for a, b in itertools.pairwise(heights)) or heights[-1] <= heights[0]:
-                raise ValueError(f"hull heights {heights} must be two or more, from the keel up")
+                raise Wrong("hull", self.hull, "must hold two heights or more, from the keel up")
             if min(diameters) < 0 or max(diameters) == 0:
-                raise ValueError(f"hull diameters {diameters} must not be negative, nor all zero")
+                raise Wrong("hull", self.hull, "diameters must not be negative, nor all zero")
             if abs(heights[0]) > 1e-12:
-                raise ValueError(f"hull must start at height 0, the keel, not at {heights[0]}")
-        if self.inertia is not None and len(self.inertia) not in (2, 3):
-            raise ValueError(f"inertia = {self.inertia} must be [transverse, axial] or [Ixx, Iyy, Izz]")
+                raise Wrong("hull", self.hull, "must start at height 0, the keel")
+        if self.inertia is not None:
+            _check_inertia(self.inertia)
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):
             raise ValueError("a buoy without hull needs inertia and center_of_mass")
         return self
@@ -194,13 +202,15 @@ class Buoy(Section):
 class Waves(Section):
     """A regular Airy wave: give amplitude or height."""
 
-    amplitude: NonNegative | None = key("amplitude a, half the height", "m", default=None)
-    height: NonNegative | None = key("height from trough to crest: twice the amplitude", "m", default=None)
-    period: Positive = key("wave period", "s")
-    wavelength: Positive | None = key("wavelength; absent: by dispersion", "m", default=None)
-    direction_deg: float = key("direction towards which the wave runs, from x towards y", "deg", default=0.0)
-    phase_deg: float = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
-    ramp: NonNegative = key("time over which the wave grows from nothing", "s", default=0.0)
+    amplitude: Annotated[float, Field(ge=0, le=1e4)] | None = key("amplitude a, half the height", "m", default=None)
+    height: Annotated[float, Field(ge=0, le=2e4)] | None = key(
+        "height from trough to crest: twice the amplitude", "m", default=None
+    )
+    period: Period = key("wave period", "s")
+    wavelength: Wavelength | None = key("wavelength; absent: by dispersion", "m", default=None)
+    direction_deg: Angle = key("direction towards which the wave runs, from x towards y", "deg", default=0.0)
+    phase_deg: Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
+    ramp: Duration = key("time over which the wave grows from nothing", "s", default=0.0)
     stretching: Literal["wheeler", "vertical", "none"] = key("kinematics above still water", default="wheeler")
 
     @model_validator(mode="after")
@@ -219,8 +229,8 @@ class Waves(Section):
 class Current(Section):
     """A steady current; in a table the speeds stand in place of `speed`."""
 
-    speed: NonNegative | None = key("speed at and above still water", "m/s", default=None)
-    direction_deg: float = key("direction towards which the water flows, from x towards y", "deg", default=0.0)
+    speed: Speed | None = key("speed at and above still water", "m/s", default=None)
+    direction_deg: Angle = key("direction towards which the water flows, from x towards y", "deg", default=0.0)
     profile: Literal["uniform", "power"] | list[Pair] = key("or a table [[z, speed], ...]", "m, m/s", default="uniform")
     exponent: Annotated[float, Field(gt=0, le=1)] = key("of the power law (1 + z/depth)^exponent", "1", default=1 / 7)
 
@@ -229,9 +239,9 @@ class Current(Section):
         if isinstance(self.profile, list):
             z = [p[0] for p in self.profile]
             if len(z) < 2 or any(b <= a for a, b in itertools.pairwise(z)):
-                raise ValueError("profile must be [[z, speed], ...] with at least two rows and z increasing")
+                raise Wrong("profile", self.profile, "must hold at least two rows [z, speed] with z increasing")
             if self.speed is not None:
-                raise ValueError("speed does not go with a table: the speeds stand in profile")
+                raise Wrong("speed", self.speed, "does not go with a table: the speeds stand in profile")
         elif self.speed is None:
             raise ValueError("speed is missing")
         return self
@@ -240,19 +250,19 @@ class Current(Section):
 class Wind(Section):
     """Wind on the buoy, Eq. (2)."""
 
-    speed_10m: NonNegative = key("speed 10 m above the water", "m/s")
-    direction_deg: float = key("direction towards which the wind blows, from x towards y", "deg", default=0.0)
-    drag_coefficient: NonNegative = key("drag coefficient of the part above the water", "1", default=1.0)
-    area: Positive = key("area that the wind meets", "m^2")
-    height: float = key("height above the keel at which the force acts", "m")
-    air_density: Positive = key("density of the air", "kg/m^3", default=1.225)
+    speed_10m: Speed = key("speed 10 m above the water", "m/s")
+    direction_deg: Angle = key("direction towards which the wind blows, from x towards y", "deg", default=0.0)
+    drag_coefficient: Coefficient = key("drag coefficient of the part above the water", "1", default=1.0)
+    area: Area = key("area that the wind meets", "m^2")
+    height: Annotated[float, Field(ge=0, le=1e5)] = key("height above the keel at which the force acts", "m")
+    air_density: Density = key("density of the air", "kg/m^3", default=1.225)
 
 
 class ExternalForce(Section):
     """A constant force at a point of the axis (default: C)."""
 
-    force: Vector = key("constant force", "N")
-    height: float | None = key("height above the keel at which it acts; absent: at C", "m", default=None)
+    force: ForceVector = key("constant force", "N")
+    height: Height | None = key("height above the keel at which it acts; absent: at C", "m", default=None)
 
 
 class Initial(Section):
@@ -262,31 +272,47 @@ class Initial(Section):
     points: list[Vector] | None = key("corners of the polyline, from the anchor to the top", "m", default=None)
     buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
     buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
-    buoy_velocity: Vector | None = key("velocity of C; absent: at rest", "m/s", default=None)
-    buoy_angular_velocity: Vector | None = key("in the world frame; absent: at rest", "rad/s", default=None)
+    buoy_velocity: VelocityVector | None = key("velocity of C; absent: at rest", "m/s", default=None)
+    buoy_angular_velocity: VelocityVector | None = key("in the world frame; absent: at rest", "rad/s", default=None)
 
     @model_validator(mode="after")
     def _consistent(self):
         if (self.kind == "polyline") != (self.points is not None):
             raise ValueError("points go with kind 'polyline', and it needs them")
         if self.points is not None and len(self.points) < 2:
-            raise ValueError("points must hold at least two points")
+            raise Wrong("points", self.points, "must be at least two points")
         if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
-            raise ValueError("buoy_orientation must not be the zero quaternion")
+            raise Wrong("buoy_orientation", self.buoy_orientation, "must not be the zero quaternion")
         return self
+
+
+DEFAULT_RADIUS = 0.8
+MOST_STEPS = 1e9
 
 
 class Time(Section):
     """Time integration."""
 
-    end: NonNegative = key("end of the run", "s")
-    step: Positive = key("size of the steps; of the first one if steps adapt", "s")
+    end: Duration = key("end of the run", "s")
+    step: Step = key("size of the steps; of the first one if steps adapt", "s")
     scheme: Literal["backward-euler", "bdf2", "generalized-alpha"] = key("time scheme", default="backward-euler")
-    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key("of generalized-alpha", "1", default=0.8)
+    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key("of generalized-alpha", "1", default=DEFAULT_RADIUS)
     tolerance: Tolerance | None = key("relative error for which steps adapt; absent: equal steps", "1", default=None)
-    min_step: Positive | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
-    max_step: Positive | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
-    output_every: Positive | None = key("interval of recorded cable shapes; absent: end/200", "s", default=None)
+    min_step: Step | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
+    max_step: Step | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
+    output_every: Step | None = key("interval of recorded cable shapes; absent: end/200", "s", default=None)
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if self.end > MOST_STEPS * self.step:
+            raise Wrong("step", self.step, f"must be at least end / {MOST_STEPS:g}, and end is {self.end:g}")
+        if self.min_step is not None and self.tolerance is None:
+            raise Wrong("min_step", self.min_step, "goes with a tolerance only; without one all steps are equal")
+        if self.min_step is not None and self.max_step is not None and self.min_step > self.max_step:
+            raise Wrong("min_step", self.min_step, f"must not be above max_step = {self.max_step}")
+        if self.spectral_radius != DEFAULT_RADIUS and self.scheme != "generalized-alpha":
+            raise Wrong("spectral_radius", self.spectral_radius, f"goes with 'generalized-alpha', not '{self.scheme}'")
+        return self
 
 
 class Solver(Section):
@@ -305,8 +331,8 @@ class Solver(Section):
 class Scene(Section):
     """A complete scene."""
 
-    title: str = key("name of the scene in figures and tables", default="")
-    gravity: NonNegative = key("acceleration of gravity", "m/s^2", default=9.81)
+    title: Title = key("name of the scene in figures and tables", default="")
+    gravity: Gravity = key("acceleration of gravity", "m/s^2", default=9.81)
     sea: Sea | None = None
     cable: Cable | None = None
     buoy: Buoy | None = None

@@ -56,6 +56,7 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
     """The scene with these elements and steps; segments of the cable keep their share of the elements."""
     changes = {"time.scheme": stepping.scheme, "time.step": stepping.step, "time.tolerance": stepping.tolerance}
     changes |= {"time.min_step": None} if stepping.tolerance is None else {}
+    changes |= {"time.spectral_radius": None} if stepping.scheme != "generalized-alpha" else {}
     if space.mu:
         elements = scene.cable.elements
         if not isinstance(elements, int):

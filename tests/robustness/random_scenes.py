@@ -206,6 +206,8 @@ def scenes(draw, structure=None):
         _balance(draw, scene)
     if "cable" in scene:
         _place_cable(draw, scene)
+    if scene["time"]["scheme"] != "generalized-alpha":
+        scene["time"].pop("spectral_radius", None)
     steps = draw(st.integers(0, 4))
     scene["time"]["end"] = steps * scene["time"]["step"]
     return scene
@@ -242,7 +244,17 @@ def _shape_buoy(draw, scene):
         ]
     else:
         buoy["center_of_mass"] = draw(OWN["buoy.center_of_mass"])
-        buoy["inertia"] = [buoy["mass"] * draw(size(1e-4, 1e4)) for _ in range(draw(st.sampled_from([2, 3])))]
+        inertia = [buoy["mass"] * draw(size(1e-4, 1e4)) for _ in range(draw(st.sampled_from([2, 3])))]
+        buoy["inertia"] = possible(inertia)
+
+
+def possible(inertia):
+    """The moments of inertia with the largest at most the sum of the others, as it is of every body."""
+    if len(inertia) == 2:
+        return [inertia[0], min(inertia[1], 2 * inertia[0])]
+    largest = int(np.argmax(inertia))
+    others = sum(value for i, value in enumerate(inertia) if i != largest)
+    return [min(value, others) if i == largest else value for i, value in enumerate(inertia)]
 
 
 def _balance(draw, scene):

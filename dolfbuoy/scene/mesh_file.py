@@ -1,0 +1,101 @@
+"""Files that a scene names.
+
+A scene may come from a stranger.  What its file names lies below the folder of that file and is only read: no absolute
+path, no "..", no link that leads out, and no reference from inside a mesh to anywhere else.  On the command line and in
+Python, where the user himself writes the name, any path may be given.
+"""
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from xml.etree import ElementTree
+
+from ..meshes import read_nodes
+
+#: Formats of which it is known what they can refer to.
+FORMATS = (".vtu", ".vtk", ".msh", ".mesh", ".xdmf", ".xmf")
+
+
+@dataclass(frozen=True)
+class Named:
+    """A file as a scene in a folder names it."""
+
+    folder: Path
+    name: str
+
+    def __repr__(self):
+        return repr(self.name)
+
+
+def element_lengths(value):
+    """The name of a line mesh as [[length, 1], ...] of its elements, so that a scene is complete without the file; what
+    else `cable.elements` may be, as it is.  Raises ValueError."""
+    if isinstance(value, Named):
+        value = _mesh_of_stranger(value)
+    if not isinstance(value, str | Path):
+        return value
+    nodes = read_nodes(value)
+    return [[float(b - a), 1] for a, b in itertools.pairwise(nodes)]
+
+
+def inside(folder: Path, name: str) -> Path:
+    """The file that a relative name means; raises ValueError if it lies, or a link leads, outside the folder."""
+    parts = PurePosixPath(name).parts
+    if "\0" in name or ".." in parts or PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
+        raise ValueError("must be a path below the folder of the scene, without '..'")
+    path = (Path(folder) / name).resolve()
+    if not path.is_relative_to(Path(folder).resolve()):
+        raise ValueError("must not be a link that leaves the folder of the scene")
+    if not path.is_file():
+        raise ValueError("file not found")
+    return path
+
+
+def _mesh_of_stranger(named):
+    path = inside(named.folder, named.name)
+    if path.suffix.lower() not in FORMATS:
+        raise ValueError(f"must be a mesh file of these formats: {', '.join(FORMATS)}")
+    if path.suffix.lower() in (".xdmf", ".xmf"):
+        _check_xdmf(path)
+    return path
+
+
+def _check_xdmf(path):
+    """Raises ValueError unless all that it refers to lies below its folder."""
+    text = path.read_bytes()
+    if b"<!DOCTYPE" in text or b"<!ENTITY" in text or b"\0" in text:
+        raise ValueError("must not declare a document type or entities")
+    try:
+        elements = list(ElementTree.fromstring(text).iter())
+    except ElementTree.ParseError as error:
+        raise ValueError(f"is no XDMF file ({error})") from None
+    for element in elements:
+        if element.tag.rpartition("}")[2] == "include":
+            raise ValueError("must not include other files")
+        kind = element.get("Format", "XML").upper()
+        if kind == "HDF":
+            _check_hdf5(inside(path.parent, (element.text or "").strip().partition(":")[0]))
+        elif kind != "XML":
+            raise ValueError(f"must hold its numbers as text or in an HDF5 file, not as Format {kind!r}")
+
+
+def _check_hdf5(path):
+    """Raises ValueError if one of its links, or the numbers of a data set, are in another file."""
+    import h5py
+
+    def check(group, seen):
+        for name in group:
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise ValueError(f"its HDF5 file must hold its numbers itself, and {name!r} is a link")
+            found = group[name]
+            address = h5py.h5o.get_info(found.id).addr
+            if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):
+                raise ValueError(f"its HDF5 file must hold its numbers itself, and those of {name!r} are elsewhere")
+            if isinstance(found, h5py.Group) and address not in seen:
+                check(found, seen | {address})
+
+    try:
+        with h5py.File(path, "r") as file:
+            check(file, frozenset())
+    except (OSError, RuntimeError, RecursionError) as error:
+        raise ValueError(f"its HDF5 file cannot be read ({error})") from None

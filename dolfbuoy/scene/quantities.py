@@ -1,0 +1,102 @@
+"""Types of the values of a scene.
+
+Their bounds are far beyond any buoy, cable or sea: a value outside is a slip of the pen, not a scene.  The largest
+ship has 1e9 kg, the deepest sea 1.1e4 m, the strongest mooring chain breaks at 3e7 N, a tidal current runs 5 m/s.
+"""
+
+import math
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, Field
+
+
+class Wrong(ValueError):
+    """A value that does not go with the other keys of its section."""
+
+    def __init__(self, key: str, value: Any, allowed: str):
+        super().__init__(f"{key} = {value!r}: {allowed}")
+        self.key, self.value, self.allowed = key, value, allowed
+
+
+def _between(low, high, kind=float):
+    return Annotated[kind, Field(ge=low, le=high)]
+
+
+def _up_to(high):
+    return Annotated[float, Field(gt=0, le=high)]
+
+
+Length = _up_to(1e5)  # m
+Height = _between(-1e5, 1e5)  # m
+Wavelength = _up_to(1e7)  # m
+Area = _up_to(1e6)  # m^2
+Mass = _up_to(1e9)  # kg, kg/m
+Inertia = _up_to(1e15)  # kg m^2
+Density = _up_to(1e5)  # kg/m^3
+Force = _between(-1e10, 1e10)  # N
+Damping = _between(0, 1e12)  # N s, N m s
+Speed = _between(0, 1e3)  # m/s
+Gravity = _between(0, 1e3)  # m/s^2
+Coefficient = _between(0, 1e4)
+AddedMass = _between(-1e4, 1e4)
+Angle = _between(-1e6, 1e6)  # deg
+Duration = _between(0, 1e9)  # s
+Period = _up_to(1e9)  # s
+Tolerance = Annotated[float, Field(gt=0, lt=1)]
+Degree = _between(1, 30, int)
+
+
+def _finite_numbers(count):
+    """Validator: a list of `count` finite numbers, kept as a tuple."""
+
+    def check(value):
+        good = isinstance(value, list | tuple) and len(value) == count
+        if not good or not all(isinstance(v, int | float) and not isinstance(v, bool) and _finite(v) for v in value):
+            raise ValueError(f"must be {count} finite numbers")
+        return tuple(float(v) for v in value)
+
+    return BeforeValidator(check)
+
+
+def _finite(number):
+    return abs(number) < 1e300  # also for whole numbers that no float can hold
+
+
+def _vector(component):
+    return Annotated[tuple[component, component, component], _finite_numbers(3)]
+
+
+Vector = _vector(Height)  # m
+ForceVector = _vector(Force)
+VelocityVector = _vector(_between(-1e3, 1e3))  # m/s, rad/s
+_part = _between(-1e6, 1e6)
+Quaternion = Annotated[tuple[_part, _part, _part, _part], _finite_numbers(4)]
+Pair = Annotated[tuple[Height, Height], _finite_numbers(2)]
+Share = Annotated[tuple[Length, _between(1, 1e7)], _finite_numbers(2)]  # of a cable, and its elements
+
+
+def _stiff(value):
+    if math.isnan(value) or 1e16 < value < math.inf:
+        raise ValueError("must be a positive number up to 1e16, or inf")
+    return value
+
+
+Stiffness = Annotated[float, Field(gt=0, allow_inf_nan=True), AfterValidator(_stiff)]  # N
+
+
+def _not_tiny(value):
+    if value < 1e-9:
+        raise ValueError("must be at least 1e-9 s")
+    return value
+
+
+Step = Annotated[float, Field(gt=0, le=1e9), AfterValidator(_not_tiny)]  # s
+
+
+def _one_line(text):
+    if not text.isprintable():
+        raise ValueError("must be text on one line, without control characters")
+    return text
+
+
+Title = Annotated[str, Field(max_length=200), AfterValidator(_one_line)]
