@@ -13,6 +13,10 @@ __version__ = "0.1.0"
 __all__ = ["InputError", "SolveError", "load_scene", "simulate", "solve_static"]
 
 
+def __dir__():
+    return sorted({*globals(), *__all__})
+
+
 def __getattr__(name):
     """The interface is imported at first use: `import dolfbuoy` alone does not start MPI."""
     if name in ("load_scene", "simulate", "solve_static"):

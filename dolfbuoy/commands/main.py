@@ -8,11 +8,14 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ..errors import InputError, SolveError
+from .. import __version__
+from ..errors import InputError, SolveError, printable
 from ..parallel import interruption, ranks
 from ..results.tables import out, table
+from . import language
 from .study import app as study_app
 
 app = typer.Typer(
@@ -53,6 +56,21 @@ def _table(title, *columns):
     return table(title, columns, right=("value", "after the run"))
 
 
+def _say_version(wanted):
+    if wanted:
+        out.print(f"dolfbuoy {__version__}", highlight=False)
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Say the version and exit.")
+    ] = False,
+):
+    """What goes before a command."""
+
+
 @app.command("list")
 def list_scenes():
     """Shipped scenes.  Example: dolfbuoy list"""
@@ -72,7 +90,7 @@ def check(scene: SceneArgument, assign: SetOption = None):
 
     loaded = _load(scene, assign)
     report = examine(loaded)
-    out.print(f"[bold]{loaded.title or scene}[/bold]\neffects: {', '.join(report.effects)}\n")
+    out.print(f"[bold]{escape(loaded.title or printable(scene))}[/bold]\neffects: {', '.join(report.effects)}\n")
     shown = _table("Derived numbers", "quantity", "value", "unit", "remark")
     for name, value, unit, remark in report.numbers:
         shown.add_row(name, f"{value:.5g}", unit, remark)
@@ -257,6 +275,8 @@ def sweep(
         row = dataset.isel(case=i)
         result.add_row(*(str(row[k].item()) for k in keys), *(f"{row[n].item():.5g}" for n in shown), row.status.item())
     out.print(result)
+    if not (dataset.status == "done").any():
+        raise typer.Exit(1)
 
 
 @app.command()
@@ -275,6 +295,9 @@ def doctor():
         out.print(f"{'[green]ok[/green]    ' if passed else '[red]FAILED[/red]'} {name}: {found}", soft_wrap=True)
     if not all(passed for _, passed, _ in results):
         raise typer.Exit(1)
+
+
+language.add_to(app)
 
 
 def _draw(folder):
@@ -352,7 +375,7 @@ def main():
     except Interrupted as stop:
         _fail(f"Interrupted; what was computed until now is in {stop.folder}, and {stop.advice} goes on.", 130)
     except OSError as error:
-        place = f" {error.filename}" if error.filename else ""
+        place = f" {printable(str(error.filename))}" if error.filename else ""
         _fail(f"Error: cannot read or write{place}: {error.strerror or error}.", 1)
     except Exception:
         if interruption.received():

@@ -53,8 +53,16 @@ def evaluate_all(
 def _prepared(store, files):
     """Numbers of the cases without a file, one of each that comes twice, and a folder for claims."""
     store.mkdir(parents=True, exist_ok=True)
-    missing = {file: i for i, file in reversed(list(enumerate(files))) if not file.is_file()}
+    missing = {file: i for i, file in reversed(list(enumerate(files))) if not _whole(file)}
     return sorted(missing.values()), Path(tempfile.mkdtemp(prefix="claims-", dir=store))
+
+
+def _whole(file):
+    """Whether a file holds a result; one that was damaged does not count."""
+    try:
+        return isinstance(json.loads(file.read_text()), dict)
+    except (OSError, ValueError, RecursionError):
+        return False
 
 
 def _evaluate_share(evaluate, cases, files, indices, claims):

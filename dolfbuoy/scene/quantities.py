@@ -22,8 +22,19 @@ def _between(low, high, kind=float):
     return Annotated[kind, Field(ge=low, le=high)]
 
 
-def _up_to(high):
-    return Annotated[float, Field(gt=0, le=high)]
+def _at_least(low):
+    """Validator: what is so small that its square or inverse leaves the numbers of a computer is no size."""
+
+    def check(value):
+        if value < low:
+            raise ValueError(f"must be at least {low:g}")
+        return value
+
+    return AfterValidator(check)
+
+
+def _up_to(high, low=1e-20):
+    return Annotated[float, Field(gt=0, le=high), _at_least(low)]
 
 
 Length = _up_to(1e5)  # m
@@ -42,6 +53,7 @@ AddedMass = _between(-1e4, 1e4)
 Angle = _between(-1e6, 1e6)  # deg
 Duration = _between(0, 1e9)  # s
 Period = _up_to(1e9)  # s
+Step = _up_to(1e9, 1e-9)  # s
 Tolerance = Annotated[float, Field(gt=0, lt=1)]
 Degree = _between(1, 30, int)
 
@@ -76,21 +88,12 @@ Share = Annotated[tuple[Length, _between(1, 1e7)], _finite_numbers(2)]  # of a c
 
 
 def _stiff(value):
-    if math.isnan(value) or 1e16 < value < math.inf:
-        raise ValueError("must be a positive number up to 1e16, or inf")
+    if math.isnan(value) or value < 1e-20 or 1e16 < value < math.inf:
+        raise ValueError("must be a number from 1e-20 to 1e16, or inf")
     return value
 
 
 Stiffness = Annotated[float, Field(gt=0, allow_inf_nan=True), AfterValidator(_stiff)]  # N
-
-
-def _not_tiny(value):
-    if value < 1e-9:
-        raise ValueError("must be at least 1e-9 s")
-    return value
-
-
-Step = Annotated[float, Field(gt=0, le=1e9), AfterValidator(_not_tiny)]  # s
 
 
 def _one_line(text):

@@ -20,7 +20,9 @@ def sentence(error: ValidationError) -> str:
     location = [str(part) for part in first["loc"] if unknown or not _is_type_tag(part)]
     key, message = ".".join(location) or "scene", first["msg"]
     if unknown:
-        return f"Unknown key {_short(key)}; allowed here: {', '.join(_fields(location[:-1]))}."
+        return (
+            f"Unknown key {_short('.'.join(location)) or repr('')}; allowed here: {', '.join(_fields(location[:-1]))}."
+        )
     if first["type"] == "missing":
         return f"Missing key {key}."
     if first["type"] == "value_error":

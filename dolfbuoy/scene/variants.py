@@ -3,23 +3,27 @@
 import csv
 import itertools
 import math
-import tomllib
 from pathlib import Path
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
+from .reading import parse
+
+MOST_CASES = 100_000
 
 
 def parse_vary(text: str) -> tuple[str, list]:
     """`key=a,b,c` or `key=start:stop:step` (stop included) -> (key, values).  Raises InputError."""
     key, equals, values = (part.strip() for part in text.partition("="))
+    if not text.strip().isprintable():
+        raise InputError(f"--vary {text}: must be on one line, without control characters.")
     if not key or not equals or not values:
         raise InputError(f"--vary {text}: must have the form section.key=a,b,c or section.key=start:stop:step.")
     if ":" in values:
         return key, _range(text, values.split(":"))
     try:
-        return key, tomllib.loads(f"values = [{values}]")["values"]
-    except tomllib.TOMLDecodeError:  # bare words
+        return key, parse(f"values = [{values}]")["values"]
+    except ValueError:  # bare words
         found = [value.strip() for value in values.split(",")]
     if not all(found):
         raise InputError(f"--vary {text}: there is an empty value between the commas.")
@@ -32,6 +36,8 @@ def _range(text, parts):
         count = math.floor((stop - start) / step + 1e-9) + 1
     except (ValueError, ZeroDivisionError, OverflowError):
         raise InputError(f"--vary {text}: a range must be start:stop:step in finite numbers, step not zero.") from None
+    if count > MOST_CASES:
+        raise InputError(f"--vary {text}: the range must hold {MOST_CASES} values at most, not {count:.3g}.")
     if count < 1:
         raise InputError(f"--vary {text}: the range is empty.")
     values = [float(f"{start + i * step:.12g}") for i in range(count)]  # 0.3, not 0.30000000000000004
@@ -47,6 +53,8 @@ def cases_of(vary: list[str], table: Path | None) -> list[dict]:
     keys, values = zip(*(parse_vary(text) for text in vary), strict=True)
     if len(set(keys)) < len(keys):
         raise InputError(f"--vary: {max(keys, key=keys.count)} is given more than once.")
+    if math.prod(map(len, values)) > MOST_CASES:
+        raise InputError(f"--vary: must give {MOST_CASES} cases at most, not {math.prod(map(len, values)):.3g}.")
     return [dict(zip(keys, combination, strict=True)) for combination in itertools.product(*values)]
 
 

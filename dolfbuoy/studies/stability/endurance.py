@@ -3,6 +3,7 @@
 The waves are periodic, so once the start has died out every window that holds whole periods must show the same numbers.
 """
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,8 @@ def long_run(scene, folder: Path):
 
 def compute(folder: Path, scene, window: float, skip: int, **_):
     """The record, if the run is long enough for its windows; None on all ranks but 0."""
+    if not 0 < window < math.inf:
+        raise InputError(f"--window {window:g}: must be a positive number of seconds.")
     if scene.time.end < (skip + 2) * window * (1 - 1e-9):
         raise InputError(f"--duration {scene.time.end:g}: fewer than {skip + 2} windows of {window:g} s.")
     record = long_run(scene, folder)

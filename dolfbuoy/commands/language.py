@@ -1,0 +1,63 @@
+"""The scene language on the command line: its keys, its schema, and a new scene."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import InputError
+from ..results.tables import out, table
+
+
+def keys(
+    section: Annotated[str | None, typer.Argument(metavar="[SECTION]", help="Such as cable or cable.top.")] = None,
+):
+    """Keys of a scene: unit, default, range, meaning.  Example: dolfbuoy keys cable"""
+    from ..scene.keys import keys_of
+
+    rows = keys_of(section)
+    shown = table("Keys of a scene", ("key", "unit", "default", "range", "meaning"), right=())
+    for row in rows:
+        shown.add_row(*row)
+    out.print(shown)
+
+
+def schema():
+    """JSON Schema of a scene, for editors.  Example: dolfbuoy schema > schema.json"""
+    from ..scene.schema import as_text
+
+    out.print(as_text(), end="", soft_wrap=True, markup=False, highlight=False)
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the scene; its file is NAME.toml.")],
+    like: Annotated[str, typer.Option("--like", metavar="SCENE", help="Scene whose values it begins with.")] = "short",
+):
+    """A commented scene of one's own, with every key.  Example: dolfbuoy new mine --like free-buoy"""
+    path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    write_new(path, like)
+    out.print(f"{path}: check it with dolfbuoy check {path}", soft_wrap=True, markup=False, highlight=False)
+
+
+def write_new(path: Path, like: str) -> None:
+    """Write a commented scene with the values of another; never over a file.  Raises InputError."""
+    from ..scene import load_scene
+    from ..scene.schema import FILE
+    from ..scene.template import commented
+
+    if not path.stem or not str(path).isprintable():
+        raise InputError(f"NAME = {str(path)!r}: must be the name of a file, in characters that can be printed.")
+    text = commented(load_scene(like, title=path.stem), str(FILE))
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise InputError(f"NAME = {str(path)!r}: must be a new file; this one exists and is left as it is.") from None
+    except OSError as error:
+        raise InputError(f"NAME = {str(path)!r}: must be a file that can be written ({error.strerror}).") from None
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make them commands of an application."""
+    for command in (new, keys, schema):
+        app.command()(command)

@@ -1,0 +1,68 @@
+"""The scene language for editors: a JSON Schema (draft 2020-12) made from the models in `sections`.
+
+A scene names it in its first line, `#:schema schema.json`, where editors with TOML support look for it.  What several
+keys must be together is not in it; `dolfbuoy check` says that.
+"""
+
+import json
+import math
+from pathlib import Path
+
+from .petsc_options import ALLOWED, SWITCH
+from .sections import Scene
+
+#: The file beside the shipped scenes.
+FILE = Path(__file__).parents[1] / "scenes" / "schema.json"
+
+
+def schema() -> dict:
+    """Schema of a scene; each key with its description, unit, default and range."""
+    found = _tidy(Scene.model_json_schema())
+    sections = found["$defs"]
+    sections["Cable"]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
+    options = {name: _option(allowed) for name, allowed in ALLOWED.items()}
+    petsc = {"type": "object", "properties": options, "additionalProperties": False, "default": {}}
+    petsc["description"] = sections["Solver"]["properties"]["petsc"]["description"]
+    sections["Solver"]["properties"]["petsc"] = petsc
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Scene of dolfbuoy"}
+    return head | found
+
+
+def as_text() -> str:
+    """The schema as it stands in its file."""
+    return json.dumps(schema(), indent=1, sort_keys=True, allow_nan=False) + "\n"
+
+
+def _option(allowed):
+    if allowed is SWITCH:
+        return {"type": "boolean"}
+    if isinstance(allowed, tuple):
+        return {"enum": list(allowed)}
+    return {"type": "integer" if allowed.whole else "number", "minimum": allowed.low, "maximum": allowed.high}
+
+
+def _tidy(node):
+    """Without what TOML does not have (null) and JSON does not have (inf); units in the descriptions."""
+    if isinstance(node, list):
+        return [_tidy(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    result = {name: _tidy(value) for name, value in node.items() if not _needless(name, value)}
+    if "unit" in result and not isinstance(result["unit"], dict):
+        unit = result.pop("unit")
+        result["description"] += "" if unit == "1" else f" [{unit}]"
+    choices = [choice for choice in result.get("anyOf", []) if choice != {"type": "null"}]
+    if len(choices) == 1:
+        del result["anyOf"]
+        result = choices[0] | result
+    elif choices:
+        result["anyOf"] = choices
+    return result
+
+
+def _needless(name, value):
+    """Titles that pydantic makes of names; defaults that are no value of TOML, or a whole section."""
+    if name == "title":
+        return isinstance(value, str)
+    bad = value is None or isinstance(value, dict) or (isinstance(value, float) and not math.isfinite(value))
+    return name == "default" and bad
