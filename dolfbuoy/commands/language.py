@@ -45,7 +45,7 @@ def write_new(path: Path, like: str) -> None:
     from ..scene.schema import FILE
     from ..scene.template import commented
 
-    if not path.stem or not str(path).isprintable():
+    if path.stem.startswith(".") or not str(path).isprintable():
         raise InputError(f"NAME = {str(path)!r}: must be the name of a file, in characters that can be printed.")
     text = commented(load_scene(like, title=path.stem), str(FILE))
     try:

@@ -90,12 +90,23 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         return key, value
 
 
+_DEEPEST = 30  # lists and tables within each other
+
+
 def parse(text: str) -> dict:
     """TOML; raises ValueError for whatever tomllib finds wrong."""
+    deep = ValueError(f"lists or tables are nested more than {_DEEPEST} deep")
     try:
-        return tomllib.loads(text)
+        found = tomllib.loads(text)
     except RecursionError:
-        raise ValueError("lists or tables are nested too deeply") from None
+        raise deep from None
+    level = [found]
+    for _ in range(_DEEPEST):
+        level = [item for node in level for item in (node.values() if isinstance(node, dict) else node)]
+        level = [item for item in level if isinstance(item, dict | list)]
+    if level:
+        raise deep
+    return found
 
 
 def _read(scene) -> dict:

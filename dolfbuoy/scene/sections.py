@@ -318,9 +318,7 @@ class Time(Section):
 class Solver(Section):
     """Nonlinear solver; `petsc` holds options of PETSc's SNES (`petsc_options`), for example {snes_monitor = true}."""
 
-    petsc: Annotated[dict[str, bool | int | float | str], AfterValidator(checked)] = key(
-        "options of PETSc, see petsc_options", default={}
-    )
+    petsc: Annotated[dict[str, Any], AfterValidator(checked)] = key("options of PETSc, see petsc_options", default={})
     step_tolerance: Tolerance = key("Newton's tolerance, relative to typical sizes", "1", default=1e-9)
     quadrature_degree: Degree | None = key("on the cable; absent: by position_degree", "1", default=None)
     keep_jacobian: bool = key("in runs: a matrix serves while Newton converges fast with it", default=True)

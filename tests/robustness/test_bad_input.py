@@ -1,0 +1,127 @@
+"""Bad and odd inputs: each ends in one sentence that names the key, with exit code 2, before anything is built.
+
+Source: a list of inputs and of what must be said (bad_input.toml).
+"""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+import tomli_w
+
+from dolfbuoy.errors import InputError
+from dolfbuoy.model.feasible import check_feasible
+from dolfbuoy.model.first_shape import check_first_shape
+from dolfbuoy.scene import load_scene, merged, shipped_scenes
+
+CORPUS = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text())
+KINDS = ("together", "file", "command", "usage")
+#: (scene, key, value, words)
+VALUES = [
+    (scene, key, value, words)
+    for scene, keys in CORPUS.items()
+    if scene not in KINDS
+    for key, cases in keys.items()
+    for value, *words in cases
+]
+
+
+def name(case):
+    """Of a test, in characters that a terminal shows."""
+    return ascii(case)[:90]
+
+
+def refused(scene):
+    """The sentence in which a scene ends."""
+    with pytest.raises(InputError) as caught:
+        judge(scene)
+    return str(caught.value)
+
+
+def judge(scene):
+    """All that is looked at before anything is built."""
+    found = load_scene(scene)
+    check_feasible(found)
+    check_first_shape(found)
+
+
+def check_sentence(said, words):
+    for word in words:
+        assert word in said, said
+    assert said.isprintable(), said
+    assert said.endswith(".")
+    assert not said.endswith("..")
+    assert len(said) < 800, said
+    assert "instance of" not in said  # no Python in a message to a user
+
+
+def saved(folder, data):
+    """A scene as a file."""
+    path = folder / "scene.toml"
+    path.write_text(tomli_w.dumps(data), encoding="utf-8")
+    return path
+
+
+def test_there_are_many():
+    assert len(VALUES) + sum(len(CORPUS[kind]) for kind in KINDS) >= 450
+
+
+@pytest.mark.parametrize(("scene", "key", "value", "words"), VALUES, ids=name)
+def test_bad_value(tmp_path, scene, key, value, words):
+    """In a file, as it comes from a stranger."""
+    data = merged(tomllib.loads(shipped_scenes()[scene].read_text()), **{key: value})
+    said = refused(saved(tmp_path, data))
+    check_sentence(said, [key.partition(".")[0], key.rpartition(".")[2], *words])
+
+
+@pytest.mark.parametrize("case", CORPUS["together"], ids=name)
+def test_values_that_do_not_go_together(case):
+    scene = merged(load_scene(case["like"]).to_dict(), **case["set"])
+    if case.get("good"):
+        load_scene(scene)
+    else:
+        check_sentence(refused(scene), case["says"])
+
+
+@pytest.mark.parametrize("case", CORPUS["file"], ids=name)
+def test_bad_file(tmp_path, case):
+    path = tmp_path / "scene.toml"
+    path.write_text(case["text"], encoding="utf-8")
+    check_sentence(refused(path), case["says"])
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"\xff\xfe\x00", b"x = '\xe9'\n", b"x = " + b"[" * 20000, b"x = " + b"9" * 5000, b"x." * 2000 + b"y = 1"],
+    ids=["UTF-16", "Latin-1", "nested", "digits", "dots"],
+)
+def test_files_that_parsers_stumble_over(tmp_path, content):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(content)
+    check_sentence(refused(path), [])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The working directory: a scene, and nothing else when all is over."""
+    monkeypatch.chdir(tmp_path)
+    saved(tmp_path, tomllib.loads(shipped_scenes()["short"].read_text())).rename("SCENE.toml")
+    yield tmp_path
+    left = {path.name for path in tmp_path.iterdir()} - {"SCENE.toml", "results"}
+    assert not left
+
+
+@pytest.mark.parametrize("case", [case for case in CORPUS["command"] if not case.get("good")], ids=name)
+def test_bad_command(call, folder, case):
+    code, _, err = call(*case["line"])
+    assert code == 2, err
+    assert "Traceback" not in err
+    assert err.startswith("Error: ")
+    check_sentence(err.rstrip("\n"), case["says"])
+
+
+@pytest.mark.parametrize("case", CORPUS["usage"], ids=name)
+def test_bad_usage(call, folder, case):
+    code, _, err = call(*case["line"])
+    assert code == 2, err
+    assert "Traceback" not in err
