@@ -83,19 +83,17 @@ def _check_hdf5(path):
     """Raises ValueError if one of its links, or the numbers of a data set, are in another file."""
     import h5py
 
-    def check(group, seen):
-        for name in group:
-            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                raise ValueError(f"its HDF5 file must hold its numbers itself, and {name!r} is a link")
-            found = group[name]
-            address = h5py.h5o.get_info(found.id).addr
-            if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):
-                raise ValueError(f"its HDF5 file must hold its numbers itself, and those of {name!r} are elsewhere")
-            if isinstance(found, h5py.Group) and address not in seen:
-                check(found, seen | {address})
+    def check(_, found):
+        if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):
+            raise ValueError(f"its HDF5 file must hold its numbers itself, and those of {found.name!r} are elsewhere")
+        if isinstance(found, h5py.Group):
+            for name in found:
+                if not isinstance(found.get(name, getlink=True), h5py.HardLink):
+                    raise ValueError(f"its HDF5 file must hold its numbers itself, and {name!r} is a link")
 
     try:
         with h5py.File(path, "r") as file:
-            check(file, frozenset())
-    except (OSError, RuntimeError, RecursionError) as error:
+            check(None, file)
+            file.visititems(check)  # each object once, and through no link
+    except (OSError, RuntimeError) as error:
         raise ValueError(f"its HDF5 file cannot be read ({error})") from None

@@ -1,0 +1,111 @@
+"""What `--set`, `--vary` and overrides do: values, words, keys taken away; and what was silent once.
+
+Source: the scenes that the same changes written by hand give.
+"""
+
+import json
+
+import pytest
+
+from dolfbuoy.check import check
+from dolfbuoy.errors import InputError
+from dolfbuoy.parallel.cases import evaluate_all
+from dolfbuoy.scene import load_scene, parse_assignment
+from dolfbuoy.scene.variants import parse_vary
+from dolfbuoy.studies.sweep import sweep
+
+LINE = {
+    "cable": {"length": 3.0, "line_density": 2.0, "elements": 2, "top": {"kind": "free"}},
+    "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.8, 0.0, -2.4]]},
+    "time": {"end": 0.02, "step": 0.01},
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("cable.length=3", 3),
+        ("cable.length = 3.5 ", 3.5),
+        ("title=two words", "two words"),
+        ("title='none'", "none"),
+        ("cable.anchor=[0, 0, -1]", [0, 0, -1]),
+        ("waves=", None),
+        ("waves= ", None),
+        ("waves.wavelength=none", None),
+        ("waves=none", None),
+        ("waves.stretching=none", "none"),
+        ("solver.petsc.pc_type=none", "none"),
+        ("solver.petsc.pc_type=", None),
+        ("solver.petsc.ksp_rtol=none", None),
+    ],
+)
+def test_assignment(text, value):
+    assert parse_assignment(text) == (text.partition("=")[0].strip(), value)
+
+
+def test_a_key_is_taken_away():
+    changes = dict(parse_assignment(text) for text in ("waves.wavelength=none", "wind=", "buoy.point_masses="))
+    scene = load_scene("short", **changes)
+    assert (scene.waves.wavelength, scene.wind, scene.buoy.point_masses) == (None, None, [])
+    assert scene.waves.period == 5.0
+    assert (
+        load_scene("short", **{"waves.stretching": parse_assignment("waves.stretching=none")[1]}).waves.stretching
+        == "none"
+    )
+
+
+def test_a_sweep_takes_a_key_away():
+    assert parse_vary("waves.wavelength=none,40.0") == ("waves.wavelength", [None, 40.0])
+
+
+def test_a_sweep_of_which_nothing_runs_is_exit_code_1(call, tmp_path):
+    scene = tmp_path / "line.toml"
+    load_scene(LINE).save(scene)
+    for values, wanted in (("cable.length=-1,-2", 1), ("cable.length=-1,3.0", 0)):
+        code, out, _ = call("sweep", scene, "--vary", values, "--out", tmp_path / values)
+        assert code == wanted
+        assert "greater than 0" in out
+
+
+def test_a_damaged_result_of_a_case_is_computed_again(tmp_path):
+    first = sweep(LINE, ["cable.line_density=1,2"], None, tmp_path)
+    kept = sorted((tmp_path / "cases").glob("*.json"))
+    for file, garbage in zip(kept, (b"\xff\x00garbage", b"[1, 2"), strict=True):
+        file.write_bytes(garbage)
+    assert sweep(LINE, ["cable.line_density=1,2"], None, tmp_path).equals(first)
+    assert all(json.loads(file.read_text())["status"] == "done" for file in kept)
+
+
+def test_a_whole_result_of_a_case_is_not_computed_again(tmp_path):
+    cases = [{"x": 1}, {"x": 2}]
+    evaluate_all(lambda case: {"y": case["x"]}, cases, tmp_path)
+    assert [row["y"] for row in evaluate_all(lambda case: {"y": -1}, cases, tmp_path)] == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"initial.points": [[0.0, 0.0, 0.0], [1.8, 0.0, -2.5]]}, "an inextensible cable must keep its cable.length"),
+        (
+            {"initial.points": [[0.1, 0.0, 0.0], [1.9, 0.0, -2.4]]},
+            "initial.points[0] = (0.1, 0.0, 0.0): must be",
+        ),
+        ({"initial.points": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]}, "the line"),
+    ],
+)
+def test_check_refuses_the_lines_that_run_refuses(changes, words):
+    assert check(load_scene(LINE)).effects
+    with pytest.raises(InputError) as caught:
+        check(load_scene(LINE, **changes))
+    assert words in str(caught.value)
+
+
+def test_check_says_what_does_nothing():
+    assert any("time.max_step = 0.5" in said for said in check(load_scene(LINE, time__max_step=0.5)).warnings)
+    assert check(load_scene(LINE, time__max_step=0.5, time__tolerance=1e-3)).warnings == []
+
+
+@pytest.mark.parametrize("inertia", [[1.0, 2.0], [3.0, 4.0, 7.0], [5.0, 5.0, 5.0]])
+def test_inertia_of_flat_and_round_bodies_is_possible(inertia):
+    """Of a disc the largest moment is the sum of the others."""
+    assert load_scene("short", buoy__inertia=inertia).buoy.inertia == inertia
