@@ -31,7 +31,7 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
     problem = solve_equilibrium(scene, comm)
     observer = Observer(problem)
     fixed = observer.fixed()
-    values = observer.values(problem.end_tension() if problem.lines else None)
+    values = observer.values(problem.end_tension())
     if problem.lines:
         values |= observer.frame()
     values["newton_iterations"] = problem.iterations

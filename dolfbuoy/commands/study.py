@@ -24,9 +24,9 @@ def _command(name, options):
 
 
 def _parameter(option):
-    declared = {"help": option.help, "metavar": option.metavar, "min": option.min}
+    how = {"help": option.help, "metavar": option.metavar, "min": option.min}
     flag = f"--{option.name.replace('_', '-')}"
-    info = typer.Argument(**declared) if option.argument else typer.Option(flag, **declared)
+    info = typer.Argument(**how) if option.argument else typer.Option(flag, **how)
     default = inspect.Parameter.empty if option.required else option.default
     kind = option.type | None if default is None else option.type
     keyword = inspect.Parameter.KEYWORD_ONLY

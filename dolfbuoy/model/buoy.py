@@ -248,6 +248,10 @@ class Buoy:
             angular_momentum=R @ (inertia * (R.T @ angular_velocity)),
         )
 
+    def places(self):
+        """A state belongs to no place."""
+        return np.zeros(0)
+
     def force_dofs(self):
         """Local unknowns that are forces: none."""
         return np.zeros(0, dtype=int)

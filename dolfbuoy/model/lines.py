@@ -331,6 +331,10 @@ class Lines:
         """Dofs of r at s = L."""
         return self.end_dofs[line][1]
 
+    def places(self):
+        """Mesh coordinates of the nodes, in the order of their dofs [m]."""
+        return self.node_s
+
     def force_dofs(self):
         """Local unknowns that are tensions."""
         dofs = self.T_dofs.ravel()

@@ -210,9 +210,13 @@ class Problem:
         """What the models of this rank tell time stepping, in the order of the unknowns."""
         return [evolution for model in self.models for evolution in model.evolutions()]
 
+    def places(self):
+        """Where the unknowns of this rank sit, by which a state that is taken up again knows its numbering."""
+        return np.concatenate([model.places() for model in self.models] or [np.zeros(0)])
+
     def force_dofs(self):
         """Local unknowns that are tensions, or forces at attachments."""
-        found = [model.force_dofs() for model in self.models]
+        found = [np.zeros(0, dtype=int), *(model.force_dofs() for model in self.models)]
         if self.buoy:
             found += [np.arange(a.slice.start, a.slice.stop)[3:] for a in self.attachments]
         return np.concatenate(found)
@@ -225,11 +229,13 @@ class Problem:
         return combined(self.comm, means.min(initial=np.inf), MPI.MIN)
 
     def end_tension(self, fresh=True, line=0):
-        """T_bnd, the force that holds the upper end of a line [N], on every rank.
+        """T_bnd, the force that holds the upper end of a line [N], on every rank; None without lines.
 
         Of a fixed or prescribed top it is the reaction: the residual of Eq. (11)_1 at the end node.  With
         fresh = False the residual is the one that Newton evaluated last.
         """
+        if self.lines is None:
+            return None
         kind = self.lines.lines[line].top(self.scene)
         if kind == "buoy":
             mine = -self.attachment_of(line).of(self.system.u).force if self.buoy else None

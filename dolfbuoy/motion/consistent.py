@@ -61,7 +61,7 @@ def _settle(simulation, u0, h):
     (known1, _, _), (known2, u2, end2), (known3, u3, end3) = found
     forces = simulation.problem.force_dofs()
     u0[forces] = 3 * u2[forces] - 2 * u3[forces]
-    if simulation.problem.lines:
+    if simulation.end_tension is not None:
         simulation.end_tension = 3 * end2 - 2 * end3
     begin = []
     for past, *known in zip(simulation.pasts, known1, known2, known3, strict=True):

@@ -101,9 +101,8 @@ class Simulation:
 
         Nothing is copied, so it has to be stored before the next step.
         """
-        lines = self.problem.lines
         return {name: getattr(self, name) for name in ("t", "end_tension", "iterations")} | {
-            "node_s": lines.node_s if lines else None,
+            "places": self.problem.places(),
             "u": self.system.u,
             "newton": self.newton.state(),
             "memory": {str(k): memory for k, memory in enumerate(filter(None, self.memory))},
@@ -114,11 +113,8 @@ class Simulation:
 
     def restore(self, state):
         """Be where a Simulation of the same scene was, on the same rank of as many.  Raises InputError if it cannot."""
-        lines = self.problem.lines
-        if lines and not np.array_equal(state["node_s"], lines.node_s):
-            raise InputError(
-                "The cable's unknowns are numbered in another way than in the state: not the same dolfinx."
-            )
+        if not np.array_equal(state["places"], self.problem.places()):
+            raise InputError("The unknowns are numbered in another way than in the state: not the same dolfinx.")
         self.t, self.end_tension, self.iterations = state["t"], state.get("end_tension"), state["iterations"]
         self.newton.restore(state["newton"])
         for past, kept in zip(self.pasts, _listed(state, "pasts"), strict=True):
@@ -192,7 +188,7 @@ class Simulation:
         return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
     def _accept(self, t, rates):
-        self.end_tension = self.problem.end_tension(fresh=False) if self.problem.lines else None
+        self.end_tension = self.problem.end_tension(fresh=False)
         u = self.system.u
         for model in self.problem.models:
             model.accept(u)

@@ -69,6 +69,8 @@ class System:
 
     def set_scales(self, gamma) -> bool:
         """Scale unknowns and rows for a step with d/dt ~ gamma; whether anything changed."""
+        if self.law is not None:
+            self.law.set_scales(gamma)
         if self.gamma is not None and abs(gamma - self.gamma) <= 1e-9 * gamma:
             return False
         self.gamma = gamma
@@ -79,8 +81,6 @@ class System:
         self.unknown_scales[:], self.row_scales[:] = xs[self.numbering.visible], fs[self.order]
         self._row_scale.setArray(self.row_scales)
         self._unknown_scale.setArray(xs[self.order])
-        if self.law is not None:
-            self.law.set_scales(gamma)
         return True
 
     # -- evaluation in physical values ---------------------------------------------------------------------------------

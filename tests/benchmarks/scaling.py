@@ -197,7 +197,7 @@ def weak(ask, options):
 
 
 def sweep(ask, options):
-    """Independent scenes on 1, 2 and 3 ranks; of several the first hands out the cases only."""
+    """Independent scenes on 1, 2 and 3 ranks."""
     count = 8 if options.quick else 64
     rows = [ask(sweep=count, ranks=ranks) for ranks in (1, 2, 3)]
     for row in rows:

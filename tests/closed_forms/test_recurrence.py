@@ -8,7 +8,7 @@ Source: dense numpy code of backward Euler, eigenvalues of tests/reference.
 
 import numpy as np
 import pytest
-from dynamics_helpers import NumpyCable, merged, residual_by_block, running, simulate_evenly, string_matrices
+from dynamics_helpers import NumpyCable, merged, running, simulate_evenly, string_matrices
 from helpers import reference
 from scipy.linalg import eigh
 
@@ -257,5 +257,5 @@ def test_residual_of_every_accepted_step_is_small():
     with running(scene) as simulation:
         for _ in range(20):
             simulation.step(0.01)
-            for block, size in residual_by_block(simulation).items():
+            for block, size in simulation.system.residual_by_block().items():
                 assert size < 1e-10, block

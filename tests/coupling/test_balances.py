@@ -15,7 +15,6 @@ from dynamics_helpers import (
     cable_residual,
     merged,
     quaternion_product,
-    residual_by_block,
     rotation_matrix,
     running,
     wind_force,
@@ -90,7 +89,7 @@ class History:
             for _ in range(25):
                 simulation.step(self.dt)
                 self.snapshots.append(Snapshot(simulation))
-                self.blocks.append(residual_by_block(simulation))
+                self.blocks.append(simulation.system.residual_by_block())
             self.recorded = Observer(simulation.problem).values(simulation.end_tension)
 
     def omega(self, s):

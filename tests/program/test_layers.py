@@ -25,8 +25,8 @@ LAYERS = (
     ("parallel",),
     ("forms", "meshes", "scenes", "errors"),
 )
-#: Within a line: what a scheme leaves of a motion stands in the summary of a run.
-BESIDE = {("results", "motion")}
+#: Within a line: what a scheme leaves of a motion stands in the summary of a run; modes begin where a run does.
+BESIDE = {("results", "motion"), ("modes", "motion")}
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 ROOT = "dolfbuoy"  # the package itself: its version, and the interface at first use
 PLACES = {ROOT: dolfbuoy, f"{ROOT}.forms": dolfbuoy.forms, f"{ROOT}.meshes": dolfbuoy.meshes}

@@ -60,15 +60,6 @@ def running(scene):
         simulation.problem.destroy()
 
 
-def residual_by_block(simulation):
-    """Block -> its largest scaled residual after a step."""
-    room = simulation.newton.x.duplicate()
-    try:
-        return simulation.system.residual_by_block(room)
-    finally:
-        room.destroy()
-
-
 def rates(errors, factor=2.0):
     """Order of every consecutive pair of errors when the step is divided by `factor`."""
     errors = np.asarray(errors, dtype=float)

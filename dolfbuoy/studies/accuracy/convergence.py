@@ -21,6 +21,9 @@ from ...statics.profile import Profile, errors, unit_cable
 from ..declaration import declared
 from ..study import Table
 
+WORDS = declared(__file__)
+STRUCTURE = ("material", "strain", "end", "mu", "nu")
+
 FORCE = (0.5, 0.0, 0.75)
 #: EA/(w L) for which FORCE stretches the cable to exactly 1.5 L.
 EA_50_PERCENT = 1.2347888733299130364
@@ -53,10 +56,6 @@ def parse_cells(text: str) -> tuple[int, ...]:
     if min(cells) < 1 or list(cells) != sorted(set(cells)):
         raise InputError(f"--cells {text}: must be positive whole numbers, increasing, for example 2,4,8.")
     return cells
-
-
-WORDS = declared(__file__)
-STRUCTURE = ("material", "strain", "end", "mu", "nu")
 
 
 def request(figure: str, cells: str) -> dict:

@@ -17,7 +17,7 @@ from ...errors import InputError
 from ...motion.energy import STORED, Meter
 from ...motion.simulation import Simulation
 from ...results.compare import orders
-from ...results.style import PAGE, new_figure
+from ...results.style import PAGE, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import load_scene, settings
 from ..declaration import declared
@@ -99,5 +99,6 @@ def draw(rows: list[dict]):
     for scheme, mine in groups(rows, "scheme").items():
         axes.loglog([row["step"] for row in mine], [row["relative"] for row in mine], "o-", label=scheme)
     axes.set(xlabel="step [s]", ylabel="defect / work of the drag")
+    plain_ticks(axes)
     axes.legend()
     return figure

@@ -195,7 +195,7 @@ def in_words(case: dict) -> list[str]:
 
 def draw(computed: list[dict]):
     """Above the shapes at all stages, the scale of x stretched; below the tension at the last one."""
-    figure = new_figure(max(PAGE, 2.6 * len(computed)), 5.8)
+    figure = new_figure(max(PAGE, 3.2 * len(computed)), 5.8)
     grid = figure.subplots(2, len(computed), squeeze=False, gridspec_kw={"height_ratios": (1.3, 1)})
     for case, above, below in zip(computed, *grid, strict=True):
         _draw_shapes(above, case)

@@ -1,0 +1,62 @@
+"""The equations of a scene, linearised about its equilibrium: K x + E x_t + M x_tt = 0.
+
+Rates are affine in the unknowns, v = gamma_v r + h_v and a = gamma_a r + h_a, so that the Jacobian of a step is
+K + gamma_v E + gamma_a M exactly.  With histories that make all rates zero, three assemblies of it give the matrices.
+The state of a buoy is of first order in time: its inertia stands in E, that of lines in M.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from mpi4py import MPI
+from scipy.sparse import csr_matrix
+
+from ..model.problem import Problem
+from ..motion.start import initial_state
+
+
+@dataclass
+class Linearisation:
+    """Stiffness K, damping E and mass M of the free unknowns of this rank's rows, in physical units.
+
+    problem: dynamic, without waves, with the equilibrium `u` as its unknowns; `problem.system.order` are the local
+    unknowns that belong to rows and columns.
+    """
+
+    problem: Problem
+    u: np.ndarray
+    K: csr_matrix
+    E: csr_matrix
+    M: csr_matrix
+
+    def destroy(self):
+        """Give PETSc's objects back."""
+        self.problem.destroy()
+
+
+def linearise(scene, comm=MPI.COMM_WORLD) -> Linearisation:
+    """Linearise about the equilibrium in the mean current, wind and external force, without waves.
+
+    Raises InputError for a scene that has no equilibrium, SolveError if it is not found.
+    """
+    rest = scene.initial.model_copy(update={"kind": "equilibrium", "buoy_velocity": None})
+    calm = scene.model_copy(update={"waves": None, "initial": rest})
+    start = initial_state(calm, comm)
+    problem = Problem(calm, dynamic=True, comm=comm)
+    problem.set_time(0.0)
+    start.put(problem, problem.system.u)
+    problem.system.publish()
+    u = problem.system.u.copy()
+    K = _jacobian(problem, 0.0, 0.0)
+    return Linearisation(problem, u, K, _jacobian(problem, 1.0, 0.0) - K, _jacobian(problem, 0.0, 1.0) - K)
+
+
+def _jacobian(problem, gamma_v, gamma_a):
+    """K + gamma_v E + gamma_a M at the unknowns at hand, all of whose rates are zero."""
+    for evolution in problem.evolutions():
+        values = evolution.values(problem.system.u)
+        for level, gamma in enumerate((gamma_v, gamma_a)[: evolution.order]):
+            evolution.hand_out(level, gamma, -gamma * values)
+    problem.system.assemble_jacobian()
+    rows, columns, values = problem.system.A.getValuesCSR()
+    return csr_matrix((values.copy(), columns.copy(), rows.copy()), shape=(len(rows) - 1, problem.system.unknowns))
