@@ -341,7 +341,7 @@ def test_resampling_is_exact_for_polynomials(order, coefficients, count, lagged)
         t = -h * np.arange(n)
         return y(t) - lagged * lag * h**order * rate(t)
 
-    for factor in (0.5, 0.1, 1.6):
+    for factor in (0.5, 0.1, 1.6, 2.0):
         series = Series(np.zeros(1), np.array([y.deriv()(0.0)]), lagged)
         series.values, series.step = [np.array([v]) for v in told(h0, count)], h0
         series.resample(factor * h0, order, lag)
