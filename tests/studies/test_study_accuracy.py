@@ -264,7 +264,7 @@ def test_advice_that_fails_is_not_given():
     pilot.candidates = lambda target: [candidate]
     pilot.best, pilot.finest, pilot.own_time, pilot.own_space = Space(3, 2, 8), 0.01, 1e-4, 1e-4
     with pytest.raises(SolveError, match="No settings"):
-        advice._verified(pilot, 3)
+        advice.verified(pilot, 3)
 
 
 @pytest.mark.slow
