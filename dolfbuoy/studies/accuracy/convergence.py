@@ -144,7 +144,7 @@ def texts(row: dict) -> dict:
     for name in ERRORS:
         order = row[f"order_{name}"]
         observed = "rounding" if row[f"rounding_{name}"] else "-" if order is None else f"{order:.2f}"
-        texts |= {f"shown_{name}": f"{row[name]:.2e}", f"shown_order_{name}": f"{observed} ({row[f'theory_{name}']})"}
+        found |= {f"shown_{name}": f"{row[name]:.2e}", f"shown_order_{name}": f"{observed} ({row[f'theory_{name}']})"}
     return found
 
 
