@@ -86,13 +86,14 @@ class Top(Section):
     @model_validator(mode="after")
     def _complete(self):
         if self.kind != "free" and self.position is None:
-            raise ValueError(f"kind '{self.kind}' needs a position")
+            raise Wrong("kind", self.kind, "needs a position")
         if self.kind == "prescribed" and (self.amplitude is None or self.period is None):
-            raise ValueError("kind 'prescribed' needs amplitude and period")
-        if self.kind != "prescribed" and (self.amplitude is not None or self.period is not None or self.ramp):
-            raise ValueError("amplitude, period and ramp go with kind 'prescribed' only")
+            raise Wrong("kind", self.kind, "needs amplitude and period")
+        for name in ("amplitude", "period", "ramp"):
+            if self.kind != "prescribed" and getattr(self, name):
+                raise Wrong(name, getattr(self, name), "goes with kind 'prescribed' only")
         if self.kind != "free" and self.force != (0.0, 0.0, 0.0):
-            raise ValueError("force goes with kind 'free' only")
+            raise Wrong("force", self.force, "goes with kind 'free' only")
         return self
 
 
@@ -277,8 +278,10 @@ class Initial(Section):
 
     @model_validator(mode="after")
     def _consistent(self):
-        if (self.kind == "polyline") != (self.points is not None):
-            raise ValueError("points go with kind 'polyline', and it needs them")
+        if self.kind == "polyline" and self.points is None:
+            raise Wrong("kind", self.kind, "needs points")
+        if self.kind != "polyline" and self.points is not None:
+            raise Wrong("points", self.points, "goes with kind 'polyline' only")
         if self.points is not None and len(self.points) < 2:
             raise Wrong("points", self.points, "must be at least two points")
         if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
@@ -306,6 +309,8 @@ class Time(Section):
     def _consistent(self):
         if self.end > MOST_STEPS * self.step:
             raise Wrong("step", self.step, f"must be at least end / {MOST_STEPS:g}, and end is {self.end:g}")
+        if self.output_every is not None and self.end > MOST_STEPS * self.output_every:
+            raise Wrong("output_every", self.output_every, f"must be at least end / {MOST_STEPS:g}")
         if self.min_step is not None and self.tolerance is None:
             raise Wrong("min_step", self.min_step, "goes with a tolerance only; without one all steps are equal")
         if self.min_step is not None and self.max_step is not None and self.min_step > self.max_step:
@@ -370,14 +375,12 @@ class Scene(Section):
 
     def _check_slack(self):
         """Generalized-alpha keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap."""
-        time = self.time
-        if self.cable.slack == "compressive" or time is None or time.scheme != "generalized-alpha":
+        time, slack = self.time, self.cable.slack
+        if slack == "compressive" or time is None or time.scheme != "generalized-alpha":
             return
         if time.spectral_radius > 0:
-            raise ValueError(
-                f"cable.slack = 'tension-only' with generalized-alpha needs time.spectral_radius = 0, not "
-                f"{time.spectral_radius}: others gain energy whenever the cable snaps taut"
-            )
+            allowed = f"with generalized-alpha needs time.spectral_radius = 0, not {time.spectral_radius}: "
+            raise Wrong("cable.slack", slack, f"{allowed}others gain energy whenever the cable snaps taut")
 
     @property
     def anchor(self) -> tuple[float, float, float]:

@@ -77,7 +77,9 @@ def test_unknown_command_is_bad_usage(call):
     assert call("frobnicate")[0] == 2
 
 
-@pytest.mark.parametrize("command", ["list", "check", "static", "run", "plot", "doctor", "sweep", "advise"])
+@pytest.mark.parametrize(
+    "command", ["list", "check", "static", "run", "plot", "doctor", "sweep", "advise", "new", "keys", "schema"]
+)
 def test_help_shows_an_example(call, command):
     code, out, _ = call(command, "--help")
     assert code == 0
