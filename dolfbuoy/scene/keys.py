@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 from .petsc_options import ALLOWED
-from .sections import Scene, Section, section_in
+from .section import Section, section_in
+from .sections import Scene
 
 
 class Key(NamedTuple):

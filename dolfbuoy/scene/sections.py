@@ -6,10 +6,10 @@ A section that is missing is an effect that is off.  SI units; degrees only wher
 import itertools
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from .mesh_file import element_lengths
 from .petsc_options import checked
@@ -42,27 +42,7 @@ from .quantities import (
     Wavelength,
     Wrong,
 )
-
-
-class Section(BaseModel):
-    """A table of the scene file."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
-
-
-def section_in(annotation) -> type[Section] | None:
-    """The section that the type of a key holds: alone, optional, or in a list."""
-    if isinstance(annotation, type) and issubclass(annotation, Section):
-        return annotation
-    return next(filter(None, map(section_in, get_args(annotation))), None)
-
-
-def key(description: str, unit: str | None = None, default: Any = ...) -> Any:
-    """A key of the scene: what it is, its unit ("1": none; None: no number), its default (none: the key is required).
-
-    Its type says what values it takes; a key that holds a section is described by the section's docstring.
-    """
-    return Field(default, description=description, json_schema_extra={"unit": unit} if unit else None)
+from .section import Section, key
 
 
 class Sea(Section):

@@ -3,7 +3,8 @@
 from pydantic import ValidationError
 
 from .quantities import Wrong
-from .sections import Scene, section_in
+from .section import section_in
+from .sections import Scene
 
 #: What else a key takes, where the message speaks only of its numbers.
 _OR = {

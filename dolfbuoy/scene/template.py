@@ -3,7 +3,8 @@
 import json
 
 from .keys import Key, list_keys
-from .sections import Scene, Section, section_in
+from .section import Section, section_in
+from .sections import Scene
 
 _COLUMN = 40  # where comments begin
 
