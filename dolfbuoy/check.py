@@ -32,6 +32,14 @@ def check(scene) -> Report:
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
     """
     check_feasible(scene)
+    report = derived(scene)
+    if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
+        _equilibrium(scene, report)
+    return report
+
+
+def derived(scene) -> Report:
+    """Numbers and warnings that need no equilibrium.  Raises InputError for a buoy that sinks."""
     report = Report(effects_of(scene))
     if scene.cable:
         _cable(scene, report)
@@ -39,8 +47,6 @@ def check(scene) -> Report:
         _buoy(scene, report)
     if scene.waves:
         _waves(scene, report)
-    if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
-        _equilibrium(scene, report)
     return report
 
 
