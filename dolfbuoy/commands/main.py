@@ -137,9 +137,13 @@ def report(
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
 ):
     """What accuracy costs: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
+    from mpi4py import MPI
+
+    from ..results.folder import claimed
     from ..studies.accuracy.report import run as write_report
 
-    write_report(folder, quick)
+    with claimed(folder, MPI.COMM_WORLD):
+        write_report(folder, quick)
 
 
 @app.command()

@@ -266,15 +266,16 @@ UNWRITABLE = {
 
 
 @pytest.mark.parametrize("case", UNWRITABLE)
-@pytest.mark.parametrize("command", ["run", "static", "sweep", "advise"])
+@pytest.mark.parametrize("command", ["run", "static", "sweep", "advise", "study step-cost", "report"])
 def test_what_cannot_be_written_is_found_first(call, files, monkeypatch, case, command):
     """Before a form is compiled; as root too."""
     from dolfbuoy.model.problem import Problem
 
     monkeypatch.setattr(Problem, "__init__", None)
     path, reason = UNWRITABLE[case]
-    options = ["--vary", "gravity=5,6"] if command == "sweep" else []
-    refused(call(command, "chain.toml", "--out", path, *options), path, reason)
+    options = [] if command == "report" else ["chain.toml"]
+    options += ["--vary", "gravity=5,6"] if command == "sweep" else []
+    refused(call(*command.split(), *options, "--out", path), path, reason)
 
 
 # -- what is damaged ---------------------------------------------------------------------------------------------------
