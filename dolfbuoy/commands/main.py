@@ -169,15 +169,11 @@ def sweep(
     folder: OutOption = None,
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
-    from mpi4py import MPI
-
-    from ..results.folder import claimed
     from ..studies.sweep import sweep as run_all
 
     folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
     try:
-        with claimed(folder, MPI.COMM_WORLD):
-            dataset = run_all(scene, vary or [], table, folder, say_warnings)
+        dataset = run_all(scene, vary or [], table, folder, say_warnings)
     except BaseException:
         if interruption.received():
             left = f"; finished cases are in {folder}" if any((folder / "cases").glob("*.json")) else ""
@@ -229,6 +225,10 @@ def main():
         sys.exit(0)
     except Interrupted as stop:
         _fail(str(stop), 130)
+    except SystemExit:
+        if interruption.received():  # typer, interrupted while it reads the command line, says nothing
+            _fail("Interrupted.", 130)
+        raise
     except KeyboardInterrupt:
         _fail("Interrupted.", 130)
     except OSError as error:

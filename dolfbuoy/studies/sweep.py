@@ -13,6 +13,7 @@ from ..check import derived
 from ..errors import InputError
 from ..parallel.cases import evaluate_all
 from ..results import style
+from ..results.folder import claimed
 from ..results.many import collect, draw
 from ..results.statistics import statistics
 from ..scene import Scene, build_scene, load_scene
@@ -50,15 +51,16 @@ def sweep(scene, vary, table, folder: Path, say: Callable = lambda sentences: No
 
     Finished cases, failed ones included, are kept in folder/cases and not computed again; all ranks take part and share
     the folder.  say: called with the warnings about the cases, before the first is run.  Raises InputError for a bad
-    scene or bad cases.
+    scene, bad cases, or a folder where nothing can be written.
     """
     base = load_scene(scene)
     changes = cases_of(vary, table)
     for key in dict.fromkeys(key for change in changes for key in change):
         check_known(base, key)
-    say(warnings(base, changes))
     data = json.dumps(base.to_dict(), sort_keys=True)
-    rows = evaluate_all(evaluate, [{"scene": data, "changes": change} for change in changes], Path(folder))
+    with claimed(folder, MPI.COMM_WORLD):
+        say(warnings(base, changes))
+        rows = evaluate_all(evaluate, [{"scene": data, "changes": change} for change in changes], Path(folder))
     if rows is None:
         return None
     dataset = collect(rows)
