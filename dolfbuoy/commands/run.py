@@ -49,14 +49,14 @@ def run(
             raise InputError(
                 "--resume goes on with a run as it is: it allows --t-end, no --out, --set, --accuracy or --overwrite."
             )
-        loaded = _to_be_resumed(resume, t_end)
+        loaded = _to_be_resumed(resume, end)
         if loaded is not None:
             _compute(loaded, resume, plot, {"resume": resume, **end})
         return
     loaded, folder = load(scene, assign, **end), folder_of(scene, folder)
     check_feasible(loaded)
     if accuracy is not None:
-        _refuse_unwritable(folder)
+        _is_there(folder, loaded, overwrite=True)  # what cannot be written, or is the user's, before the pilot
         loaded = advised(loaded, quantity, accuracy)
     if _is_there(folder, loaded, overwrite):
         _show_again(loaded, folder, plot)
@@ -64,7 +64,7 @@ def run(
         _compute(loaded, folder, plot, {"scene": loaded, "out": folder, "overwrite": overwrite})
 
 
-def _to_be_resumed(folder, t_end):
+def _to_be_resumed(folder, end):
     """The scene of a stopped run; None, said so, when it is complete."""
     from mpi4py import MPI
 
@@ -72,23 +72,14 @@ def _to_be_resumed(folder, t_end):
     from ..results.checkpoint import load as load_checkpoint
     from ..results.record import verify
 
-    point = load_checkpoint(folder, MPI.COMM_WORLD.size, t_end)
+    point = load_checkpoint(folder, MPI.COMM_WORLD.size, *end.values())
     verify(folder / "results.nc")  # before anything is shown
     if not point.complete:
         return point.scene
-    simulate(resume=folder)  # notes that it is
+    simulate(resume=folder, **end)  # notes that it is
     if rank() == 0:
         out.print(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.", soft_wrap=True)
     return None
-
-
-def _refuse_unwritable(folder):
-    from mpi4py import MPI
-
-    from ..results.folder import claimed
-
-    with claimed(folder, MPI.COMM_WORLD):
-        pass
 
 
 def _is_there(folder, scene, overwrite):
