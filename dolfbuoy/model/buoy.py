@@ -217,6 +217,15 @@ class Buoy:
         eta = self.sea.flow(state.position).elevation
         return form if eta is None else form + self.one * eta * test[6] * self.ds(KEEL)
 
+    def axis_points(self, vertices):
+        """Quadrature points of the hull: axis coordinates and weights [m], arrays (cells, points of a cell).
+
+        vertices: of the mesh, as `System.coordinates` has them; who moves those moves the points.
+        """
+        xi, weights = compat.interval_quadrature(self.scene.solver.hull_quadrature_degree)
+        low, high = vertices[:, :1], vertices[:, 3:4]
+        return low + (high - low) * xi, np.abs(high - low) * weights
+
     # -- time -------------------------------------------------------------------------------------------------------
 
     def evolutions(self) -> list[Evolution]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 # The functions below hand these constructors the arguments of either version.
+import basix
 import dolfinx
 import numpy as np
 import petsc4py
@@ -31,7 +32,7 @@ SEVERAL = VERSION >= (0, 11)  # meshes may have several cell types: lists of one
 KERNEL_TAKES_DATA = VERSION >= (0, 10)  # compiled kernels have one more argument
 
 if not LEGACY:
-    import basix.ufl
+    import basix.ufl  # not part of basix by itself
 
 JIT_OPTIONS = {"cffi_extra_compile_args": COMPILER}
 
@@ -226,6 +227,12 @@ def _geometry_dofs(mesh):
     if LEGACY:
         return mesh.geometry.dofmap.array.reshape(-1, 2)
     return np.asarray(mesh.geometry.dofmaps[0] if SEVERAL else mesh.geometry.dofmap)
+
+
+def interval_quadrature(degree):
+    """Points between 0 and 1 and weights with which compiled forms integrate over a cell."""
+    points, weights = basix.make_quadrature(basix.CellType.interval, degree)
+    return np.asarray(points).ravel(), np.asarray(weights)
 
 
 def end_tags(mesh, *places):

@@ -125,7 +125,7 @@ void take(const double *values, const double *scale, const int *places, ptrdiff_
 
 
 @cache
-def _library():
+def compiled():
     """The compiled module, from the cache of compiled forms or built into it."""
     more = (", void *", ", NULL") if compat.KERNEL_TAKES_DATA else ("", "")
     source = _SOURCE % (_DECLARATIONS, *more)
@@ -135,14 +135,14 @@ def _library():
     if not path.exists():
         with jit.alone(compat.jit_cache()):
             if not path.exists():  # still
-                _build(name, source, path)
+                build(name, source, path)
     spec = importlib.util.spec_from_file_location(name, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
-def _build(name, source, path):
+def build(name, source, path):
     """Compile apart and move into place, so that other processes see all of it or nothing."""
     builder = cffi.FFI()
     builder.cdef(_DECLARATIONS)
@@ -158,7 +158,7 @@ def _build(name, source, path):
 
 def reading(pieces, values):
     """A function that copies arrays to their places in `values`; pieces: list of (slice, array)."""
-    library = _library()
+    library = compiled()
     arrays = library.ffi.new("array[]", max(1, len(pieces)))
     for described, (place, array) in zip(arrays, pieces, strict=False):
         described.data, described.length, described.place = _address(array), len(array), place.start
@@ -174,7 +174,7 @@ class Scaled:
     """
 
     def __init__(self, values, places, scale):
-        self._library, self.x = _library(), np.zeros(len(places))
+        self._library, self.x = compiled(), np.zeros(len(places))
         self._alive = values, scale, np.array(places, dtype=np.int32), self.x
         self._values, self._scale, self._places, self._x = map(_address, self._alive)
 
@@ -197,7 +197,7 @@ class Hooks:
     """
 
     def __init__(self, values):
-        self._library, self.values = _library(), values
+        self._library, self.values = compiled(), values
         self._hooks, self._alive = self._library.ffi.new("hooks *"), []
         self._error = None
         self.address = self._hooks
@@ -259,7 +259,7 @@ class Loop:
     """
 
     def __init__(self, contributions, values, coordinates, hooks, size=None, spare=0):
-        library, self._alive, self._coordinates, self._hooks = _library(), [], coordinates, hooks
+        library, self._alive, self._coordinates, self._hooks = compiled(), [], coordinates, hooks
         found = [(c, compat.integrals(c.form, library.ffi)) for c in contributions]
         count, length, work, entries = sum(len(integrals) for _, integrals in found), 0, 1, []
         described = library.ffi.new("integral[]", max(1, count))
@@ -315,7 +315,7 @@ class Loop:
 
 def _address(array):
     """Of integers or doubles, for C; whoever asks for it keeps the array alive."""
-    return _library().ffi.cast("int *" if array.dtype == np.int32 else "double *", array.ctypes.data)
+    return compiled().ffi.cast("int *" if array.dtype == np.int32 else "double *", array.ctypes.data)
 
 
 def _unrolled(space):

@@ -28,8 +28,8 @@ class Numbering:
             self.global_index[self.ghosts] = number[free]
         self.visible = np.concatenate([self.order, self.ghosts]).astype(np.int64)
         self.lgmap = PETSc.LGMap().create(self.global_index, comm=comm)
-        self._ghosted = None
-        if comm.size > 1:
+        self.shared = comm.size > 1  #: whether other ranks add to this rank's rows
+        if self.shared:
             numbers = self.global_index[self.ghosts]
             self._ghosted = PETSc.Vec().createGhost(numbers, (len(self.order), self.unknowns), comm=comm)
 
@@ -50,19 +50,11 @@ class Numbering:
         return A
 
     def read(self, x, put):
-        """Call put(values of the visible unknowns) for a vector of PETSc's, with what other ranks own."""
-        if self._ghosted is None:
-            put(x.array_r)
-            return
+        """Call put(values of the visible unknowns) for a vector of PETSc's, with what other ranks own; if `shared`."""
         x.copy(self._ghosted)
         self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
         with self._ghosted.localForm() as local:
             put(local.array_r)
-
-    @property
-    def shared(self) -> bool:
-        """Whether other ranks add to this rank's rows."""
-        return self._ghosted is not None
 
     def added_up(self, values):
         """Values of the owned free unknowns, with what other ranks add to them; values: of all local unknowns."""
@@ -75,5 +67,5 @@ class Numbering:
     def destroy(self):
         """Give PETSc's objects back."""
         self.lgmap.destroy()
-        if self._ghosted is not None:
+        if self.shared:
             self._ghosted.destroy()

@@ -143,7 +143,10 @@ class System:
 
     def put(self, x):
         """Scaled free unknowns -> `u`."""
-        self.numbering.read(x, self._scaled_unknowns.put)
+        if self.numbering.shared:
+            self.numbering.read(x, self._scaled_unknowns.put)
+        else:
+            self._scaled_unknowns.put(x.array_r)
 
     def scaled_start(self, u):
         """Scaled owned unknowns of physical values."""

@@ -72,7 +72,7 @@ class Values:
         for form in forms:
             for thing in _read_by(form):
                 if id(thing) not in self._places:
-                    values = _array(thing)
+                    values = array_of(thing)
                     self._places[id(thing)] = slice(end, end + len(values))
                     given.append((self._places[id(thing)], values))
                     end += len(values)
@@ -88,7 +88,7 @@ class Values:
 
         Found by packing the places: the elements here are packed without a transformation.
         """
-        read = [(_array(thing), self._places[id(thing)]) for thing in _read_by(contribution.ufl_form)]
+        read = [(array_of(thing), self._places[id(thing)]) for thing in _read_by(contribution.ufl_form)]
         kept = [values.copy() for values, _ in read]
         for values, place in read:
             values[:] = np.arange(place.start, place.stop)
@@ -103,7 +103,7 @@ def _read_by(form):
     return [*form.coefficients(), *form.constants()]
 
 
-def _array(thing):
+def array_of(thing):
     """Values of a Function or of a Constant as a flat view."""
     return thing.x.array if hasattr(thing, "x") else np.reshape(thing.value, -1)
 

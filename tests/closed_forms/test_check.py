@@ -84,8 +84,11 @@ def test_explicit_limit_is_that_of_the_shortest_element():
     scene = {"gravity": G, "cable": {k: v for k, v in CABLE.items() if k != "diameter"} | {"top": {"kind": "free"}}}
     scene["initial"] = {"kind": "straight"}
     scene["cable"] |= {"top": {"kind": "fixed", "position": [20.0, 0.0, 22.0]}, "elements": [[10.0, 8], [20.0, 4]]}
-    numbers, _ = numbers_of(scene)
+    numbers, report = numbers_of(scene)
     assert numbers["explicit step limit of Eq. (24)"] == pytest.approx(1.25 / math.sqrt(12 * 4e6 / 31))
+    assert report.numbers[-1][2:] == ("s", "C = 1")
+    _, report = numbers_of(scene | {"cable": scene["cable"] | {"position_degree": 2, "tension_degree": 1}})
+    assert report.numbers[-1][2:] == ("s", "C = 1; for P1, smaller for higher degrees")
     assert numbers["cable weight in air"] == pytest.approx(30 * 31 * G)
     scene["cable"] |= {"axial_stiffness": math.inf}
     scene["initial"] = {"kind": "polyline", "points": [[0, 0, 0], [20.0, 0.0, 22.0]]}

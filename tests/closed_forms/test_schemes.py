@@ -328,22 +328,25 @@ def test_tension_after_a_change_of_step(scheme, factor, at_change, monkeypatch):
 
 
 @pytest.mark.parametrize("lagged", [False, True])
-@pytest.mark.parametrize(("order", "coefficients"), [(1, [0.7, -1.3]), (2, [0.7, -1.3, 0.4, 2.1])])
-def test_resampling_is_exact_for_polynomials(order, coefficients, lagged):
+@pytest.mark.parametrize(
+    ("order", "coefficients", "count"),
+    [(1, [0.7, -1.3], 5), (2, [0.7, -1.3, 0.4, 2.1], 5), (1, [0.7, -1.3], 1), (2, [0.7, -1.3], 2)],
+)
+def test_resampling_is_exact_for_polynomials(order, coefficients, count, lagged):
     """y, or with a lag y - lag h^p y^(p), of degree below 2 p: told as if it had been made at that step."""
-    y, lag, h0, count = np.polynomial.Polynomial(coefficients), 0.3, 0.2, 5
+    y, lag, h0 = np.polynomial.Polynomial(coefficients), 0.3, 0.2
     rate = y.deriv(order)
 
     def told(h, n):
         t = -h * np.arange(n)
         return y(t) - lagged * lag * h**order * rate(t)
 
-    for factor in (0.5, 0.1, 1.6):
+    for factor in (0.5, 0.1, 1.6, 2.0):
         series = Series(np.zeros(1), np.array([y.deriv()(0.0)]), lagged)
         series.values, series.step = [np.array([v]) for v in told(h0, count)], h0
         series.resample(factor * h0, order, lag)
         found = np.ravel(series.values)
-        assert len(found) == (count if factor < 1 else 1 + int((count - 1) / factor))
+        assert len(found) == (count if factor < 1 or count <= order else 1 + int((count - 1) / factor))
         np.testing.assert_allclose(found, told(factor * h0, len(found)), atol=1e-12)
 
 

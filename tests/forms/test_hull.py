@@ -296,6 +296,45 @@ def test_uniform_flow_and_acceleration_add_up_to_equation_10():
     problem.destroy()
 
 
+STEPPED = HullShape(((0.0, 0.8), (0.5, 0.8), (0.5, 0.3), (1.7, 0.5), (2.0, 1.6), (2.9, 1.2)))
+
+
+def stepped_radius(z):
+    """Half the diameters between the stations above."""
+    return np.interp(z, [0.5, 1.7, 2.0, 2.9], [0.15, 0.25, 0.8, 0.6]) if z > 0.5 else 0.4
+
+
+@pytest.mark.parametrize("draft", [0.3, 1.1, 1.9, 2.5, None])
+def test_volume_and_centroid_of_a_stepped_hull(draft):
+    """Cones and a step, wet up to any height, by adaptive quadrature."""
+    top = 2.9 if draft is None else draft
+
+    def integral(f):
+        ends = sorted({z for z in (0.0, 0.5, 1.7, 2.0, top) if z <= top})
+        return sum(quad(lambda z: f(z, stepped_radius(z)), *e, epsabs=1e-13)[0] for e in itertools.pairwise(ends))
+
+    volume = integral(lambda _, r: math.pi * r**2)
+    center = integral(lambda z, r: math.pi * r**2 * z) / volume
+    assert STEPPED.volume(draft) == pytest.approx(volume, rel=1e-10)
+    assert STEPPED.centroid(draft) == pytest.approx(center, rel=1e-10)
+    assert STEPPED.waterplane_radius(top) == pytest.approx(stepped_radius(top), rel=1e-6)
+    if draft is None:
+        transverse = integral(lambda z, r: math.pi * r**4 / 4 + math.pi * r**2 * (z - center) ** 2) / volume
+        axial = integral(lambda _, r: math.pi * r**4 / 2) / volume
+        assert STEPPED.solid_inertia() == pytest.approx((transverse, axial), rel=1e-10)
+        assert (STEPPED.height, STEPPED.max_diameter) == (2.9, 1.6)
+
+
+def test_cells_of_the_axis_are_shared_out_by_length():
+    """Every station is an end of cells, a piece too short for one has one."""
+    nodes = STEPPED.nodes(29)
+    np.testing.assert_allclose(nodes, np.linspace(0.0, 2.9, 30), atol=1e-12)
+    np.testing.assert_allclose(STEPPED.nodes(3), [0.0, 0.5, 1.7, 2.0, 2.9], atol=1e-12)
+    for ends in itertools.pairwise(nodes):
+        middle = np.mean(ends)
+        assert STEPPED.radius(np.array(ends), middle).mean() == pytest.approx(stepped_radius(middle), rel=1e-9)
+
+
 def test_stations_that_nearly_coincide_are_a_step():
     """A frustum too thin for its slope to be a number counts for nothing."""
     thin = HullShape(((0.0, 1.0), (5e-324, 0.8), (1.0, 0.8), (1.0 + 2.3e-16, 0.5), (2.0, 0.5)))

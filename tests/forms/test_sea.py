@@ -218,6 +218,13 @@ def test_wind_force(z):
     np.testing.assert_allclose(F, 0.5 * 0.9 * 1.25 * 1.7 * v**2 * direction, rtol=1e-13)
 
 
+def test_wind_falls_to_the_water_on_a_straight_line():
+    """Below a millimetre, where the profile's slope has no bound: half the pressure at half the height."""
+    at = [value(wind.wind_force(ufl.as_ufl(z), point(1, 0, 0), 12.0, 0.9, 1.25, 1.7))[0] for z in (1e-3, 5e-4, 1e-4)]
+    assert at[0] == pytest.approx(0.5 * 0.9 * 1.25 * 1.7 * 144 * 1e-4 ** (2 / 7), rel=1e-12)
+    assert at[1:] == pytest.approx([at[0] / 2, at[0] / 10], rel=1e-12)
+
+
 def test_no_wind_at_and_below_the_water():
     for z in (0.0, -1e-9, -3.0):
         F = value(wind.wind_force(ufl.as_ufl(z), point(1, 0, 0), 12.0, 0.9, 1.25, 1.7))

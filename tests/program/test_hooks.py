@@ -70,6 +70,19 @@ def test_a_hook_moves_the_quadrature_points(problem):
     assert lift(problem) == pytest.approx(full / 2, rel=1e-9)
 
 
+def test_the_points_of_the_hull_are_those_of_its_forms(problem):
+    """Summed up over them the disks are the volume, as the forms have it; they move with the vertices."""
+    buoy, x = problem.buoy, problem.system.coordinates.of(problem.buoy.mesh)
+    gravity = problem.scene.sea.density * problem.scene.gravity
+    for stretch in (1.0, 0.8):
+        x *= stretch
+        zeta, weights = buoy.axis_points(x)
+        assert zeta.shape == weights.shape == (len(x), zeta.shape[1])
+        inside = (x[:, 0] + x[:, 3])[:, None] / 2 / stretch
+        disks = np.pi * buoy.shape.radius(zeta / stretch, inside) ** 2
+        assert gravity * np.sum(weights * disks) == pytest.approx(lift(problem), rel=1e-9)
+
+
 def test_a_hook_in_c(problem, tmp_path, monkeypatch):
     """Compiled code with a context of its own is called without Python."""
     ffi = cffi.FFI()

@@ -14,7 +14,7 @@ from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver import compat, loops
 from dolfbuoy.solver.floor import Assemblers
 from dolfbuoy.solver.newton import Newton
-from dolfbuoy.solver.unknowns import _array
+from dolfbuoy.solver.unknowns import array_of
 
 CASES = {
     "moored": {"cable__elements": 5},
@@ -77,7 +77,7 @@ def test_jacobian(system):
 def test_it_reads_what_changes(system):
     """Unknowns, and each coefficient and constant alone, as they are at the time of the call."""
     things, felt = given(system), 0
-    for values in (system.u, *(_array(thing) for thing in things)):
+    for values in (system.u, *(array_of(thing) for thing in things)):
         before = system.evaluate().copy()
         values[:] = 1.25 * values + 0.01
         if values is system.u:
@@ -93,7 +93,7 @@ def test_forms_of_the_buoy_have_one_tensor():
     """All cells of the hull's axis share their dofs: their tensors are summed up where they arise."""
     problem = Problem(load_scene(merged(MOORED, cable=None)), dynamic=True, comm=MPI.COMM_SELF)
     integrals = [
-        integral for c in problem.system.jacobians for integral in compat.integrals(c.form, loops._library().ffi)
+        integral for c in problem.system.jacobians for integral in compat.integrals(c.form, loops.compiled().ffi)
     ]
     assert max(len(integral.cells) for integral in integrals) > 1
     assert len(problem.system.add_jacobians.out) == 13**2 * len(integrals) + problem.system.unknowns
@@ -126,9 +126,9 @@ def test_after_a_fallback_matrices_are_new(monkeypatch):
 def test_library_is_built_once_and_whole(tmp_path, monkeypatch):
     """Whoever comes first builds it apart and moves it into place; nothing else stays."""
     monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path / "cache")
-    build, built = loops._build, []
-    monkeypatch.setattr(loops, "_build", lambda *args: (built.append(args), build(*args)))
-    first, again = (loops._library.__wrapped__() for _ in range(2))
+    build, built = loops.build, []
+    monkeypatch.setattr(loops, "build", lambda *args: (built.append(args), build(*args)))
+    first, again = (loops.compiled.__wrapped__() for _ in range(2))
     build(*built[0])  # as another process that could not wait: file systems without locks
     assert len(built) == 1
     assert [file.name for file in (tmp_path / "cache").iterdir()] == [first.__spec__.origin.rsplit("/", 1)[1]]
@@ -146,5 +146,5 @@ def test_without_a_compiler(tmp_path, monkeypatch):
     monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path)
     monkeypatch.setenv("CC", "/nonexistent/compiler")
     with pytest.raises(InputError, match="needs a C compiler"):
-        loops._library.__wrapped__()
+        loops.compiled.__wrapped__()
     assert list(tmp_path.iterdir()) == []

@@ -113,6 +113,9 @@ def test_trajectory_and_orbit():
     (space,) = figures.orbit(RECORD, SCENE).axes
     paths = [np.array(line.get_data_3d()) for line in space.lines]
     assert any(path.shape == x[late].T.shape and np.allclose(path, x[late].T) for path in paths)
+    marks = {line.get_label(): np.ravel(line.get_data_3d()) for line in space.lines}
+    np.testing.assert_allclose(marks["start of the period"], x[late][0])
+    np.testing.assert_allclose(marks["end"], x[-1])
 
 
 def test_a_constant_is_a_line_in_the_middle():
@@ -171,6 +174,12 @@ def test_what_a_snapshot_knows():
     angle = math.radians(70)
     np.testing.assert_allclose(push, size * np.array([math.cos(angle), math.sin(angle), 0.0]), rtol=1e-12)
     figure = snapshot(RECORD, SCENE, 12.1)
+    whole, detail = figure.axes
+    ends = [C + (h - center) * R[:, 2] for h in (0.0, 3.0)]  # keel and highest mass
+    for i, limits in enumerate((detail.get_xlim(), detail.get_ylim(), detail.get_zlim())):
+        assert np.mean(limits) == pytest.approx((ends[0][i] + ends[1][i]) / 2)
+        assert np.ptp(limits) > 3.0
+    assert whole.get_zlim()[0] <= -20 < whole.get_zlim()[1] - 20
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "external force, 1.3e+03 N" in labels
     assert f"wind force, {size:.3g} N" in labels

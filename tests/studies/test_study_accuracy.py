@@ -191,6 +191,23 @@ def test_settings_reach_the_scene():
         assert acc.window_start(load_scene(scene, cable__top__ramp=ramp)) == pytest.approx(start)
 
 
+def test_settings_that_a_study_takes_by_itself():
+    """A quarter, a half and all of the elements; parts of the period, or multiples of the step."""
+    scene = load_scene(DRIVEN)
+    found = settings.spaces(scene)
+    assert [(s.mu, s.nu, s.cells) for s in found] == [(p, p - 1, n) for p in (1, 2, 3) for n in (2, 4, 8)]
+    assert settings.spaces(scene, [(4, 2)], [3]) == [Space(4, 2, 3)]
+    assert settings.default_steps(scene) == pytest.approx([0.008, 0.016, 0.04, 0.08])
+    held = {"kind": "fixed", "position": [6.0, 0.0, -1.8]}
+    still = load_scene(DRIVEN | {"cable": CABLE | {"top": held}})
+    assert settings.default_steps(still) == pytest.approx([0.02, 0.04, 0.1, 0.2])
+    uneven = load_scene(DRIVEN, cable={"elements": [[1.0, 1], [10.0, 15]]})
+    assert settings.with_settings(uneven, Space(1, 0, 4), Stepping("bdf2", 0.05)).cable.elements == [
+        (1.0, 1),
+        (10.0, 4),
+    ]
+
+
 def test_curve_follows_powers_and_is_safe():
     curve = compare.Curve([(0.1, 0.04), (0.2, 0.16), (0.4, 0.1)])  # the last is a bump the wrong way
     assert curve.order == pytest.approx(2.0)
@@ -247,7 +264,7 @@ def test_advice_that_fails_is_not_given():
     pilot.candidates = lambda target: [candidate]
     pilot.best, pilot.finest, pilot.own_time, pilot.own_space = Space(3, 2, 8), 0.01, 1e-4, 1e-4
     with pytest.raises(SolveError, match="No settings"):
-        advice._verified(pilot, 3)
+        advice.verified(pilot, 3)
 
 
 @pytest.mark.slow

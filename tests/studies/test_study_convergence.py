@@ -87,7 +87,7 @@ def test_errors_at_rounding_are_marked_and_have_no_order():
     assert [row["rounding_r_L2"] for row in rows] == [False, True, True]
     assert [row["order_r_L2"] for row in rows] == [None, None, None]
     assert any("rounding" in note for note in study.in_words(rows))
-    assert study._texts(rows[1])["shown_order_r_L2"] == "rounding (5)"
+    assert study.texts(rows[1])["shown_order_r_L2"] == "rounding (5)"
     study.draw(2, rows + [row | {"mu": mu} for mu in (1, 2, 3) for row in rows])
 
 

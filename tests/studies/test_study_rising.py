@@ -75,7 +75,7 @@ def test_what_the_paper_did_not_say(computed):
     (sentence,) = study.in_words(bends)
     assert "2.4 times the right one (0.0952)" in sentence
     assert "as the exact cable" in sentence
-    states = [row["state"] for row in study._rows(rods)]
+    states = [row["state"] for row in study.stage_rows(rods)]
     assert states == ["in tension"] + 4 * ["compressed"]
 
 

@@ -78,7 +78,7 @@ class PlainNewton:
             previous = increment
             if increment * ratio <= system.tolerance:
                 system.publish()
-                system._b[:] = self.residual()
+                system.last_residual[:] = self.residual()
                 return iteration
         raise RuntimeError("the plain Newton method did not converge")
 

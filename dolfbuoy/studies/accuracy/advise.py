@@ -46,10 +46,10 @@ def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int =
     pilot.measure_space()
     if pilot.mesh.mu:
         say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pilot.space_curves, lambda p: f'P{p[0]}-P{p[1]}')}.")
-    return _verified(pilot, tries)
+    return verified(pilot, tries)
 
 
-def _verified(pilot, tries):
+def verified(pilot, tries):
     """The cheapest candidate that keeps its promise; after a failure the target shrinks by what was missed."""
     truth_at = (pilot.best, Stepping(ALPHA, pilot.finest))
     truth, own = pilot.run(*truth_at), pilot.own_time + pilot.own_space

@@ -133,18 +133,19 @@ def tables(rows: list[dict], figures=tuple(FIGURES), cells=CELLS) -> list[Table]
         for strain, chosen in groups(found, "strain").items():
             what = {"figure": figure, "end": end, "material": found[0]["material"]}
             what["strain"] = f", {strain} strain" if what["material"] == "elastic" else ""
-            made.append(Table("", [row | _texts(row) for row in chosen], WORDS.say("title", **what), WORDS.columns))
+            made.append(Table("", [row | texts(row) for row in chosen], WORDS.say("title", **what), WORDS.columns))
         made[-1].notes = notes
     return made
 
 
-def _texts(row):
-    texts = {"pair": _pair(row)}
+def texts(row: dict) -> dict:
+    """What the table shows of a row: its pair, and orders or why there is none."""
+    found = {"pair": _pair(row)}
     for name in ERRORS:
         order = row[f"order_{name}"]
         observed = "rounding" if row[f"rounding_{name}"] else "-" if order is None else f"{order:.2f}"
-        texts |= {f"shown_{name}": f"{row[name]:.2e}", f"shown_order_{name}": f"{observed} ({row[f'theory_{name}']})"}
-    return texts
+        found |= {f"shown_{name}": f"{row[name]:.2e}", f"shown_order_{name}": f"{observed} ({row[f'theory_{name}']})"}
+    return found
 
 
 def _pair(row):

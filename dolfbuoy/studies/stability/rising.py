@@ -136,7 +136,9 @@ def _curves(profile, exact):
 
 def tables(rows: list[dict], extra=()) -> list[Table]:
     """A row per discretisation and stage; beside them all elements, and the curves."""
-    stages, elements, profiles = ([row for case in rows for row in of(case)] for of in (_rows, _elements, _profiles))
+    stages, elements, profiles = (
+        [row for case in rows for row in of(case)] for of in (stage_rows, _elements, _profiles)
+    )
     notes = [sentence for case in rows for sentence in in_words(case)]
     return [
         Table("rising", stages, WORDS.say("title"), WORDS.columns, notes, draw(rows)),
@@ -150,7 +152,8 @@ def name_of(case: dict) -> str:
     return f"{case['cells']} P{case['mu']}-P{case['nu']}"
 
 
-def _rows(case):
+def stage_rows(case: dict):
+    """The numbers of every stage of a case."""
     for state in case["states"]:
         numbers = {key: value for key, value in state.items() if not isinstance(value, list | dict)}
         yield {
