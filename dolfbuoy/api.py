@@ -10,6 +10,7 @@ from .errors import InputError
 from .motion.simulation import Simulation
 from .parallel import interruption
 from .results import checkpoint
+from .results import folder as folders
 from .results import record as results
 from .results.observe import Observer, attributes
 from .results.recorder import Recorder
@@ -20,14 +21,33 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, **overrides) -> "xr.Dataset":
+def solve_static(
+    scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, overwrite=False, **overrides
+) -> "xr.Dataset":
     """Equilibrium in the mean current, wind and external force, without waves.
 
-    out: folder for static.nc and scene.toml.  Returns the record of `results` without time (complete on rank 0).
-    Raises InputError for an impossible scene, SolveError when the solve fails.
+    out: folder for static.nc and static.toml; what it holds of the same scene is read, of another it is replaced with
+    `overwrite` only.  Returns the record of `results` without time (complete on rank 0).
+    Raises InputError for an impossible scene or a folder with something else in it, SolveError when the solve fails.
     """
     scene = load_scene(scene, **overrides)
-    folder = _folder(scene, out, comm)
+    if out is None:
+        return _equilibrium(scene, comm)
+    with folders.claimed(out, comm):
+        if folders.holds(out, "static", scene, overwrite, comm):
+            return _read(Path(out) / "static.nc", comm)
+        dataset = _equilibrium(scene, comm)
+        if comm.rank == 0:
+            folders.begin(out, "static", scene)
+            with results.replacing(Path(out) / "static.nc") as part:
+                results.reserve(part, dataset.nbytes + 2**17)
+                dataset.to_netcdf(part, engine="netcdf4")
+                results.seal(part)
+            folders.finish(out, "static")
+    return dataset
+
+
+def _equilibrium(scene, comm):
     problem = solve_equilibrium(scene, comm)
     observer = Observer(problem)
     fixed = observer.fixed()
@@ -41,12 +61,7 @@ def solve_static(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WOR
     problem.destroy()
     if comm.rank != 0:
         return results.nothing()
-    dataset = results.dataset_of(values, fixed, info)
-    if folder is not None:
-        with results.replacing(folder / "static.nc") as part:
-            results.reserve(part, dataset.nbytes + 2**17)
-            dataset.to_netcdf(part, engine="netcdf4")
-    return dataset
+    return results.dataset_of(values, fixed, info)
 
 
 def simulate(
@@ -55,35 +70,44 @@ def simulate(
     comm=MPI.COMM_WORLD,
     progress=None,
     resume=None,
+    overwrite=False,
     **overrides,
 ) -> "xr.Dataset":
     """Run a scene in time and return its record (complete on rank 0).
 
-    out: folder for results.nc, scene.toml and checkpoint.npz, written as the run goes.  progress: called after each
-    step with the Simulation and the step's iterations.  overrides: see load_scene.  resume: folder of a run that was
+    out: folder for results.nc, scene.toml and checkpoint.npz, written as the run goes.  The finished record of the same
+    scene that is there already is read instead; that of another scene, or of a run that was stopped, is replaced with
+    `overwrite` only, as soon as the new one begins, and what is not dolfbuoy's never.  progress: called after each step
+    with the Simulation and the step's iterations.  overrides: see load_scene.  resume: folder of a run that was
     stopped, instead of scene and out; only `time__end` may then be changed.  It goes on as if it had not been stopped.
-    Raises InputError for an impossible scene or resumption, SolveError when a step fails for good, OSError when
+    Raises InputError for an impossible scene, folder or resumption, SolveError when a step fails for good, OSError when
     nothing can be written; everything computed until then is on disk.
     """
     if resume is not None:
         ends = [value for key, value in overrides.items() if key.replace("__", ".") == "time.end"]
         if scene is not None or out is not None or len(ends) < len(overrides):
             raise InputError("resume: a run goes on with its own scene and folder; only time__end may be changed.")
-        point = checkpoint.load(resume, comm.size, *ends)
-        return _drive(point.scene, _folder(point.scene, resume, comm), comm, progress, point)
+        checkpoint.load(resume, comm.size, *ends)  # or there is nothing to lock
+        with folders.claimed(resume, comm):
+            point = checkpoint.load(resume, comm.size, *ends)
+            folders.go_on(resume, point.scene, comm)
+            return _drive(point.scene, Path(resume), comm, progress, point)
     scene = load_scene(scene, **overrides)
     if out is None:
         with tempfile.TemporaryDirectory() as folder:
             return simulate(scene, comm.bcast(folder), comm, progress)
-    if comm.rank == 0:
-        (Path(out) / checkpoint.NAME).unlink(missing_ok=True)  # of another run
-    return _drive(scene, _folder(scene, out, comm), comm, progress)
+    with folders.claimed(out, comm):
+        if folders.holds(out, "run", scene, overwrite, comm):
+            return _read(Path(out) / "results.nc", comm)
+        return _drive(scene, Path(out), comm, progress)
 
 
 def _drive(scene, folder, comm, progress, point=None):
     """From the start or a Checkpoint to the end."""
     if point is None or not point.complete:
         simulation = Simulation(scene, comm, state=point and point.states[comm.rank])
+        if point is None and comm.rank == 0:
+            folders.begin(folder, "run", scene)
         recorder, done = Recorder(simulation, folder, point), False
         try:
             for step, iterations in simulation.run():
@@ -97,18 +121,10 @@ def _drive(scene, folder, comm, progress, point=None):
             recorder.close()
             if done or comm.size == 1:  # collective: after an error on this rank, the others may be elsewhere
                 simulation.problem.destroy()
-    return results.read(folder / "results.nc") if comm.rank == 0 else results.nothing()
-
-
-def _folder(scene, out, comm):
-    """Make the folder of a run and put the complete scene into it."""
-    if out is None:
-        return None
-    folder = Path(out)
-    comm.barrier()  # nobody reads the old scene any more
     if comm.rank == 0:
-        folder.mkdir(parents=True, exist_ok=True)
-        with results.replacing(folder / "scene.toml") as part:
-            scene.save(part)
-    comm.barrier()
-    return folder
+        folders.finish(folder, "run")
+    return _read(folder / "results.nc", comm)
+
+
+def _read(path, comm):
+    return results.read(path) if comm.rank == 0 else results.nothing()

@@ -34,6 +34,14 @@ def check(scene) -> Report:
     """
     check_feasible(scene)
     check_first_shape(scene)
+    report = derived(scene)
+    if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
+        _equilibrium(scene, report)
+    return report
+
+
+def derived(scene) -> Report:
+    """Numbers and warnings that need no equilibrium.  Raises InputError for a buoy that sinks."""
     report = Report(effects_of(scene))
     if scene.cable:
         _cable(scene, report)
@@ -45,8 +53,6 @@ def check(scene) -> Report:
         report.warnings.append(
             f"time.max_step = {scene.time.max_step}: goes with time.tolerance only and does nothing."
         )
-    if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
-        _equilibrium(scene, report)
     return report
 
 

@@ -17,6 +17,12 @@ def listen() -> None:
         signal.signal(number, _interrupt)
 
 
+def ignore() -> None:
+    """From now on both signals do nothing."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+
+
 def _interrupt(signum, frame):
     global _received
     _received = True

@@ -5,7 +5,6 @@ longer is cut off and computed again.
 """
 
 import tomllib
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import tomli_w
 
 from ..errors import InputError
 from ..scene import Scene, build_scene, load_scene
-from .record import replacing
+from .record import replacing, undamaged
 
 FORMAT = 1
 NAME = "checkpoint.npz"
@@ -61,7 +60,7 @@ def load(folder, ranks: int, end: float | None = None) -> Checkpoint:
     tree = _read(folder / NAME)
     if len(tree["states"]) != ranks:
         raise InputError(f"{folder} holds a run on {len(tree['states'])} MPI ranks; it cannot be resumed on {ranks}.")
-    scene = load_scene(folder / "scene.toml", **({} if end is None else {"time.end": end}))
+    scene = read_scene(folder, end)
     difference = _difference(build_scene(tomllib.loads(tree["scene"])).to_dict(), scene.to_dict())
     if difference:
         raise InputError(f"{folder / 'scene.toml'} is no longer the scene of the run: {difference} is different.")
@@ -71,14 +70,26 @@ def load(folder, ranks: int, end: float | None = None) -> Checkpoint:
     return point
 
 
-def _read(path):
+def read_scene(folder: Path, end: float | None = None) -> Scene:
+    """The scene of the run in a folder, perhaps with another end [s].  Raises InputError for a damaged file."""
+    file = folder / "scene.toml"
     try:
-        with open(path, "rb") as file, np.load(file) as leaves:
-            tree = _unflatten(dict(leaves))
-    except (ValueError, EOFError, TypeError, zipfile.BadZipFile):
-        raise InputError(f"{path} is not a checkpoint.") from None
-    if tree.get("format") != FORMAT:
-        raise InputError(f"{path} has format {tree.get('format')}; this version resumes format {FORMAT} only.")
+        scene = load_scene(file)
+    except InputError as error:
+        reason = str(error).removeprefix(f"Scene file {file} ").rstrip(".")
+        raise InputError(
+            f"{file} is damaged: {reason}; restore it, or compute the run again in another folder."
+        ) from None
+    return scene if end is None else load_scene(scene, **{"time.end": end})
+
+
+def _read(path):
+    otherwise = "is damaged, or not a checkpoint: the run can only begin anew, with --overwrite."
+    with undamaged(path, otherwise), open(path, "rb") as file, np.load(file) as leaves:
+        tree = _unflatten(dict(leaves))
+        number = tree["format"]
+    if number != FORMAT:
+        raise InputError(f"{path} has format {number}; this version resumes format {FORMAT} only.")
     return tree
 
 

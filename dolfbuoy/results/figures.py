@@ -9,9 +9,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from ..scene.settings import period_of
+from .folder import enlist
 from .paraview import read_run
 from .snapshot import equal_scale, snapshot
-from .style import COLORS, COLUMN, STYLE, new_figure, save
+from .style import COLORS, COLUMN, STYLE, files_of, new_figure, save
 
 #: A run of more periods than this gets an enlarged end in the figures over time.
 MANY_PERIODS = 6
@@ -25,12 +26,12 @@ def draw_all(folder: str | Path) -> list[Path]:
     Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    target = Path(folder) / "figures"
-    target.mkdir(exist_ok=True)
-    written = []
+    target, written = Path(folder) / "figures", []
     for name, draw in FIGURES.items():
         figure = draw(record, scene)
         if figure is not None:
+            enlist(folder, files_of(target / name))
+            target.mkdir(exist_ok=True)
             written += save(figure, target / name)
     return written
 

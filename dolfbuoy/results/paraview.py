@@ -10,7 +10,8 @@ import numpy as np
 from ..errors import InputError
 from ..meshes import HullShape, write_line
 from ..model.rigid import mass_properties, rotation_of
-from ..scene import load_scene
+from .checkpoint import read_scene
+from .folder import enlist
 from .record import read
 
 
@@ -21,18 +22,18 @@ def export(folder: str | Path) -> list[Path]:
     is at that time.  cable.pvd, hull.pvd: what to open.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    target = Path(folder) / "paraview"
+    target, times = Path(folder) / "paraview", instants(record, scene)
+    writers = {"cable": _cable_writer(record), "hull": _hull_writer(record, scene)}
+    paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(times))] for kind in writers if writers[kind]}
+    collections = {kind: target / f"{kind}.pvd" for kind in paths}
+    files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
+    enlist(folder, files)
     target.mkdir(exist_ok=True)
-    times, files, collections = instants(record, scene), [], []
-    for kind, writer in (("cable", _cable_writer(record)), ("hull", _hull_writer(record, scene))):
-        if writer is None:
-            continue
-        paths = [target / f"{kind}_{i:04d}.vtu" for i in range(len(times))]
-        for i, path in enumerate(paths):
-            writer(path, i, times[i])
-        files += paths
-        collections.append(_write_collection(target / f"{kind}.pvd", times, paths))
-    return files + collections
+    for kind, names in paths.items():
+        for i, path in enumerate(names):
+            writers[kind](path, i, times[i])
+        _write_collection(collections[kind], times, names)
+    return files
 
 
 def read_run(folder: str | Path):
@@ -41,7 +42,10 @@ def read_run(folder: str | Path):
     for name in ("results.nc", "scene.toml"):
         if not (folder / name).is_file():
             raise InputError(f"{folder} holds no run: there is no {name} in it.")
-    return read(folder / "results.nc"), load_scene(folder / "scene.toml")
+    record = read(folder / "results.nc")
+    if not record.sizes.get("time"):
+        raise InputError(f"{folder / 'results.nc'} is not the record of a run: compute it with dolfbuoy run.")
+    return record, read_scene(folder)
 
 
 def instants(record, scene) -> np.ndarray:

@@ -7,7 +7,9 @@ complete at every instant, on a full disk too.
 import errno
 import os
 import shutil
+import struct
 import time as clock
+import zlib
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,6 +54,8 @@ FIXED = {
 }
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
 INTEGERS = {"newton_iterations"}
+SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
+DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
 CHUNK = 512  # rows of a series that lie together in the file
 
 
@@ -121,6 +125,7 @@ class Record:
                     self._append(file, name, values)
                 self.attributes["wall_time_s"] = clock.monotonic() - self._started
                 file.setncatts(self.attributes)
+            seal(part)
         for axis in self.counts:
             self.counts[axis] += sum(axis in row for row in self._rows)
         self._rows.clear()
@@ -147,6 +152,7 @@ class Record:
                 for name in (n for n in old.variables if n in SERIES or n in FRAMES):
                     self._append(file, name, old.variables[name][: counts[_axis(name)]])
                 file.setncatts({name: old.getncattr(name) for name in old.ncattrs()})
+            seal(part)
 
     def _define(self, file):
         file.createDimension("time", None)
@@ -191,11 +197,54 @@ def _room(columns):
 
 
 def read(path) -> "xr.Dataset":
-    """Load a record into memory."""
+    """Load a record into memory.  Raises InputError for a damaged one."""
     import xarray as xr
 
-    with xr.open_dataset(path, decode_times=False) as dataset:
+    verify(path)
+    with undamaged(path, DAMAGED), xr.open_dataset(path, decode_times=False, engine="netcdf4") as dataset:
         return dataset.load()
+
+
+def verify(path) -> None:
+    """Raise InputError for a damaged record; HDF5 may crash at a single wrong bit."""
+    with undamaged(path, DAMAGED):
+        _check_seal(path)
+        netCDF4.Dataset(path).close()
+
+
+def seal(path) -> None:
+    """Put a checksum behind the end of a file that is complete, where HDF5 does not look."""
+    with open(path, "r+b") as file:
+        file.write(SEAL + struct.pack("<I", _checksum(file, os.fstat(file.fileno()).st_size)))
+
+
+def _check_seal(path):
+    """Raise ValueError for a file that has changed since it was sealed; one without a seal passes."""
+    size = os.stat(path).st_size - len(SEAL) - 4
+    with open(path, "rb") as file:
+        checksum = _checksum(file, size)
+        if file.read(len(SEAL)) == SEAL and struct.unpack("<I", file.read()) != (checksum,):
+            raise ValueError("the checksum is another one")
+
+
+def _checksum(file, size):
+    """CRC-32 of the first bytes of an open file, which is left behind them."""
+    checksum = 0
+    while size > 0:
+        piece = file.read(min(size, 2**20))
+        checksum, size = zlib.crc32(piece, checksum), size - len(piece)
+    return checksum
+
+
+@contextmanager
+def undamaged(path, otherwise):
+    """Raise InputError, with the path and `otherwise`, for whatever the libraries run into in a damaged file."""
+    try:
+        yield
+    except (FileNotFoundError, PermissionError):
+        raise
+    except Exception:  # zip, NumPy, HDF5, netCDF4 and xarray have errors of many kinds for it
+        raise InputError(f"{path} {otherwise}") from None
 
 
 def nothing() -> "xr.Dataset":

@@ -58,10 +58,15 @@ def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
     return figure
 
 
+def files_of(path: Path) -> list[Path]:
+    """path.png and path.svg."""
+    return [path.parent / f"{path.name}.{suffix}" for suffix in ("png", "svg")]
+
+
 @matplotlib.rc_context(STYLE)
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write path.png and path.svg."""
-    files = [path.parent / f"{path.name}.{suffix}" for suffix in ("png", "svg")]
+    files = files_of(path)
     figure.savefig(files[0])
     figure.set_layout_engine("none")  # it stands: do not lay it out a second time
     figure.savefig(files[1], metadata={"Date": None})

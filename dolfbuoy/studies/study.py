@@ -28,6 +28,7 @@ from mpi4py import MPI
 
 from ..parallel import cases as engine
 from ..results import style
+from ..results.folder import claimed
 from ..results.tables import show
 from .declaration import STUDIES
 
@@ -82,7 +83,9 @@ def run_command(name: str, out: Path | None, **options) -> bool:
     """Run one of STUDIES as its command, with options as they were given.  Returns whether it passed."""
     study = import_module(f".{STUDIES[name]}", __package__)
     request = study.request(**options) if hasattr(study, "request") else options
-    return run(study, out or Path("results") / f"study-{name}", **request).passed
+    folder = out or Path("results") / f"study-{name}"
+    with claimed(folder, MPI.COMM_WORLD):
+        return run(study, folder, **request).passed
 
 
 def save(folder: Path, table: Table) -> None:

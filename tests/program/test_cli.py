@@ -34,7 +34,7 @@ def test_check_prints_derived_numbers_and_warnings(call):
 
 def test_static_writes_a_scene_that_reproduces_it(call, tmp_path):
     assert call("static", "short", "--out", tmp_path / "a")[0] == 0
-    assert call("static", tmp_path / "a" / "scene.toml", "--out", tmp_path / "b")[0] == 0
+    assert call("static", tmp_path / "a" / "static.toml", "--out", tmp_path / "b")[0] == 0
     first, second = (xr.load_dataset(tmp_path / d / "static.nc") for d in "ab")
     assert float(first.tension_top) > 5000
     xr.testing.assert_equal(first, second)

@@ -274,11 +274,16 @@ def test_scene_or_resume(call, tmp_path):
         assert "SCENE or --resume DIR" in err
 
 
-def test_a_new_run_drops_the_old_checkpoint(tmp_path):
+def test_a_new_run_drops_the_old_checkpoint(tmp_path, monkeypatch):
     """Killed before its first checkpoint, it must not be taken up at that of another run."""
+
+    def killed(*_):
+        raise Stop
+
     dolfbuoy.simulate(SCENES["buoy"], out=tmp_path, time__end=0.1)
-    with pytest.raises(InputError):
-        dolfbuoy.simulate(SCENES["buoy"], out=tmp_path, buoy__mass=1e6)
+    monkeypatch.setattr(checkpoint, "write", killed)
+    with pytest.raises(Stop):
+        dolfbuoy.simulate(SCENES["buoy"], out=tmp_path, overwrite=True)
     with pytest.raises(InputError, match=r"no run that can be resumed: it has no checkpoint\.npz"):
         dolfbuoy.simulate(resume=tmp_path)
 

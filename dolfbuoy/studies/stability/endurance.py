@@ -87,7 +87,7 @@ def long_run(scene, folder: Path):
         same = checkpoint.load(folder, MPI.COMM_WORLD.size, scene.time.end).scene == scene
     except InputError:
         same = False
-    return simulate(resume=folder, time__end=scene.time.end) if same else simulate(scene, out=folder)
+    return simulate(resume=folder, time__end=scene.time.end) if same else simulate(scene, out=folder, overwrite=True)
 
 
 def compute(folder: Path, scene, window: float, skip: int, **_):

@@ -1,0 +1,212 @@
+"""`dolfbuoy run`: a scene in time, from its start or from where it was stopped, and what is shown of it."""
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ..errors import InputError
+from ..parallel import interruption
+from .shared import (
+    Interrupted,
+    OutOption,
+    OverwriteOption,
+    QuantityOption,
+    SetOption,
+    err,
+    folder_of,
+    load,
+    out,
+    rank,
+    say_warnings,
+    table_of,
+)
+
+
+def run(
+    scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path.")] = None,
+    folder: OutOption = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run [s].")] = None,
+    assign: SetOption = None,
+    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw the figures.")] = True,
+    accuracy: Annotated[str | None, typer.Option("--accuracy", help="Find the settings first; see advise.")] = None,
+    quantity: QuantityOption = "tension_top",
+    resume: Annotated[
+        Path | None, typer.Option("--resume", metavar="DIR", help="Go on with a run that was stopped, or lengthen it.")
+    ] = None,
+    overwrite: OverwriteOption = False,
+):
+    """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
+    from ..model.feasible import check_feasible
+
+    if (scene is None) == (resume is None):
+        raise InputError("run needs either a SCENE or --resume DIR.")
+    end = {} if t_end is None else {"time.end": t_end}
+    if resume is not None:
+        if folder is not None or assign or accuracy is not None or overwrite:
+            raise InputError(
+                "--resume goes on with a run as it is: it allows --t-end, no --out, --set, --accuracy or --overwrite."
+            )
+        loaded = _to_be_resumed(resume, end)
+        if loaded is not None:
+            _compute(loaded, resume, plot, {"resume": resume, **end})
+        return
+    loaded, folder = load(scene, assign, **end), folder_of(scene, folder)
+    check_feasible(loaded)
+    if accuracy is not None:
+        _is_there(folder, loaded, overwrite=True)  # what cannot be written, or is the user's, before the pilot
+        loaded = advised(loaded, quantity, accuracy)
+    if _is_there(folder, loaded, overwrite):
+        _show_again(loaded, folder, plot)
+    else:
+        _compute(loaded, folder, plot, {"scene": loaded, "out": folder, "overwrite": overwrite})
+
+
+def _to_be_resumed(folder, end):
+    """The scene of a stopped run; None, said so, when it is complete."""
+    from mpi4py import MPI
+
+    from ..api import simulate
+    from ..results.checkpoint import load as load_checkpoint
+    from ..results.record import verify
+
+    point = load_checkpoint(folder, MPI.COMM_WORLD.size, *end.values())
+    verify(folder / "results.nc")  # before anything is shown
+    if not point.complete:
+        return point.scene
+    simulate(resume=folder, **end)  # notes that it is
+    if rank() == 0:
+        out.print(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.", soft_wrap=True)
+    return None
+
+
+def _is_there(folder, scene, overwrite):
+    """Whether the finished run of the scene is in the folder."""
+    from mpi4py import MPI
+
+    from ..results.folder import claimed, holds
+
+    with claimed(folder, MPI.COMM_WORLD):
+        return holds(folder, "run", scene, overwrite, MPI.COMM_WORLD)
+
+
+def _show_again(scene, folder, plot):
+    from ..results.record import read
+
+    if rank() != 0:
+        return
+    out.print(f"The run in {folder} is complete already; --overwrite computes it again.", soft_wrap=True)
+    _print_summary(read(folder / "results.nc"), scene, folder)
+    if plot and not (folder / "figures").is_dir():
+        draw(folder)
+
+
+def _compute(scene, folder, plot, source):
+    """Simulate, and show and draw what came of it."""
+    from ..api import simulate
+    from ..check import derived
+
+    say_warnings(derived(scene).warnings)
+    _say_if_one_rank_is_faster(scene)
+    bar = _Bar(scene)
+    try:
+        with bar:
+            record = simulate(progress=bar.update, **source)
+    except BaseException:
+        if interruption.received():
+            raise Interrupted(_left(scene, folder)) from None
+        raise
+    if rank() != 0:
+        return
+    _print_summary(record, scene, folder)
+    if plot:
+        draw(folder)
+
+
+def _left(scene, folder):
+    """What there is of a run that was interrupted."""
+    from ..results.folder import can_resume
+
+    if not can_resume(folder, scene):
+        return "Interrupted before the first step; there is nothing to go on with yet."
+    again = f"dolfbuoy run --resume {shlex.quote(str(folder))}"
+    return f"Interrupted; what was computed until now is in {folder}, and {again} goes on."
+
+
+def _say_if_one_rank_is_faster(scene):
+    from mpi4py import MPI
+
+    from ..results.summary import sharing_note
+
+    note = sharing_note(scene, MPI.COMM_WORLD.size)
+    if note and rank() == 0:
+        err.print(note, soft_wrap=True, highlight=False)
+
+
+def advised(scene, quantity, accuracy, folder=None, write=None):
+    """The scene with settings of this accuracy; says what was chosen."""
+    from ..results.compare import parse_accuracy
+    from ..studies.accuracy import advise as study
+
+    def say(text):
+        out.print(text, soft_wrap=True, highlight=False, markup=False)
+
+    found = study.advise_all(scene, quantity, parse_accuracy(accuracy), say)
+    if rank() != 0:
+        return found
+    study.report(found, folder, write)
+    return found.scene
+
+
+def draw(folder):
+    """Figures and ParaView files of a run."""
+    from ..results.figures import draw_all
+    from ..results.paraview import export
+
+    files = [*draw_all(folder), *export(folder)]
+    out.print(f"{len(files)} files in {folder / 'figures'} and {folder / 'paraview'}")
+
+
+class _Bar:
+    """Progress of a run on rank 0: simulated time, speed against real time, Newton iterations per step."""
+
+    def __init__(self, scene):
+        self.end = scene.time.end if scene.time else 0.0
+        self.visible = rank() == 0
+        self.steps = self.iterations = 0
+        self.progress = Progress(
+            TextColumn("t = {task.completed:.2f} of {task.total:g} s"),
+            BarColumn(bar_width=20),
+            TextColumn("{task.fields[speed]:.1f} x real time, {task.fields[newton]:.2f} Newton/step"),
+            TimeRemainingColumn(compact=True),
+            console=err,
+            disable=not self.visible,
+        )
+
+    def __enter__(self):
+        self.progress.__enter__()
+        self.task = self.progress.add_task("", total=self.end, speed=0.0, newton=0.0)
+        return self
+
+    def update(self, simulation, iterations):
+        self.steps += 1
+        self.iterations += iterations
+        elapsed = self.progress.tasks[0].elapsed or 0.0
+        speed = simulation.t / elapsed if elapsed > 0 else 0.0
+        newton = self.iterations / self.steps
+        self.progress.update(self.task, completed=simulation.t, speed=speed, newton=newton)
+
+    def __exit__(self, *exception):
+        return self.progress.__exit__(*exception)
+
+
+def _print_summary(record, scene, folder):
+    from ..results.summary import summary, warnings
+
+    shown = table_of(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
+    for name, value, unit in summary(record, scene):
+        shown.add_row(name, value, unit)
+    out.print(shown)
+    say_warnings(warnings(record, scene))

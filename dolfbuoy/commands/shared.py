@@ -1,0 +1,55 @@
+"""What several commands have in common: their options, and how they load and show."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from ..results.tables import out, table
+
+err = Console(stderr=True)
+
+SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")]
+SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change the scene.")]
+OutOption = Annotated[Path | None, typer.Option("--out", help="Folder of the results [default: results/NAME].")]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace results that are in the folder.")]
+QuantityOption = Annotated[
+    str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
+]
+
+
+def load(scene, assignments, **overrides):
+    """The scene of a command line."""
+    from ..scene import load_scene, parse_assignment
+
+    overrides |= dict(parse_assignment(text) for text in assignments or [])
+    return load_scene(scene, **overrides)
+
+
+def folder_of(scene, folder):
+    """Where the results go."""
+    return folder if folder is not None else Path("results") / Path(scene).stem
+
+
+def rank():
+    """Of this process."""
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD.rank
+
+
+def table_of(title, *columns):
+    """An empty table, its numbers aligned to the right."""
+    return table(title, columns, right=("value", "after the run"))
+
+
+def say_warnings(warnings):
+    """On rank 0, a line each."""
+    if rank() == 0:
+        for warning in warnings:
+            out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
+
+
+class Interrupted(Exception):
+    """Ctrl-C or SIGTERM; says what there is, and what goes on with it."""

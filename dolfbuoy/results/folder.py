@@ -1,0 +1,230 @@
+"""A folder of results: who writes in it now, and which of its files are the program's.
+
+`.dolfbuoy.json` lists, apart for a run and for an equilibrium, the scene's digest, the command, and the files that were
+written.  Only these are ever replaced or removed; whatever else lies in the folder is the user's.
+"""
+
+import fcntl
+import hashlib
+import json
+import os
+import re
+import shlex
+import sys
+from collections.abc import Iterable
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import tomli_w
+from mpi4py import MPI
+
+from ..errors import InputError
+from ..parallel.ranks import told
+from ..scene import load_scene
+from . import checkpoint
+from .record import replacing, verify
+
+MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
+#: What each kind of result consists of, the record first; a run has figures too.
+FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME), "static": ("static.nc", "static.toml")}
+DRAWN = ("figures", "paraview")
+#: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
+_OWN = re.compile(r"(results|static)\.nc|(scene|static)\.toml|checkpoint\.npz|(figures|paraview)/\w+\.\w+")
+
+
+@contextmanager
+def claimed(path, comm=MPI.COMM_SELF):
+    """Make a folder, and be the only process, or the only group of ranks, that writes in it.
+
+    Collective; the lock is that of rank 0 and ends with its process.  Raises InputError if there is another, or if
+    nothing can be written there.
+    """
+    lock = _on_root(comm, _lock, Path(path))
+    try:
+        yield
+    finally:
+        if comm.rank == 0:
+            os.close(lock)
+
+
+def _on_root(comm, function, *arguments):
+    """What a function returns on rank 0, on all ranks; an InputError of it is raised by all."""
+    result, error = None, None
+    if comm.rank == 0:
+        try:
+            result = function(*arguments)
+        except InputError as refused:
+            error = refused
+    result, error = told(comm, (result, error))
+    if error is not None:
+        raise error
+    return result
+
+
+def _lock(path):
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        lock = os.open(path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+    except FileExistsError:
+        raise InputError(f"{path} cannot hold results: it is a file, and must be a folder.") from None
+    except OSError as error:
+        raise InputError(f"{path} cannot hold results: {error.strerror}; take another folder.") from None
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(lock)
+        raise InputError(f"{path} is in use by another run: wait for its end, or take another folder.") from None
+    except OSError:
+        pass  # a file system without locks
+    return lock
+
+
+def holds(path, kind: str, scene, overwrite: bool = False, comm=MPI.COMM_SELF) -> bool:
+    """Whether the finished result of this scene is in the folder already; collective.
+
+    kind: a key of FILES.  Raises InputError if the results of something else, or a file of the user's, would be
+    replaced; overwrite: results may be, a file of the user's never.
+    """
+    return _on_root(comm, _holds, Path(path), kind, scene, overwrite)
+
+
+def _holds(path, kind, scene, overwrite):
+    entry = _manifest(path).get(kind, {})
+    record = path / FILES[kind][0]
+    listed = record.name in entry.get("files", ()) and record.exists()
+    same = listed and entry.get("scene") == digest(scene)
+    if same and entry.get("finished") and not overwrite:
+        return True
+    for name in FILES[kind]:
+        _check_own(path, name, entry)
+    if overwrite or not listed:
+        return False
+    if not same:
+        raise InputError(
+            f"{path} holds the results of another scene: take another folder, or replace them with --overwrite."
+        )
+    if can_resume(path, scene):
+        raise InputError(
+            f"{path} holds a run of this scene that was stopped: dolfbuoy run --resume {shlex.quote(str(path))} "
+            "goes on with it, --overwrite begins anew."
+        )
+    return False
+
+
+def _check_own(path, name, entry):
+    """Refuse to replace a file that is not the program's, or a scene that was edited."""
+    file = path / name
+    if not os.path.lexists(file):
+        return
+    own = name in entry.get("files", ()) and not file.is_dir()
+    if own and (file.suffix != ".toml" or hashlib.sha256(file.read_bytes()).hexdigest() == entry.get("scene")):
+        return
+    raise InputError(
+        f"{file} would be replaced, and dolfbuoy did not write it as it is: move it away, or take another folder."
+    )
+
+
+def digest(scene) -> str:
+    """Of the complete scene, as it is written."""
+    return hashlib.sha256(tomli_w.dumps(scene.to_dict()).encode()).hexdigest()
+
+
+def begin(path, kind: str, scene) -> None:
+    """Remove the former result of this kind, note the new one, and write its scene.  Raises OSError."""
+    path = Path(path)
+    manifest = _manifest(path)
+    for name in manifest.get(kind, {}).get("files", ()):
+        if not (path / name).parent.is_symlink() or name in FILES[kind]:  # a link leads out of the folder
+            (path / name).unlink(missing_ok=True)
+    for name in DRAWN:
+        with suppress(OSError):  # it is not there, or the user's files are in it
+            (path / name).rmdir()
+    _note(path, manifest, kind, scene, FILES[kind])
+    _save_scene(path, kind, scene)
+
+
+def go_on(path, scene, comm=MPI.COMM_SELF) -> None:
+    """Note that the run in a folder goes on, perhaps to another end; collective.
+
+    Raises InputError for a damaged record, or an edited scene that would be replaced.
+    """
+    comm.barrier()  # nobody reads the old scene any more
+    _on_root(comm, _go_on, Path(path), scene)
+
+
+def _go_on(path, scene):
+    verify(path / "results.nc")
+    manifest = _manifest(path)
+    entry = manifest.get("run", {})
+    if load_scene(path / "scene.toml") != scene:
+        if "scene" in entry:
+            _check_own(path, "scene.toml", entry)
+        _save_scene(path, "run", scene)
+    _note(path, manifest, "run", scene, (*FILES["run"], *entry.get("files", ())))
+
+
+def finish(path, kind: str) -> None:
+    """Note that a result is complete."""
+    manifest = _manifest(Path(path))
+    manifest[kind]["finished"] = True
+    _write(Path(path), manifest)
+
+
+def enlist(path, files: Iterable[Path]) -> None:
+    """Note files that are about to be drawn.  Raises InputError if one is there that is the user's."""
+    path = Path(path)
+    manifest = _manifest(path)
+    entry = manifest.setdefault("run", {"files": []})
+    names = [file.relative_to(path).as_posix() for file in files]
+    for name in names:
+        _check_own(path, name, entry)
+    entry["files"] = list(dict.fromkeys([*entry["files"], *names]))
+    _write(path, manifest)
+
+
+def can_resume(path, scene) -> bool:
+    """Whether the folder holds a checkpoint of a run of this scene."""
+    entry = _manifest(Path(path)).get("run", {})
+    return entry.get("scene") == digest(scene) and all((Path(path) / name).is_file() for name in FILES["run"])
+
+
+def is_edited(path, scene) -> bool:
+    """Whether the scene in a folder is not that of its run, as far as is known."""
+    written = _manifest(Path(path)).get("run", {}).get("scene")
+    return written is not None and written != digest(scene)
+
+
+def _note(path, manifest, kind, scene, files):
+    command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    entry = {"scene": digest(scene), "command": command, "finished": False, "files": list(dict.fromkeys(files))}
+    _write(path, manifest | {kind: entry})
+
+
+def _save_scene(path, kind, scene):
+    with replacing(path / FILES[kind][1]) as part:
+        scene.save(part)
+
+
+def _write(path, manifest):
+    with replacing(path / MANIFEST) as part:
+        part.write_text(json.dumps(manifest, indent=1))
+
+
+def _manifest(path):
+    """Entries of the manifest by kind; none if there is no manifest.  Raises InputError for a damaged one."""
+    file = path / MANIFEST
+    try:
+        manifest = json.loads(file.read_text())
+        good = all(kind in FILES and _is_entry(entry) for kind, entry in manifest.items())
+    except FileNotFoundError:
+        return {}
+    except (ValueError, AttributeError):
+        good = False
+    if not good:
+        raise InputError(f"{file}, the list of what is dolfbuoy's in this folder, is damaged: take another folder.")
+    return manifest
+
+
+def _is_entry(entry):
+    files = entry.get("files")
+    return isinstance(files, list) and all(isinstance(name, str) and _OWN.fullmatch(name) for name in files)
