@@ -129,9 +129,14 @@ def _read(scene) -> dict:
         raise InputError(f"Scene file {path} is not valid TOML: {str(error).rstrip('.')}.") from None
 
 
-def _with_files(data, folder):
-    """The dict of a scene file in which names of files know the folder of the scene."""
-    cable = data.get("cable")
-    if isinstance(cable, dict) and isinstance(cable.get("elements"), str):
-        data = data | {"cable": cable | {"elements": Named(folder, cable["elements"])}}
-    return data
+#: Keys whose text is the name of a file.
+FILES = frozenset({"cable.elements"})
+
+
+def _with_files(data, folder, key=""):
+    """The contents of a scene file in which names of files know the folder of the scene; lists of tables too."""
+    if isinstance(data, dict):
+        return {name: _with_files(value, folder, f"{key}.{name}" if key else name) for name, value in data.items()}
+    if isinstance(data, list):
+        return [_with_files(item, folder, key) for item in data]
+    return Named(folder, data) if isinstance(data, str) and key in FILES else data

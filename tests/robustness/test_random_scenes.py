@@ -6,6 +6,8 @@ carry the weight.  The quick test draws all numbers but takes what decides the c
 Source: balances that hold for any scene (random_judge.py).
 """
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -13,6 +15,7 @@ from hypothesis import strategies as st
 from random_judge import judge
 from random_scenes import STRUCTURES, free_structures, ranges, scenes, unknown_keys
 
+from dolfbuoy.model.effects import EFFECTS
 from dolfbuoy.scene import list_keys
 
 #: The same scenes in every run; no example may wait for another's compiler.
@@ -25,6 +28,17 @@ def test_every_key_is_varied():
     """A key that is new in the model must find its range."""
     assert unknown_keys() == set()
     assert set(ranges()) <= {key.name for key in list_keys()}
+
+
+def test_ranges_of_effects_are_allowed():
+    """Bounds of a scene's numbers cut nothing from what is drawn."""
+    keys = {key.name: key.range for key in list_keys()}
+    drawn = {key: values for effect in EFFECTS for key, values in effect.drawn.items()}
+    assert len(drawn) > 20
+    for key, values in drawn.items():
+        for sign, bound in re.findall(r"([<>]=?) ([\d.e+-]+)", keys[key]):
+            low, high = (0.0 if values.zero else values.low), values.high
+            assert low >= float(bound) if ">" in sign else high <= float(bound), key
 
 
 @settings(max_examples=170, **FIXED)
