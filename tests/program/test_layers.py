@@ -113,6 +113,15 @@ def test_no_import_runs_back_up():
     assert wrong_way(WITHIN) == []
 
 
+def test_nobody_starts_petsc_before_the_solver_does():
+    """`dolfbuoy.solver` tells PETSc to leave signals alone: folders that import dolfinx or PETSc import it first."""
+    starters = {name for name, to in IMPORTS if to.split(".")[0] in ("dolfinx", "petsc4py", "slepc4py")}
+    folders = {name.rpartition(".")[0] for name in starters if not name.startswith(f"{ROOT}.solver")}
+    assert folders >= {f"{ROOT}.model", f"{ROOT}.motion"}
+    inside = {f"{ROOT}.results"}  # in a function, long after
+    assert {f for f in folders - inside if (f, f"{ROOT}.solver") not in WITHIN} == set()
+
+
 def test_no_import_runs_in_a_circle():
     assert circle(WITHIN) == []
 

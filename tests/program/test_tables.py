@@ -65,3 +65,13 @@ def test_a_command_in_a_pipe(tmp_path):
     assert len(heads) == 1
     assert "steps for one" in heads[0]
     assert len(heads[0]) > 80
+
+
+def test_a_reader_that_has_read_enough():
+    """`| head`: the command ends without a word, and without PETSc's."""
+    command = [sys.executable, "-m", "dolfbuoy.commands.entry", "check", "short"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert "Tethered buoy" in process.stdout.readline()
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert process.returncode == 0
