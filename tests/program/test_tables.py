@@ -74,4 +74,4 @@ def test_a_reader_that_has_read_enough():
         assert "Tethered buoy" in process.stdout.readline()
         process.stdout.close()
         assert process.stderr.read() == ""
-    assert process.returncode == 0
+    assert process.returncode in (0, 1)  # click ends with 1, Python with 0, and neither with a signal
