@@ -16,6 +16,7 @@ from ..model.rigid import mass_properties
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber, wind_at
 from .paraview import hull_surface, pose
 from .style import COLORS, COLUMN, PAGE, STYLE, new_figure
+from .tables import force_unit
 
 
 @dataclass
@@ -305,6 +306,8 @@ def _legend(now, speeds):
         label = f"water, up to {' and '.join(shown)} m/s"
         handles.append(Line2D([], [], color=COLORS["blue"], marker=r"$\rightarrow$", ms=9, ls="none", label=label))
     for name, _, force, color in now.forces():
-        label = f"{name}, {np.linalg.norm(force):.3g} N"
+        size = np.linalg.norm(force)
+        unit, factor = force_unit(size)
+        label = f"{name}, {factor * size:.3g} {unit}"
         handles.append(Line2D([], [], color=color, marker=r"$\rightarrow$", ms=9, ls="none", label=label))
     return handles

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..meshes import number_of_cells
 from ..motion.schemes import make_scheme
+from .tables import force_unit
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
@@ -16,8 +17,8 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
         rows.append((name, f"{np.min(values) * scale:.4g} ... {np.max(values) * scale:.4g}", unit))
 
     if "tension_top" in record:
-        extremes("tension at the top |T_bnd|", record.tension_top, "kN", 1e-3)
-        extremes("tension at the anchor T_h(0)", record.tension_anchor, "kN", 1e-3)
+        extremes("tension at the top |T_bnd|", record.tension_top, *force_unit(record.tension_top))
+        extremes("tension at the anchor T_h(0)", record.tension_anchor, *force_unit(record.tension_anchor))
     if "buoy_position" in record:
         for axis in "xyz":
             extremes(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -54,6 +55,11 @@ def _text(value):
     if value is None:
         return "-"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def force_unit(values) -> tuple[str, float]:
+    """Unit in which forces of this size [N] are said, and the factor to it: kN from 1000 N on."""
+    return ("kN", 1e-3) if np.max(np.abs(values)) >= 1000 else ("N", 1.0)
 
 
 def groups(rows: list[dict], *keys: str) -> dict:

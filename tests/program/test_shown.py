@@ -181,7 +181,7 @@ def test_what_a_snapshot_knows():
         assert np.ptp(limits) > 3.0
     assert whole.get_zlim()[0] <= -20 < whole.get_zlim()[1] - 20
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "external force, 1.3e+03 N" in labels
+    assert "external force, 1.3 kN" in labels
     assert f"wind force, {size:.3g} N" in labels
     (shown,) = (label for label in labels if label.startswith("water, up to"))
     speeds = [float(number) for number in re.findall(r"\d+\.?\d*(?:e[+-]\d+)?", shown)]
