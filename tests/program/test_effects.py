@@ -12,7 +12,7 @@ from robustness.random_scenes import ranges
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.model import effects
 from dolfbuoy.model.effects import Drawn, Effect
-from dolfbuoy.scene import Scene, reading, sections
+from dolfbuoy.scene import Scene, quantities, reading, sections
 from dolfbuoy.scene.keys import list_keys
 from dolfbuoy.studies.physics import effects as left_out
 from dolfbuoy.studies.physics import energy
@@ -29,7 +29,7 @@ def ground_drag(C, cable, rho_w, flow, point):
 def with_ground_drag(monkeypatch):
     """The effect: a key of the scene, a form function, a declaration."""
     drag = sections.key("linear drag over ground", "N s/m^2", default=0.0)
-    cable = create_model("Cable", __base__=sections.Cable, ground_drag=(sections.NonNegative, drag))
+    cable = create_model("Cable", __base__=sections.Cable, ground_drag=(quantities.Coefficient, drag))
     monkeypatch.setattr(reading, "Scene", create_model("Scene", __base__=Scene, cable=(cable | None, None)))
     declared = Effect(
         "ground drag",

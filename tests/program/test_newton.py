@@ -99,7 +99,7 @@ def test_options_of_a_solver_within_a_preconditioner():
         ({"ksp_rtol": float("nan")}, "ksp_rtol"),
         ({"snes_linesearch_damping": -0.5}, "must be a number from 1e-06 to 1"),
         ({"snes_monitor\nx": True}, r"'snes_monitor\nx' is no option"),
-        ({"ksp_type": {"a": 1}}, "solver.petsc.ksp_type"),
+        ({"ksp_type": {"a": 1}}, "solver.petsc: ksp_type = {'a': 1}: must be one of richardson"),
         ({"sub_pc_type": "lu"}, "sub_pc_type: has no effect unless pc_type is bjacobi or asm"),
         ({"pc_factor_levels": 2}, "pc_factor_levels: has no effect unless pc_type is ilu"),
         ({"ksp_gmres_restart": 20}, "ksp_gmres_restart: has no effect unless ksp_type is gmres or fgmres"),
