@@ -83,17 +83,24 @@ def _check_hdf5(path):
     """Raises ValueError if one of its links, or the numbers of a data set, are in another file."""
     import h5py
 
-    def check(_, found):
-        if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):
-            raise ValueError(f"its HDF5 file must hold its numbers itself, and those of {found.name!r} are elsewhere")
-        if isinstance(found, h5py.Group):
-            for name in found:
-                if not isinstance(found.get(name, getlink=True), h5py.HardLink):
-                    raise ValueError(f"its HDF5 file must hold its numbers itself, and {name!r} is a link")
-
     try:
         with h5py.File(path, "r") as file:
-            check(None, file)
-            file.visititems(check)  # each object once, and through no link
+            # each object once, and through no link; an error that held one of them would outlive HDF5, which dies of it
+            elsewhere = _elsewhere(file) or file.visititems(lambda _, found: _elsewhere(found))
     except (OSError, RuntimeError) as error:
         raise ValueError(f"its HDF5 file cannot be read ({error})") from None
+    if elsewhere:
+        raise ValueError(f"its HDF5 file must hold its numbers itself, and {elsewhere}")
+
+
+def _elsewhere(found):
+    """What of an object of an HDF5 file lies in another file, in words; None: nothing."""
+    import h5py
+
+    if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):
+        return f"those of {found.name!r} are elsewhere"
+    if isinstance(found, h5py.Group):
+        for name in found:
+            if not isinstance(found.get(name, getlink=True), h5py.HardLink):
+                return f"{name!r} is a link"
+    return None
