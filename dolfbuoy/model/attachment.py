@@ -65,9 +65,16 @@ class Attachment:
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
+    def _dofs(self):
+        return FIELDS.of(np.arange(self.slice.start, self.slice.stop))
+
+    def force_dofs(self):
+        """Local unknowns that are T_O."""
+        return self._dofs().force
+
     def blocks(self, reach, force, mass):
         """Blocks of the six numbers; typical length [m], force [N] and mass [kg]."""
-        point, pull = FIELDS.of(np.arange(self.slice.start, self.slice.stop))
+        point, pull = self._dofs()
         return [
             Block("mooring point r_O", point, reach, reach, unit="m"),
             Block("mooring force T_O", pull, force, reach, rounding=mass * reach, unit="N"),

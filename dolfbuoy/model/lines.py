@@ -57,8 +57,7 @@ class Line:
 
     def anchor(self, scene) -> tuple[float, float, float]:
         """Position of s = 0 [m]."""
-        anchor = self.section(scene).anchor
-        return anchor if anchor is not None else (0.0, 0.0, -scene.sea.depth if scene.sea else 0.0)
+        return scene.anchor_of(self.section(scene))
 
 
 def lines_of(scene) -> list[Line]:

@@ -218,7 +218,7 @@ class Problem:
         """Local unknowns that are tensions, or forces at attachments."""
         found = [np.zeros(0, dtype=int), *(model.force_dofs() for model in self.models)]
         if self.buoy:
-            found += [np.arange(a.slice.start, a.slice.stop)[3:] for a in self.attachments]
+            found += [a.force_dofs() for a in self.attachments]
         return np.concatenate(found)
 
     # -- numbers ------------------------------------------------------------------------------------------------------

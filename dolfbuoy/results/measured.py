@@ -95,12 +95,12 @@ def _once(scene, names, comm):
 
 def _look(simulation, names):
     problem = simulation.problem
-    state = problem.system.u[problem.buoy.part.slice] if problem.buoy else None
+    state = problem.buoy.fields.of(problem.system.u[problem.buoy.part.slice]) if problem.buoy else None
     how = {
         "tension_top": lambda: float(np.linalg.norm(simulation.end_tension)),
         "tension_anchor": problem.anchor_tension,
-        "buoy_position": lambda: state[:3].copy(),
-        "cone_angle": lambda: cone_angle(state[6:10]),
+        "buoy_position": lambda: state.position.copy(),
+        "cone_angle": lambda: cone_angle(state.orientation),
     }
     return {name: how[name]() for name in names}
 

@@ -364,9 +364,13 @@ class Scene(Section):
 
     @property
     def anchor(self) -> tuple[float, float, float]:
-        """Position of s = 0."""
-        if self.cable.anchor is not None:
-            return self.cable.anchor
+        """Position of s = 0 of the cable."""
+        return self.anchor_of(self.cable)
+
+    def anchor_of(self, cable: Cable) -> tuple[float, float, float]:
+        """Position of s = 0 of a section [cable] in this scene."""
+        if cable.anchor is not None:
+            return cable.anchor
         return (0.0, 0.0, -self.sea.depth if self.sea else 0.0)
 
     def to_dict(self) -> dict:

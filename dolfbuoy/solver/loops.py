@@ -198,23 +198,22 @@ class Hooks:
 
     def __init__(self, values):
         self._library, self.values = compiled(), values
-        self._hooks, self._alive = self._library.ffi.new("hooks *"), []
+        self.described, self._alive = self._library.ffi.new("hooks *"), []
         self._error = None
-        self.address = self._hooks
 
     def add(self, function, context=None):
         """function: void (*)(void *context, double *values) of any cffi library, or a Python function of the array.
 
         What a Python function raises is raised by the evaluation, and the numbers of that evaluation mean nothing.
         """
-        ffi, place = self._library.ffi, self._hooks.count
-        if place == len(self._hooks.hooks):
+        ffi, place = self._library.ffi, self.described.count
+        if place == len(self.described.hooks):
             raise ValueError(f"no more than {place} functions can be called before an evaluation")
         if not isinstance(function, int):
             function, context = self._from_python(function), None
-        self._hooks.hooks[place].call = function
-        self._hooks.hooks[place].context = ffi.cast("void *", context or 0)
-        self._hooks.count += 1
+        self.described.hooks[place].call = function
+        self.described.hooks[place].context = ffi.cast("void *", context or 0)
+        self.described.count += 1
 
     def _from_python(self, function):
         ffi = self._library.ffi
@@ -284,7 +283,7 @@ class Loop:
             self.entries = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
         self.out = np.zeros(length + spare if size is None else size)
         inputs, outputs = (self._doubles(a) for a in (values.array, np.zeros(work))), self._doubles(self.out)
-        self._call = partial(library.lib.add_up, hooks.address, described, count, *inputs, outputs, len(self.out))
+        self._call = partial(library.lib.add_up, hooks.described, described, count, *inputs, outputs, len(self.out))
 
     def __call__(self):
         """`out`, from the present `values`."""
