@@ -68,6 +68,23 @@ def rotational_damping(coefficient: Scalar, body: Body) -> tuple[None, Expr | No
     return None, -coefficient * dot(body.motion.angular_velocity, d) * d
 
 
+def wave_damping(c: Any, body: Body) -> tuple[Expr | None, Expr | None]:
+    """-c.heave v_z e_z at C and -c.pitch times the rotation across the axis, both relative to the surface above C.
+
+    What radiated waves take from a hull that floats.  Relative: a small body that rides the wave radiates none.
+    """
+    if body.motion is None:
+        return None, None
+    d, e_z = rotation_matrix(body.quaternion) * as_vector([0.0, 0.0, 1.0]), as_vector([0.0, 0.0, 1.0])
+    heave, spin = body.motion.velocity[2], body.motion.angular_velocity
+    eta = body.flow(body.position).elevation
+    if eta is not None:
+        surface = body.flow(body.position + (eta - body.position[2]) * e_z)
+        heave -= surface.velocity[2]
+        spin -= cross(dot(surface.velocity_gradient, e_z), e_z)  # of the tangent plane
+    return -c.heave * heave * e_z, -c.pitch * (spin - dot(spin, d) * d)
+
+
 def turn(q4: Expr, q4_ref: Expr) -> Expr:
     """Rotation vector from q4_ref to q4 for small angles, 2 vec(q4 o conj(q4_ref))/|q4_ref|^2 (world frame)."""
     delta = quaternion_product(q4, conjugate(q4_ref))

@@ -1,9 +1,11 @@
 """The hull as strips along its axis: Archimedes' force and Morison's equation, Eq. (10) integrated along the axis.
 
 The hull is a body of revolution of radius R(zeta), zeta measured from the keel along the unit vector d of the
-slenderness axis.  The local water plane cuts a circular segment from the disk at zeta: A_wet is its area and the
-loads act at its centroid.  The displaced mass and the restoring moment of the water plane are then right at any
-tilt, upside down too.
+slenderness axis.  The tangent plane of the free surface cuts a circular segment from the disk at zeta: A_wet is its
+area and the loads act at its centroid.  The displaced mass and the restoring moment of the water plane are then right
+at any tilt, upside down too, and the slope of a wave turns the hull as the isobars turn.
+
+What acts along the axis acts on faces: end discs, steps, and cones as rows of small steps.
 """
 
 from typing import NamedTuple
@@ -17,12 +19,13 @@ from .sea import Flow, relative
 #: |c| is kept this far from 1, where acos(c) has no derivative; changes the wet area by 1e-15 of itself.
 CLAMP = 1e-10
 
+#: No disk comes closer to the water plane than this angle [rad]: the cut of an upright hull keeps a height (2e-6 R)
+#: over which the water plane's area is divided.  Volumes are off by its square.
+LEAST_TILT = 1e-6
 
-class Hull(NamedTuple):
-    """Shape of a hull, UFL scalars."""
-
-    radius: Expr  #: R(zeta) [m]
-    softening: Scalar  #: w0 [m], vertical half-extent given to the strip of an upright hull
+#: A face goes under water over this part of its radius, or R sin(tilt) if that is more: without it, the added mass of
+#: an upright disc would come with a jump.
+FACE_TILT = 0.05
 
 
 class BodyMotion(NamedTuple):
@@ -44,14 +47,20 @@ class BodyMotion(NamedTuple):
 
 
 class Strip(NamedTuple):
-    """A strip of the hull: lever from C, axis d, undisturbed water there, wet area [m^2] and its first moment [m^3]."""
+    """A strip of the hull: its place, the undisturbed water on the axis there, and how much of it is wet."""
 
-    lever: Expr
-    axis: Expr
+    lever: Expr  #: from C to the axis [m]
+    axis: Expr  #: d
+    radius: Expr  #: R [m]
     flow: Flow
-    area: Expr
-    moment: Expr
+    area: Expr  #: A_wet [m^2]
+    moment: Expr  #: first moment of the wet area about the axis [m^3]
     motion: BodyMotion | None = None  #: None in statics
+
+    @property
+    def wet(self) -> Expr:
+        """Part of the disk that is wet."""
+        return self.area / (pi * self.radius * self.radius)
 
     @property
     def relative_velocity(self) -> Expr | None:
@@ -62,6 +71,30 @@ class Strip(NamedTuple):
     def relative_acceleration(self) -> Expr | None:
         """a - a_w; None when neither is there."""
         return relative(self.motion and self.motion.acceleration_at(self.lever), self.flow.acceleration)
+
+
+class Face(NamedTuple):
+    """Wet part of what the hull turns along its axis: of a ring between the radii r and R, or of a metre of a cone."""
+
+    area: Expr  #: pi (R^2 - r^2), or 2 pi R |R'|  [m^2, m^2/m]
+    volume: Expr  #: 2/3 pi (R^3 - r^3), or 2 pi R^2 |R'|: a disc as half a sphere of water [m^3, m^3/m]
+    inertia: Expr  #: 8/45 (R^5 - r^5), or 8/9 R^4 |R'|: one face of a disc about a diameter [m^5, m^5/m]
+
+
+def ring(strip: Strip, inner: Scalar) -> Face:
+    """The face of a step from the radius `inner` to that of the strip, or of an end disc (inner = 0)."""
+    R, r, wet = strip.radius, inner, strip.wet
+    return Face(
+        wet * pi * (R**2 - r**2),
+        wet * (2 / 3) * pi * (R**3 - r**3),
+        wet * (8 / 45) * (R**5 - r**5),
+    )
+
+
+def cone(strip: Strip, taper: Scalar) -> Face:
+    """The face of a cone per metre of axis; taper: |R'|."""
+    R, wet = strip.radius, strip.wet * taper
+    return Face(wet * 2 * pi * R, wet * 2 * pi * R**2, wet * (8 / 9) * R**4)
 
 
 def body_motion(R: Expr, mass: Scalar, inertia: Expr, p: Expr, p_t: Expr, L_C: Expr, L_C_t: Expr) -> BodyMotion:
@@ -76,44 +109,38 @@ def axis(q4: Expr) -> Expr:
     return rotation.rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
 
 
-def wet_section(radius: Expr, softening: Scalar, d: Expr, x: Expr, eta: Expr | None) -> tuple[Expr, Expr]:
+def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float = LEAST_TILT) -> tuple[Expr, Expr]:
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
 
-    The disk's vertical half-extent R sin(tilt) is rounded to w = ((R sin(tilt))^8 + w0^8)^(1/8), which keeps
-    the displaced mass differentiable when the hull is upright, and is gone when it is not.  Two things keep the
-    centre of buoyancy where it belongs for any w0: the factor R sin(tilt)/w in the moment within the disk, from which
-    the restoring moment of the water plane (BM) comes, and a moment along the axis that takes back by how much the
-    wider transition from wet to dry would raise it (KB).
+    The plane with the surface's normal n that touches the free surface above x cuts the disk at the distance c w/R
+    uphill from its centre, w = R |uphill| being the disk's half-extent across the plane.
     """
-    e_z = as_vector([0.0, 0.0, 1.0])
-    uphill = e_z - d[2] * d  # in the disk, of length sin(tilt)
+    n = flow.normal
+    uphill = n - dot(n, d) * d  # in the disk, of length sin(tilt)
     square = radius * radius
-    extent2 = square * dot(uphill, uphill)
-    w = _eighth_root(_fourth_power(extent2) + _fourth_power(softening * softening))
-    depth = -x[2] if eta is None else eta - x[2]
-    c = max_value(min_value(depth / w, 1 - CLAMP), -1 + CLAMP)
+    w = radius * sqrt(dot(uphill, uphill) + least_tilt**2)
+    c = max_value(min_value(n[2] * flow.depth(x) / w, 1 - CLAMP), -1 + CLAMP)
     chord2 = 1 - c * c
     chord = sqrt(chord2)
-    area = square * (acos(-c) + c * chord)
-    within, along = -(2 / 3) * square * square / w, -(1 / 3) * square * (w * w - extent2) / w
-    return area, chord2 * chord * (within * uphill + along * d[2] * d)
+    return square * (acos(-c) + c * chord), -(2 / 3) * square * square / w * chord2 * chord * uphill
 
 
-def _fourth_power(x: Expr) -> Expr:
-    """By products: a power costs as much as the rest of a strip."""
-    return (x * x) * (x * x)
+def across(x: Expr, d: Expr) -> Expr:
+    """x without its part along d."""
+    return x - dot(x, d) * d
 
 
-def _eighth_root(x: Expr) -> Expr:
-    return sqrt(sqrt(sqrt(x)))
-
-
-def strip_load(strip: Strip, density: Expr) -> tuple[Expr, Expr]:
+def strip_load(strip: Strip, density: Expr, couple: Expr | None = None) -> tuple[Expr, Expr]:
     """Force and torque about C, per metre of axis, of a force per wet area that acts at the wet segment's centroid.
 
-    In a uniform flow the strips then add up to Eq. (10)_2 with its resultant in B.
+    couple: torque per wet area that it brings besides.  Pressure turns no body of revolution about its axis, and
+    neither may what stands for it: the torque about the axis is left out.  In a uniform flow the strips then add up
+    to Eq. (10)_2 with its resultant in B.
     """
-    return strip.area * density, cross(strip.area * strip.lever + strip.moment, density)
+    torque = cross(strip.area * strip.lever + strip.moment, density)
+    if couple is not None:
+        torque += strip.area * couple
+    return strip.area * density, across(torque, strip.axis)
 
 
 # -- Eq. (10) on strips: functions (coefficient, hull, rho_w, strip) [N per wet area and metre of axis] ---------------
@@ -121,48 +148,69 @@ def strip_load(strip: Strip, density: Expr) -> tuple[Expr, Expr]:
 # Each returns None where nothing moves that it feels.
 
 
-def buoyancy(gravity: Expr, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr:
+def buoyancy(gravity: Expr, rho_w: Scalar, strip: Strip) -> Expr:
     """Archimedes: -rho_w g, of which F^r and tau^r of Eq. (10) come."""
     return -rho_w * gravity
 
 
-def froude_krylov(_: None, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
+def froude_krylov(_: None, rho_w: Scalar, strip: Strip) -> Expr | None:
     """Pressure of the undisturbed wave, rho_w a_w."""
     return None if strip.flow.acceleration is None else rho_w * strip.flow.acceleration
 
 
-def added_mass(C_A: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
-    """rho_w C_A (a_w - a), in all directions."""
+def froude_krylov_couple(_: None, rho_w: Scalar, strip: Strip) -> Expr | None:
+    """Its gradient across the disk: rho_w R^2/4 sum_i e_i x (e_i . grad) a_w, e_1 and e_2 in the disk.
+
+    Summed over all three directions that is the curl of a_w, which is zero: what is left is the part of the axis.
+    """
+    G = strip.flow.acceleration_gradient
+    return None if G is None else -0.25 * rho_w * strip.radius**2 * cross(strip.axis, dot(G, strip.axis))
+
+
+def added_mass(C_A: Scalar, rho_w: Scalar, strip: Strip) -> Expr | None:
+    """rho_w C_A (a_w - a)_n, across the axis."""
     a_rel = strip.relative_acceleration
-    return None if a_rel is None else -rho_w * C_A * a_rel
+    return None if a_rel is None else -rho_w * C_A * across(a_rel, strip.axis)
 
 
-def normal_drag(C_dn: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
+def normal_drag(C_dn: Scalar, rho_w: Scalar, strip: Strip) -> Expr | None:
     """Drag across the axis, on the wetted diameter 2 R A/(pi R^2)."""
     v_rel = strip.relative_velocity
     if v_rel is None:
         return None
-    wetted_diameter = 2 / (pi * hull.radius)  # per wet area
-    return morison.normal_drag(rho_w, wetted_diameter, C_dn, morison.split(v_rel, strip.axis)[0])
+    wetted_diameter = 2 / (pi * strip.radius)  # per wet area
+    return morison.normal_drag(rho_w, wetted_diameter, C_dn, across(v_rel, strip.axis))
 
 
-# -- on the end discs: functions (coefficient, hull, rho_w, strip) [N], on the axis, hence without torque about C ------
+# -- on faces: functions (coefficient, rho_w, strip, face) -> (force [N], torque about C [N m]), absent: None ----------
+#
+# Forces are along the axis and in it: without torque about C.  Of cones both are per metre of axis.
 
 
-def axial_drag(C: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
-    """-1/2 C rho_w A |v_rel.d| (v_rel.d) d of a wet end disc."""
+def axial_drag(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tuple[Expr | None, None]:
+    """-1/2 C rho_w A |v_rel.d| (v_rel.d) d of the projected area A of a wet face."""
     v_rel = strip.relative_velocity
     if v_rel is None:
-        return None
+        return None, None
     speed = dot(v_rel, strip.axis)
-    return -0.5 * C * rho_w * strip.area * morison.smooth_abs(speed) * speed * strip.axis
+    return -0.5 * C * rho_w * face.area * morison.smooth_abs(speed) * speed * strip.axis, None
 
 
-def axial_added_mass(C: Scalar, hull: Hull, rho_w: Scalar, strip: Strip) -> Expr | None:
-    """Added mass of a wet end disc along the axis, referred to half a sphere, rho_w 2/3 pi R^3 (as MoorDyn's end
-    coefficient); 2/pi is the value of one face of a thin disc.
+def axial_added_mass(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tuple[Expr | None, None]:
+    """C rho_w 2 pi int R^2 |dR| (a_w - a).d d: a stepped or tapered end has the added mass of one disc.
+
+    It is referred to half a sphere, rho_w 2/3 pi R^3 (as MoorDyn's end coefficient); 2/pi is the value of one face of
+    a thin disc.
     """
     a_rel = strip.relative_acceleration
     if a_rel is None:
-        return None
-    return -C * rho_w * (2 / 3) * hull.radius * strip.area * dot(a_rel, strip.axis) * strip.axis
+        return None, None
+    return -C * rho_w * face.volume * dot(a_rel, strip.axis) * strip.axis, None
+
+
+def rotational_added_mass(C: Scalar, rho_w: Scalar, strip: Strip, face: Face) -> tuple[None, Expr | None]:
+    """-C rho_w 8/45 R^5 times the angular acceleration about a diameter, relative to that of the water in the disc."""
+    own = strip.motion and across(strip.motion.angular_acceleration, strip.axis)
+    G = strip.flow.acceleration_gradient
+    spin = relative(own, None if G is None else cross(dot(G, strip.axis), strip.axis))
+    return None, None if spin is None else -C * rho_w * face.inertia * spin

@@ -7,7 +7,7 @@ eta = a cos(theta), theta = k . x - omega t + phase.
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from ufl import as_vector, conditional, cos, exp, lt, max_value, min_value, sin
+from ufl import as_matrix, as_vector, bessel_J, conditional, cos, dot, exp, lt, max_value, min_value, sin, sqrt
 
 from .kinds import Expr, Scalar
 
@@ -28,11 +28,24 @@ class Wave(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """Undisturbed water at a point: elevation [m], velocity [m/s], acceleration due to waves [m/s^2] or None."""
+    """Undisturbed water at a point; what is not there is None."""
 
-    elevation: Expr | None
-    velocity: Expr | None
-    acceleration: Expr | None
+    elevation: Expr | None  #: of the free surface above the point [m]
+    velocity: Expr | None  #: [m/s]
+    acceleration: Expr | None  #: due to waves [m/s^2]
+    slope: Expr | None = None  #: grad(elevation), a horizontal vector [1]
+    acceleration_gradient: Expr | None = None  #: symmetric: potential flow turns nothing [1/s^2]
+    velocity_gradient: Expr | None = None  #: of waves, symmetric [1/s]
+
+    @property
+    def normal(self) -> Expr:
+        """Unit normal of the tangent plane of the free surface, upwards."""
+        e_z = as_vector([0.0, 0.0, 1.0])
+        return e_z if self.slope is None else (e_z - self.slope) / sqrt(1 + dot(self.slope, self.slope))
+
+    def depth(self, x: Expr) -> Expr:
+        """Height of the free surface above x [m]."""
+        return -x[2] if self.elevation is None else self.elevation - x[2]
 
 
 def phase(wave: Wave, x: Expr) -> Expr:
@@ -68,26 +81,58 @@ def depth_decay(wave: Wave, z: Expr) -> tuple[Expr, Expr]:
 
 
 def wave_flow(wave: Wave, x: Expr) -> Flow:
-    """Elevation, velocity and local acceleration of the water particles of an Airy wave at x."""
+    """An Airy wave at x: elevation, its slope, velocity and local acceleration of the water, and their gradients.
+
+    The gradients are those of linear theory at the stretched height: symmetric and without trace.
+    """
     eta, theta = elevation(wave, x), phase(wave, x)
     Sc, Ss = depth_decay(wave, stretched(wave, x[2], eta))
-    a, om = wave.amplitude, wave.frequency
-    horizontal = a * om * Sc
-    v = as_vector(
+    heading = as_vector([wave.cos_direction, wave.sin_direction, 0.0])
+    rate, k = wave.amplitude * wave.frequency, wave.wavenumber
+    in_phase, behind = cos(theta), sin(theta)
+    velocity = _in_plane(wave, rate * Sc * in_phase, rate * Ss * behind)
+    acceleration = _in_plane(wave, wave.frequency * rate * Sc * behind, -wave.frequency * rate * Ss * in_phase)
+    return Flow(
+        eta,
+        velocity,
+        acceleration,
+        -wave.amplitude * k * behind * heading,
+        _gradient(wave, wave.frequency * rate * k * Sc * in_phase, wave.frequency * rate * k * Ss * behind),
+        _gradient(wave, -rate * k * Sc * behind, rate * k * Ss * in_phase),
+    )
+
+
+def _in_plane(wave, along, up):
+    """A vector in the wave's vertical plane."""
+    return as_vector([wave.cos_direction * along, wave.sin_direction * along, up])
+
+
+def _gradient(wave, stretching, shear):
+    """Gradient of a vector in the wave's plane: d(along)/d(along) = -d(up)/dz, d(along)/dz = d(up)/d(along)."""
+    c, s = wave.cos_direction, wave.sin_direction
+    return as_matrix(
         [
-            wave.cos_direction * horizontal * cos(theta),
-            wave.sin_direction * horizontal * cos(theta),
-            a * om * Ss * sin(theta),
+            [c * c * stretching, c * s * stretching, c * shear],
+            [c * s * stretching, s * s * stretching, s * shear],
+            [c * shear, s * shear, -stretching],
         ]
     )
-    acceleration = om * as_vector(
-        [
-            wave.cos_direction * horizontal * sin(theta),
-            wave.sin_direction * horizontal * sin(theta),
-            -a * om * Ss * cos(theta),
-        ]
+
+
+def averaged_over_disk(flow: Flow, k_R: Expr) -> Flow:
+    """Elevation and acceleration averaged over a horizontal disk of radius R, slope and gradient weighted with its
+    second moment: factors 2 J1(kR)/(kR) and 8 J2(kR)/(kR)^2.
+
+    Velocities stay those in the centre: drag is no integral over the disk.
+    """
+    x = max_value(k_R, 1e-6)  # at a pointed end the factors are 1
+    mean, moment = 2 * bessel_J(1, x) / x, 8 * bessel_J(2, x) / (x * x)
+    return flow._replace(
+        elevation=mean * flow.elevation,
+        acceleration=mean * flow.acceleration,
+        slope=moment * flow.slope,
+        acceleration_gradient=moment * flow.acceleration_gradient,
     )
-    return Flow(eta, v, acceleration)
 
 
 def uniform_current(velocity: Expr) -> Current:
@@ -130,14 +175,12 @@ def relative(own: Expr | None, water: Expr | None) -> Expr | None:
 
 
 def flow(x: Expr, wave: Wave | None = None, current: Current | None = None) -> Flow:
-    """The undisturbed water at x: v_a = v_w + v_c.  An absent part is None, not zero; no sea motion at all gives a
-    Flow of three Nones (elevation None means still water)."""
-    eta = velocity = acceleration = None
-    if wave is not None:
-        eta, velocity, acceleration = wave_flow(wave, x)
+    """The undisturbed water at x: v_a = v_w + v_c.  An absent part is None, not zero (elevation None: still water)."""
+    water = Flow(None, None, None) if wave is None else wave_flow(wave, x)
     if current is not None:
-        velocity = current(x) if velocity is None else velocity + current(x)
-    return Flow(eta, velocity, acceleration)
+        stream = current(x)
+        water = water._replace(velocity=stream if water.velocity is None else water.velocity + stream)
+    return water
 
 
 def linear_below(x: Expr, x0: Scalar, value: Expr) -> Expr:

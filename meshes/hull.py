@@ -36,13 +36,29 @@ class HullShape:
         least = 1e-9 * self.height
         return [(a, b, ra, rb) for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False) if b - a > least]
 
-    def nodes(self, cells):
-        """Ends of about `cells` axis cells; every station is one of them."""
-        nodes = [0.0]
-        for a, b, _, _ in self.segments():
+    def pieces(self, cells):
+        """The frusta as `segments` has them, each in as many parts as make about `cells` of the whole height."""
+        found = []
+        for a, b, ra, rb in self.segments():
             count = max(1, round(cells * (b - a) / self.height))
-            nodes.extend(np.linspace(a, b, count + 1)[1:])
-        return np.array(nodes)
+            heights, radii = np.linspace(a, b, count + 1), np.linspace(ra, rb, count + 1)
+            found += zip(heights, heights[1:], radii, radii[1:], strict=False)
+        return found
+
+    def faces(self):
+        """(height, inner radius, outer radius) of every end disc and of the ring at every step."""
+        h, r, least = self.heights, self.radii, 1e-9 * self.height
+        found = [(0.0, 0.0, r[0])]
+        for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False):
+            if b - a <= least:
+                found.append((a, min(ra, rb), max(ra, rb)))
+        found.append((self.height, 0.0, r[-1]))
+        return [(float(z), float(inner), float(outer)) for z, inner, outer in found if outer > inner]
+
+    @property
+    def tapered(self) -> bool:
+        """Whether it has a cone."""
+        return any(ra != rb for _, _, ra, rb in self.segments())
 
     def radius(self, zeta, inside):
         """R(zeta) [m] of the frustum that contains the height `inside` (decides at a step)."""

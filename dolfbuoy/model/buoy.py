@@ -18,10 +18,7 @@ from .evolution import Evolution
 from .numbers import Numbers
 from .rigid import axis_offset, mass_properties, rotation_of, shape_of
 from .sea import SeaState
-
-KEEL, TOP = 1, 2  # tags of the ends of the axis
-#: Length over which a strip of an upright hull passes from wet to dry, in axis cells: four cells' points resolve it.
-SOFTENING_CELLS = 2.0
+from .wet_hull import SUBMERGED, WetHull, add
 
 #: State in motion, (r_C, p, q_4, L_C), and at rest; in statics |q_4| = 1 and the torques are the rows of the latter.
 MOTION = Fields(position=3, momentum=3, orientation=4, angular_momentum=3)
@@ -51,7 +48,9 @@ class Buoy:
         self.fields = MOTION if dynamic else REST
         self.shape = shape_of(self.section)
         self.mass = mass_properties(self.section, self.shape)
-        nodes = self.shape.nodes(scene.solver.hull_cells) if self.shape else np.array([0.0, 1.0])
+        wet = scene.sea is not None
+        cells = WetHull.cells(scene, self.shape) if wet else 1  # equations without place need one
+        nodes = np.arange(cells + 1.0)
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
         self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
@@ -61,12 +60,17 @@ class Buoy:
             self.relaxation = fem.Constant(self.mesh, 0.0)
             self.reference = fem.Function(self.state.function_space)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
-        degree = scene.solver.hull_quadrature_degree
-        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": degree})
-        self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=compat.end_tags(self.mesh, nodes[0], nodes[-1]))
-        self._constants(nodes)
+        ends = ufl.Measure("ds", domain=self.mesh, subdomain_data=compat.end_tags(self.mesh, nodes[0]))
+        self.at_once = ends(1)  #: the measure of equations that belong to no place
+        self._constants()
+        terms = [pair for where in ("strip", "face") for pair in self._called(where)]
+        self.hull = WetHull(self.mesh, scene, self.shape, self.sea, self.center, terms) if wet else None
 
-    def _constants(self, nodes):
+    def _called(self, where):
+        """[(effect, its constants)] of what the scene calls for."""
+        return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where)]
+
+    def _constants(self):
         self._numbers = Numbers(self.mesh, self.scene, lambda scene: scene.buoy)
         number = self._numbers.constant
         self.one = fem.Constant(self.mesh, 1.0)
@@ -76,20 +80,7 @@ class Buoy:
         self.gravity = number(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         #: Body vector from C to the mooring point.
         self.offset = number(lambda scene, b: axis_offset(b, b.mooring_height))
-        self._coefficients = {}
-        for where in ("strip", "end", "body"):
-            called = effects.called_by(self.scene, where) if where == "body" or self.scene.sea else []
-            self._coefficients[where] = [(effect, self._numbers.of(effect)) for effect in called]
-        if self.scene.sea:
-            softening = fem.Constant(self.mesh, SOFTENING_CELLS * np.diff(nodes).max())
-            self.hull = hull.Hull(self._radius(), softening)
-
-    def _radius(self):
-        space = compat.function_space(self.mesh, compat.element(self.mesh, "DG", 1))
-        R, cells, ends = fem.Function(space), compat.cell_dofs(space), compat.cell_ends(self.mesh)
-        zeta = space.tabulate_dof_coordinates()[cells, 0]
-        R.x.array[cells] = self.shape.radius(zeta, ends.mean(axis=1)[:, None])
-        return R
+        self._body_terms = self._called("body")
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
@@ -114,60 +105,31 @@ class Buoy:
             )
         return body.Body(y.position, y.orientation, self.sea.flow, motion)
 
-    def strip(self, state):
-        """The strip of the hull at the axis coordinate; state: what `kinematics` says."""
-        zeta = ufl.SpatialCoordinate(self.mesh)[0]
-        d = hull.axis(state.quaternion)
-        lever = (zeta - self.center) * d
-        flow = self.sea.flow(state.position + lever)
-        area, moment = hull.wet_section(
-            self.hull.radius, self.hull.softening, d, state.position + lever, flow.elevation
-        )
-        return hull.Strip(lever, d, flow, area, moment, state.motion)
-
     def point_loads(self, state, attachments=()) -> list[Load]:
         """Weight, lines, and every effect that acts at a point of the body."""
-        keel = self.ds(KEEL)
-        loads = [Load(None, self.M * self.gravity, None, keel)]
-        loads += [Load(e.account, *e.body(c, state), keel) for e, c in self._coefficients["body"]]
-        loads += [Load(None, *attachment.load(state), keel) for attachment in attachments]
+        loads = [Load(None, self.M * self.gravity, None, self.at_once)]
+        loads += [Load(e.account, *e.body(c, state), self.at_once) for e, c in self._body_terms]
+        loads += [Load(None, *attachment.load(state), self.at_once) for attachment in attachments]
         return [load for load in loads if load.force is not None or load.torque is not None]
 
-    def strip_densities(self, strip):
-        """[(effect, force per wet area and metre of axis)] of what the scene calls for."""
-        found = [(e, e.strip(c, self.hull, self.sea.density, strip)) for e, c in self._coefficients["strip"]]
-        return [(effect, density) for effect, density in found if density is not None]
-
-    def end_forces(self, strip):
-        """[(effect, force on a wet end disc)] of what the scene calls for."""
-        found = [(e, e.end(c, self.hull, self.sea.density, strip)) for e, c in self._coefficients["end"]]
-        return [(effect, force) for effect, force in found if force is not None]
-
     def water_loads(self, state) -> list[Load]:
-        """Loads of the water, one for each effect: for balances.  The residual takes them together."""
-        if self.scene.sea is None:
-            return []
-        strip = self.strip(state)
-        loads = [
-            Load(effect.account, *hull.strip_load(strip, density), self.dx, strip.flow.velocity)
-            for effect, density in self.strip_densities(strip)
-        ]
-        for effect, force in self.end_forces(strip):
-            loads.append(Load(effect.account, force, ufl.cross(strip.lever, force), self.ds, strip.flow.velocity))
-        return loads
+        """Loads of the water, one or two for each effect: for balances.  The residual takes them together."""
+        found = self.hull.loads(state) if self.hull else []
+        return [Load(effect.account, *load) for effect, *load in found]
 
     def residuals(self, attachments=()):
         """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads."""
-        state, point, one = self.kinematics(), self.ds(KEEL), self.one
+        state, point, one = self.kinematics(), self.at_once, self.one
         loads = self.point_loads(state, attachments)
-        force, torque = _sum(load.force for load in loads), _sum(load.torque for load in loads)
+        force, torque = (add([getattr(load, name) for load in loads]) for name in ("force", "torque"))
+        torque = ufl.zero(3) if torque is None else torque
         if self.dynamic:
             F, test_force, test_torque = self._momentum_balance(state, force, torque)
         else:
             F, test_force, test_torque = self._equilibrium(state, force, torque, attachments)
         F = one * F * point
-        if self.scene.sea is not None:
-            F += self._hull_loads(state, test_force, test_torque)
+        if self.hull is not None:
+            F += self.hull.form(state, test_force, test_torque)
         links = [(a.body_part, one * a.link(state) * point) for a in attachments]
         return [(self.part, F), *links]
 
@@ -195,36 +157,22 @@ class Buoy:
             F += body.held_horizontally(state.position, reference.position, gauge, test.force)
         return F, test.force, test.torque
 
-    def _hull_loads(self, state, test_force, test_torque):
-        strip = self.strip(state)
-        force, torque = hull.strip_load(strip, _sum(density for _, density in self.strip_densities(strip)))
-        F = -(ufl.inner(force, test_force) + ufl.inner(torque, test_torque)) * self.dx
-        ends = [force for _, force in self.end_forces(strip)]
-        if ends:
-            F -= self.one * ufl.inner(_sum(ends), test_force) * self.ds
-        return F
-
     def wet_hull_form(self):
-        """Linear form of [M_D, rho_w integral of position (3), H_sub, integral of wet diameter, elevation above C]."""
-        test = ufl.TestFunction(real_space(self.mesh, 7))
+        """Linear form of `WetHull.submerged` and, last, the elevation above C."""
         state = self.kinematics()
-        strip = self.strip(state)
-        wet = strip.area / (ufl.pi * self.hull.radius**2)
-        where = strip.area * (state.position + strip.lever) + strip.moment
-        rho_w = self.sea.density
-        form = rho_w * (strip.area * test[0] + sum(where[i] * test[1 + i] for i in range(3))) * self.dx
-        form += (wet * test[4] + 2 * self.hull.radius * wet * test[5]) * self.dx
-        eta = self.sea.flow(state.position).elevation
-        return form if eta is None else form + self.one * eta * test[6] * self.ds(KEEL)
+        form, eta = self.hull.submerged(state), self.sea.flow(state.position).elevation
+        test = form.arguments()[0]
+        return form if eta is None else form + self.one * eta * test[SUBMERGED - 1] * self.at_once
 
-    def axis_points(self, vertices):
-        """Quadrature points of the hull: axis coordinates and weights [m], arrays (cells, points of a cell).
+    def follow_water(self, system):
+        """The points of the hull follow the state of a System."""
+        if self.hull is not None:
+            self.hull.follow(system, self.state, self.fields)
 
-        vertices: of the mesh, as `System.coordinates` has them; who moves those moves the points.
-        """
-        xi, weights = compat.interval_quadrature(self.scene.solver.hull_quadrature_degree)
-        low, high = vertices[:, :1], vertices[:, 3:4]
-        return low + (high - low) * xi, np.abs(high - low) * weights
+    def publish_points(self):
+        """Put the points of the hull where the state's Function says: for forms that no System evaluates."""
+        if self.hull is not None:
+            self.hull.place_points(self.state.x.array, self.fields)
 
     # -- time -------------------------------------------------------------------------------------------------------
 
@@ -302,9 +250,3 @@ class Buoy:
             Block("buoy orientation q_4", at.orientation, 1.0, 0.0, 1.0),
             Block("buoy angular momentum L_C", at.angular_momentum, spin, force * arm, spin, unit="N m s"),
         ]
-
-
-def _sum(terms):
-    """Sum of UFL vectors, without those that are None."""
-    present = [term for term in terms if term is not None]
-    return sum(present[1:], present[0]) if present else ufl.zero(3)

@@ -7,8 +7,9 @@ to its keys.  The keys themselves, with their units and ranges, stand in `scene.
 A term is a plain UFL function of `forms/`; where it enters tells its signature:
 
     line(c, cable, rho_w, flow, point)    force per stretched metre of a line
-    strip(c, hull, rho_w, strip)          force per wet area of a strip of a hull
-    end(c, hull, rho_w, strip)            force on a wet end disc of a hull
+    strip(c, rho_w, strip)                force per wet area of a strip of a hull, in the centroid of that area
+    couple(c, rho_w, strip)               torque per wet area of a strip that comes with it
+    face(c, rho_w, strip, face)           (force, torque) on a wet face of a hull
     body(c, body)                         (force, torque) at a point of a body
     line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
 
@@ -53,7 +54,8 @@ class Effect:
     without: str | None = None
     line: Callable | None = None
     strip: Callable | None = None
-    end: Callable | None = None
+    couple: Callable | None = None
+    face: Callable | None = None
     body: Callable | None = None
     line_power: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
@@ -154,7 +156,7 @@ EFFECTS: list[Effect] = [
         "buoy axial added mass",
         "buoy.axial_added_mass",
         needs=("sea",),
-        end=hull.axial_added_mass,
+        face=hull.axial_added_mass,
         account="inertia",
         drawn={"buoy.axial_added_mass": Drawn(1e-3, 1e1)},
     ),
@@ -162,10 +164,31 @@ EFFECTS: list[Effect] = [
         "buoy axial drag",
         "buoy.axial_drag",
         needs=("sea",),
-        end=hull.axial_drag,
+        face=hull.axial_drag,
         account="drag",
         drawn={"buoy.axial_drag": Drawn(1e-3, 1e2)},
     ),
+    Effect(
+        "buoy rotational added mass",
+        "buoy.rotational_added_mass",
+        needs=("sea",),
+        face=hull.rotational_added_mass,
+        account="inertia",
+        drawn={"buoy.rotational_added_mass": Drawn(1e-3, 1e1)},
+    ),
+    Effect(
+        "buoy wave damping",
+        "buoy.wave_damping",
+        neutral=None,
+        needs=("sea",),
+        body=buoy.wave_damping,
+        numbers={
+            "heave": lambda scene, buoy: buoy.wave_damping[0],
+            "pitch": lambda scene, buoy: buoy.wave_damping[1],
+        },
+        drawn={},
+    ),
+    Effect("disk averages", "buoy.disk_averages", neutral=False, needs=("sea", "waves")),
     Effect(
         "buoy rotational damping",
         "buoy.rotational_damping",
@@ -178,6 +201,7 @@ EFFECTS: list[Effect] = [
         neutral=None,
         line=cable.normal_froude_krylov,
         strip=hull.froude_krylov,
+        couple=hull.froude_krylov_couple,
         account="inertia",
         numbers=None,
         drawn={
@@ -241,7 +265,7 @@ EFFECTS: list[Effect] = [
 
 
 def called_by(scene, where: str | None = None) -> list[Effect]:
-    """Effects that a scene calls for; where: only those with such a term ("line", "strip", "end", "body", ...)."""
+    """Effects that a scene calls for; where: only those with such a term ("line", "strip", "face", "body", ...)."""
     return [e for e in EFFECTS if e.called(scene) and (where is None or getattr(e, where) is not None)]
 
 

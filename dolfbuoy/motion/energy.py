@@ -74,6 +74,8 @@ class Meter:
         """All numbers at the present time."""
         accounts = dict.fromkeys(effect.account for effect in effects.EFFECTS)
         values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top"), 0.0)
+        if self.simulation.problem.buoy:
+            self.simulation.problem.buoy.publish_points()
         for names, part, contribution in self._forms:
             b = np.zeros(part.size)
             contribution.prepare()

@@ -51,6 +51,7 @@ class Observer:
     def _wet_hull(self, position):
         b, buoy = np.zeros(7), self.problem.buoy
         buoy.part.values[:] = self.problem.system.u[buoy.part.slice]
+        buoy.publish_points()
         self._wet.prepare()
         self._wet.add_to_vector(b)
         mass, length = b[0], b[4]

@@ -157,10 +157,19 @@ class Buoy(Section):
     )
     point_masses: list[PointMass] = key("masses on the axis, added to the hull's", default=[])
     mooring_height: Height = key("height above the keel at which the cable is attached", "m", default=0.0)
-    added_mass: AddedMass = key("C_A = C_M - 1 of the displaced mass, in all directions", "1", default=0.0)
+    added_mass: AddedMass = key("C_A = C_M - 1 of the displaced mass, across the axis", "1", default=0.0)
     normal_drag: Coefficient = key("drag coefficient across the axis", "1", default=0.0)
-    axial_added_mass: Coefficient = key("of the end discs, each as half a sphere of water", "1", default=0.0)
-    axial_drag: Coefficient = key("drag coefficient of the end discs", "1", default=0.0)
+    axial_added_mass: Coefficient = key(
+        "along the axis, of wet end discs, steps and cones, a disc being half a sphere of water", "1", default=0.0
+    )
+    axial_drag: Coefficient = key("drag coefficient along the axis, on the area of these", "1", default=0.0)
+    rotational_added_mass: Coefficient = key(
+        "of the same faces about a diameter, 8/45 rho R^5 for one face of a disc", "1", default=0.0
+    )
+    wave_damping: list[Damping] | None = key(
+        "[heave in N s/m, pitch in N m s]: linear damping by radiated waves, relative to the water", default=None
+    )
+    disk_averages: bool = key("waves averaged over the disks of the hull, for waves that are short", default=False)
     rotational_damping: Damping = key("linear damping of the rotation about the axis", "N m s", default=0.0)
 
     @model_validator(mode="after")
@@ -175,6 +184,8 @@ class Buoy(Section):
                 raise Wrong("hull", self.hull, "must start at height 0, the keel")
         if self.inertia is not None:
             _check_inertia(self.inertia)
+        if self.wave_damping is not None and len(self.wave_damping) != 2:
+            raise Wrong("wave_damping", self.wave_damping, "must be two numbers, [heave, pitch]")
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):
             raise ValueError("a buoy without hull needs inertia and center_of_mass")
         return self
@@ -307,8 +318,10 @@ class Solver(Section):
     step_tolerance: Tolerance = key("Newton's tolerance, relative to typical sizes", "1", default=1e-9)
     quadrature_degree: Degree | None = key("on the cable; absent: by position_degree", "1", default=None)
     keep_jacobian: bool = key("in runs: a matrix serves while Newton converges fast with it", default=True)
-    hull_cells: Annotated[int, Field(ge=1, le=1000)] = key("cells along the axis of the hull", "1", default=48)
-    hull_quadrature_degree: Degree = key("on each cell of the hull", "1", default=9)
+    hull_cells: Annotated[int, Field(ge=1, le=1000)] = key(
+        "about how many parts of its height the hull has; each is cut where the surface cuts it", "1", default=2
+    )
+    hull_quadrature_degree: Degree = key("on each part of the hull", "1", default=15)
 
 
 class Scene(Section):

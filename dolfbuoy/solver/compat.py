@@ -85,6 +85,13 @@ def element(mesh, family, degree, size=1):
     return basix.ufl.element("Lagrange", "interval", degree, shape=shape, discontinuous=discontinuous)
 
 
+def quadrature_element(mesh, degree, size):
+    """`size` numbers at each point of the quadrature of a degree, on an interval mesh."""
+    if LEGACY:
+        return ufl.VectorElement("Quadrature", mesh.ufl_cell(), degree, dim=size, quad_scheme="default")
+    return basix.ufl.quadrature_element("interval", value_shape=(size,), degree=degree)
+
+
 def mixed_element(elements):
     """Mixed element."""
     return ufl.MixedElement(elements) if LEGACY else basix.ufl.mixed_element(elements)
@@ -233,6 +240,15 @@ def interval_quadrature(degree):
     """Points between 0 and 1 and weights with which compiled forms integrate over a cell."""
     points, weights = basix.make_quadrature(basix.CellType.interval, degree)
     return np.asarray(points).ravel(), np.asarray(weights)
+
+
+def cell_tags(mesh, groups):
+    """Cell tags of an interval mesh: {tag: (low, high)} of the middles of its cells."""
+    middles = cell_ends(mesh).mean(axis=1)
+    values = np.zeros(len(middles), dtype=np.int32)
+    for tag, (low, high) in groups.items():
+        values[(middles > low) & (middles < high)] = tag
+    return dmesh.meshtags(mesh, 1, np.arange(len(middles), dtype=np.int32), values)
 
 
 def end_tags(mesh, *places):

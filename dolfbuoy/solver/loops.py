@@ -1,4 +1,4 @@
-"""The loop over cells in C, compiled once per machine with cffi as FFCx does it with its forms.
+"""The loop over cells in C.
 
 dolfinx's assemblers take packed coefficients and insert the tensor of every cell by itself.  Here one call of C does
 all forms of a residual or of a Jacobian: it gathers coefficients and constants of a cell from one array, calls the
@@ -6,23 +6,19 @@ same compiled kernel, and adds the tensor to a vector or leaves it where PETSc's
 (`study step-cost` measures what that brings).  What has to be copied around that is done by C as well.
 """
 
-import hashlib
-import importlib.util
-import os
-import sysconfig
-from functools import cache, partial
-from tempfile import TemporaryDirectory
+from functools import partial
+from typing import NamedTuple
 
-import cffi
 import numpy as np
 
-from ..errors import InputError
-from . import compat, jit
+from . import c_code, compat
+from .c_code import address
 
 _DECLARATIONS = """
 typedef struct {
     uintptr_t kernel;          /* tabulate_tensor of FFCx */
-    int cells, tensor, coefficients, constants, coordinates;  /* cells, and numbers of a cell */
+    const int *cells;          /* how many */
+    int tensor, coefficients, constants, coordinates;  /* numbers of a cell */
     const int *w, *c;          /* places of coefficients (of each cell) and of constants in `values` */
     int shared;                /* all cells have the same dofs: one tensor is the sum of all */
     const int *targets;        /* places of the tensors in `out`; NULL: one after the other, from `first` on */
@@ -58,7 +54,6 @@ _SOURCE = """
 #include <stdint.h>
 #include <stddef.h>
 #include <string.h>
-%s
 typedef void (*tabulate_tensor)(double *, const double *, const double *, const double *, const int *,
                                 const uint8_t *%s);
 
@@ -81,7 +76,8 @@ static void integrate(const integral *I, const double *values, double *work, dou
     const tabulate_tensor tabulate = (tabulate_tensor)I->kernel;
     const double *c = gather(work, values, I->c, I->constants);
     double *w = work + I->constants;
-    for (ptrdiff_t cell = 0; cell < I->cells; ++cell) {
+    const ptrdiff_t cells = *I->cells;
+    for (ptrdiff_t cell = 0; cell < cells; ++cell) {
         const ptrdiff_t place = I->shared ? 0 : cell * I->tensor;
         double *tensor = I->targets ? w + I->coefficients : out + I->first + place;
         gather(w, values, I->w + cell * I->coefficients, I->coefficients);
@@ -89,7 +85,7 @@ static void integrate(const integral *I, const double *values, double *work, dou
             memset(tensor, 0, I->tensor * sizeof(double));
         tabulate(tensor, w, c, I->x + I->where[cell] * I->coordinates, I->facets ? I->facets + cell : NULL,
                  permutation%s);
-        if (I->targets && (cell == I->cells - 1 || !I->shared))
+        if (I->targets && (cell == cells - 1 || !I->shared))
             scatter(tensor, out, I->targets + place, I->tensor);
     }
 }
@@ -124,36 +120,10 @@ void take(const double *values, const double *scale, const int *places, ptrdiff_
 """
 
 
-@cache
 def compiled():
-    """The compiled module, from the cache of compiled forms or built into it."""
+    """The compiled module."""
     more = (", void *", ", NULL") if compat.KERNEL_TAKES_DATA else ("", "")
-    source = _SOURCE % (_DECLARATIONS, *more)
-    key = repr((source, jit.COMPILER, cffi.__version__, sysconfig.get_config_var("SOABI")))
-    name = f"dolfbuoy_loops_{hashlib.sha1(key.encode()).hexdigest()[:16]}"
-    path = compat.jit_cache() / (name + sysconfig.get_config_var("EXT_SUFFIX"))
-    if not path.exists():
-        with jit.alone(compat.jit_cache()):
-            if not path.exists():  # still
-                build(name, source, path)
-    spec = importlib.util.spec_from_file_location(name, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def build(name, source, path):
-    """Compile apart and move into place, so that other processes see all of it or nothing."""
-    builder = cffi.FFI()
-    builder.cdef(_DECLARATIONS)
-    builder.set_source(name, source, extra_compile_args=jit.COMPILER)
-    try:
-        with TemporaryDirectory(dir=path.parent) as folder, jit.quiet_compiler():
-            os.replace(builder.compile(tmpdir=folder), path)
-    except cffi.VerificationError as error:
-        raise InputError(f"The loop over cells cannot be compiled, dolfbuoy needs a C compiler: {error}.") from None
-    except PermissionError as error:
-        raise PermissionError(error.errno, error.strerror, str(path)) from None
+    return c_code.module("loops", _DECLARATIONS, _SOURCE % more)
 
 
 def reading(pieces, values):
@@ -161,8 +131,8 @@ def reading(pieces, values):
     library = compiled()
     arrays = library.ffi.new("array[]", max(1, len(pieces)))
     for described, (place, array) in zip(arrays, pieces, strict=False):
-        described.data, described.length, described.place = _address(array), len(array), place.start
-    read = partial(library.lib.read_arrays, arrays, len(pieces), _address(values))
+        described.data, described.length, described.place = address(array), len(array), place.start
+    read = partial(library.lib.read_arrays, arrays, len(pieces), address(values))
     read.alive = values, pieces
     return read
 
@@ -176,7 +146,7 @@ class Scaled:
     def __init__(self, values, places, scale):
         self._library, self.x = compiled(), np.zeros(len(places))
         self._alive = values, scale, np.array(places, dtype=np.int32), self.x
-        self._values, self._scale, self._places, self._x = map(_address, self._alive)
+        self._values, self._scale, self._places, self._x = map(address, self._alive)
 
     def take(self):
         """x, from the values."""
@@ -249,16 +219,38 @@ class Coordinates:
         return self._arrays[key][1]
 
 
+class Counts:
+    """How many cells of an integral are looked at, from the first on: all of them unless a hook writes less there."""
+
+    def __init__(self):
+        self._counts = {}
+
+    def of(self, mesh, cells):
+        """The number, as an array of one, that all integrals over these cells of a mesh read."""
+        key = id(mesh), np.asarray(cells, dtype=np.int32).tobytes()
+        if key not in self._counts:
+            self._counts[key] = mesh, np.array([len(cells)], dtype=np.int32)
+        return self._counts[key][1]
+
+
+class Shared(NamedTuple):
+    """What the loops of a System read besides their forms' values."""
+
+    hooks: Hooks
+    coordinates: Coordinates
+    counts: Counts
+
+
 class Loop:
     """The forms of `contributions`, added up by one call.
 
-    values: a `Values` that knows all their unknowns, coefficients and constants.  coordinates, hooks: what all loops of
-    a System share.  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out` holds the
-    tensors, whose `entries` belong to local unknowns (rows, columns), and behind them `spare` zeros.
+    values: a `Values` that knows all their unknowns, coefficients and constants.  shared: what all loops of a System
+    share (`Shared`).  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out`
+    holds the tensors, whose `entries` belong to local unknowns (rows, columns), and behind them `spare` zeros.
     """
 
-    def __init__(self, contributions, values, coordinates, hooks, size=None, spare=0):
-        library, self._alive, self._coordinates, self._hooks = compiled(), [], coordinates, hooks
+    def __init__(self, contributions, values, shared, size=None, spare=0):
+        library, self._alive, self._shared = compiled(), [], shared
         found = [(c, compat.integrals(c.form, library.ffi)) for c in contributions]
         count, length, work, entries = sum(len(integrals) for _, integrals in found), 0, 1, []
         described = library.ffi.new("integral[]", max(1, count))
@@ -283,18 +275,20 @@ class Loop:
             self.entries = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
         self.out = np.zeros(length + spare if size is None else size)
         inputs, outputs = (self._doubles(a) for a in (values.array, np.zeros(work))), self._doubles(self.out)
-        self._call = partial(library.lib.add_up, hooks.described, described, count, *inputs, outputs, len(self.out))
+        self._call = partial(
+            library.lib.add_up, shared.hooks.described, described, count, *inputs, outputs, len(self.out)
+        )
 
     def __call__(self):
         """`out`, from the present `values`."""
         self._call()
-        self._hooks.check()
+        self._shared.hooks.check()
         return self.out
 
     def _inputs(self, one, contribution, integral, coefficients, constants):
-        cells = integral.cells
-        x = self._coordinates.of(contribution.row.function.function_space.mesh)
-        one.kernel, one.cells = integral.kernel, len(cells)
+        cells, mesh = integral.cells, contribution.row.function.function_space.mesh
+        x = self._shared.coordinates.of(mesh)
+        one.kernel, one.cells = integral.kernel, self._kept(self._shared.counts.of(mesh, cells))
         one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
         one.w, one.c = self._ints(coefficients), self._ints(constants)
         one.x, one.where = self._doubles(x), self._ints(cells)
@@ -309,12 +303,7 @@ class Loop:
 
     def _kept(self, array):
         self._alive.append(array)
-        return _address(array)
-
-
-def _address(array):
-    """Of integers or doubles, for C; whoever asks for it keeps the array alive."""
-    return compiled().ffi.cast("int *" if array.dtype == np.int32 else "double *", array.ctypes.data)
+        return address(array)
 
 
 def _unrolled(space):

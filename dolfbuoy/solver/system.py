@@ -11,7 +11,7 @@ import numpy as np
 import ufl
 
 from . import compat, coo
-from .loops import Coordinates, Hooks, Loop, Scaled
+from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
 from .unknowns import Contribution, Values
 
 
@@ -33,9 +33,10 @@ class System:
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [c.ufl_form for c in (*self.residuals, *self.jacobians)])
         self.u = self._values.unknowns
-        self.hooks, self.coordinates = Hooks(self._values.array), Coordinates()
-        self.add_residuals = Loop(self.residuals, self._values, self.coordinates, self.hooks, self.size)
-        self.add_jacobians = Loop(self.jacobians, self._values, self.coordinates, self.hooks, spare=len(self.order))
+        self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
+        shared = Shared(self.hooks, self.coordinates, self.counts)
+        self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
+        self.add_jacobians = Loop(self.jacobians, self._values, shared, spare=len(self.order))
         self._b = self.add_residuals.out
         #: Units of the visible unknowns, and 1/units of the rows.
         self.unknown_scales, self.row_scales = np.ones(len(numbering.visible)), np.ones(len(self.order))
@@ -94,6 +95,10 @@ class System:
     def unknowns(self) -> int:
         """Number of free unknowns of all ranks."""
         return self.numbering.unknowns
+
+    def numbers_of(self, thing):
+        """What the forms read as the values of a Function or a Constant: a view, or None if they do not read it."""
+        return self._values.of(thing)
 
     def publish(self):
         """Copy `u` into the parts' Functions."""

@@ -83,6 +83,11 @@ class Values:
         #: Read coefficients and constants again: time, step and the phase of the wave are among them.
         self.read_given = reading(given, self.array)
 
+    def of(self, thing):
+        """The values of a Function or Constant, a view; None for what no form reads."""
+        place = self._places.get(id(thing))
+        return None if place is None else self.array[place]
+
     def sources(self, contribution):
         """Where each packed coefficient of a form, by integral, and each packed constant stands in `array`.
 

@@ -1,0 +1,57 @@
+"""C of our own, compiled once per machine with cffi as FFCx does it with its forms, and kept beside them."""
+
+import hashlib
+import importlib.util
+import os
+import sysconfig
+from functools import cache
+from tempfile import TemporaryDirectory
+
+import cffi
+import numpy as np
+
+from ..errors import InputError
+from . import compat, jit
+
+
+@cache
+def module(name, declarations, source):
+    """The compiled module (`.lib`, `.ffi`), from the cache of compiled forms or built into it.
+
+    declarations: of what Python sees, as cffi wants them; they stand in front of the source too.  Raises InputError
+    where there is no C compiler, PermissionError for a cache that cannot be written.
+    """
+    source = declarations + source
+    key = repr((source, jit.COMPILER, cffi.__version__, sysconfig.get_config_var("SOABI")))
+    name = f"dolfbuoy_{name}_{hashlib.sha1(key.encode()).hexdigest()[:16]}"
+    path = compat.jit_cache() / (name + sysconfig.get_config_var("EXT_SUFFIX"))
+    if not path.exists():
+        with jit.alone(compat.jit_cache()):
+            if not path.exists():  # still
+                _build(name, declarations, source, path)
+    spec = importlib.util.spec_from_file_location(name, path)
+    loaded = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(loaded)
+    return loaded
+
+
+def _build(name, declarations, source, path):
+    """Compile apart and move into place, so that other processes see all of it or nothing."""
+    builder = cffi.FFI()
+    builder.cdef(declarations)
+    builder.set_source(name, source, extra_compile_args=jit.COMPILER)
+    try:
+        with TemporaryDirectory(dir=path.parent) as folder, jit.quiet_compiler():
+            os.replace(builder.compile(tmpdir=folder), path)
+    except cffi.VerificationError as error:
+        raise InputError(f"C code cannot be compiled, dolfbuoy needs a C compiler: {error}.") from None
+    except PermissionError as error:
+        raise PermissionError(error.errno, error.strerror, str(path)) from None
+
+
+def address(array):
+    """Of integers or doubles, for C; whoever asks for it keeps the array alive."""
+    return _ffi.cast("int *" if array.dtype == np.int32 else "double *", array.ctypes.data)
+
+
+_ffi = cffi.FFI()
