@@ -10,7 +10,7 @@ What acts along the axis acts on faces: end discs, steps, and cones as rows of s
 
 from typing import NamedTuple
 
-from ufl import acos, as_vector, cross, dot, max_value, min_value, pi, sqrt
+from ufl import acos, as_vector, cross, dot, max_value, min_value, pi, sqrt, zero
 
 from . import morison, rotation
 from .kinds import Expr, Scalar
@@ -123,6 +123,11 @@ def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float = 
     chord2 = 1 - c * c
     chord = sqrt(chord2)
     return square * (acos(-c) + c * chord), -(2 / 3) * square * square / w * chord2 * chord * uphill
+
+
+def full_section(radius: Expr, d: Expr, x: Expr, flow: Flow) -> tuple[Expr, Expr]:
+    """`wet_section` of a disk that is all wet."""
+    return pi * radius * radius, zero(3)
 
 
 def across(x: Expr, d: Expr) -> Expr:

@@ -172,7 +172,7 @@ class Buoy:
     def publish_points(self):
         """Put the points of the hull where the state's Function says: for forms that no System evaluates."""
         if self.hull is not None:
-            self.hull.place_points(self.state.x.array, self.fields)
+            self.hull.place_points(self.state, self.fields)
 
     # -- time -------------------------------------------------------------------------------------------------------
 

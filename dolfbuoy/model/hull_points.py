@@ -20,18 +20,22 @@ ZETA, RADIUS, LENGTH, TAPER = range(4)  #: numbers of a point: on the axis, R, w
 
 _DECLARATIONS = """
 typedef struct {
-    int frusta;
-    const double *frustum;      /* of each: heights of its ends, radii there */
-    int points;
-    const double *gauss;        /* on [0, 1] */
-    const double *position, *quaternion, *center;
-    const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without waves */
-    int averaged;               /* over the disks */
-    double least_tilt;
+    int points;                 /* of a cell */
+    const double *at;           /* where they are on [0, 1] */
     int capacity;               /* cells */
     const int *places;          /* of the numbers of every point, cell by cell */
     double *out;
     int *count;                 /* cells that are used, from the first on */
+} group;
+
+typedef struct {
+    int frusta;
+    const double *frustum;      /* of each: heights of its ends, radii there */
+    group wet, cut;
+    const double *position, *quaternion, *center;
+    const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without waves */
+    int averaged;               /* over the disks */
+    double least_tilt;
 } hull_points;
 
 void follow(void *context, double *values);
@@ -40,6 +44,8 @@ void follow(void *context, double *values);
 _SOURCE = """
 #include <math.h>
 #include <stddef.h>
+
+#define FAR 3.0  /* cells: roots beyond do no harm */
 
 typedef struct {
     const hull_points *h;
@@ -83,20 +89,20 @@ static cut cut_at(const axis *A, double zeta)
 }
 
 /* side 1: positive where the disk is all wet.  side -1: negative where it is dry. */
-static double level(const axis *A, int side, double zeta)
+static double level(cut c, int side)
 {
-    const cut c = cut_at(A, zeta);
     return c.gap - side * c.half;
 }
 
-/* Height between a and b at which the level vanishes: false position, which is exact in still water. */
-static double root(const axis *A, int side, double a, double b, double fa, double fb)
+/* Height between a and b at which the level vanishes, and the cut there: false position, exact in still water. */
+static double root(const axis *A, int side, double a, double b, cut ca, cut cb, cut *there)
 {
-    double z = a;
-    for (int n = 0; n < 40 && fa != fb; ++n) {
+    double z = a, fa = level(ca, side), fb = level(cb, side);
+    for (int n = 0; n < 40; ++n) {
         z = a - fa * (b - a) / (fb - fa);
-        const double f = level(A, side, z);
-        if (fabs(f) <= 1e-15 * (fabs(z) + fabs(b - a)))
+        *there = cut_at(A, z);
+        const double f = level(*there, side);
+        if (fabs(f) <= 1e-7 * there->half || z == a || z == b)
             break;
         if ((f > 0) == (fb > 0)) {
             b = z;
@@ -112,68 +118,84 @@ static double root(const axis *A, int side, double a, double b, double fa, doubl
     return z;
 }
 
-static double angle(cut c)
+/* Where the level vanishes, the cell being [0, 1] and the level linear: a bound of what is nearest on each side. */
+static void bound(double fa, double fb, double *left, double *right)
 {
-    const double ratio = c.half > 0 ? c.gap / c.half : (c.gap > 0 ? 1 : -1);
-    return acos(-fmax(-1, fmin(1, ratio)));
+    const double t = fa == fb ? INFINITY : fa / (fa - fb);
+    if (t < 0.5)
+        *left = fmax(*left, fmin(t, 0));
+    else
+        *right = fmin(*right, fmax(t, 1));
 }
 
-/* The points of one cell between the heights a and b: even in the angle where the disks are cut. */
-static void place(const axis *A, double a, double b, int is_cut, double *out, const int *places)
+/* The points of one cell between the heights a and b: where disks are cut, even in an angle that takes the roots out
+   of what is integrated, at the heights where the surface begins and ends to cut the frustum. */
+static void place(const axis *A, const group *g, double a, double b, cut ca, cut cb, int is_cut)
 {
-    const hull_points *h = A->h;
-    const cut ca = cut_at(A, a), cb = cut_at(A, b);
     const double taper = fabs((A->frustum[3] - A->frustum[2]) / (A->frustum[1] - A->frustum[0]));
-    double first = M_PI / 2, last = first, ratio = 1;
+    double first = M_PI / 2, last = first;
+    if (*g->count == g->capacity)
+        return;
     if (is_cut) {
-        first = angle(ca);
-        last = angle(cb);
-        if (sin((first + last) / 2) < 1e-6)
-            first = last = M_PI / 2;
-        if (fmin(ca.half, cb.half) > 1e-6 * fmax(ca.half, cb.half))
-            ratio = cb.half / ca.half;
+        double left = -FAR, right = 1 + FAR;
+        bound(level(ca, 1), level(cb, 1), &left, &right);
+        bound(level(ca, -1), level(cb, -1), &left, &right);
+        first = acos(fmax(-1, fmin(1, (left + right) / (right - left))));
+        last = acos(fmax(-1, fmin(1, (left + right - 2) / (right - left))));
     }
     const double mean = sin((first + last) / 2), delta = (last - first) / 2, even = fabs(delta) < 1e-8;
-    for (int q = 0; q < h->points; ++q) {
-        const double u = h->gauss[q], theta = first + 2 * u * delta;
-        const double x = sin(first + u * delta) / mean * (even ? u : sin(u * delta) / sin(delta));
-        const double x_u = sin(theta) / mean * (even ? 1 : delta / sin(delta));
-        const double sum = x + ratio * (1 - x);  /* of a cone, c is a ratio of linear functions */
-        double *point = out + places[q];
-        point[0] = a + (b - a) * x / sum;
+    for (int q = 0; q < g->points; ++q) {
+        const double u = g->at[q], theta = first + 2 * u * delta;
+        const double t = even ? u : sin(first + u * delta) / mean * sin(u * delta) / sin(delta);
+        double *point = g->out + g->places[*g->count * g->points + q];
+        point[0] = a + (b - a) * t;
         point[1] = radius(A->frustum, point[0]);
-        point[2] = (b - a) * x_u * ratio / (sum * sum);
+        point[2] = (b - a) * (even ? 1 : sin(theta) / mean * delta / sin(delta));
         point[3] = taper;
+    }
+    ++*g->count;
+}
+
+/* A frustum in what is wet and what is cut; ca, cb: at its ends. */
+static void divide(const axis *A, cut ca, cut cb)
+{
+    double ends[4] = {A->frustum[0], A->frustum[1], A->frustum[1], A->frustum[1]};
+    cut cuts[4] = {ca, cb, cb, cb};
+    int n = 1;
+    for (int side = -1; side <= 1; side += 2) {
+        if ((level(ca, side) > 0) == (level(cb, side) > 0))
+            continue;
+        cut there;
+        const double z = root(A, side, ends[0], A->frustum[1], ca, cb, &there);
+        const int k = n == 2 && z < ends[1] ? 1 : n;
+        if (k < n) {
+            ends[n] = ends[k];
+            cuts[n] = cuts[k];
+        }
+        ends[k] = z;
+        cuts[k] = there;
+        ++n;
+    }
+    ends[n] = A->frustum[1];
+    cuts[n] = cb;
+    for (int k = 0; k < n; ++k) {
+        const cut a = cuts[k], b = cuts[k + 1];  /* levels are as good as linear: their means are those of the middle */
+        if (ends[k + 1] <= ends[k] || level(a, -1) + level(b, -1) <= 0)
+            continue;
+        const int is_cut = level(a, 1) + level(b, 1) < 0;
+        place(A, is_cut ? &A->h->cut : &A->h->wet, ends[k], ends[k + 1], a, b, is_cut);
     }
 }
 
-static int pieces(const axis *A, int count)
+/* For who looks at all cells: points that count for nothing. */
+static void clear(const group *g, double center)
 {
-    const hull_points *h = A->h;
-    const double a = A->frustum[0], b = A->frustum[1];
-    double ends[4] = {a, b, b, b};
-    int n = 1;
-    for (int side = -1; side <= 1; side += 2) {
-        const double fa = level(A, side, a), fb = level(A, side, b);
-        if ((fa > 0) != (fb > 0)) {
-            double z = root(A, side, a, b, fa, fb);
-            if (n == 2 && z < ends[1]) {
-                const double other = ends[1];
-                ends[1] = z;
-                z = other;
-            }
-            ends[n++] = z;
-        }
+    for (int k = *g->count * g->points; k < g->capacity * g->points; ++k) {
+        double *point = g->out + g->places[k];
+        point[0] = center;
+        point[1] = 1;
+        point[2] = point[3] = 0;
     }
-    ends[n] = b;
-    for (int k = 0; k < n && count < h->capacity; ++k) {
-        const double middle = (ends[k] + ends[k + 1]) / 2;
-        if (ends[k + 1] <= ends[k] || level(A, -1, middle) <= 0)
-            continue;
-        place(A, ends[k], ends[k + 1], level(A, 1, middle) < 0, h->out, h->places + count * h->points);
-        ++count;
-    }
-    return count;
 }
 
 void follow(void *context, double *values)
@@ -182,57 +204,65 @@ void follow(void *context, double *values)
     const double *q = h->quaternion, square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     axis A = {h, NULL, {2 * (q[1] * q[3] + q[0] * q[2]) / square, 2 * (q[2] * q[3] - q[0] * q[1]) / square,
                         (q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3]) / square}};
-    int count = 0;
+    *h->wet.count = *h->cut.count = 0;
     for (int n = 0; n < h->frusta; ++n) {
         A.frustum = h->frustum + 4 * n;
-        count = pieces(&A, count);
+        divide(&A, cut_at(&A, A.frustum[0]), cut_at(&A, A.frustum[1]));
     }
-    *h->count = count;
-    for (int k = count * h->points; k < h->capacity * h->points; ++k) {  /* for who looks at all cells */
-        double *point = h->out + h->places[k];
-        point[0] = *h->center;
-        point[1] = 1;
-        point[2] = point[3] = 0;
-    }
+    clear(&h->wet, *h->center);
+    clear(&h->cut, *h->center);
 }
 """
 
 
-class HullPoints:
-    """Points and weights on some cells of a mesh, each of the length 1, for a hull.
+class PointGroup:
+    """Points on some cells of the length 1 of a mesh.
 
-    coefficient: a Function of four numbers, ZETA, RADIUS, LENGTH and TAPER.  To integrate over the axis is to
-    integrate LENGTH over the `cells`, with Gauss's rule of `degree`.
+    coefficient: a Function of four numbers, ZETA, RADIUS, LENGTH and TAPER.  To integrate over the axis is to integrate
+    LENGTH over the `cells`, with Gauss's rule of `degree`.  linear: the numbers are linear on each cell and stand at
+    its ends, else at every point (two different rules of points in one form are more than FFCx 0.5 can take).
     """
 
-    def __init__(self, mesh, frusta, cells, degree, averaged=False):
-        self.frusta, self.cells = np.array(frusta, dtype=np.float64), np.array(cells, dtype=np.int32)
-        space = compat.function_space(mesh, compat.quadrature_element(mesh, degree, 4))
+    def __init__(self, mesh, cells, degree, linear):
+        self.mesh, self.cells, self.degree = mesh, np.array(cells, dtype=np.int32), degree
+        element = compat.element(mesh, "DG", 1, 4) if linear else compat.quadrature_element(mesh, degree, 4)
+        space = compat.function_space(mesh, element)
         self.coefficient = fem.Function(space)
-        self._gauss, self.averaged = np.ascontiguousarray(compat.interval_quadrature(degree)[0]), averaged
+        self.at = np.array([0.0, 1.0]) if linear else np.ascontiguousarray(compat.interval_quadrature(degree)[0])
         self._places = np.ascontiguousarray(4 * compat.cell_dofs(space)[self.cells], dtype=np.int32)
 
-    @staticmethod
-    def capacity(frusta) -> int:
-        """Cells that a hull may need: a frustum is wet, or cut, or wet and then cut."""
-        return 2 * len(frusta)
+    def describe(self, group, out, count):
+        """Fill in C's description.  out: takes the numbers of the coefficient, count: of cells in use, array of one."""
+        group.points, group.at = len(self.at), address(self.at)
+        group.capacity, group.places = len(self.cells), address(self._places)
+        group.out, group.count = address(out), address(count)
+
+
+class HullPoints:
+    """The points of a hull: `wet` where its disks are all wet, `cut` where the surface cuts them.
+
+    frusta: [(height, height, radius, radius)], each with a cell of either kind.  averaged: waves over the disks.
+    """
+
+    def __init__(self, frusta, wet, cut, averaged=False):
+        self.frusta, self.wet, self.cut = np.array(frusta, dtype=np.float64), wet, cut
+        self.averaged = averaged
 
     def following(self, position, quaternion, center, wave, out, count):
-        """What C needs to make the points follow: (address of the function, its context).
+        """What C needs to make the points follow: its module, and the context of its function `follow`.
 
         position, quaternion, center: arrays that hold r_C, q_4 and the height of C.  wave: the arrays of amplitude,
-        wavenumber, time phase, cosine and sine of its direction; None in still water.  out: takes the numbers of the
-        coefficient, count: the number of cells in use, an array of one.  The arrays must live as long as the context.
+        wavenumber, time phase, cosine and sine of its direction; None in still water.  out, count: of a PointGroup,
+        where its numbers and the number of its cells in use go.  The arrays must live as long as the context.
         """
         module = c_code.module("hull_points", _DECLARATIONS, _SOURCE)
         context = module.ffi.new("hull_points *")
         context.frusta, context.frustum = len(self.frusta), address(self.frusta)
-        context.points, context.gauss = len(self._gauss), address(self._gauss)
+        for group, described in ((self.wet, context.wet), (self.cut, context.cut)):
+            group.describe(described, out(group), count(group))
         context.position, context.quaternion, context.center = map(address, (position, quaternion, center))
         names = "amplitude", "wavenumber", "time_phase", "cos_direction", "sin_direction"
         for name, array in zip(names, wave or (), strict=False):
             setattr(context, name, address(array))
         context.averaged, context.least_tilt = self.averaged, LEAST_TILT
-        context.capacity, context.places = len(self.cells), address(self._places)
-        context.out, context.count = address(out), address(count)
         return module, context

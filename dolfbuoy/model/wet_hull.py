@@ -1,5 +1,8 @@
 """The hull of a buoy in water: its strips and faces on the cells of one mesh, and the loads on them."""
 
+import itertools
+from functools import partial
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -7,14 +10,15 @@ from dolfinx import fem
 from ..forms import hull, sea
 from ..solver import compat
 from ..solver.real import real_space
-from .hull_points import LENGTH, RADIUS, TAPER, ZETA, HullPoints
+from ..solver.unknowns import array_of
+from .hull_points import LENGTH, RADIUS, TAPER, ZETA, HullPoints, PointGroup
 
-STRIP, FACE = 1, 2  #: tags of cells
+WET, CUT, FACE = 1, 2, 3  #: tags of cells
 SUBMERGED = 7  #: numbers of `WetHull.submerged`
 
 
 class WetHull:
-    """Strips at the points of `HullPoints` and faces, each a cell of `mesh`, which has cells of the length 1.
+    """Strips at the points of `HullPoints` and faces, each on a cell of `mesh`, whose cells have the length 1.
 
     terms: [(effect, its constants)] of what the scene calls for.  water: the SeaState on the mesh.  center: Constant,
     the height of C above the keel.
@@ -23,17 +27,18 @@ class WetHull:
     def __init__(self, mesh, scene, shape, water, center, terms):
         self.mesh, self.water, self.center, self.terms = mesh, water, center, terms
         pieces, faces = _parts(scene, shape)
-        strips, end = 2 * len(pieces), 2 * len(pieces) + len(faces)
-        tags = compat.cell_tags(mesh, {STRIP: (0, strips), FACE: (strips, end)})
-        cells = np.flatnonzero(tags.values == STRIP)
-        self.averaged = scene.buoy.disk_averages and water.wave is not None
+        ends = np.cumsum([0, len(pieces), len(pieces), len(faces)])
+        tags = compat.cell_tags(mesh, dict(zip((WET, CUT, FACE), itertools.pairwise(ends), strict=True)))
         degree = scene.solver.hull_quadrature_degree
-        self.points = HullPoints(mesh, pieces, cells, degree, self.averaged)
+        groups = {WET: _wet_degree(degree), CUT: degree}
+        wet, cut = (PointGroup(mesh, np.flatnonzero(tags.values == tag), groups[tag], tag == WET) for tag in groups)
+        self.averaged = scene.buoy.disk_averages and water.wave is not None
+        self.points = HullPoints(pieces, wet, cut, self.averaged)
         self.tapered, self._alive = shape.tapered, []
-        self.face = self._faces(faces, strips)
+        self.face = self._faces(faces, ends[2])
         dx = ufl.Measure("dx", domain=mesh, subdomain_data=tags)
-        self.dx = dx(STRIP, metadata={"quadrature_degree": degree})
-        self.d_faces = dx(FACE, metadata={"quadrature_degree": 0})
+        self._dx = {tag: dx(tag, metadata={"quadrature_degree": groups[tag]}) for tag in groups}
+        self._d_faces = dx(FACE, metadata={"quadrature_degree": 0})
 
     @staticmethod
     def cells(scene, shape) -> int:
@@ -55,46 +60,48 @@ class WetHull:
 
     def follow(self, system, state, fields):
         """Before every evaluation of a System the points go where its state wants them.  state: the Function."""
-        u = fields.of(system.numbers_of(state))
         read = system.numbers_of
-        out, count = read(self.points.coefficient), system.counts.of(self.mesh, self.points.cells)
-        module, context = self._following(u, read, out, count)
+        module, context = self._following(fields.of(read(state)), read, lambda g: system.counts.of(g.mesh, g.cells))
         self._alive.append(context)
-        cast, lib = module.ffi.cast, module.lib
-        system.hooks.add(int(cast("uintptr_t", module.ffi.addressof(lib, "follow"))), int(cast("uintptr_t", context)))
+        function = module.ffi.addressof(module.lib, "follow")
+        system.hooks.add(*(int(module.ffi.cast("uintptr_t", pointer)) for pointer in (function, context)))
 
     def place_points(self, state, fields):
-        """Write the points for the present values of Functions and Constants into the coefficient."""
-        array = self.points.coefficient.x.array
-        module, context = self._following(fields.of(state), _values, array, np.zeros(1, dtype=np.int32))
+        """Write the points for the present values of Functions and Constants into the coefficients."""
+        counts = {id(g): np.zeros(1, dtype=np.int32) for g in (self.points.wet, self.points.cut)}
+        module, context = self._following(fields.of(array_of(state)), array_of, lambda g: counts[id(g)])
         module.lib.follow(context, module.ffi.NULL)
 
-    def _following(self, u, read, out, count):
-        wave = None
-        if self.water.wave is not None:
-            w = self.water.wave
-            wave = [read(x) for x in (w.amplitude, w.wavenumber, w.time_phase, w.cos_direction, w.sin_direction)]
+    def _following(self, u, read, count):
+        wave = self.water.wave
+        if wave is not None:
+            numbers = wave.amplitude, wave.wavenumber, wave.time_phase, wave.cos_direction, wave.sin_direction
+            wave = [read(number) for number in numbers]
+        out = lambda group: read(group.coefficient)  # noqa: E731
         return self.points.following(u.position, u.orientation, read(self.center), wave, out, count)
 
     # -- forms --------------------------------------------------------------------------------------------------------
 
-    def _strip(self, state, zeta, radius, least_tilt=hull.LEAST_TILT):
+    def _strip(self, state, zeta, radius, section):
+        """section(radius, d, x, flow): area and first moment of what is wet."""
         d = hull.axis(state.quaternion)
         lever = (zeta - self.center) * d
         flow = self.water.flow(state.position + lever)
         if self.averaged:
             flow = sea.averaged_over_disk(flow, self.water.wave.wavenumber * radius)
-        area, moment = hull.wet_section(radius, d, state.position + lever, flow, least_tilt)
-        return hull.Strip(lever, d, radius, flow, area, moment, state.motion)
+        return hull.Strip(lever, d, radius, flow, *section(radius, d, state.position + lever, flow), state.motion)
 
-    def strip(self, state):
-        """The strip at a point; state: what `Buoy.kinematics` says."""
-        point = self.points.coefficient
-        return self._strip(state, point[ZETA], point[RADIUS])
+    def strips(self, state):
+        """[(strip at a point, |R'| there, weight of the point [m], measure)]; state: what `Buoy.kinematics` says."""
+        groups = (self.points.wet, hull.full_section, WET), (self.points.cut, hull.wet_section, CUT)
+        return [
+            (self._strip(state, p[ZETA], p[RADIUS], section), p[TAPER], p[LENGTH], self._dx[tag])
+            for p, section, tag in ((group.coefficient, section, tag) for group, section, tag in groups)
+        ]
 
     def face_strip(self, state):
         """The disk of a face."""
-        return self._strip(state, self.face[0], self.face[2], hull.FACE_TILT)
+        return self._strip(state, self.face[0], self.face[2], partial(hull.wet_section, least_tilt=hull.FACE_TILT))
 
     def densities(self, strip):
         """[(effect, force per wet area and metre of axis, couple likewise or None)]."""
@@ -112,53 +119,54 @@ class WetHull:
         return [(effect, F, torque) for effect, F, torque in found if F is not None or torque is not None]
 
     def loads(self, state):
-        """[(effect, force [N], torque about C [N m], measure, velocity of the water)], one or two for each effect."""
-        strip, length, found = self.strip(state), self.points.coefficient[LENGTH], []
-        for effect, density, couple in self.densities(strip):
-            force, torque = hull.strip_load(strip, density, couple)
-            found.append((effect, length * force, length * torque, self.dx, strip.flow.velocity))
-        if self.tapered:
-            for effect, force, torque in self.on_faces(strip, hull.cone(strip, self.points.coefficient[TAPER])):
-                found.append((effect, *(x and length * x for x in (force, torque)), self.dx, strip.flow.velocity))
+        """[(effect, force [N], torque about C [N m], measure, velocity of the water)], one or more for each effect."""
+        found = []
+        for strip, taper, length, dx in self.strips(state):
+            terms = [(effect, *hull.strip_load(strip, *load)) for effect, *load in self.densities(strip)]
+            terms += self.on_faces(strip, hull.cone(strip, taper)) if self.tapered else []
+            for effect, *load in terms:
+                found.append((effect, *(x if x is None else length * x for x in load), dx, strip.flow.velocity))
         strip = self.face_strip(state)
-        for effect, force, torque in self.on_faces(strip, hull.ring(strip, self.face[1])):
-            found.append((effect, force, torque, self.d_faces, strip.flow.velocity))
+        for effect, *load in self.on_faces(strip, hull.ring(strip, self.face[1])):
+            found.append((effect, *load, self._d_faces, strip.flow.velocity))
         return found
 
     def form(self, state, test_force, test_torque):
         """The loads in the momentum balances, all effects together: common factors are computed once."""
-        strip, length = self.strip(state), self.points.coefficient[LENGTH]
-        densities = self.densities(strip)
-        couple = add([couple for _, _, couple in densities])
-        force, torque = hull.strip_load(strip, add([density for _, density, _ in densities]), couple)
-        if self.tapered:
-            cones = self.on_faces(strip, hull.cone(strip, self.points.coefficient[TAPER]))
-            force, torque = add([force, *(f for _, f, _ in cones)]), add([torque, *(t for _, _, t in cones)])
-        F = -length * (ufl.inner(force, test_force) + ufl.inner(torque, test_torque)) * self.dx
+        tests, F = (test_force, test_torque), 0
+        for strip, taper, length, dx in self.strips(state):
+            densities = self.densities(strip)
+            load = hull.strip_load(strip, *(add(part) for part in list(zip(*densities, strict=True))[1:]))
+            cones = self.on_faces(strip, hull.cone(strip, taper)) if self.tapered else []
+            F -= length * _tested([load, *(part for _, *part in cones)], tests) * dx
         strip = self.face_strip(state)
         rings = self.on_faces(strip, hull.ring(strip, self.face[1]))
-        for test, terms in ((test_force, [f for _, f, _ in rings]), (test_torque, [t for _, _, t in rings])):
-            total = add(terms)
-            if total is not None:
-                F -= ufl.inner(total, test) * self.d_faces
-        return F
+        return F - _tested([load for _, *load in rings], tests) * self._d_faces if rings else F
 
     def submerged(self, state):
         """Linear form of [M_D, rho_w integral of position (3), H_sub, integral of wet diameter]."""
-        test = ufl.TestFunction(real_space(self.mesh, SUBMERGED))
-        strip, length = self.strip(state), self.points.coefficient[LENGTH]
-        where = strip.area * (state.position + strip.lever) + strip.moment
-        numbers = [self.water.density * strip.area, *(self.water.density * where[i] for i in range(3))]
-        numbers += [strip.wet, 2 * strip.radius * strip.wet]
-        return length * sum(number * test[k] for k, number in enumerate(numbers)) * self.dx
+        test, form = ufl.TestFunction(real_space(self.mesh, SUBMERGED)), 0
+        for strip, _, length, dx in self.strips(state):
+            where = strip.area * (state.position + strip.lever) + strip.moment
+            numbers = [self.water.density * strip.area, *(self.water.density * where[i] for i in range(3))]
+            numbers += [strip.wet, 2 * strip.radius * strip.wet]
+            form += length * sum(number * test[k] for k, number in enumerate(numbers)) * dx
+        return form
+
+
+def _wet_degree(degree):
+    """Half as many points where nothing is cut: between stations R^2 is a polynomial."""
+    return 2 * max(2, (degree + 1) // 4) - 1
 
 
 def _parts(scene, shape):
     return shape.pieces(scene.solver.hull_cells), shape.faces()
 
 
-def _values(thing):
-    return np.reshape(thing.value, -1) if isinstance(thing, fem.Constant) else thing.x.array
+def _tested(loads, tests):
+    """Sum of (force, torque), each or none, with the tests of the balances."""
+    totals = (add(parts) for parts in zip(*loads, strict=True))
+    return add([None if total is None else ufl.inner(total, test) for total, test in zip(totals, tests, strict=True)])
 
 
 def add(terms):

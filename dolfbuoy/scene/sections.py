@@ -321,7 +321,9 @@ class Solver(Section):
     hull_cells: Annotated[int, Field(ge=1, le=1000)] = key(
         "about how many parts of its height the hull has; each is cut where the surface cuts it", "1", default=2
     )
-    hull_quadrature_degree: Degree = key("on each part of the hull", "1", default=15)
+    hull_quadrature_degree: Degree = key(
+        "on each part of the hull that the surface cuts, half as much on wet ones", "1", default=17
+    )
 
 
 class Scene(Section):
