@@ -155,8 +155,8 @@ class WetHull:
 
 
 def _wet_degree(degree):
-    """Half as many points where nothing is cut: between stations R^2 is a polynomial."""
-    return 2 * max(2, (degree + 1) // 4) - 1
+    """A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations."""
+    return 2 * max(3, (degree + 1) // 6) - 1
 
 
 def _parts(scene, shape):

@@ -322,7 +322,7 @@ class Solver(Section):
         "about how many parts of its height the hull has; each is cut where the surface cuts it", "1", default=2
     )
     hull_quadrature_degree: Degree = key(
-        "on each part of the hull that the surface cuts, half as much on wet ones", "1", default=17
+        "on each part of the hull that the surface cuts, a third on wet ones", "1", default=17
     )
 
 
