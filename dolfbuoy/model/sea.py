@@ -159,7 +159,11 @@ class SeaState:
     def set_time(self, t):
         """Advance the wave's phase and ramp."""
         if self.wave is not None:
-            self._amplitude.value, self._time_phase.value = amplitude(self.scene, t), time_phase(self.scene, t)
+            self.set_wave(amplitude(self.scene, t), time_phase(self.scene, t))
+
+    def set_wave(self, amplitude, time_phase):
+        """Amplitude a [m] and phase - omega t [rad] of the wave."""
+        self._amplitude.value, self._time_phase.value = amplitude, time_phase
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""

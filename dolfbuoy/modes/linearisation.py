@@ -34,15 +34,17 @@ class Linearisation:
         self.problem.destroy()
 
 
-def linearise(scene, comm=MPI.COMM_WORLD) -> Linearisation:
+def linearise(scene, comm=MPI.COMM_WORLD, waves=None) -> Linearisation:
     """Linearise about the equilibrium in the mean current, wind and external force, without waves.
 
-    Raises InputError for a scene that has no equilibrium, SolveError if it is not found.
+    waves: a section [waves], of which the problem then knows all but the height, which is 0.  Raises InputError for a
+    scene that has no equilibrium, SolveError if it is not found.
     """
     rest = scene.initial.model_copy(update={"kind": "equilibrium", "buoy_velocity": None})
     calm = scene.model_copy(update={"waves": None, "initial": rest})
     start = initial_state(calm, comm)
-    problem = Problem(calm, dynamic=True, comm=comm)
+    flat = waves and waves.model_copy(update={"amplitude": 0.0, "height": None})
+    problem = Problem(calm.model_copy(update={"waves": flat}), dynamic=True, comm=comm)
     problem.set_time(0.0)
     start.put(problem, problem.system.u)
     problem.system.publish()
