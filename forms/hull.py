@@ -109,8 +109,10 @@ def axis(q4: Expr) -> Expr:
     return rotation.rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
 
 
-def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float = LEAST_TILT) -> tuple[Expr, Expr]:
+def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float) -> tuple[Expr, Expr]:
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
+
+    least_tilt: LEAST_TILT, or FACE_TILT of a face.
 
     The plane with the surface's normal n that touches the free surface above x cuts the disk at the distance c w/R
     uphill from its centre, w = R |uphill| being the disk's half-extent across the plane.

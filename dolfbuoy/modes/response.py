@@ -11,7 +11,6 @@ import numpy as np
 from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
-from ..model.rigid import rotation_of
 from ..model.sea import heading, wavenumber
 from ..scene.sections import Waves
 from .linearisation import Linearisation, linearise
