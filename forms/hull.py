@@ -19,9 +19,9 @@ from .sea import Flow, relative
 #: |c| is kept this far from 1, where acos(c) has no derivative; changes the wet area by 1e-15 of itself.
 CLAMP = 1e-10
 
-#: No disk comes closer to the water plane than this angle [rad]: the cut of an upright hull keeps a height (1e-7 R)
+#: No disk comes closer to the water plane than this angle [rad]: the cut of an upright hull keeps a height (2e-7 R)
 #: over which the water plane's area is divided.  Volumes are off by its square.
-LEAST_TILT = 5e-8
+LEAST_TILT = 1e-7
 
 #: A face goes under water over this part of its radius, or R sin(tilt) if that is more: without it, the added mass of
 #: an upright disc would come with a jump.
