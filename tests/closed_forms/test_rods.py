@@ -92,7 +92,6 @@ def rod_and_buoy(dt, end):
             "buoy_position": [p["L"] * np.sin(theta), 0.0, p["L"] * np.cos(theta) - p["depth"] + center],
         },
         "time": {"end": end, "step": dt, "output_every": dt},
-        "solver": {"hull_cells": 128},
     }
 
 

@@ -16,7 +16,7 @@ from dolfbuoy.solver import floor
 from dolfbuoy.studies.accuracy import step_cost
 from dolfbuoy.studies.study import run_command
 
-SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 2.0, "step": 0.01})
+SCENE = merged(MOORED, cable__elements=4, time={"end": 2.0, "step": 0.01})
 
 
 @pytest.fixture(scope="module")
