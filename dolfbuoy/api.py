@@ -51,7 +51,7 @@ def _equilibrium(scene, comm):
     problem = solve_equilibrium(scene, comm)
     observer = Observer(problem)
     fixed = observer.fixed()
-    values = observer.values(problem.end_tension())
+    values = observer.values(problem.end_forces())
     if problem.lines:
         values |= observer.frame()
     values["newton_iterations"] = problem.iterations

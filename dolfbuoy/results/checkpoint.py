@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..scene import Scene, build_scene, load_scene
 from .record import replacing, undamaged
 
-FORMAT = 1
+FORMAT = 2
 NAME = "checkpoint.npz"
 
 

@@ -22,12 +22,14 @@ class Observer:
             self._wet_part = Part("wet hull", _function_of(form), 0)
             self._wet = Contribution(form, self._wet_part)
 
-    def values(self, end_tension):
-        """Quantities of this instant, names as in results.SERIES (without time and solver)."""
-        problem, values = self.problem, {}
+    def values(self, end_forces):
+        """Quantities of this instant, names as in results.SERIES (without time and solver).
+
+        end_forces: of the Simulation, or of the Problem at rest.
+        """
+        problem, values = self.problem, dict(end_forces)
         if problem.lines:
-            values["end_tension"] = end_tension
-            values["tension_top"] = float(np.linalg.norm(end_tension))
+            values["tension_top"] = float(np.linalg.norm(end_forces["end_tension"]))
             values["tension_anchor"] = problem.anchor_tension()
         if problem.scene.buoy:
             mine = self._buoy_values() if problem.buoy else None

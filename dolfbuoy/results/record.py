@@ -29,6 +29,7 @@ SERIES = {
     "newton_iterations": ((), "1", "Newton iterations of that step"),
     "tension_top": ((), "N", "tension at the upper end of the cable, |T_bnd|"),
     "tension_anchor": ((), "N", "tension at the anchor, T_h(0)"),
+    "anchor_force": (("xyz",), "N", "force that holds the lower end of the cable, s = 0"),
     "end_tension": (("xyz",), "N", "force that holds the upper end of the cable, T_bnd"),
     "buoy_position": (("xyz",), "m", "position of the buoy's centre of mass, r_C"),
     "buoy_orientation": (("quaternion",), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),

@@ -46,6 +46,7 @@ def made_up(end=40.0):
         "newton_iterations": 2 + np.arange(len(t)) % 3,
         "tension_top": top,
         "tension_anchor": 3000 + 500 * np.cos(phase) - t,
+        "anchor_force": np.column_stack([-900 + 80 * np.sin(phase), 200 + t, -2500 - 700 * np.cos(phase)]),
         "buoy_position": C,
         "buoy_orientation": q4,
         "cone_angle": np.degrees(2 * half),
@@ -204,7 +205,8 @@ def test_summary():
 
     C, water = RECORD.buoy_position, RECORD.surface_elevation
     assert rows["tension at the top |T_bnd|"] == extremes(RECORD.tension_top / 1000, "kN")
-    assert rows["tension at the anchor T_h(0)"] == extremes(RECORD.tension_anchor / 1000, "kN")
+    assert rows["force at the anchor"] == extremes(np.linalg.norm(RECORD.anchor_force, axis=1) / 1000, "kN")
+    assert rows["uplift at the anchor"] == extremes(-RECORD.anchor_force[:, 2] / 1000, "kN")
     for i, axis in enumerate("xyz"):
         assert rows[f"{axis} of C"] == extremes(C[:, i], "m")
     assert rows["z of C over the water"] == extremes(C[:, 2] - water, "m")
@@ -239,7 +241,7 @@ def test_cone_angle_is_the_angle_of_the_axis():
 def test_units_of_the_record():
     """SI, degrees for the one angle."""
     units = {
-        "N": "tension_top tension_anchor end_tension mooring_force cable_tension",
+        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell",
         "s": "time time_step frame",
