@@ -39,10 +39,7 @@ def solve_static(
         dataset = _equilibrium(scene, comm)
         if comm.rank == 0:
             folders.begin(out, "static", scene)
-            with results.replacing(Path(out) / "static.nc") as part:
-                results.reserve(part, dataset.nbytes + 2**17)
-                dataset.to_netcdf(part, engine="netcdf4")
-                results.seal(part)
+            results.save(dataset, Path(out) / "static.nc")
             folders.finish(out, "static")
     return dataset
 

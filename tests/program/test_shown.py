@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from dynamics_helpers import MOORED, merged, rotation_matrix
+from scipy.spatial.transform import Rotation
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.model.sea import wavenumber
 from dolfbuoy.results import figures
-from dolfbuoy.results.observe import cone_angle
+from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
 from dolfbuoy.results.snapshot import Instant, instant, snapshot
 from dolfbuoy.results.summary import summary, warnings
@@ -238,6 +239,42 @@ def test_cone_angle_is_the_angle_of_the_axis():
         assert cone_angle(q4) == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 
+def turned(roll, pitch, yaw):
+    """Body to world after the yaw about z, the pitch about the new y and the roll about the newest x [deg]."""
+    return Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True)
+
+
+def test_roll_pitch_yaw_make_the_orientation():
+    """Each in its range, at any length and sign of the quaternion."""
+    rng = np.random.default_rng(5)
+    for roll, pitch, yaw in rng.uniform([-180, -90, -180], [180, 90, 180], (50, 3)):
+        x, y, z, w = rng.uniform(0.5, 2) * rng.choice([-1, 1]) * turned(roll, pitch, yaw).as_quat()
+        assert roll_pitch_yaw([w, x, y, z]) == pytest.approx((roll, pitch, yaw), abs=1e-9)
+
+
+def test_directions_of_roll_pitch_yaw():
+    """Right-handed about x, y, z: y goes up, the top leans to +x, x turns to y."""
+    for i, about in enumerate(np.eye(3)):
+        q4 = [math.cos(0.1), *(math.sin(0.1) * about)]
+        assert roll_pitch_yaw(q4) == pytest.approx(np.degrees(0.2) * np.eye(3)[i], abs=1e-12)
+    assert roll_pitch_yaw([0.0, 0.0, 0.0, 1.0]) == (0.0, 0.0, 180.0)
+    assert roll_pitch_yaw([0.0, 0.0, 0.0, -1.0]) == (0.0, 0.0, 180.0)
+
+
+@pytest.mark.parametrize("pitch", [90.0, -90.0])
+def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
+    """Only their sum or difference turns the body then; close by, all three are told apart."""
+    for roll, yaw in ((0.0, 30.0), (20.0, 50.0), (-100.0, 130.0), (170.0, -160.0)):
+        x, y, z, w = turned(roll, pitch, yaw).as_quat()
+        found = roll_pitch_yaw([w, x, y, z])
+        assert found[0] == 0.0
+        assert found[1] == pytest.approx(pitch, abs=1e-6)
+        assert -180 < found[2] <= 180
+        assert (turned(*found) * turned(roll, pitch, yaw).inv()).magnitude() < 1e-7
+        x, y, z, w = turned(roll, pitch * (1 - 1e-6), yaw).as_quat()
+        assert roll_pitch_yaw([w, x, y, z]) == pytest.approx((roll, pitch * (1 - 1e-6), yaw), abs=1e-6)
+
+
 def test_units_of_the_record():
     """SI, degrees for the one angle."""
     units = {
@@ -248,7 +285,7 @@ def test_units_of_the_record():
         "kg": "displaced_mass",
         "kg m s-1": "linear_momentum",
         "kg m2 s-1": "angular_momentum",
-        "degree": "cone_angle",
+        "degree": "cone_angle roll pitch yaw",
         "1": "newton_iterations buoy_orientation",
     }
     known = {name: unit for unit, names in units.items() for name in names.split()}
