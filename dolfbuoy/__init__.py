@@ -8,8 +8,8 @@ The model and the reading of the paper's ambiguous places are described in forms
 """
 
 from .errors import InputError, SolveError
+from .version import __version__ as __version__
 
-__version__ = "0.1.0"
 __all__ = ["InputError", "SolveError", "load_scene", "simulate", "solve_static"]
 
 

@@ -40,7 +40,7 @@ class Recorder:
         """The present state."""
         sim = self.simulation
         values = {"time": sim.t, "time_step": step, "newton_iterations": iterations}
-        values |= self.observer.values(sim.end_tension)
+        values |= self.observer.values(sim.end_forces)
         tolerance = 1e-6 * sim.scene.time.step
         if sim.problem.lines and (sim.t >= self._next_frame - tolerance or sim.t >= sim.scene.time.end - tolerance):
             values |= {"frame": sim.t} | self.observer.frame()

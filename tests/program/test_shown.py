@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from dynamics_helpers import MOORED, merged, rotation_matrix
+from scipy.spatial.transform import Rotation
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.model.sea import wavenumber
 from dolfbuoy.results import figures
-from dolfbuoy.results.observe import cone_angle
+from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
 from dolfbuoy.results.snapshot import Instant, instant, snapshot
 from dolfbuoy.results.summary import summary, warnings
@@ -46,6 +47,7 @@ def made_up(end=40.0):
         "newton_iterations": 2 + np.arange(len(t)) % 3,
         "tension_top": top,
         "tension_anchor": 3000 + 500 * np.cos(phase) - t,
+        "anchor_force": np.column_stack([-900 + 80 * np.sin(phase), 200 + t, -2500 - 700 * np.cos(phase)]),
         "buoy_position": C,
         "buoy_orientation": q4,
         "cone_angle": np.degrees(2 * half),
@@ -204,7 +206,8 @@ def test_summary():
 
     C, water = RECORD.buoy_position, RECORD.surface_elevation
     assert rows["tension at the top |T_bnd|"] == extremes(RECORD.tension_top / 1000, "kN")
-    assert rows["tension at the anchor T_h(0)"] == extremes(RECORD.tension_anchor / 1000, "kN")
+    assert rows["force at the anchor"] == extremes(np.linalg.norm(RECORD.anchor_force, axis=1) / 1000, "kN")
+    assert rows["uplift at the anchor"] == extremes(-RECORD.anchor_force[:, 2] / 1000, "kN")
     for i, axis in enumerate("xyz"):
         assert rows[f"{axis} of C"] == extremes(C[:, i], "m")
     assert rows["z of C over the water"] == extremes(C[:, 2] - water, "m")
@@ -236,17 +239,53 @@ def test_cone_angle_is_the_angle_of_the_axis():
         assert cone_angle(q4) == pytest.approx(expected, rel=1e-6, abs=1e-12)
 
 
+def turned(roll, pitch, yaw):
+    """Body to world after the yaw about z, the pitch about the new y and the roll about the newest x [deg]."""
+    return Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True)
+
+
+def test_roll_pitch_yaw_make_the_orientation():
+    """Each in its range, at any length and sign of the quaternion."""
+    rng = np.random.default_rng(5)
+    for roll, pitch, yaw in rng.uniform([-180, -90, -180], [180, 90, 180], (50, 3)):
+        x, y, z, w = rng.uniform(0.5, 2) * rng.choice([-1, 1]) * turned(roll, pitch, yaw).as_quat()
+        assert roll_pitch_yaw([w, x, y, z]) == pytest.approx((roll, pitch, yaw), abs=1e-9)
+
+
+def test_directions_of_roll_pitch_yaw():
+    """Right-handed about x, y, z: y goes up, the top leans to +x, x turns to y."""
+    for i, about in enumerate(np.eye(3)):
+        q4 = [math.cos(0.1), *(math.sin(0.1) * about)]
+        assert roll_pitch_yaw(q4) == pytest.approx(np.degrees(0.2) * np.eye(3)[i], abs=1e-12)
+    assert roll_pitch_yaw([0.0, 0.0, 0.0, 1.0]) == (0.0, 0.0, 180.0)
+    assert roll_pitch_yaw([0.0, 0.0, 0.0, -1.0]) == (0.0, 0.0, 180.0)
+
+
+@pytest.mark.parametrize("pitch", [90.0, -90.0])
+def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
+    """Only their sum or difference turns the body then; close by, all three are told apart."""
+    for roll, yaw in ((0.0, 30.0), (20.0, 50.0), (-100.0, 130.0), (170.0, -160.0)):
+        x, y, z, w = turned(roll, pitch, yaw).as_quat()
+        found = roll_pitch_yaw([w, x, y, z])
+        assert found[0] == 0.0
+        assert found[1] == pytest.approx(pitch, abs=1e-6)
+        assert -180 < found[2] <= 180
+        assert (turned(*found) * turned(roll, pitch, yaw).inv()).magnitude() < 1e-7
+        x, y, z, w = turned(roll, pitch * (1 - 1e-6), yaw).as_quat()
+        assert roll_pitch_yaw([w, x, y, z]) == pytest.approx((roll, pitch * (1 - 1e-6), yaw), abs=1e-6)
+
+
 def test_units_of_the_record():
     """SI, degrees for the one angle."""
     units = {
-        "N": "tension_top tension_anchor end_tension mooring_force cable_tension",
+        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell",
         "s": "time time_step frame",
         "kg": "displaced_mass",
         "kg m s-1": "linear_momentum",
         "kg m2 s-1": "angular_momentum",
-        "degree": "cone_angle",
+        "degree": "cone_angle roll pitch yaw",
         "1": "newton_iterations buoy_orientation",
     }
     known = {name: unit for unit, names in units.items() for name in names.split()}
