@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..scene import build_scene
 from ..scene.settings import ramp_of
+from .statistics import TURNING
 from .style import STYLE
 
 
@@ -30,14 +31,14 @@ def figure_of(*needs: str) -> Callable:
 
     def decorate(draw):
         @functools.wraps(draw)
-        def figure(record, scene=None, **options):
+        def figure(record, scene=None, *arguments, **options):
             missing = [name for name in needs if name not in record]
             if missing:
                 raise Missing(f"figures.{draw.__name__} needs {missing[0]}, which this record does not have.")
             if not record.sizes.get("time"):
                 raise Missing("This is not the record of a run: compute it with simulate, or dolfbuoy run.")
             with matplotlib.rc_context(STYLE):
-                return draw(record, scene or scene_of(record), **options)
+                return draw(record, scene or scene_of(record), *arguments, **options)
 
         return figure
 
@@ -76,3 +77,9 @@ def legend_above(axes, ncol: int) -> None:
 def mean_over_time(t: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Of values (time, ...), by the trapezoidal rule."""
     return np.average((values[1:] + values[:-1]) / 2, axis=0, weights=np.diff(t))
+
+
+def unwrapped(record, name: str) -> np.ndarray:
+    """An angle of the record [degree]; where it turns on over 180 degrees, without the jump."""
+    values = record[name].values
+    return np.unwrap(values, period=360) if name in TURNING else values

@@ -79,14 +79,20 @@ class Observer:
         self._node_order, self._cell_order = np.argsort(s, kind="stable"), np.argsort(middle, kind="stable")
         return {"s": s[self._node_order], "s_cell": middle[self._cell_order]}
 
-    def frame(self):
-        """Shape and element tensions in order from the anchor, on rank 0; call `fixed` before."""
+    def frame(self, velocity=None):
+        """Shape, velocity and element tensions in order from the anchor, on rank 0; call `fixed` before.
+
+        velocity: of the lines' unknowns [m/s]; at rest there is none.
+        """
         cable, u = self.problem.lines, self.problem.system.u
-        position = self._gather(u[cable.node_dofs[: cable.owned_nodes]])
+        nodes = {"cable_position": u} | ({} if velocity is None else {"cable_velocity": velocity})
+        nodes = {name: self._gather(values[cable.node_dofs[: cable.owned_nodes]]) for name, values in nodes.items()}
         tension = self._gather(cable.mean_tension(u))
         if self.comm.rank != 0:
             return {}
-        return {"cable_position": position[self._node_order], "cable_tension": tension[self._cell_order]}
+        return {name: values[self._node_order] for name, values in nodes.items()} | {
+            "cable_tension": tension[self._cell_order]
+        }
 
     def _gather(self, array):
         if self.comm.size == 1:

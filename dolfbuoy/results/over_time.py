@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..scene.settings import period_of
-from .drawing import at_least, figure_of, legend_above
+from .drawing import at_least, figure_of, legend_above, unwrapped
 from .style import COLORS, COLUMN, new_figure
 from .tables import force_unit
 
@@ -46,7 +46,7 @@ def cone_angle(record, scene=None) -> Figure:
 def roll_pitch_yaw(record, scene=None) -> Figure:
     """Turns of the buoy about x, y and z, each in a panel of its own."""
     panels = [
-        (f"{name} [°]", [(record[name].values, "-", COLORS[color], None)])
+        (f"{name} [°]", [(unwrapped(record, name), "-", COLORS[color], None)])
         for name, color in (("roll", "blue"), ("pitch", "red"), ("yaw", "green"))
     ]
     return _over_time(record, scene, panels, height=1.2, enlarge=False)

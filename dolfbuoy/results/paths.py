@@ -59,37 +59,26 @@ def track(record, scene=None) -> Figure:
 
 
 def _pushes(scene):
-    """What pushes, and its horizontal direction (2,); what has one direction is one."""
+    """What pushes, and its horizontal direction (2,)."""
     found = {}
     for name in ("waves", "current", "wind"):
         if getattr(scene, name):
-            found.setdefault(tuple(heading(getattr(scene, name).direction_deg)[:2].round(6)), []).append(name)
-    force = scene.external_force and np.array(scene.external_force.force[:2])
-    if force is not None and np.linalg.norm(force) > 0:
-        found.setdefault(tuple((force / np.linalg.norm(force)).round(6)), []).append("force")
-    return {",\n".join(names): np.array(direction) for direction, names in found.items()}
+            found[name] = heading(getattr(scene, name).direction_deg)[:2]
+    force = np.array(scene.external_force.force[:2] if scene.external_force else (0.0, 0.0))
+    return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 
 
 def _draw_compass(axes, pushes):
-    """Directions alone, as arrows of one length."""
-    for (name, direction), color in zip(pushes.items(), ("blue", "green", "red", "ink"), strict=False):
-        arrow = {"arrowstyle": "->", "color": COLORS[color], "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", direction, (0, 0), arrowprops=arrow)
-        sides = [("right", "center", "left"), ("top", "center", "bottom")]
-        ha, va = (names[1 + int(np.sign(round(d, 1)))] for names, d in zip(sides, direction, strict=True))
-        if abs(direction[0]) >= abs(direction[1]):
-            ha, va = "center", "bottom" if direction[1] >= 0 else "top"
-        axes.text(
-            *(1.15 * direction + [0, 0.12 if va == "bottom" else 0]),
-            name,
-            color=COLORS[color],
-            fontsize=7,
-            ha=ha,
-            va=va,
-        )
-    axes.set(xlim=(-1.6, 1.6), ylim=(-1.6, 1.6), title="directions")
+    """Directions alone, as arrows whose lengths mean nothing."""
+    for k, (name, direction) in enumerate(pushes.items()):
+        color = COLORS[("blue", "green", "orange", "red")[k]]
+        axes.quiver(0, 0, *((1 - 0.2 * k) * direction), color=color, angles="xy", scale_units="xy", scale=1, width=0.04)
+        axes.plot([], [], color=color, lw=2, label=name)
+    axes.set(xlim=(-1.1, 1.1), ylim=(-1.1, 1.1))
+    axes.set_title("directions", fontsize=7.5)
     axes.set_aspect("equal")
     axes.axis("off")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=0)
 
 
 @figure_of("buoy_position")

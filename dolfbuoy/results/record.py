@@ -50,6 +50,7 @@ SERIES = {
 FRAMES = {
     "frame": ((), "s", "time of a frame"),
     "cable_position": (("node", "xyz"), "m", "position of the cable's nodes, in order from the anchor"),
+    "cable_velocity": (("node", "xyz"), "m s-1", "velocity of the cable's nodes, in order from the anchor"),
     "cable_tension": (("cell",), "N", "mean tension of each element, in order from the anchor"),
 }
 FIXED = {

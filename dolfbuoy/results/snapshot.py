@@ -242,11 +242,12 @@ def _plane(now, box, columns=8):
     spacing = 2 * reach / (columns - 1)
     x = base + np.linspace(-reach, reach, columns)[:, None] * along
     top = np.minimum(now.elevation(x), box[1, 2])
-    rows = max(3, round((top.max() - box[0, 2]) / (1.1 * spacing)))
+    floor = max(box[0, 2], -now.scene.sea.depth)
+    rows = max(3, round((top.max() - floor) / (1.1 * spacing)))
     fraction = (np.arange(rows) + 0.3) / rows
-    z = top[:, None] - fraction * (top - box[0, 2])[:, None]
+    z = top[:, None] - fraction * (top - floor)[:, None]
     points = np.concatenate([np.repeat(x[:, None, :2], rows, axis=1), z[..., None]], axis=-1).reshape(-1, 3)
-    return points[(points[:, 2] > box[0, 2]) & ~now.in_hull(points)], spacing
+    return points[(points[:, 2] > floor) & ~now.in_hull(points)], spacing
 
 
 def _draw_surfaces(axes, now, box, legend):
@@ -341,7 +342,7 @@ def _scales(speeds, force):
 
 
 def _label_water(legend, speeds):
-    shown = dict.fromkeys(f"{v:.2g}" for v, _ in speeds if v)
+    shown = dict.fromkeys(f"{float(f'{v:.2g}'):g}" for v, _ in speeds if v)
     if shown:
         legend["flow"] = _arrow(COLORS["blue"], f"water, up to {' and '.join(shown)} m/s")
 

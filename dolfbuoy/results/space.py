@@ -28,7 +28,7 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
         # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
         nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))
         axis.set_tick_params(pad=6 * nearer - (6 if i == 2 else 8))
-        axis.labelpad = 16 * nearer - (14 if i == 2 else 21)
+        axis.labelpad = 16 * nearer - (14 if i == 2 else 17)
 
 
 def _ticks(low, high, longest, top):

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from scipy.signal import welch
 
 from ..scene.settings import period_of, ramp_of
-from .drawing import TooShort, after_ramp, figure_of, legend_above
+from .drawing import TooShort, after_ramp, figure_of, legend_above, unwrapped
 from .style import COLORS, COLUMN, new_figure
 from .tables import force_unit
 
@@ -35,7 +35,7 @@ def motion_spectrum(record, scene=None) -> Figure:
     """Power spectral density of the position of C after the ramp, and of its turns if the record has them."""
     x = record.buoy_position.values
     panels = [("m", [(name, x[:, i]) for i, name in enumerate("xyz")])]
-    turns = [(name, record[name].values) for name in ("roll", "pitch", "yaw") if name in record]
+    turns = [(name, unwrapped(record, name)) for name in ("roll", "pitch", "yaw") if name in record]
     return _spectra(record, scene, "spectrum of the motion", panels + ([("°", turns)] if turns else []))
 
 
