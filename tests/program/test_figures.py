@@ -3,7 +3,6 @@
 Source: the record, solid geometry by the divergence theorem, the forms of the sea.
 """
 
-import itertools
 import math
 import re
 from xml.etree import ElementTree
@@ -11,9 +10,8 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
+from figure_helpers import nothing_overlaps
 from matplotlib.image import imread
-from matplotlib.text import Text
-from matplotlib.transforms import Bbox
 from scipy.spatial.transform import Rotation
 
 from dolfbuoy import InputError, figures, simulate
@@ -101,40 +99,6 @@ def check_images(files, names):
             assert len(list(ElementTree.parse(file).getroot().iter())) > 50
 
 
-def overlapping(figure, monkeypatch):
-    """Pairs of texts of a figure that lie on each other, and single ones that are cut off."""
-    drawn, draw = [], Text.draw
-    figure.draw_without_rendering()  # lays it out
-    with monkeypatch.context() as patch:
-        patch.setattr(Text, "draw", lambda text, renderer: (drawn.append(text), draw(text, renderer)))
-        figure.draw_without_rendering()
-    texts = {id(t): (t.get_text(), squares(t)) for t in drawn if t.get_visible() and t.get_text().strip()}
-    pairs = itertools.combinations(texts.values(), 2)
-    found = [(s, t) for (s, a), (t, b) in pairs if any(x.overlaps(y) for x in a for y in b)]
-    whole = figure.bbox.padded(1)
-    return found + [t for t, boxes in texts.values() if not all(contains(whole, box) for box in boxes)]
-
-
-def squares(text):
-    """A text, turned as it may be, as small squares along its middle; its last pixel at each side does not count."""
-    angle, box = math.radians(text.get_rotation()), text.get_window_extent()
-    middle = np.array([box.x0 + box.x1, box.y0 + box.y1]) / 2
-    c, s = abs(math.cos(angle)), abs(math.sin(angle))
-    width, height = box.width, box.height
-    if abs(c * c - s * s) > 0.1:
-        width, height = np.linalg.solve([[c, s], [s, c]], [box.width, box.height])
-    if angle == 0:
-        return [box.padded(-1)]
-    direction = np.array([math.cos(angle), math.sin(angle)])
-    half = min(width, height) / 2
-    along = np.linspace(-1, 1, math.ceil(width / height) + 1) * (width / 2 - half)
-    return [Bbox([middle + a * direction - half + 1, middle + a * direction + half - 1]) for a in along]
-
-
-def contains(whole, box):
-    return whole.x0 <= box.x0 and whole.y0 <= box.y0 and box.x1 <= whole.x1 and box.y1 <= whole.y1
-
-
 def test_every_figure_of_a_moored_buoy(moored):
     folder, _ = moored
     names = ["trajectory", "track", "orbit", "tension", "envelope", "heave", "cone_angle", "roll_pitch_yaw"]
@@ -146,7 +110,7 @@ def test_every_figure_of_a_moored_buoy(moored):
     ]
 
 
-def test_nothing_in_a_figure_stands_over_anything_else(moored, monkeypatch):
+def test_nothing_in_a_figure_stands_over_anything_else(moored):
     """No text is cut off, none lies on another one; not in a long and high box, nor in a flat one."""
     _, record = moored
     shallow = load_scene({key: MOORED[key] for key in ("sea", "buoy", "waves", "wind")} | {"time": MOORED["time"]})
@@ -156,7 +120,7 @@ def test_nothing_in_a_figure_stands_over_anything_else(moored, monkeypatch):
     drawn += [figures.snapshot(long.drop_vars("buoy_position")), figures.shapes(long)]
     assert len(drawn) == 13
     for figure in drawn:
-        assert not overlapping(figure, monkeypatch)
+        assert nothing_overlaps(figure)
 
 
 def test_a_cable_alone_has_no_buoy_figures(tmp_path):

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from dolfbuoy import InputError, figures, load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.model.sea import velocity_at, wavenumber
+from dolfbuoy.results.drawing import mean_over_time
 from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
 from dolfbuoy.results.snapshot import Instant, instant, snapshot
@@ -195,6 +196,12 @@ def test_track():
         "force": math.degrees(math.atan2(-4, 3)),
     }
     assert dict(zip(shown, np.degrees(directions), strict=True)) == pytest.approx(expected)
+
+
+def test_mean_over_unequal_steps():
+    """Of a function with straight pieces, exact."""
+    t = np.array([0.0, 1.0, 4.0])
+    np.testing.assert_allclose(mean_over_time(t, np.array([[0.0, 5.0], [2.0, 5.0], [2.0, 5.0]])), [7 / 4, 5.0])
 
 
 def test_roll_pitch_and_yaw_over_time():
