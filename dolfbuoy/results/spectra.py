@@ -13,6 +13,8 @@ from .tables import force_unit
 INSTANTS, PERIODS = 64, 4
 #: Decades that are shown below the peak.
 DECADES = 6
+#: What a panel reaches up to at least [unit of the quantity squared / Hz]: rounding of a constant does not fill it.
+NOISE = 1e-12
 _LINES = (("-", "blue"), ("--", "red"), ("-.", "green"))
 
 
@@ -70,8 +72,8 @@ def _draw(axes, curves, period):
     for (name, f, S), (line, color) in zip(curves, _LINES, strict=False):
         axes.plot(f, S, line, color=COLORS[color], label=name)
     _, f, S = max(curves, key=lambda curve: curve[2].max())
-    peak, highest = f[S.argmax()], max(S.max(), 1e-30)
-    axes.plot(peak, highest, "o", color=COLORS["ink"], ms=4, mfc="none", ls="none", label=f"peak {peak:.3g} Hz")
+    peak, highest = f[S.argmax()], max(S.max(), NOISE)
+    axes.plot(peak, S.max(), "o", color=COLORS["ink"], ms=4, mfc="none", ls="none", label=f"peak {peak:.3g} Hz")
     floor = highest / 10 ** (DECADES - 1)
     end = f[floor <= S].max(initial=2 * peak)
     if period is not None:

@@ -6,6 +6,7 @@ Source: counts of the run itself.
 import json
 from types import SimpleNamespace
 
+import matplotlib
 import pytest
 from dynamics_helpers import MOORED, merged
 from figure_helpers import nothing_overlaps
@@ -13,6 +14,7 @@ from figure_helpers import nothing_overlaps
 from dolfbuoy import load_scene
 from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
+from dolfbuoy.results.style import STYLE
 from dolfbuoy.solver import floor
 from dolfbuoy.studies.accuracy import step_cost
 from dolfbuoy.studies.study import run_command
@@ -39,7 +41,8 @@ def test_parts_add_up(rows):
 
 def test_figure_has_every_part_in_its_place(rows):
     """Bars end to end, the floor, and a legend of all, within the figure."""
-    figure = step_cost.draw(rows)
+    with matplotlib.rc_context(STYLE):
+        figure = step_cost.draw(rows)
     (axes,) = figure.axes
     for k, row in enumerate(rows):
         bars = [bar for bar in axes.patches if abs(bar.get_y() + bar.get_height() / 2 - k) < 1e-9]
