@@ -67,6 +67,7 @@ STANDARD_NAMES = {
 #: Where nodes and elements are along the cable: coordinates of what has these dimensions.
 ALONG = {"node": "s", "cell": "s_cell"}
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
+LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
 INTEGERS = {"newton_iterations"}
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
@@ -174,6 +175,7 @@ class Record:
         for name, labels in LABELS.items():
             file.createDimension(name, len(labels))
             variable = file.createVariable(name, str, (name,))
+            variable.long_name = LABELED[name]
             variable[:] = labels.astype(object)
         for name, value in self.fixed.items():
             dimensions = FIXED[name][0]
@@ -288,7 +290,8 @@ def dataset_of(values, fixed, attributes) -> "xr.Dataset":
     import xarray as xr
 
     data = {name: ({**SERIES, **FRAMES}[name][0], value, _attributes(name)) for name, value in values.items()}
-    labels = {k: v for k, v in LABELS.items() if any(k in d[0] for d in data.values())}
+    found = [k for k in LABELS if any(k in d[0] for d in data.values())]
+    labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in found}
     along = {name: (FIXED[name][0], value, _attributes(name)) for name, value in fixed.items()}
     return xr.Dataset(data, coords=labels | along, attrs=attributes)
 
