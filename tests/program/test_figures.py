@@ -266,9 +266,12 @@ def test_paraview_water_is_the_sea_of_the_scene(moored):
         np.testing.assert_allclose(mesh.point_data["velocity [m/s]"], velocity_at(scene, t, mesh.points), atol=1e-14)
         assert np.ptp(mesh.points[:, 2]) == pytest.approx(2 * 0.15, rel=0.02)
         a, b, c, d = (mesh.points[mesh.cells_dict["quad"][:, k], :2] for k in range(4))
-        area = np.abs(np.cross(c - a, d - b)).sum() / 2  # of quadrilaterals, without gap or overlap
+        p, q = c - a, d - b
+        area = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum() / 2  # of quadrilaterals, without gap or overlap
         along = mesh.points @ heading(25.0), mesh.points @ heading(115.0)
         assert area == pytest.approx(np.ptp(along[0]) * np.ptp(along[1]))
+        steps = np.diff(np.unique(along[0].round(9)))
+        assert steps.max() < 2 * math.pi / wavenumber(scene) / 20  # it shows the waves
         for axis in (25.0, 115.0):
             seen = record.cable_position.values.reshape(-1, 3) @ heading(axis)
             assert (mesh.points @ heading(axis)).min() < seen.min() - 2

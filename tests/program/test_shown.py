@@ -13,6 +13,7 @@ import xarray as xr
 from dynamics_helpers import MOORED, merged, rotation_matrix
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from scipy.integrate import trapezoid
 from scipy.spatial.transform import Rotation
 
 from dolfbuoy import InputError, figures, load_scene, solve_static
@@ -222,7 +223,7 @@ def test_density_of_a_sinusoid_and_of_noise():
     t = np.sort(np.concatenate([[0.0, 60.0], np.random.default_rng(2).uniform(0, 60, 5998)]))
     f, S = density(t, 3 + 0.2 * t + 1.7 * np.sin(2 * math.pi * t / 4), period=4.0)
     assert f[S.argmax()] == pytest.approx(0.25, rel=1e-3)
-    assert np.trapz(S, f) == pytest.approx(1.7**2 / 2, rel=0.01)
+    assert trapezoid(S, f) == pytest.approx(1.7**2 / 2, rel=0.01)
     noise = np.random.default_rng(3).standard_normal(20_000)
     f, S = density(0.05 * np.arange(20_000), noise)
     assert f[-1] == pytest.approx(10)
