@@ -46,7 +46,8 @@ def run(
 
     if (scene is None) == (resume is None):
         raise InputError("run needs either a SCENE or --resume DIR.")
-    end, show = {} if t_end is None else {"time.end": t_end}, partial(draw, paraview=paraview) if plot else None
+    end = {} if t_end is None else {"time.end": t_end}
+    show = partial(draw, paraview=paraview) if plot else None
     if resume is not None:
         if folder is not None or assign or accuracy is not None or overwrite:
             raise InputError(
