@@ -8,9 +8,9 @@ The model and the reading of the paper's ambiguous places are described in forms
 """
 
 from .errors import InputError, SolveError
+from .version import __version__ as __version__
 
-__version__ = "0.1.0"
-__all__ = ["InputError", "SolveError", "load_scene", "simulate", "solve_static"]
+__all__ = ["InputError", "SolveError", "figures", "load_scene", "simulate", "solve_static"]
 
 
 def __dir__():
@@ -23,4 +23,8 @@ def __getattr__(name):
         from . import api
 
         return getattr(api, name)
+    if name == "figures":
+        from .results import figures
+
+        return figures
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -138,9 +138,10 @@ def _equilibrium(scene, report):
     problem = solve_equilibrium(scene)
     u = problem.system.u
     if problem.lines:
-        T_bnd = problem.end_tension()
+        T_bnd, held = problem.end_tension(), problem.anchor_force()
         report.add("equilibrium: tension at the top", np.linalg.norm(T_bnd), "N")
-        report.add("equilibrium: tension at the anchor", problem.anchor_tension(), "N")
+        report.add("equilibrium: force at the anchor", np.linalg.norm(held), "N")
+        report.add("equilibrium: uplift at the anchor", -held[2], "N", "the part that pulls it up")
         _shape_warnings(scene, problem, report)
         _cable_periods(scene, problem, report)
     if problem.buoy and problem.lines:

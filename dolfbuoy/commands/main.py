@@ -19,6 +19,7 @@ from .shared import (
     Interrupted,
     OutOption,
     OverwriteOption,
+    ParaviewOption,
     QuantityOption,
     SceneArgument,
     SetOption,
@@ -165,7 +166,9 @@ def report(
 
 
 @app.command()
-def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")]):
+def plot(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")], paraview: ParaviewOption = True
+):
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     from ..results.checkpoint import read_scene
     from ..results.folder import is_edited
@@ -174,7 +177,7 @@ def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a
         raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
     if (folder / "scene.toml").is_file() and is_edited(folder, read_scene(folder)):
         say_warnings([f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."])
-    draw(folder)
+    draw(folder, paraview)
 
 
 @app.command()

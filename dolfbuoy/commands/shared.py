@@ -14,6 +14,7 @@ SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="Name of a s
 SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change the scene.")]
 OutOption = Annotated[Path | None, typer.Option("--out", help="Folder of the results [default: results/NAME].")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace results that are in the folder.")]
+ParaviewOption = Annotated[bool, typer.Option("--paraview/--no-paraview", help="Write ParaView files too.")]
 QuantityOption = Annotated[
     str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
 ]

@@ -392,9 +392,13 @@ class Scene(Section):
         """Every value that differs from "absent", defaults included: what reproduces this scene."""
         return _without_none(self.model_dump())
 
+    def to_toml(self) -> str:
+        """The complete scene as a scene file."""
+        return tomli_w.dumps(self.to_dict())
+
     def save(self, path: str | Path) -> None:
         """Write the complete scene as TOML."""
-        Path(path).write_text(tomli_w.dumps(self.to_dict()))
+        Path(path).write_text(self.to_toml())
 
 
 def _without_none(value):

@@ -46,9 +46,21 @@ def test_run_and_plot(call, tmp_path):
     assert "tension at the top" in out
     assert read(tmp_path / "results.nc").time.values[-1] == pytest.approx(0.02)
     assert not (tmp_path / "figures").exists()
+    code, out, _ = call("plot", tmp_path, "--no-paraview")
+    assert code == 0
+    assert "No spectrum of the motion" in out
+    assert not (tmp_path / "paraview").exists()
     assert call("plot", tmp_path)[0] == 0
     assert (tmp_path / "figures" / "tension.png").stat().st_size > 5000
     assert list((tmp_path / "paraview").glob("*.vtu"))
+
+
+def test_run_without_files_for_paraview(call, tmp_path):
+    code, out, _ = call("run", "driven", "--out", tmp_path, "--t-end", "0.02", "--no-paraview")
+    assert code == 0
+    assert out.strip().endswith(f"files in {tmp_path / 'figures'}")
+    assert (tmp_path / "figures" / "snapshot.png").is_file()
+    assert not (tmp_path / "paraview").exists()
 
 
 @pytest.mark.parametrize(

@@ -165,6 +165,17 @@ def test_statistics_of_known_series():
     assert found["buoy_position_z"]["standard_deviation"] == 0.0
 
 
+def test_statistics_of_an_angle_that_turns_on():
+    """A record has it between -180 and 180 degrees; its mean and range are those of the turning."""
+    t = np.linspace(0, 10, 501)
+    yaw = 30 * t + 5 * np.sin(4 * t)
+    record = xr.Dataset({"yaw": ("time", (yaw + 180) % 360 - 180)}, coords={"time": t})
+    assert np.ptp(record.yaw.values) > 300
+    found = statistics(record)["yaw"]
+    assert (found["minimum"], found["maximum"]) == pytest.approx((yaw.min(), yaw.max()))
+    assert found["dominant_period"] == pytest.approx(np.pi / 2, rel=1e-6)
+
+
 # -- whole sweeps ----------------------------------------------------------------------------------------------------
 
 
