@@ -10,7 +10,7 @@ from ..results.tables import out, table
 
 
 def keys(
-    section: Annotated[str | None, typer.Argument(metavar="[SECTION]", help="Such as cable or cable.top.")] = None,
+    section: Annotated[str | None, typer.Argument(metavar="SECTION", help="Such as cable or cable.top.")] = None,
 ):
     """Keys of a scene: unit, default, range, meaning.  Example: dolfbuoy keys cable"""
     from ..scene.keys import keys_of

@@ -11,7 +11,7 @@ from rich.markup import escape
 from typer.core import TyperGroup
 
 from .. import __version__
-from ..errors import InputError, SolveError, printable
+from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from . import language
 from .run import advised, draw, run
@@ -27,6 +27,7 @@ from .shared import (
     folder_of,
     load,
     out,
+    out_option,
     rank,
     say_warnings,
     table_of,
@@ -87,10 +88,10 @@ def list_scenes():
 @app.command()
 def check(scene: SceneArgument, assign: SetOption = None):
     """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
+    loaded = load(scene, assign)  # before the imports: what is wrong with a scene is said without dolfinx too
     from ..check import check as examine
     from ..results.summary import remaining_amplitude
 
-    loaded = load(scene, assign)
     report = examine(loaded)
     out.print(f"[bold]{escape(loaded.title or printable(scene))}[/bold]\neffects: {', '.join(report.effects)}\n")
     shown = table_of("Derived numbers", "quantity", "value", "unit", "remark")
@@ -136,15 +137,17 @@ def advise(
     quantity: QuantityOption = "tension_top",
     accuracy: Annotated[str, typer.Option("--accuracy", help="For example 1% or 0.01.")] = "1%",
     write: Annotated[Path | None, typer.Option("--write", metavar="FILE", help="Save the advised scene.")] = None,
-    folder: OutOption = None,
+    folder: out_option("results/advise-NAME") = None,
     assign: SetOption = None,
 ):
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
     from mpi4py import MPI
 
+    from ..model.feasible import check_feasible
     from ..results.folder import claimed
 
     loaded = load(scene, assign)
+    check_feasible(loaded)
     folder = folder if folder is not None else Path("results") / f"advise-{Path(scene).stem}"
     with claimed(folder, MPI.COMM_WORLD):
         advised(loaded, quantity, accuracy, folder, write)
@@ -187,7 +190,7 @@ def sweep(
         list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")
     ] = None,
     table: Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")] = None,
-    folder: OutOption = None,
+    folder: out_option("results/sweep-NAME") = None,
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
     from ..studies.sweep import sweep as run_all
@@ -218,9 +221,9 @@ def sweep(
 @app.command()
 def doctor():
     """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
-    from ..solver import compat
-    from .doctor import examine
+    from .doctor import examine, installed
 
+    compat = installed()
     shown = table_of("Versions", "package", "version")
     for name, version in compat.versions().items():
         shown.add_row(name, version)
@@ -246,6 +249,10 @@ def main():
         _fail(f"Error: {error}", 2)
     except SolveError as error:
         _fail(f"The solve failed. {error}", 1)
+    except ImportError as error:
+        if missing(error) is None:
+            raise
+        _fail(f"Error: {missing(error)}", 2)
     except BrokenPipeError:  # somebody's `| head` has read enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)

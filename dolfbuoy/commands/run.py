@@ -30,7 +30,7 @@ from .shared import (
 def run(
     scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path.")] = None,
     folder: OutOption = None,
-    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run [s].")] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run \\[s].")] = None,
     assign: SetOption = None,
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures, write ParaView files.")] = True,
     paraview: ParaviewOption = True,
