@@ -291,8 +291,9 @@ class Time(Section):
             raise Wrong("step", self.step, f"must be at least end / {MOST_STEPS:g}, and end is {self.end:g}")
         if self.output_every is not None and self.end > MOST_STEPS * self.output_every:
             raise Wrong("output_every", self.output_every, f"must be at least end / {MOST_STEPS:g}")
-        if self.min_step is not None and self.tolerance is None:
-            raise Wrong("min_step", self.min_step, "goes with a tolerance only; without one all steps are equal")
+        for name in ("min_step", "max_step"):
+            if getattr(self, name) is not None and self.tolerance is None:
+                raise Wrong(name, getattr(self, name), "goes with a tolerance only; without one all steps are equal")
         if self.min_step is not None and self.max_step is not None and self.min_step > self.max_step:
             raise Wrong("min_step", self.min_step, f"must not be above max_step = {self.max_step}")
         if self.spectral_radius != DEFAULT_RADIUS and self.scheme != "generalized-alpha":
