@@ -13,6 +13,7 @@ from typer.core import TyperGroup
 from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
+from ..results.tables import unit_of
 from . import language
 from .run import advised, draw, run
 from .shared import (
@@ -96,7 +97,8 @@ def check(scene: SceneArgument, assign: SetOption = None):
     out.print(f"[bold]{escape(loaded.title or printable(scene))}[/bold]\neffects: {', '.join(report.effects)}\n")
     shown = table_of("Derived numbers", "quantity", "value", "unit", "remark")
     for name, value, unit, remark in report.numbers:
-        shown.add_row(name, f"{value:.5g}", unit, remark)
+        unit, factor = unit_of(value, unit)
+        shown.add_row(name, f"{factor * value:.5g}", unit, remark)
     out.print(shown)
     if report.periods:
         columns = ["period", "value", "unit"] + (["after the run"] if loaded.time else [])
@@ -122,8 +124,9 @@ def static(
         shown = table_of(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
         for variable in record.data_vars.values():
             if variable.ndim == 0 or variable.dims == ("xyz",):
-                value = " ".join(f"{v:.6g}" for v in variable.values.ravel())
-                shown.add_row(variable.attrs["long_name"], value, variable.attrs["units"])
+                unit, factor = unit_of(variable.values, variable.attrs["units"])
+                value = " ".join(f"{factor * v:.6g}" for v in variable.values.ravel())
+                shown.add_row(variable.attrs["long_name"], value, unit)
         out.print(shown)
         say_warnings(static_warnings(record, loaded))
 
@@ -186,6 +189,7 @@ def plot(
 @app.command()
 def sweep(
     scene: SceneArgument,
+    assign: SetOption = None,
     vary: Annotated[
         list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")
     ] = None,
@@ -193,29 +197,39 @@ def sweep(
     folder: out_option("results/sweep-NAME") = None,
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
+    loaded = load(scene, assign)
+    from mpi4py import MPI
+
     from ..studies.sweep import sweep as run_all
 
     folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
     try:
-        dataset = run_all(scene, vary or [], table, folder, say_warnings)
+        dataset = run_all(loaded, vary or [], table, folder, say_warnings)
     except BaseException:
         if interruption.received():
             left = f"; finished cases are in {folder}" if any((folder / "cases").glob("*.json")) else ""
             raise Interrupted(f"Interrupted{left}, and the same command goes on.") from None
         raise
-    if dataset is None:
-        return
+    if dataset is not None:
+        _show_sweep(dataset, folder)
+    done = dataset is not None and bool((dataset.status == "done").any())
+    if not ranks.told(MPI.COMM_WORLD, done):
+        raise typer.Exit(1)
+
+
+def _show_sweep(dataset, folder):
+    """Its cases and the largest of their main quantities."""
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     shown = [n for n in ("tension_top_maximum", "tension_anchor_maximum", "cone_angle_maximum") if n in dataset]
-    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} ({dataset[n].attrs['units']})" for n in shown]
+    units = {n: unit_of(dataset[n].values, dataset[n].attrs["units"]) for n in shown}
+    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} [{units[n][0]}]" for n in shown]
     names = [key.replace("_", " ") for key in keys]  # words may be wrapped
     result = table_of(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *names, *titles, "status")
     for i in range(dataset.sizes["case"]):
         row = dataset.isel(case=i)
-        result.add_row(*(str(row[k].item()) for k in keys), *(f"{row[n].item():.5g}" for n in shown), row.status.item())
+        values = [f"{units[n][1] * row[n].item():.5g}" for n in shown]
+        result.add_row(*(str(row[k].item()) for k in keys), *values, row.status.item())
     out.print(result)
-    if not (dataset.status == "done").any():
-        raise typer.Exit(1)
 
 
 @app.command()
