@@ -84,6 +84,7 @@ VelocityVector = _vector(_between(-1e3, 1e3))  # m/s, rad/s
 _part = _between(-1e6, 1e6)
 Quaternion = Annotated[tuple[_part, _part, _part, _part], _finite_numbers(4)]
 Pair = Annotated[tuple[Height, Height], _finite_numbers(2)]
+Rows = Annotated[list[Pair], Field(max_length=10_000)]
 Share = Annotated[tuple[Length, _between(1, 1e7)], _finite_numbers(2)]  # of a cable, and its elements
 
 

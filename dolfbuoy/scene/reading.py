@@ -5,6 +5,7 @@ and what is allowed.
 """
 
 import copy
+import re
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -82,6 +83,8 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         raise InputError(f"--set {text}: must have the form section.key=value.")
     if not text.strip().isprintable():
         raise InputError(f"--set {text}: must be on one line, without control characters.")
+    if key.count(".") >= _DEEPEST:
+        raise InputError(f"--set {key[:50]}...: must have {_DEEPEST} names in its key at most.")
     if not value or (value == "none" and not takes_none(key)):
         return key, None
     try:
@@ -91,11 +94,17 @@ def parse_assignment(text: str) -> tuple[str, Any]:
 
 
 _DEEPEST = 30  # lists and tables within each other
+MOST_BYTES = 10_000_000  # of a scene file: more than any that `quantities` lets through, and some seconds of tomllib's
+#: A dotted key of more names, of whose number the time of tomllib is the square; no word or blank is looked at twice.
+_NAME = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
+_DEEP_KEY = re.compile(rf"(?<![\w\\-])(?:{_NAME}\.[ \t]*+){{{_DEEPEST}}}")
 
 
 def parse(text: str) -> dict:
-    """TOML; raises ValueError for whatever tomllib finds wrong."""
+    """TOML; raises ValueError for whatever tomllib finds wrong, and before it what would keep it busy for long."""
     deep = ValueError(f"lists or tables are nested more than {_DEEPEST} deep")
+    if _DEEP_KEY.search(text):
+        raise deep
     try:
         found = tomllib.loads(text)
     except RecursionError:
@@ -120,7 +129,11 @@ def _read(scene) -> dict:
     try:
         if not path.is_file():
             raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
-        return _with_files(parse(path.read_text(encoding="utf-8-sig")), path.parent)
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise InputError(f"Scene file {path} must have {MOST_BYTES:,} bytes at most: points belong in a mesh file.")
+        return _with_files(parse(content.decode("utf-8-sig")), path.parent)
     except OSError as error:
         raise InputError(f"Scene file {path} cannot be read: {error.strerror}.") from None
     except InputError:

@@ -28,9 +28,9 @@ from .quantities import (
     Inertia,
     Length,
     Mass,
-    Pair,
     Period,
     Quaternion,
+    Rows,
     Share,
     Speed,
     Step,
@@ -78,6 +78,7 @@ class Top(Section):
 
 
 MOST_ELEMENTS = 10_000_000
+MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run
 Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share], BeforeValidator(element_lengths)]
 
 
@@ -118,6 +119,8 @@ class Cable(Section):
             lengths, counts = zip(*self.elements, strict=True) if self.elements else ((), ())
             if not lengths or min(lengths) <= 0 or min(counts) < 1 or any(n != int(n) for n in counts):
                 raise Wrong("elements", self.elements, "must hold [length, number of elements] of each segment")
+            if len(counts) > MOST_SEGMENTS:
+                raise Wrong("elements", self.elements, f"must list {MOST_SEGMENTS} segments at most")
             if sum(counts) > MOST_ELEMENTS:
                 raise Wrong("elements", self.elements, f"must be {MOST_ELEMENTS} in all at most")
             if abs(sum(lengths) - self.length) > 1e-9 * self.length:
@@ -149,7 +152,7 @@ def _check_inertia(inertia):
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
-    hull: list[Pair] | None = key("[[height, diameter], ...] from the keel up; the sea needs it", "m", default=None)
+    hull: Rows | None = key("[[height, diameter], ...] from the keel up; the sea needs it", "m", default=None)
     mass: Mass = key("mass without the point masses", "kg")
     center_of_mass: Height | None = key("height of that mass; absent: centroid of the hull", "m", default=None)
     inertia: list[Inertia] | None = key(
@@ -212,7 +215,7 @@ class Current(Section):
 
     speed: Speed | None = key("speed at and above still water", "m/s", default=None)
     direction_deg: Angle = key("direction towards which the water flows, from x towards y", "deg", default=0.0)
-    profile: Literal["uniform", "power"] | list[Pair] = key("or a table [[z, speed], ...]", "m, m/s", default="uniform")
+    profile: Literal["uniform", "power"] | Rows = key("or a table [[z, speed], ...]", "m, m/s", default="uniform")
     exponent: Annotated[float, Field(gt=0, le=1)] = key("of the power law (1 + z/depth)^exponent", "1", default=1 / 7)
 
     @model_validator(mode="after")
@@ -250,7 +253,9 @@ class Initial(Section):
     """How a run starts."""
 
     kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
-    points: list[Vector] | None = key("corners of the polyline, from the anchor to the top", "m", default=None)
+    points: Annotated[list[Vector], Field(max_length=40_000)] | None = key(
+        "corners of the polyline, from the anchor to the top", "m", default=None
+    )
     buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
     buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
     buoy_velocity: VelocityVector | None = key("velocity of C; absent: at rest", "m/s", default=None)

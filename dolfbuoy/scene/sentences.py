@@ -19,7 +19,7 @@ def sentence(error: ValidationError) -> str:
     first = error.errors()[0]
     unknown = first["type"] == "extra_forbidden"
     location = [str(part) for part in first["loc"] if unknown or not _is_type_tag(part)]
-    key, message = ".".join(location) or "scene", first["msg"]
+    key, message = ".".join(location) or "scene", first["msg"].replace(" after validation", "")
     if unknown:
         return (
             f"Unknown key {_short('.'.join(location)) or repr('')}; allowed here: {', '.join(_fields(location[:-1]))}."
