@@ -45,13 +45,14 @@ def run(
     from ..model.feasible import check_feasible
 
     if (scene is None) == (resume is None):
-        raise InputError("run needs either a SCENE or --resume DIR.")
+        raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
     show = partial(draw, paraview=paraview) if plot else None
     if resume is not None:
         if folder is not None or assign or accuracy is not None or overwrite:
             raise InputError(
-                "--resume goes on with a run as it is: it allows --t-end, no --out, --set, --accuracy or --overwrite."
+                f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
+                "--accuracy or --overwrite."
             )
         loaded = _to_be_resumed(resume, end)
         if loaded is not None:

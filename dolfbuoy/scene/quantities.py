@@ -18,6 +18,14 @@ class Wrong(ValueError):
         self.key, self.value, self.allowed = key, value, allowed
 
 
+class Missing(ValueError):
+    """A key without which the others are no scene."""
+
+    def __init__(self, key: str, why: str):
+        super().__init__(f"{key}: must be given, {why}")
+        self.key, self.why = key, why
+
+
 def _between(low, high, kind=float):
     return Annotated[kind, Field(ge=low, le=high)]
 

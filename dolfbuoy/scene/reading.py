@@ -17,7 +17,7 @@ from ..errors import InputError
 from .keys import takes_none
 from .mesh_file import Named
 from .sections import Scene
-from .sentences import sentence
+from .sentences import sentence, shown
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -55,18 +55,21 @@ def merged(data: dict, /, **changes) -> dict:
     return result
 
 
-def _merge(data: dict, keys: list[str], value) -> dict:
-    """`data` with `value` under the nested `keys`."""
+NO_SECTION = "is not a section"
+
+
+def _merge(data: dict, keys: list[str], value, above=()) -> dict:
+    """`data`, which has the keys `above` it, with `value` under the nested `keys`."""
     head, rest = keys[0], keys[1:]
     old = data.get(head)
     if rest:
         if old is not None and not isinstance(old, dict):
-            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
-        value = _merge(old or {}, rest, value)
+            raise InputError(f"{'.'.join([*above, head])} = {shown(old)}: {NO_SECTION} with a key {'.'.join(rest)}.")
+        value = _merge(old or {}, rest, value, (*above, head))
     elif isinstance(value, dict) and isinstance(old, dict):
         inner = old
         for key, item in value.items():
-            inner = _merge(inner, [key], item)
+            inner = _merge(inner, [key], item, (*above, head))
         value = inner
     result = {k: v for k, v in data.items() if k != head}
     return result if value is None else {**result, head: value}
@@ -128,7 +131,7 @@ def _read(scene) -> dict:
         path = shipped[str(scene)]
     try:
         if not path.is_file():
-            raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
+            raise InputError(f"SCENE = '{scene}': is neither a file nor a shipped scene ({', '.join(shipped)}).")
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:

@@ -28,6 +28,7 @@ from .quantities import (
     Inertia,
     Length,
     Mass,
+    Missing,
     Period,
     Quaternion,
     Rows,
@@ -179,7 +180,8 @@ class Buoy(Section):
         if self.inertia is not None:
             _check_inertia(self.inertia)
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):
-            raise ValueError("a buoy without hull needs inertia and center_of_mass")
+            name = "inertia" if self.inertia is None else "center_of_mass"
+            raise Missing(name, "a buoy without hull needs inertia and center_of_mass")
         return self
 
 
@@ -199,9 +201,10 @@ class Waves(Section):
 
     @model_validator(mode="after")
     def _one_size(self):
-        if (self.amplitude is None) == (self.height is None):
-            both = "both are given" if self.amplitude is not None else "neither is given"
-            raise ValueError(f"give either amplitude or height ({both})")
+        if self.amplitude is None and self.height is None:
+            raise Missing("amplitude", "or height, which is twice as much")
+        if self.amplitude is not None and self.height is not None:
+            raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
         return self
 
     @property
@@ -227,7 +230,7 @@ class Current(Section):
             if self.speed is not None:
                 raise Wrong("speed", self.speed, "does not go with a table: the speeds stand in profile")
         elif self.speed is None:
-            raise ValueError("speed is missing")
+            raise Missing("speed", "or a table of speeds as profile")
         return self
 
 
@@ -337,26 +340,28 @@ class Scene(Section):
     def _sections(self):
         def need(section, other, why):
             if getattr(self, section) is not None and getattr(self, other) is None:
-                raise ValueError(f"[{section}] needs [{other}]: {why}")
+                raise Missing(other, f"[{section}] needs [{other}]: {why}")
 
         if self.cable is None and self.buoy is None:
-            raise ValueError("the scene has neither [cable] nor [buoy]: nothing would move")
-        need("waves", "sea", "there is no water")
-        need("current", "sea", "there is no water")
+            raise Missing("cable", "or buoy: without them nothing would move")
+        need("waves", "sea", "without it there is no water")
+        need("current", "sea", "without it there is no water")
         if self.waves is not None and self.gravity == 0 and self.waves.wavelength is None:
-            raise ValueError("waves.wavelength is missing: without gravity no dispersion relation gives it")
+            raise Missing("waves.wavelength", "without gravity no dispersion relation gives it")
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
         if self.cable is not None:
-            if (self.cable.top is None) == (self.buoy is None):
-                raise ValueError("[cable.top] and [buoy] exclude each other, and a cable needs one of them")
+            if self.cable.top is None and self.buoy is None:
+                raise Missing("cable.top", "or [buoy]: something must hold the upper end of the cable")
+            if self.cable.top is not None and self.buoy is not None:
+                raise Wrong("cable.top.kind", self.cable.top.kind, "does not go with [buoy], which holds that end")
             if self.sea is not None and self.cable.diameter is None:
-                raise ValueError("cable.diameter is missing: the sea needs it")
+                raise Missing("cable.diameter", "the sea needs it")
             self._check_slack()
             if self.initial.kind == "straight" and self.buoy is None and self.cable.top.position is None:
-                raise ValueError("initial.kind 'straight' needs cable.top.position, the end of the straight line")
+                raise Wrong("initial.kind", "straight", "needs cable.top.position, the end of the straight line")
         if self.sea is not None and self.buoy is not None and self.buoy.hull is None:
-            raise ValueError("buoy.hull is missing: the sea needs it")
+            raise Missing("buoy.hull", "the sea needs it")
         return self
 
     def _check_slack(self):

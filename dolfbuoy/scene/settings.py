@@ -98,7 +98,7 @@ def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene
     An adaptive run keeps the milestones and the largest step of the whole run.
     """
     if scene.time is None:
-        raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+        raise InputError("time: must be given, a run needs at least its keys end and step.")
     time, period = scene.time, period_of(scene)
     if end is None:
         end = min(time.end, ramp_of(scene) + periods * period if period else time.end / 2)

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
-from .reading import parse
+from .reading import NO_SECTION, parse
+from .sentences import UNKNOWN
 
 MOST_CASES = 100_000
 
@@ -47,7 +48,7 @@ def _range(text, parts):
 def cases_of(vary: list[str], table: Path | None) -> list[dict]:
     """Changes of each case: all combinations of `vary`, or the rows of a CSV file whose header names keys."""
     if (table is None) == (not vary):
-        raise InputError("A sweep needs either --vary (once or more) or --table.")
+        raise InputError("--vary: must be given once or more, or --table.")
     if table is not None:
         return _rows(table)
     keys, values = zip(*(parse_vary(text) for text in vary), strict=True)
@@ -79,5 +80,5 @@ def check_known(scene: Scene, key: str) -> None:
     try:
         build_scene(scene.to_dict(), {key: scene.to_dict()})
     except InputError as error:
-        if "Unknown key" in str(error) or "is not a section" in str(error):
-            raise InputError(f"{key}: {error}") from None
+        if UNKNOWN in str(error) or NO_SECTION in str(error):
+            raise InputError(f"--vary {key}: {error}") from None

@@ -264,7 +264,7 @@ def compute(
 ):
     """(results of the cases, check, reference), None on all ranks but 0; `scene` with the end that is wanted."""
     if scene.time is None:
-        raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+        raise InputError("time: must be given, a run needs at least its keys end and step.")
     if not acc.quantities_of(scene):
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or settings.default_steps(scene)
