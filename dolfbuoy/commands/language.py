@@ -47,7 +47,7 @@ def write_new(path: Path, like: str) -> None:
     from ..scene.schema import FILE, as_text
     from ..scene.template import commented
 
-    if path.stem.startswith(".") or not str(path).isprintable():
+    if path.stem.startswith(".") or not path.stem.strip() or not str(path).isprintable():
         raise InputError(f"NAME = {str(path)!r}: must be the name of a file, in characters that can be printed.")
     text = commented(load_scene(like, title=path.stem), FILE.name)
     try:

@@ -179,7 +179,7 @@ def plot(
     from ..results.checkpoint import read_scene
     from ..results.folder import is_edited
 
-    if not (folder / "results.nc").is_file():
+    if not os.path.isfile(folder / "results.nc"):  # false too for a name that is too long
         raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
     if (folder / "scene.toml").is_file() and is_edited(folder, read_scene(folder)):
         say_warnings([f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."])

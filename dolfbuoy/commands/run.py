@@ -43,6 +43,7 @@ def run(
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from ..model.feasible import check_feasible
+    from ..scene.settings import check_time
 
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
@@ -60,6 +61,7 @@ def run(
         return
     loaded, folder = load(scene, assign, **end), folder_of(scene, folder)
     check_feasible(loaded)
+    check_time(loaded)
     if accuracy is not None:
         _is_there(folder, loaded, overwrite=True)  # what cannot be written, or is the user's, before the pilot
         loaded = advised(loaded, quantity, accuracy)

@@ -86,8 +86,8 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         raise InputError(f"--set {text}: must have the form section.key=value.")
     if not text.strip().isprintable():
         raise InputError(f"--set {text}: must be on one line, without control characters.")
-    if key.count(".") >= _DEEPEST:
-        raise InputError(f"--set {key[:50]}...: must have {_DEEPEST} names in its key at most.")
+    if key.count(".") >= DEEPEST:
+        raise InputError(f"--set {key[:50]}...: must have {DEEPEST} names in its key at most.")
     if not value or (value == "none" and not takes_none(key)):
         return key, None
     try:
@@ -96,16 +96,16 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         return key, value
 
 
-_DEEPEST = 30  # lists and tables within each other
+DEEPEST = 30  # lists and tables within each other
 MOST_BYTES = 10_000_000  # of a scene file: more than any that `quantities` lets through, and some seconds of tomllib's
 #: A dotted key of more names, of whose number the time of tomllib is the square; no word or blank is looked at twice.
 _NAME = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
-_DEEP_KEY = re.compile(rf"(?<![\w\\-])(?:{_NAME}\.[ \t]*+){{{_DEEPEST}}}")
+_DEEP_KEY = re.compile(rf"(?<![\w\\-])(?:{_NAME}\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse(text: str) -> dict:
     """TOML; raises ValueError for whatever tomllib finds wrong, and before it what would keep it busy for long."""
-    deep = ValueError(f"lists or tables are nested more than {_DEEPEST} deep")
+    deep = ValueError(f"lists or tables are nested more than {DEEPEST} deep")
     if _DEEP_KEY.search(text):
         raise deep
     try:
@@ -113,7 +113,7 @@ def parse(text: str) -> dict:
     except RecursionError:
         raise deep from None
     level = [found]
-    for _ in range(_DEEPEST):
+    for _ in range(DEEPEST):
         level = [item for node in level for item in (node.values() if isinstance(node, dict) else node)]
         level = [item for item in level if isinstance(item, dict | list)]
     if level:

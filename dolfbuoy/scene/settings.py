@@ -92,13 +92,18 @@ def ramp_of(scene: Scene) -> float:
     return scene.cable.top.ramp if scene.cable and scene.cable.top else 0.0
 
 
+def check_time(scene: Scene) -> None:
+    """Refuse a scene that cannot run in time.  Raises InputError."""
+    if scene.time is None:
+        raise InputError("time: must be given, a run needs at least its keys end and step.")
+
+
 def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene:
     """The scene until `end`: by default the ramp and some periods, or half of a run that nothing drives.
 
     An adaptive run keeps the milestones and the largest step of the whole run.
     """
-    if scene.time is None:
-        raise InputError("time: must be given, a run needs at least its keys end and step.")
+    check_time(scene)
     time, period = scene.time, period_of(scene)
     if end is None:
         end = min(time.end, ramp_of(scene) + periods * period if period else time.end / 2)

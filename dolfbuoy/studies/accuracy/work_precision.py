@@ -34,7 +34,11 @@ structure = itemgetter("pair")
 
 def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
     """The scene until t_end, by default the ramp and four periods, the largest step of the whole, and the settings."""
-    whole = load_scene(scene)
+    whole, tolerances = load_scene(scene), settings.parse_numbers("--tolerances", tolerances)
+    if tolerances and max(tolerances) >= 1:
+        raise InputError(f"--tolerances {tolerances}: must be below 1.")
+    if t_end is not None and not t_end > settings.ramp_of(whole):
+        raise InputError(f"--t-end {t_end:g}: must be after the ramp, which ends at {settings.ramp_of(whole):g} s.")
     return {
         "scene": settings.shortened(whole, t_end, periods=4),
         "largest": settings.largest_step(whole),
@@ -42,7 +46,7 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
         "cells": settings.parse_numbers("--cells", cells, int),
         "schemes": settings.parse_schemes(schemes),
         "steps": settings.parse_numbers("--steps", steps),
-        "tolerances": settings.parse_numbers("--tolerances", tolerances),
+        "tolerances": tolerances,
         "repeats": repeats,
     }
 
