@@ -66,7 +66,7 @@ BAD = {
     "key of a number": (["--vary", "gravity.x=1"], ["gravity.x", "not a section"]),
     "nothing": ([], ["--vary", "--table"]),
     "both": (["--vary", "gravity=1", "--table", "good.csv"], ["--vary", "--table"]),
-    "no such table": (["--table", "nowhere.csv"], ["nowhere.csv", "No such file"]),
+    "no such table": (["--table", "nowhere.csv"], ["nowhere.csv", "must be a CSV file"]),
     "empty table": (["--table", "empty.csv"], ["empty.csv", "at least one row"]),
     "short row": (["--table", "short.csv"], ["short.csv", "row 2", "gravity, cable.length"]),
     "blank cell": (["--table", "blank.csv"], ["blank.csv", "row 1"]),
