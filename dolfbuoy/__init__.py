@@ -19,9 +19,19 @@ def __dir__():
 
 def __getattr__(name):
     """The interface is imported at first use: `import dolfbuoy` alone does not start MPI."""
-    if name in ("load_scene", "simulate", "solve_static"):
-        from . import api
+    if name == "load_scene":
+        from .scene import load_scene
 
+        return load_scene
+    if name in ("simulate", "solve_static"):
+        try:
+            from . import api
+        except ImportError as error:
+            from .errors import missing
+
+            if missing(error) is None:
+                raise
+            raise ImportError(str(missing(error))) from None
         return getattr(api, name)
     if name == "figures":
         from .results import figures

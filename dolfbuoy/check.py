@@ -49,10 +49,6 @@ def derived(scene) -> Report:
         _buoy(scene, report)
     if scene.waves:
         _waves(scene, report)
-    if scene.time and scene.time.max_step is not None and scene.time.tolerance is None:
-        report.warnings.append(
-            f"time.max_step = {scene.time.max_step}: goes with time.tolerance only and does nothing."
-        )
     return report
 
 

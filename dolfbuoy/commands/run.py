@@ -30,7 +30,7 @@ from .shared import (
 def run(
     scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path.")] = None,
     folder: OutOption = None,
-    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run [s].")] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run \\[s].")] = None,
     assign: SetOption = None,
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures, write ParaView files.")] = True,
     paraview: ParaviewOption = True,
@@ -43,15 +43,17 @@ def run(
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from ..model.feasible import check_feasible
+    from ..scene.settings import check_time
 
     if (scene is None) == (resume is None):
-        raise InputError("run needs either a SCENE or --resume DIR.")
+        raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
     show = partial(draw, paraview=paraview) if plot else None
     if resume is not None:
         if folder is not None or assign or accuracy is not None or overwrite:
             raise InputError(
-                "--resume goes on with a run as it is: it allows --t-end, no --out, --set, --accuracy or --overwrite."
+                f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
+                "--accuracy or --overwrite."
             )
         loaded = _to_be_resumed(resume, end)
         if loaded is not None:
@@ -59,6 +61,7 @@ def run(
         return
     loaded, folder = load(scene, assign, **end), folder_of(scene, folder)
     check_feasible(loaded)
+    check_time(loaded)
     if accuracy is not None:
         _is_there(folder, loaded, overwrite=True)  # what cannot be written, or is the user's, before the pilot
         loaded = advised(loaded, quantity, accuracy)

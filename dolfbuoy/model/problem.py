@@ -24,7 +24,9 @@ def _check_ranks(scene, comm):
         return
     count = number_of_cells(scene.cable.elements)
     if comm.size > count:
-        raise InputError(f"cable.elements = {count}: fewer elements than the {comm.size} MPI ranks of this run.")
+        raise InputError(
+            f"cable.elements = {count}: must be at least the number of MPI ranks of this run, {comm.size}."
+        )
 
 
 class Problem:

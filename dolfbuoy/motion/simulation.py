@@ -23,7 +23,7 @@ class Simulation:
 
     def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None):
         if scene.time is None:
-            raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+            raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
         self.scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         start = initial_state(scene, comm) if state is None else None

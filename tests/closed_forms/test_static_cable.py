@@ -259,7 +259,7 @@ def test_elastic_cable_that_is_too_short_is_taut(x, z, EA):
 
 def test_what_cannot_be_is_refused_in_a_sentence():
     for x, z in ((1.0, 0.0), (0.6, 0.8)):
-        with pytest.raises(InputError, match="exactly taut there and its tension is undetermined"):
+        with pytest.raises(InputError, match="then exactly taut and its tension undetermined"):
             solve_equilibrium(fixed_at(x, z))
     with pytest.raises(InputError, match="too short"):
         solve_equilibrium(fixed_at(1.2, 0.0))

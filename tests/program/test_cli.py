@@ -9,8 +9,10 @@ import sys
 import time
 
 import pytest
+import typer
 import xarray as xr
 
+from dolfbuoy.commands import main as cli
 from dolfbuoy.results.record import read
 
 SHORT = ["--set", "time.end=0.03", "--no-plot"]
@@ -96,6 +98,23 @@ def test_help_shows_an_example(call, command):
     code, out, _ = call(command, "--help")
     assert code == 0
     assert "Example: " in out.replace("\n", " ")
+
+
+def test_help_shows_every_word(call, monkeypatch):
+    """Units and defaults in brackets too, which rich would take for styles."""
+    monkeypatch.setenv("COLUMNS", "250")
+    group = typer.main.get_command(cli.app)
+    studies = group.commands["study"].commands
+    commands = [([name], c) for name, c in group.commands.items() if name != "study"]
+    commands += [(["study", name], c) for name, c in studies.items()]
+    brackets = 0
+    for words, command in commands:
+        _, out, _ = call(*words, "--help")
+        for parameter in command.params:
+            text = (parameter.help or "").replace("\\[", "[")
+            brackets += "[" in text
+            assert text in " ".join(out.replace("│", " ").split()), f"{words}: {text}"
+    assert brackets > 20
 
 
 def test_failed_solve_is_exit_code_1_and_names_the_place(call, tmp_path):

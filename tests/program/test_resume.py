@@ -271,7 +271,7 @@ def test_scene_or_resume(call, tmp_path):
     for arguments in (["run"], ["run", "short", "--resume", tmp_path]):
         code, _, err = call(*arguments)
         assert code == 2
-        assert "SCENE or --resume DIR" in err
+        assert "SCENE: must be given, or --resume DIR, and not both" in err
 
 
 def test_a_new_run_drops_the_old_checkpoint(tmp_path, monkeypatch):

@@ -148,7 +148,7 @@ def test_options():
     assert study.parse_pair("3,0", None) == ((3, 0, 3),)
     assert len(study.cases(((1, 0, 10),))) == 2  # the paper's own
     for pair, cells, says in (
-        (None, 5, "needs --pair"),
+        (None, 5, "--pair: must be given"),
         ("2", 5, "degrees"),
         ("2,2", 5, "lower"),
         ("2,0", 0, "positive"),

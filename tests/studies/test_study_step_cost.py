@@ -76,7 +76,7 @@ def test_counts(rows):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"time": None}, "Missing section"),
+        ({"time": None}, "time: must be given"),
         ({"time__end": 0.5}, "at least 100 equal steps"),
         ({"time__tolerance": 1e-3}, "equal steps"),
     ],

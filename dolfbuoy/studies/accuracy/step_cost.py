@@ -140,7 +140,7 @@ def compute(folder, scene: str, steps: int) -> list[dict]:
     """Measure a scene with new and with kept Jacobians.  Raises InputError for a scene without enough steps."""
     scene = load_scene(scene)
     if scene.time is None:
-        raise InputError("Missing section [time]: step-cost measures a run.")
+        raise InputError("time: must be given, step-cost measures a run.")
     if scene.time.tolerance is not None or scene.time.end < 2 * WARM_UP * scene.time.step:
         raise InputError(
             f"step-cost needs a run of at least {2 * WARM_UP} equal steps: no time.tolerance, time.end larger."

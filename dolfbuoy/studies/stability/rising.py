@@ -39,7 +39,7 @@ def parse_pair(pair: str | None, cells: int | None) -> tuple:
     """`4,1` and a number of elements -> ((4, 1, cells),); without cells as many position unknowns as in the paper."""
     if pair is None:
         if cells is not None:
-            raise InputError("--cells needs --pair, for example --pair 2,1 --cells 5.")
+            raise InputError("--pair: must be given with --cells, for example --pair 2,1 --cells 5.")
         return ()
     try:
         mu, nu = (int(part) for part in pair.split(","))
