@@ -19,10 +19,10 @@ def spins(scene):
 
 
 @pytest.mark.parametrize("name", ["short", "long"])
-@pytest.mark.parametrize("scheme", ["backward-euler", "bdf2"])
-def test_shipped_buoys_hardly_spin(name, scheme):
+@pytest.mark.parametrize(("scheme", "step"), [("backward-euler", 0.02), ("bdf2", 0.01)])
+def test_shipped_buoys_hardly_spin(name, scheme, step):
     """Current, oblique waves, wind and a cable, and no damping of the rotation; what is left is of order two."""
-    scene = load_scene(name, time__end=4.0, time__step=0.02, time__scheme=scheme, waves__ramp=1.0)
+    scene = load_scene(name, time__end=3.0, time__step=step, time__scheme=scheme, waves__ramp=1.0)
     assert scene.buoy.rotational_damping == 0.0
     assert np.abs(spins(scene)).max() < 1e-3
 
