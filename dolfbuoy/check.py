@@ -6,12 +6,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .model.effects import names as effects_of
-from .model.feasible import check_feasible, hanging_weight, shape_and_mass
+from .model.feasible import check_feasible, hanging_weight, pull_upright, shape_and_mass, spare_buoyancy
 from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
 from .model.lines import cross_section, weight_per_length
 from .model.sea import dispersion_wavenumber, wavenumber
 from .statics.equilibrium import solve_equilibrium
+
+#: A cable with less tension than this part of the forces of its scene is taken for slack.
+LEAST_TENSION = 1e-4
 
 
 @dataclass
@@ -72,28 +75,38 @@ def _cable(scene, report):
 
 def _buoy(scene, report):
     shape, mass = shape_and_mass(scene)
-    b, rho_w, g = scene.buoy, scene.sea.density, scene.gravity
+    rho_w, g = scene.sea.density, scene.gravity
     report.add("buoy mass with point masses", mass.mass, "kg")
     report.add("centre of mass C above keel", mass.height, "m")
     free = float_upright(shape, mass, rho_w, g)
-    pull = hanging_weight(scene)
-    moored = float_upright(shape, mass, rho_w, g, pull, b.mooring_height)
     report.add("draft, free", free.draft, "m")
     report.add("GM, free", free.GM, "m")
-    if scene.cable:
-        report.add("draft with the weight of the cable", moored.draft, "m")
-        report.add("GM with the weight of the cable", moored.GM, "m", "restoring lever per weight of the buoy")
-    if moored.GM <= 0:
-        report.warnings.append(f"GM = {moored.GM:.3g} m is not positive: the upright buoy is unstable and heels over.")
-    heave_mass = mass.mass + b.added_mass * moored.displaced_mass
-    heave_mass += b.axial_added_mass * rho_w * 2 / 3 * math.pi * shape.radius(0.0, 1e-9 * shape.height) ** 3
-    if moored.heave_stiffness > 0:
-        report.periods["buoy, heave"] = 2 * math.pi * math.sqrt(heave_mass / moored.heave_stiffness)
-    if moored.GM > 0:
-        lever = mass.height - moored.KB
-        added = b.added_mass * moored.displaced_mass
-        inertia = mass.inertia[0] + added * lever**2 * mass.mass / (mass.mass + added)
-        report.periods["buoy, pitch"] = 2 * math.pi * math.sqrt(inertia / (mass.mass * g * moored.GM))
+    GM = _moored(scene, report) if scene.cable else free.GM
+    if GM <= 0:
+        report.warnings.append(f"GM = {GM:.3g} m is not positive: the upright buoy is unstable and heels over.")
+
+
+def _drowned(scene):
+    """Whether the cable is too short for any of the buoy to be above the water."""
+    return scene.cable is not None and pull_upright(scene) >= spare_buoyancy(scene) * (1 - 1e-9)
+
+
+def _moored(scene, report):
+    """Upright above the anchor, where the cable hangs from the buoy or holds it down; returns GM."""
+    shape, mass = shape_and_mass(scene)
+    pull, spare = pull_upright(scene), spare_buoyancy(scene)
+    how = "with the weight of the cable" if pull <= hanging_weight(scene) else "on its taut cable"
+    lever = "restoring lever per weight of the buoy"
+    if _drowned(scene):
+        arm = scene.sea.density * shape.volume() * (shape.centroid() - scene.buoy.mooring_height)
+        GM = arm / mass.mass - (mass.height - scene.buoy.mooring_height)
+        report.add("the cable holds the buoy under water: pull", spare, "N", "all of its spare buoyancy")
+        report.add("GM under water", GM, "m", lever)
+        return GM
+    moored = float_upright(shape, mass, scene.sea.density, scene.gravity, pull, scene.buoy.mooring_height)
+    report.add(f"draft {how}", moored.draft, "m")
+    report.add(f"GM {how}", moored.GM, "m", lever)
+    return moored.GM
 
 
 def _waves(scene, report):
@@ -120,9 +133,35 @@ def _waves(scene, report):
         report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
         if ratio >= 0.2:
             report.warnings.append(f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
+        _strips(scene, report, k * diameter / 2)
         _keulegan_carpenter(report, "buoy", scene, k, diameter)
     if scene.cable:
         _keulegan_carpenter(report, "cable", scene, k, scene.cable.diameter)
+
+
+def _strips(scene, report, k_R):
+    """Where strips leave their range: short waves, and no waves of the buoy's own."""
+    report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4")
+    if k_R > 0.6:
+        report.warnings.append(f"k R = {k_R:.3g} is above 0.6: strips of the hull may be 20 to 100 % wrong.")
+    if not scene.gravity or _drowned(scene):
+        return
+    damping = _heave_damping(scene)
+    given = " and wave_damping" if scene.buoy.wave_damping else ""
+    remark = f"of axial_drag{given}, for heave as high as this wave; the hull radiates no waves"
+    report.add("heave damping ratio", damping, "", remark)
+
+
+def _heave_damping(scene):
+    """Damping ratio that drag gives to a heave of the wave's amplitude and period, linearised to the same work."""
+    shape, mass = shape_and_mass(scene)
+    b, rho_w, omega = scene.buoy, scene.sea.density, 2 * math.pi / scene.waves.period
+    floating = float_upright(shape, mass, rho_w, scene.gravity, pull_upright(scene))
+    area, spheres, _ = shape.projected(floating.draft)
+    linear = 8 / (3 * math.pi) * 0.5 * rho_w * b.axial_drag * area * omega * scene.waves.size
+    linear += b.wave_damping[0] if b.wave_damping else 0.0
+    inertia = mass.mass + b.axial_added_mass * rho_w * spheres
+    return linear / (2 * math.sqrt(floating.heave_stiffness * inertia)) if floating.heave_stiffness else math.inf
 
 
 def _keulegan_carpenter(report, name, scene, k, diameter):
@@ -175,7 +214,7 @@ def _cable_periods(scene, problem, report):
     c, cable = scene.cable, problem.lines
     added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
     T, h = cable.mean_tension(problem.system.u), np.diff(cable.cell_ends, axis=1)[:, 0]
-    if T.min() <= 0:
+    if T.min() <= LEAST_TENSION * problem.typical_force:  # slack, it has no such modes
         return
     travel = float(np.sum(h * np.sqrt((c.line_density + added) / T)))
     for n in (1, 2):

@@ -55,6 +55,18 @@ class HullShape:
         found.append((self.height, 0.0, r[-1]))
         return [(float(z), float(inner), float(outer)) for z, inner, outer in found if outer > inner]
 
+    def projected(self, draft):
+        """Sums over the faces below the height `draft` of the upright hull, cones among them: area pi |d R^2| [m^2],
+        half spheres 2/3 pi |d R^3| [m^3], discs about a diameter 8/45 |d R^5| [m^5]."""
+        pairs = [(inner, outer) for z, inner, outer in self.faces() if z <= draft and z < self.height]
+        for a, b, ra, rb in self.segments():
+            if a < draft:
+                pairs.append((ra, ra + (rb - ra) * (min(b, draft) - a) / (b - a)))
+        if draft >= self.height:
+            pairs.append((0.0, self.radii[-1]))
+        powers = ((2, np.pi), (3, 2 / 3 * np.pi), (5, 8 / 45))
+        return tuple(float(sum(factor * abs(r1**n - r0**n) for r0, r1 in pairs)) for n, factor in powers)
+
     @property
     def tapered(self) -> bool:
         """Whether it has a cone."""

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ..errors import InputError
 from .hydrostatics import float_upright
@@ -62,6 +63,35 @@ def hanging_weight(scene) -> float:
     c, w = scene.cable, weight_per_length(scene, scene.cable)
     height = max(-scene.anchor[2], 0.0) if scene.sea else c.length
     return max(w, 0.0) * min((c.length + height) / 2, c.length)
+
+
+def pull_upright(scene) -> float:
+    """Pull of the cable on the upright buoy straight above its anchor [N].
+
+    The weight that hangs from it, if the cable is long enough for the buoy to float; else what draws the buoy down,
+    all of its spare buoyancy at most.  Raises InputError for a buoy that sinks.
+    """
+    pull, c = hanging_weight(scene), scene.cable
+    if c is None or scene.sea is None or not scene.gravity:
+        return pull
+    shape, mass = shape_and_mass(scene)
+    most = spare_buoyancy(scene) * (1 - 1e-12)
+
+    def room(pull):
+        """Length of the stretched cable less the height of the mooring point above the anchor [m]."""
+        draft = float_upright(shape, mass, scene.sea.density, scene.gravity, pull, scene.buoy.mooring_height).draft
+        strain = (pull - weight_per_length(scene, c) * c.length / 2) / c.axial_stiffness
+        return c.length * (1 + strain) - (scene.buoy.mooring_height - draft - scene.anchor[2])
+
+    if room(pull) >= 0:
+        return pull
+    return most if room(most) < 0 else float(brentq(room, pull, most))
+
+
+def spare_buoyancy(scene) -> float:
+    """What pulls a drowned buoy up [N]."""
+    shape, mass = shape_and_mass(scene)
+    return (scene.sea.density * shape.volume() - mass.mass) * scene.gravity
 
 
 def shape_and_mass(scene):
