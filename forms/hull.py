@@ -19,9 +19,9 @@ from .sea import Flow, relative
 #: |c| is kept this far from 1, where acos(c) has no derivative; changes the wet area by 1e-15 of itself.
 CLAMP = 1e-10
 
-#: No disk comes closer to the water plane than this angle [rad]: the cut of an upright hull keeps a height (2e-6 R)
+#: No disk comes closer to the water plane than this angle [rad]: the cut of an upright hull keeps a height (2e-7 R)
 #: over which the water plane's area is divided.  Volumes are off by its square.
-LEAST_TILT = 1e-6
+LEAST_TILT = 1e-7
 
 #: A face goes under water over this part of its radius, or R sin(tilt) if that is more: without it, the added mass of
 #: an upright disc would come with a jump.
@@ -109,8 +109,10 @@ def axis(q4: Expr) -> Expr:
     return rotation.rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
 
 
-def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float = LEAST_TILT) -> tuple[Expr, Expr]:
+def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float) -> tuple[Expr, Expr]:
     """Area [m^2] of the wet segment of the disk at x with normal d, and its first moment about x [m^3] (a vector).
+
+    least_tilt: LEAST_TILT, or FACE_TILT of a face.
 
     The plane with the surface's normal n that touches the free surface above x cuts the disk at the distance c w/R
     uphill from its centre, w = R |uphill| being the disk's half-extent across the plane.

@@ -12,7 +12,7 @@ what the integral changes by their motion is the error of the quadrature.  It is
 import numpy as np
 from dolfinx import fem
 
-from ..forms.hull import LEAST_TILT
+from ..forms import hull
 from ..solver import c_code, compat
 from ..solver.c_code import address
 
@@ -264,5 +264,5 @@ class HullPoints:
         names = "amplitude", "wavenumber", "time_phase", "cos_direction", "sin_direction"
         for name, array in zip(names, wave or (), strict=False):
             setattr(context, name, address(array))
-        context.averaged, context.least_tilt = self.averaged, LEAST_TILT
+        context.averaged, context.least_tilt = self.averaged, hull.LEAST_TILT
         return module, context

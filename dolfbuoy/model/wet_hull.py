@@ -93,7 +93,8 @@ class WetHull:
 
     def strips(self, state):
         """[(strip at a point, |R'| there, weight of the point [m], measure)]; state: what `Buoy.kinematics` says."""
-        groups = (self.points.wet, hull.full_section, WET), (self.points.cut, hull.wet_section, CUT)
+        section = partial(hull.wet_section, least_tilt=hull.LEAST_TILT)
+        groups = (self.points.wet, hull.full_section, WET), (self.points.cut, section, CUT)
         return [
             (self._strip(state, p[ZETA], p[RADIUS], section), p[TAPER], p[LENGTH], self._dx[tag])
             for p, section, tag in ((group.coefficient, section, tag) for group, section, tag in groups)

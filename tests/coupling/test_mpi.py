@@ -98,8 +98,8 @@ def test_same_as_serial(serial, parallel, name):
     assert set(run.variables) == set(expected.variables)
     assert len(run.time) > 10
     effort = run.newton_iterations.values - expected.newton_iterations.values
-    # rounding decides whether an increment at the tolerance is the last, and with it when a new matrix is due
-    assert np.abs(effort).max() <= 3
+    # rounding decides whether an increment at the tolerance is the last, and with it in which step a new matrix is due
+    assert np.abs(np.cumsum(effort)).max() <= 4
     assert abs(effort.mean()) <= 0.5
     for variable in set(run.data_vars) - {"newton_iterations"}:
         value, reference = run[variable].values, expected[variable].values

@@ -271,7 +271,7 @@ def test_wet_segment(degrees, eta):
     tilt, radius, depth = math.radians(degrees), 0.9, 0.1
     d = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
     x = vector(0.3, -0.2, (eta or 0.0) - depth)
-    area, moment = hull.wet_section(ufl.as_ufl(radius), vector(*d), x, water(eta and ufl.as_ufl(eta)))
+    area, moment = hull.wet_section(ufl.as_ufl(radius), vector(*d), x, water(eta and ufl.as_ufl(eta)), hull.LEAST_TILT)
     level = max(min(depth / math.sin(tilt), radius), -radius)  # along the disk, from its centre uphill
     chord = lambda x: 2 * math.sqrt(radius**2 - x**2)  # noqa: E731
     uphill = np.array([-math.cos(tilt), 0.0, math.sin(tilt)])
@@ -296,7 +296,7 @@ def test_tilted_tank():
         slope = math.tan(tilt) * np.array([math.cos(heading), math.sin(heading), 0.0])
 
         def load(d, x, flow, radius=radius, lever=lever):
-            section = hull.wet_section(radius, vector(*d), vector(*x), flow)
+            section = hull.wet_section(radius, vector(*d), vector(*x), flow, hull.LEAST_TILT)
             strip = hull.Strip(vector(*(lever * d)), vector(*d), radius, flow, *section)
             terms = [hull.buoyancy(vector(0, 0, -g), RHO, strip), hull.froude_krylov(None, RHO, strip)]
             density = terms[0] if terms[1] is None else terms[0] + terms[1]

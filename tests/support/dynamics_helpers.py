@@ -211,16 +211,46 @@ class NumpySea:
         """(elevation, velocity, acceleration of the wave) at points x (n, 3)."""
         if not self.wave:
             return np.zeros(len(x)), np.tile(self.current, (len(x), 1)), np.zeros((len(x), 3))
-        ramp, k, om, h = self.wave.get("ramp", 0.0), self.k, self.omega, self.depth
-        a = self.wave["amplitude"] * (0.5 * (1 - np.cos(np.pi * t / ramp)) if t < ramp else 1.0)
-        theta = k * x @ self.direction - om * t + np.radians(self.wave.get("phase_deg", 0.0))
-        eta = a * np.cos(theta)
-        z = np.minimum(h * (x[:, 2] - eta) / (h + eta), 0.0)
-        C, S = np.cosh(k * (z + h)) / np.sinh(k * h), np.sinh(k * (z + h)) / np.sinh(k * h)
-        up = np.array([0.0, 0.0, 1.0])
-        velocity = a * om * ((C * np.cos(theta))[:, None] * self.direction + (S * np.sin(theta))[:, None] * up)
-        acceleration = a * om**2 * ((C * np.sin(theta))[:, None] * self.direction - (S * np.cos(theta))[:, None] * up)
+        eta = self._elevation(x, t)
+        velocity, acceleration = self._linear(self._stretched(x, eta), t)
         return eta, velocity + self.current, acceleration
+
+    def _theta(self, x, t):
+        return self.k * x @ self.direction - self.omega * t + np.radians(self.wave.get("phase_deg", 0.0))
+
+    def _amplitude(self, t):
+        ramp = self.wave.get("ramp", 0.0)
+        return self.wave["amplitude"] * (0.5 * (1 - np.cos(np.pi * t / ramp)) if t < ramp else 1.0)
+
+    def _elevation(self, x, t):
+        return self._amplitude(t) * np.cos(self._theta(x, t))
+
+    def _stretched(self, x, eta):
+        """The points at the heights at which linear theory is read."""
+        z = np.minimum(self.depth * (x[:, 2] - eta) / (self.depth + eta), 0.0)
+        return np.column_stack([x[:, :2], z])
+
+    def _linear(self, x, t):
+        """Velocity and acceleration of linear theory."""
+        k, om, h, theta, up = self.k, self.omega, self.depth, self._theta(x, t), np.array([0.0, 0.0, 1.0])
+        C, S = np.cosh(k * (x[:, 2] + h)) / np.sinh(k * h), np.sinh(k * (x[:, 2] + h)) / np.sinh(k * h)
+        velocity = om * ((C * np.cos(theta))[:, None] * self.direction + (S * np.sin(theta))[:, None] * up)
+        acceleration = om**2 * ((C * np.sin(theta))[:, None] * self.direction - (S * np.cos(theta))[:, None] * up)
+        return self._amplitude(t) * velocity, self._amplitude(t) * acceleration
+
+    def slope(self, x, t):
+        """Gradient of the elevation, by differences."""
+        if not self.wave:
+            return np.zeros_like(x)
+        rate = [(self._elevation(x + e, t) - self._elevation(x - e, t)) / 2e-4 for e in 1e-4 * np.eye(3)]
+        return np.stack(rate, axis=1)
+
+    def derivative(self, x, e, t):
+        """(e . grad) of the acceleration of linear theory, by differences; e: (n, 3)."""
+        if not self.wave:
+            return np.zeros_like(x)
+        at = self._stretched(x, self._elevation(x, t))
+        return (self._linear(at + 1e-4 * e, t)[1] - self._linear(at - 1e-4 * e, t)[1]) / 2e-4
 
 
 def along(x, t):
@@ -281,7 +311,8 @@ class Body:
 class Strips:
     """A tilted cylinder cut into many thin slices at one instant: where each is, how wet, and how the water flows past.
 
-    A slice is the circular segment that the local water plane cuts from the disk; the water is that on the axis.
+    A slice is the circular segment that the tangent plane of the surface cuts from the disk; the water is that on the
+    axis.
     motion: (velocity, angular velocity, acceleration, angular acceleration) of C; None for a hull at rest.
     """
 
@@ -298,11 +329,14 @@ class Strips:
     def at(self, zeta):
         """(wet area, its first moment, lever from C, velocity past the water, acceleration, water's acceleration)."""
         velocity, omega, acceleration, omega_t = self.motion
-        lever, up = (zeta - self.center)[:, None] * self.d, np.array([0.0, 0.0, 1.0])
-        eta, water, a_w = self.sea.at(self.r_C + lever, self.t)
-        uphill = up - self.d[2] * self.d
-        w = self.R * np.linalg.norm(uphill)
-        c = np.clip((eta - (self.r_C + lever)[:, 2]) / w, -1, 1)
+        lever = (zeta - self.center)[:, None] * self.d
+        x = self.r_C + lever
+        eta, water, a_w = self.sea.at(x, self.t)
+        normal = np.array([0.0, 0.0, 1.0]) - self.sea.slope(x, self.t)
+        normal /= length(normal)
+        uphill = normal - (normal @ self.d)[:, None] * self.d
+        w = self.R * length(uphill)[:, 0]
+        c = np.clip(normal[:, 2] * (eta - x[:, 2]) / w, -1, 1)
         area = self.R**2 * (np.arccos(-c) + c * np.sqrt(1 - c**2))
         moment = -(2 / 3) * self.R**4 * ((1 - c**2) ** 1.5 / w)[:, None] * uphill
         v_rel = velocity + np.cross(omega, lever) - water
@@ -317,14 +351,38 @@ class Strips:
         v_n = v_rel - (v_rel @ d)[:, None] * d
         drag = 0.5 * b.get("normal_drag", 0.0) * rho * length(v_n) * v_n
         lift = [0.0, 0.0, rho * self.sea.gravity]
-        per_area = rho * ((1 + C_A) * a_w - C_A * a) - 2 / (np.pi * self.R) * drag + lift
+        pushed = (a_w - a) - ((a_w - a) @ d)[:, None] * d
+        per_area = rho * (a_w + C_A * pushed) - 2 / (np.pi * self.R) * drag + lift
         force = self.weights @ (area * per_area)
-        torque = self.weights @ np.cross(area * lever + moment, per_area)
-        area, _, _, v_rel, a, a_w = self.at(np.array([0.0, self.height]))
+        torque = self.weights @ np.cross(area * lever + moment, per_area) + self.gradient_couple(area, lever)
+        torque -= (torque @ d) * d
+        return force + self.ends(), torque
+
+    def gradient_couple(self, area, lever):
+        """rho R^2 A/4 sum e_i x (e_i . grad) a_w over two directions in the disk."""
+        first = np.cross(self.d, [1.0, 0.0, 0.0]) / np.linalg.norm(np.cross(self.d, [1.0, 0.0, 0.0]))
+        total = 0
+        for e in (first, np.cross(self.d, first)):
+            rows = np.tile(e, (len(lever), 1))
+            total = total + np.cross(rows, self.sea.derivative(self.r_C + lever, rows, self.t))
+        return self.sea.density * self.R**2 / 4 * self.weights @ (area * total)
+
+    def ends(self):
+        """Force on the end discs, which go under over R/20 or R sin(tilt)."""
+        b, rho, d = self.b, self.sea.density, self.d
+        zeta = np.array([0.0, self.height])
+        _, _, lever, v_rel, a, a_w = self.at(zeta)
+        x = self.r_C + lever
+        normal = np.array([0.0, 0.0, 1.0]) - self.sea.slope(x, self.t)
+        normal /= length(normal)
+        tilt2 = np.sum((normal - (normal @ d)[:, None] * d) ** 2, axis=1)
+        depth = self.sea.at(x, self.t)[0] - x[:, 2]
+        c = np.clip(normal[:, 2] * depth / (self.R * np.sqrt(tilt2 + 0.05**2)), -1, 1)
+        area = (self.R**2 * (np.arccos(-c) + c * np.sqrt(1 - c**2)))[:, None]
         speed, pushed = (v_rel @ d)[:, None], ((a - a_w) @ d)[:, None]
         discs = 0.5 * b.get("axial_drag", 0) * np.abs(speed) * speed
         discs += b.get("axial_added_mass", 0) * 2 / 3 * self.R * pushed
-        return force - np.sum(rho * area * discs * d, axis=0), torque
+        return -np.sum(rho * area * discs * d, axis=0)
 
     def wet(self):
         """(displaced mass, centre of buoyancy, wetted length, mean wetted diameter)."""

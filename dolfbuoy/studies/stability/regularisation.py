@@ -1,22 +1,23 @@
-"""Two places where the equations are rounded off, and how much of the rounding is seen in results.
+"""Places where the equations are rounded off, and how much of the rounding is seen in results.
 
 - |v| in drag is sqrt(v.v + eps^2), eps = 1e-6 m/s (`forms.morison.SMOOTHING_SPEED`): |v|v has no second derivative at
   v = 0, and sqrt none at all.  The force is off by eps^2/(2 v^2) of itself at the speed v.
-- The wet part of a strip of the hull is cut by the water plane over the height R sin(tilt), and over w0 = two axis
-  cells when the hull is upright (`buoy_model.SOFTENING_CELLS`).  KB and BM do not depend on w0 (`forms/hull.py`).
+- The surface cuts the disks of a hull over the height R sin(tilt), and no less than R times `forms.hull.LEAST_TILT`,
+  over which the water plane of an upright hull is spread.
+- Faces of a hull go under water over R times `forms.hull.FACE_TILT`: added mass of an upright disc would come at once.
+- Integrals along the axis of the hull have points whose number is a key of the scene.
 
 Each scale is multiplied by factors, everything else left alone.  Changes are relative to the scale as it is.
 """
 
-import contextlib
+from contextlib import contextmanager, nullcontext
 
 import numpy as np
 from mpi4py import MPI
 
 from ...api import simulate, solve_static
 from ...errors import InputError
-from ...forms import morison
-from ...model import buoy as buoy_model
+from ...forms import hull, morison
 from ...scene import Scene, load_scene
 from ..declaration import declared
 from ..study import Table
@@ -26,11 +27,15 @@ WORDS = declared(__file__)
 #: What is rounded off -> (module, name of its scale, unit, factors).
 SCALES = {
     "|v| in drag": (morison, "SMOOTHING_SPEED", "m/s", (1.0, 1e-2, 1e2, 1e4)),
-    "wet section": (buoy_model, "SOFTENING_CELLS", "axis cells", (1.0, 0.5, 0.75, 1.5, 2.0)),
+    "cut of an upright hull": (hull, "LEAST_TILT", "rad", (1.0, 0.1, 1e2, 1e4)),
+    "faces going under": (hull, "FACE_TILT", "rad", (1.0, 0.2, 0.5, 2.0)),
 }
+#: Factors of the degree of quadrature where the surface cuts the hull.
+DEGREES = (1.0, 9 / 17, 13 / 17, 25 / 17)
+POINTS = "points of the hull"
 
 
-@contextlib.contextmanager
+@contextmanager
 def scaled(what: str, factor: float):
     """The scale of `what` times `factor` while forms are built."""
     module, name, _, _ = SCALES[what]
@@ -51,19 +56,26 @@ def cases(scene: Scene) -> list[dict]:
     """One per scale and factor; those that the scene has nothing of are left out."""
     if scene.sea is None:
         raise InputError("A scene without [sea] has neither drag nor a wet hull: there is nothing to vary.")
-    chosen = [what for what in SCALES if what != "wet section" or scene.buoy is not None]
+    chosen = {what: factors for what, (module, _, _, factors) in SCALES.items() if module is not hull or scene.buoy}
+    if scene.buoy is not None:
+        chosen[POINTS] = DEGREES
     data = scene.to_dict()
     return [
         {"study": "regularisation", "what": what, "factor": f, "scene": data}
-        for what in chosen
-        for f in SCALES[what][3]
+        for what, factors in chosen.items()
+        for f in factors
     ]
 
 
 def evaluate(case: dict) -> dict:
     """Equilibrium and run with one scale changed."""
     scene = load_scene(case["scene"])
-    with scaled(case["what"], case["factor"]) as scale:
+    if case["what"] == POINTS:
+        degree = round(case["factor"] * scene.solver.hull_quadrature_degree)
+        scene, changed = load_scene(case["scene"], solver__hull_quadrature_degree=degree), nullcontext(degree)
+    else:
+        changed = scaled(case["what"], case["factor"])
+    with changed as scale:
         rest = solve_static(scene, comm=MPI.COMM_SELF)
         run = simulate(scene, comm=MPI.COMM_SELF)
     place = "buoy_position" if scene.buoy else "cable_position"
@@ -82,7 +94,8 @@ def compare(rows: list[dict]) -> list[dict]:
 
 
 def _compared(row, usual):
-    result = {k: row[k] for k in ("what", "factor", "scale", "static_height")} | {"unit": SCALES[row["what"]][2]}
+    result = {k: row[k] for k in ("what", "factor", "scale", "static_height")}
+    result["unit"] = SCALES[row["what"]][2] if row["what"] in SCALES else "degree"
     result["change_static_height"] = row["static_height"] - usual["static_height"]
     for key in ("static_tension", "largest_tension"):
         if key in row:
@@ -95,6 +108,6 @@ def _compared(row, usual):
 
 def tables(rows: list[dict], scene: Scene) -> list[Table]:
     """What every scale changes."""
-    usual = WORDS.say("usual", speed=morison.SMOOTHING_SPEED, cells=buoy_model.SOFTENING_CELLS)
+    usual = WORDS.say("usual", speed=morison.SMOOTHING_SPEED, cut=hull.LEAST_TILT, face=hull.FACE_TILT)
     title = WORDS.say("title", end=scene.time.end)
     return [Table("regularisation", compare(rows), title, WORDS.columns, [usual])]
