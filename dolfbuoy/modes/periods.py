@@ -14,8 +14,8 @@ from .motions import Motions, axes_along, motions
 #: Modes are looked for near these angular frequencies [rad/s]: periods of 50 s to 0.4 s, and what is about them.
 FREQUENCIES = 2 * math.pi / np.geomspace(50.0, 0.4, 8)
 
-#: Longest period [s]: beyond it there is no stiffness but rounding.
-LONGEST = 1000.0
+#: Periods of a buoy [s]: beyond them there is no stiffness but rounding, or a constraint in the place of one.
+SHORTEST, LONGEST = 0.01, 1000.0
 
 #: A mode with less than this part of its kinetic energy in a motion is none of that motion.
 LEAST_SHARE = 0.1
@@ -61,7 +61,7 @@ def _oscillations(found):
     small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
     for omega in [1.0] if small else FREQUENCIES:
         for root, vector in zip(*(x.T for x in modes_near(found, 1j * omega)), strict=True):
-            if root.imag > 2 * math.pi / LONGEST:
+            if 2 * math.pi / LONGEST < root.imag < 2 * math.pi / SHORTEST:
                 yield root, vector
 
 

@@ -151,8 +151,9 @@ def _run(scene, case):
 
 
 def _polar(name, X):
-    """Amplitude, and the phase [deg] by which the motion comes after the elevation."""
-    return {name: abs(X), f"{name}_phase": math.degrees(cmath.phase(X))}
+    """Amplitude, and the phase [deg, -180 < phase <= 180] by which the motion comes after the elevation."""
+    phase = round(math.degrees(cmath.phase(X)), 3) + 0.0  # no -0
+    return {name: abs(X), f"{name}_phase": phase if phase > -180 else 180.0}
 
 
 def _number(row, name):
@@ -185,7 +186,7 @@ def tables(rows: list[dict], scene: Scene, runs=(), direction=0.0, flow=None) ->
         Table("", shown, title, WORDS.columns["response"], _warnings(scene)),
     ]
     if checked:
-        found.append(Table("hull-runs", checked, WORDS.say("runs"), WORDS.columns["runs"]))
+        found.append(Table("hull-runs", checked, WORDS.say("runs"), WORDS.columns["runs"], [WORDS.say("resonance")]))
     if beside:
         words = WORDS.say("flow", depth=flow.depth, own=scene.sea.depth)
         found.append(Table("hull-potential-flow", beside, words, WORDS.columns["flow"]))

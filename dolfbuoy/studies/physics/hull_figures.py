@@ -40,7 +40,9 @@ def draw_responses(linear, runs, flow, shortest):
 
 
 def _mark(top, below, name, rows, source, marker, color):
-    """Points of runs or of potential flow."""
+    """Points of runs or of potential flow, if there are any."""
+    if not rows:
+        return
     label = {"run": "runs in time", "flow": "potential flow, free"}[source]
     style = {"ls": "", "marker": marker, "color": color, "mfc": "none", "ms": 5, "label": label}
     period = [row["period"] for row in rows]

@@ -14,7 +14,7 @@ from ...motion.simulation import Simulation
 from ...scene.sections import Initial, Time
 
 #: Periods of a run in which the wave grows, in which it settles, and that are looked at; steps in each.
-GROWING, SETTLING, FITTED, STEPS = 8, 4, 4, 100
+GROWING, SETTLING, FITTED, STEPS = 8, 4, 4, 200
 
 #: Amplitude over the diameter of the hull: small enough for drag and slopes, large enough for Newton's tolerance.
 AMPLITUDE = 1e-3
