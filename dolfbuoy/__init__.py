@@ -8,9 +8,9 @@ The model and the reading of the paper's ambiguous places are described in forms
 """
 
 from .errors import InputError, SolveError
+from .version import __version__ as __version__
 
-__version__ = "0.1.0"
-__all__ = ["InputError", "SolveError", "load_scene", "simulate", "solve_static"]
+__all__ = ["InputError", "SolveError", "figures", "load_scene", "simulate", "solve_static"]
 
 
 def __dir__():
@@ -19,8 +19,22 @@ def __dir__():
 
 def __getattr__(name):
     """The interface is imported at first use: `import dolfbuoy` alone does not start MPI."""
-    if name in ("load_scene", "simulate", "solve_static"):
-        from . import api
+    if name == "load_scene":
+        from .scene import load_scene
 
+        return load_scene
+    if name in ("simulate", "solve_static"):
+        try:
+            from . import api
+        except ImportError as error:
+            from .errors import missing
+
+            if missing(error) is None:
+                raise
+            raise ImportError(str(missing(error))) from None
         return getattr(api, name)
+    if name == "figures":
+        from .results import figures
+
+        return figures
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -39,10 +39,7 @@ def solve_static(
         dataset = _equilibrium(scene, comm)
         if comm.rank == 0:
             folders.begin(out, "static", scene)
-            with results.replacing(Path(out) / "static.nc") as part:
-                results.reserve(part, dataset.nbytes + 2**17)
-                dataset.to_netcdf(part, engine="netcdf4")
-                results.seal(part)
+            results.save(dataset, Path(out) / "static.nc")
             folders.finish(out, "static")
     return dataset
 
@@ -51,7 +48,7 @@ def _equilibrium(scene, comm):
     problem = solve_equilibrium(scene, comm)
     observer = Observer(problem)
     fixed = observer.fixed()
-    values = observer.values(problem.end_tension())
+    values = observer.values(problem.end_forces())
     if problem.lines:
         values |= observer.frame()
     values["newton_iterations"] = problem.iterations

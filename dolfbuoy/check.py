@@ -49,10 +49,6 @@ def derived(scene) -> Report:
         _buoy(scene, report)
     if scene.waves:
         _waves(scene, report)
-    if scene.time and scene.time.max_step is not None and scene.time.tolerance is None:
-        report.warnings.append(
-            f"time.max_step = {scene.time.max_step}: goes with time.tolerance only and does nothing."
-        )
     return report
 
 
@@ -138,9 +134,10 @@ def _equilibrium(scene, report):
     problem = solve_equilibrium(scene)
     u = problem.system.u
     if problem.lines:
-        T_bnd = problem.end_tension()
+        T_bnd, held = problem.end_tension(), problem.anchor_force()
         report.add("equilibrium: tension at the top", np.linalg.norm(T_bnd), "N")
-        report.add("equilibrium: tension at the anchor", problem.anchor_tension(), "N")
+        report.add("equilibrium: force at the anchor", np.linalg.norm(held), "N")
+        report.add("equilibrium: uplift at the anchor", -held[2], "N", "the part that pulls it up")
         _shape_warnings(scene, problem, report)
         _cable_periods(scene, problem, report)
     if problem.buoy and problem.lines:

@@ -1,4 +1,7 @@
-"""The two ways in which a run can end badly."""
+"""The ways in which a run can end badly."""
+
+#: What dolfbuoy calls and pip does not bring: packages of the system, all of one build.
+OF_THE_SYSTEM = ("dolfinx", "ufl", "ffcx", "basix", "petsc4py", "mpi4py", "h5py")
 
 
 def printable(text: str) -> str:
@@ -18,3 +21,16 @@ class InputError(ValueError):
 
 class SolveError(RuntimeError):
     """A nonlinear solve failed; names time, step, block and PETSc's reason; exit code 1."""
+
+
+def missing(error: ImportError) -> "InputError | None":
+    """A failed import of one of OF_THE_SYSTEM as one sentence; None if something else failed."""
+    name = (error.name or "").partition(".")[0]
+    if name not in OF_THE_SYSTEM:  # of a compiled module only the cause has a name
+        return missing(error.__cause__) if isinstance(error.__cause__, ImportError) else None
+    gone = isinstance(error, ModuleNotFoundError)
+    what = "is not installed" if gone else f"cannot be imported ({str(error).rstrip('.')})"
+    return InputError(
+        f"{name} {what}: dolfbuoy needs dolfinx, petsc4py, mpi4py and h5py of the system, which pip does not bring; "
+        "docker/install.sh installs them, and dolfbuoy doctor says what is there."
+    )

@@ -1,11 +1,25 @@
 """Is this machine fit to run dolfbuoy?  Versions, a compiled form, a nonlinear solve, and MPI."""
 
+import importlib.util
 import os
 import shutil
 import subprocess
 import sys
 
-from ..solver import compat
+from ..errors import OF_THE_SYSTEM, InputError
+
+
+def installed():
+    """What knows the versions of all that the system has to bring.  Raises InputError if some of it is not there."""
+    absent = [name for name in OF_THE_SYSTEM if importlib.util.find_spec(name) is None]
+    if absent:
+        raise InputError(
+            f"{', '.join(absent)}: not installed for {sys.executable}; docker/install.sh installs them from Debian, "
+            "pip cannot."
+        )
+    from ..solver import compat
+
+    return compat
 
 
 def examine() -> list[tuple[str, bool, str]]:
@@ -20,16 +34,19 @@ def examine() -> list[tuple[str, bool, str]]:
 
 
 def _version():
+    compat = installed()
     wanted = ", ".join(f"{major}.{minor} ({debian})" for (major, minor), debian in compat.SUPPORTED.items())
     return "dolfinx version", compat.supported(), f"found {compat.versions()['dolfinx']}, supported: {wanted}"
 
 
 def _solve():
+    from mpi4py import MPI
+
     from ..api import solve_static
 
     top = {"kind": "fixed", "position": [0.6, 0.0, 0.5]}
     scene = {"gravity": 1.0, "cable": {"length": 1.0, "line_density": 1.0, "elements": 16, "top": top}}
-    record = solve_static(scene, comm=compat.MPI.COMM_SELF)
+    record = solve_static(scene, comm=MPI.COMM_SELF)
     exact = 0.7984082610988972  # |(H, V)| of the catenary
     error = abs(float(record.tension_top) / exact - 1)
     if error > 0.01:

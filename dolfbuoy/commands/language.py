@@ -1,5 +1,6 @@
 """The scene language on the command line: its keys, its schema, and a new scene."""
 
+import contextlib
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ from ..results.tables import out, table
 
 
 def keys(
-    section: Annotated[str | None, typer.Argument(metavar="[SECTION]", help="Such as cable or cable.top.")] = None,
+    section: Annotated[str | None, typer.Argument(metavar="SECTION", help="Such as cable or cable.top.")] = None,
 ):
     """Keys of a scene: unit, default, range, meaning.  Example: dolfbuoy keys cable"""
     from ..scene.keys import keys_of
@@ -33,24 +34,27 @@ def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the scene; its file is NAME.toml.")],
     like: Annotated[str, typer.Option("--like", metavar="SCENE", help="Scene whose values it begins with.")] = "short",
 ):
-    """A commented scene of one's own, with every key.  Example: dolfbuoy new mine --like free-buoy"""
+    """A commented scene with every key, and schema.json for editors.  Example: dolfbuoy new mine --like free-buoy"""
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     write_new(path, like)
     out.print(f"{path}: check it with dolfbuoy check {path}", soft_wrap=True, markup=False, highlight=False)
 
 
 def write_new(path: Path, like: str) -> None:
-    """Write a commented scene with the values of another; never over a file.  Raises InputError."""
+    """Write a commented scene with the values of another, and beside it the schema that it names, for editors; never
+    over a file.  Raises InputError."""
     from ..scene import load_scene
-    from ..scene.schema import FILE
+    from ..scene.schema import FILE, as_text
     from ..scene.template import commented
 
-    if path.stem.startswith(".") or not str(path).isprintable():
+    if path.stem.startswith(".") or not path.stem.strip() or not str(path).isprintable():
         raise InputError(f"NAME = {str(path)!r}: must be the name of a file, in characters that can be printed.")
-    text = commented(load_scene(like, title=path.stem), str(FILE))
+    text = commented(load_scene(like, title=path.stem), FILE.name)
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
+        with contextlib.suppress(FileExistsError), path.with_name(FILE.name).open("x", encoding="utf-8") as file:
+            file.write(as_text())
     except FileExistsError:
         raise InputError(f"NAME = {str(path)!r}: must be a new file; this one exists and is left as it is.") from None
     except OSError as error:

@@ -11,14 +11,16 @@ from rich.markup import escape
 from typer.core import TyperGroup
 
 from .. import __version__
-from ..errors import InputError, SolveError, printable
+from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
+from ..results.tables import unit_of
 from . import language
 from .run import advised, draw, run
 from .shared import (
     Interrupted,
     OutOption,
     OverwriteOption,
+    ParaviewOption,
     QuantityOption,
     SceneArgument,
     SetOption,
@@ -26,6 +28,7 @@ from .shared import (
     folder_of,
     load,
     out,
+    out_option,
     rank,
     say_warnings,
     table_of,
@@ -86,15 +89,16 @@ def list_scenes():
 @app.command()
 def check(scene: SceneArgument, assign: SetOption = None):
     """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
+    loaded = load(scene, assign)  # before the imports: what is wrong with a scene is said without dolfinx too
     from ..check import check as examine
     from ..results.summary import remaining_amplitude
 
-    loaded = load(scene, assign)
     report = examine(loaded)
     out.print(f"[bold]{escape(loaded.title or printable(scene))}[/bold]\neffects: {', '.join(report.effects)}\n")
     shown = table_of("Derived numbers", "quantity", "value", "unit", "remark")
     for name, value, unit, remark in report.numbers:
-        shown.add_row(name, f"{value:.5g}", unit, remark)
+        unit, factor = unit_of(value, unit)
+        shown.add_row(name, f"{factor * value:.5g}", unit, remark)
     out.print(shown)
     if report.periods:
         columns = ["period", "value", "unit"] + (["after the run"] if loaded.time else [])
@@ -120,8 +124,9 @@ def static(
         shown = table_of(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
         for variable in record.data_vars.values():
             if variable.ndim == 0 or variable.dims == ("xyz",):
-                value = " ".join(f"{v:.6g}" for v in variable.values.ravel())
-                shown.add_row(variable.attrs["long_name"], value, variable.attrs["units"])
+                unit, factor = unit_of(variable.values, variable.attrs["units"])
+                value = " ".join(f"{factor * v:.6g}" for v in variable.values.ravel())
+                shown.add_row(variable.attrs["long_name"], value, unit)
         out.print(shown)
         say_warnings(static_warnings(record, loaded))
 
@@ -135,15 +140,17 @@ def advise(
     quantity: QuantityOption = "tension_top",
     accuracy: Annotated[str, typer.Option("--accuracy", help="For example 1% or 0.01.")] = "1%",
     write: Annotated[Path | None, typer.Option("--write", metavar="FILE", help="Save the advised scene.")] = None,
-    folder: OutOption = None,
+    folder: out_option("results/advise-NAME") = None,
     assign: SetOption = None,
 ):
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
     from mpi4py import MPI
 
+    from ..model.feasible import check_feasible
     from ..results.folder import claimed
 
     loaded = load(scene, assign)
+    check_feasible(loaded)
     folder = folder if folder is not None else Path("results") / f"advise-{Path(scene).stem}"
     with claimed(folder, MPI.COMM_WORLD):
         advised(loaded, quantity, accuracy, folder, write)
@@ -165,59 +172,72 @@ def report(
 
 
 @app.command()
-def plot(folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")]):
+def plot(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")], paraview: ParaviewOption = True
+):
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     from ..results.checkpoint import read_scene
     from ..results.folder import is_edited
 
-    if not (folder / "results.nc").is_file():
+    if not os.path.isfile(folder / "results.nc"):  # false too for a name that is too long
         raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
     if (folder / "scene.toml").is_file() and is_edited(folder, read_scene(folder)):
         say_warnings([f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."])
-    draw(folder)
+    draw(folder, paraview)
 
 
 @app.command()
 def sweep(
     scene: SceneArgument,
+    assign: SetOption = None,
     vary: Annotated[
         list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")
     ] = None,
     table: Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")] = None,
-    folder: OutOption = None,
+    folder: out_option("results/sweep-NAME") = None,
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
+    loaded = load(scene, assign)
+    from mpi4py import MPI
+
     from ..studies.sweep import sweep as run_all
 
     folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
     try:
-        dataset = run_all(scene, vary or [], table, folder, say_warnings)
+        dataset = run_all(loaded, vary or [], table, folder, say_warnings)
     except BaseException:
         if interruption.received():
             left = f"; finished cases are in {folder}" if any((folder / "cases").glob("*.json")) else ""
             raise Interrupted(f"Interrupted{left}, and the same command goes on.") from None
         raise
-    if dataset is None:
-        return
+    if dataset is not None:
+        _show_sweep(dataset, folder)
+    done = dataset is not None and bool((dataset.status == "done").any())
+    if not ranks.told(MPI.COMM_WORLD, done):
+        raise typer.Exit(1)
+
+
+def _show_sweep(dataset, folder):
+    """Its cases and the largest of their main quantities."""
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
     shown = [n for n in ("tension_top_maximum", "tension_anchor_maximum", "cone_angle_maximum") if n in dataset]
-    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} ({dataset[n].attrs['units']})" for n in shown]
+    units = {n: unit_of(dataset[n].values, dataset[n].attrs["units"]) for n in shown}
+    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} [{units[n][0]}]" for n in shown]
     names = [key.replace("_", " ") for key in keys]  # words may be wrapped
     result = table_of(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *names, *titles, "status")
     for i in range(dataset.sizes["case"]):
         row = dataset.isel(case=i)
-        result.add_row(*(str(row[k].item()) for k in keys), *(f"{row[n].item():.5g}" for n in shown), row.status.item())
+        values = [f"{units[n][1] * row[n].item():.5g}" for n in shown]
+        result.add_row(*(str(row[k].item()) for k in keys), *values, row.status.item())
     out.print(result)
-    if not (dataset.status == "done").any():
-        raise typer.Exit(1)
 
 
 @app.command()
 def doctor():
     """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
-    from ..solver import compat
-    from .doctor import examine
+    from .doctor import examine, installed
 
+    compat = installed()
     shown = table_of("Versions", "package", "version")
     for name, version in compat.versions().items():
         shown.add_row(name, version)
@@ -243,6 +263,10 @@ def main():
         _fail(f"Error: {error}", 2)
     except SolveError as error:
         _fail(f"The solve failed. {error}", 1)
+    except ImportError as error:
+        if missing(error) is None:
+            raise
+        _fail(f"Error: {missing(error)}", 2)
     except BrokenPipeError:  # somebody's `| head` has read enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)

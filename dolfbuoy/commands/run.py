@@ -1,6 +1,7 @@
 """`dolfbuoy run`: a scene in time, from its start or from where it was stopped, and what is shown of it."""
 
 import shlex
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ from .shared import (
     Interrupted,
     OutOption,
     OverwriteOption,
+    ParaviewOption,
     QuantityOption,
     SetOption,
     err,
@@ -28,9 +30,10 @@ from .shared import (
 def run(
     scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path.")] = None,
     folder: OutOption = None,
-    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run [s].")] = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run \\[s].")] = None,
     assign: SetOption = None,
-    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw the figures.")] = True,
+    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures, write ParaView files.")] = True,
+    paraview: ParaviewOption = True,
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Find the settings first; see advise.")] = None,
     quantity: QuantityOption = "tension_top",
     resume: Annotated[
@@ -40,28 +43,32 @@ def run(
 ):
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from ..model.feasible import check_feasible
+    from ..scene.settings import check_time
 
     if (scene is None) == (resume is None):
-        raise InputError("run needs either a SCENE or --resume DIR.")
+        raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
+    show = partial(draw, paraview=paraview) if plot else None
     if resume is not None:
         if folder is not None or assign or accuracy is not None or overwrite:
             raise InputError(
-                "--resume goes on with a run as it is: it allows --t-end, no --out, --set, --accuracy or --overwrite."
+                f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
+                "--accuracy or --overwrite."
             )
         loaded = _to_be_resumed(resume, end)
         if loaded is not None:
-            _compute(loaded, resume, plot, {"resume": resume, **end})
+            _compute(loaded, resume, show, {"resume": resume, **end})
         return
     loaded, folder = load(scene, assign, **end), folder_of(scene, folder)
     check_feasible(loaded)
+    check_time(loaded)
     if accuracy is not None:
         _is_there(folder, loaded, overwrite=True)  # what cannot be written, or is the user's, before the pilot
         loaded = advised(loaded, quantity, accuracy)
     if _is_there(folder, loaded, overwrite):
-        _show_again(loaded, folder, plot)
+        _show_again(loaded, folder, show)
     else:
-        _compute(loaded, folder, plot, {"scene": loaded, "out": folder, "overwrite": overwrite})
+        _compute(loaded, folder, show, {"scene": loaded, "out": folder, "overwrite": overwrite})
 
 
 def _to_be_resumed(folder, end):
@@ -92,19 +99,19 @@ def _is_there(folder, scene, overwrite):
         return holds(folder, "run", scene, overwrite, MPI.COMM_WORLD)
 
 
-def _show_again(scene, folder, plot):
+def _show_again(scene, folder, show):
     from ..results.record import read
 
     if rank() != 0:
         return
     out.print(f"The run in {folder} is complete already; --overwrite computes it again.", soft_wrap=True)
     _print_summary(read(folder / "results.nc"), scene, folder)
-    if plot and not (folder / "figures").is_dir():
-        draw(folder)
+    if show and not (folder / "figures").is_dir():
+        show(folder)
 
 
-def _compute(scene, folder, plot, source):
-    """Simulate, and show and draw what came of it."""
+def _compute(scene, folder, show, source):
+    """Simulate, and print and `show` what came of it."""
     from ..api import simulate
     from ..check import derived
 
@@ -121,8 +128,8 @@ def _compute(scene, folder, plot, source):
     if rank() != 0:
         return
     _print_summary(record, scene, folder)
-    if plot:
-        draw(folder)
+    if show:
+        show(folder)
 
 
 def _left(scene, folder):
@@ -160,13 +167,15 @@ def advised(scene, quantity, accuracy, folder=None, write=None):
     return found.scene
 
 
-def draw(folder):
-    """Figures and ParaView files of a run."""
+def draw(folder, paraview=True):
+    """Figures and, if they are wanted, ParaView files of a run; says which figures it is too short for."""
     from ..results.figures import draw_all
     from ..results.paraview import export
 
-    files = [*draw_all(folder), *export(folder)]
-    out.print(f"{len(files)} files in {folder / 'figures'} and {folder / 'paraview'}")
+    figures = draw_all(folder, lambda sentence: out.print(sentence, soft_wrap=True, highlight=False))
+    exported = export(folder) if paraview else []
+    places = f"{folder / 'figures'} and {folder / 'paraview'}" if exported else f"{folder / 'figures'}"
+    out.print(f"{len(figures) + len(exported)} files in {places}")
 
 
 class _Bar:

@@ -6,14 +6,28 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from ..parallel.ranks import rank
 from ..results.tables import out, table
 
 err = Console(stderr=True)
 
 SceneArgument = Annotated[str, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path of a TOML file.")]
-SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Change the scene.")]
-OutOption = Annotated[Path | None, typer.Option("--out", help="Folder of the results [default: results/NAME].")]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="SECTION.KEY=VALUE", help="Change the scene, in TOML; KEY= or KEY=none takes a key away."
+    ),
+]
+
+
+def out_option(default):
+    """Where the results go; what is in brackets must not be taken for a style."""
+    return Annotated[Path | None, typer.Option("--out", help=f"Folder of the results \\[default: {default}].")]
+
+
+OutOption = out_option("results/NAME")
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace results that are in the folder.")]
+ParaviewOption = Annotated[bool, typer.Option("--paraview/--no-paraview", help="Write ParaView files too.")]
 QuantityOption = Annotated[
     str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
 ]
@@ -30,13 +44,6 @@ def load(scene, assignments, **overrides):
 def folder_of(scene, folder):
     """Where the results go."""
     return folder if folder is not None else Path("results") / Path(scene).stem
-
-
-def rank():
-    """Of this process."""
-    from mpi4py import MPI
-
-    return MPI.COMM_WORLD.rank
 
 
 def table_of(title, *columns):

@@ -23,7 +23,7 @@ def check_feasible(scene) -> None:
         longest = max(np.linalg.norm(chord + amplitude * f) for f in (-1.0, 0.0, 1.0))
         if longest > cable.length * (1 + 1e-12):
             raise InputError(
-                f"cable.length = {cable.length} m is too short: the top is up to {longest:.6g} m from the anchor, "
+                f"cable.length = {cable.length}: is too short, the top is up to {longest:.6g} m from the anchor, "
                 "and an inextensible cable (axial_stiffness = inf) cannot stretch."
             )
         if cable.elements == 1 and cable.position_degree == 1:

@@ -18,7 +18,7 @@ def given_pose(scene):
     """(r_C, q4, r_O) from the section [initial].  Raises InputError."""
     initial = scene.initial
     if initial.buoy_position is None:
-        raise InputError("Missing key initial.buoy_position: it is needed for this start of a moored buoy.")
+        raise InputError("initial.buoy_position: must be given, this start of a moored buoy needs it.")
     q4 = np.array(initial.buoy_orientation or (1.0, 0.0, 0.0, 0.0))
     q4 = q4 / np.linalg.norm(q4)
     r_C = np.array(initial.buoy_position)
@@ -47,5 +47,5 @@ def points_of(scene, r_O):
             f"cable.length = {cable.length:.8g} m."
         )
     if total == 0:
-        raise InputError("initial.points: the line has no length.")
+        raise InputError(f"initial.kind = '{initial.kind}': must be a line with a length, not one point.")
     return points

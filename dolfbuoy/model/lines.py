@@ -326,6 +326,10 @@ class Lines:
         """r_bnd(t) of a fixed or prescribed top [m]."""
         return top_position(self.sections[line].top, t)
 
+    def anchor_dofs(self, line=0):
+        """Dofs of r at s = 0."""
+        return self.end_dofs[line][0]
+
     def top_dofs(self, line=0):
         """Dofs of r at s = L."""
         return self.end_dofs[line][1]

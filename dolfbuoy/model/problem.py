@@ -24,7 +24,9 @@ def _check_ranks(scene, comm):
         return
     count = number_of_cells(scene.cable.elements)
     if comm.size > count:
-        raise InputError(f"cable.elements = {count}: fewer elements than the {comm.size} MPI ranks of this run.")
+        raise InputError(
+            f"cable.elements = {count}: must be at least the number of MPI ranks of this run, {comm.size}."
+        )
 
 
 class Problem:
@@ -244,10 +246,26 @@ class Problem:
             return told(self.comm, mine, self.buoy_rank)
         if kind == "free":
             return np.array(self.lines.sections[line].top.force)
+        return self._reaction(self.lines.top_dofs(line), fresh)
+
+    def anchor_force(self, fresh=True, line=0):
+        """The force that holds s = 0 of a line [N], on every rank; None without lines.
+
+        The reaction, with all that acts on the first element and moves it: the residual of Eq. (11)_1 at that node.
+        With fresh = False the residual is the one that Newton evaluated last.
+        """
+        return None if self.lines is None else self._reaction(self.lines.anchor_dofs(line), fresh)
+
+    def _reaction(self, dofs, fresh):
+        """Residual at three dofs that are given, empty where another rank has them [N]."""
         residual = self.system.evaluate() if fresh else self.system.last_residual
-        dofs = self.lines.top_dofs(line)
-        mine = residual[dofs] if len(dofs) else np.zeros(3)
-        return combined(self.comm, mine, MPI.SUM)
+        return combined(self.comm, residual[dofs] if len(dofs) else np.zeros(3), MPI.SUM)
+
+    def end_forces(self, fresh=True) -> dict[str, np.ndarray]:
+        """Forces that hold the ends of the cable [N], by their names in a record; empty without one."""
+        if self.lines is None:
+            return {}
+        return {"anchor_force": self.anchor_force(fresh), "end_tension": self.end_tension(fresh)}
 
     def attachment_of(self, line) -> Attachment:
         """The attachment of a line's upper end."""

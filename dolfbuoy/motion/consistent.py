@@ -57,12 +57,11 @@ def _settle(simulation, u0, h):
         simulation.predictor.add(simulation.t, system.u)
         simulation.step(h)
         known = [[(s.rate, s.values[0]) for s in past.series] for past in simulation.pasts]
-        found.append((known, system.u.copy(), simulation.end_tension))
+        found.append((known, system.u.copy(), simulation.end_forces))
     (known1, _, _), (known2, u2, end2), (known3, u3, end3) = found
     forces = simulation.problem.force_dofs()
     u0[forces] = 3 * u2[forces] - 2 * u3[forces]
-    if simulation.end_tension is not None:
-        simulation.end_tension = 3 * end2 - 2 * end3
+    simulation.end_forces = {name: 3 * end2[name] - 2 * end3[name] for name in end2}
     begin = []
     for past, *known in zip(simulation.pasts, known1, known2, known3, strict=True):
         begin.append([])

@@ -23,7 +23,7 @@ class Simulation:
 
     def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None):
         if scene.time is None:
-            raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+            raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
         self.scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         start = initial_state(scene, comm) if state is None else None
@@ -33,7 +33,7 @@ class Simulation:
             self.problem = problem
             problem.change(scene)
         self.system, self.newton = self.problem.system, self.problem.newton
-        self.iterations, self.end_tension = 0, None
+        self.iterations, self.end_forces = 0, {}
         self.pasts = [Past(evolution) for evolution in self.problem.evolutions()]
         self.predictor, self.control = Predictor(), self._make_control()
         if state is None:
@@ -60,7 +60,7 @@ class Simulation:
             for values in model.memory.values():
                 values[:] = 0.0
         self.begin(start.velocities(self.problem))
-        self.end_tension = start.end_tension
+        self.end_forces = start.end_forces
         if not start.at_rest:
             make_consistent(self)
         self.system.publish()
@@ -87,6 +87,11 @@ class Simulation:
         return max((float(m["quaternion_drift"][0]) for m in self.memory if "quaternion_drift" in m), default=0.0)
 
     @property
+    def end_tension(self) -> np.ndarray | None:
+        """T_bnd, the force that holds the upper end of the cable [N]; None without one."""
+        return self.end_forces.get("end_tension")
+
+    @property
     def line_velocity(self) -> np.ndarray:
         """Velocity of the lines' unknowns, numbered as these [m/s]."""
         return self._past_of(self.problem.lines).series[0].rate
@@ -101,7 +106,7 @@ class Simulation:
 
         Nothing is copied, so it has to be stored before the next step.
         """
-        return {name: getattr(self, name) for name in ("t", "end_tension", "iterations")} | {
+        return {name: getattr(self, name) for name in ("t", "end_forces", "iterations")} | {
             "places": self.problem.places(),
             "u": self.system.u,
             "newton": self.newton.state(),
@@ -115,7 +120,7 @@ class Simulation:
         """Be where a Simulation of the same scene was, on the same rank of as many.  Raises InputError if it cannot."""
         if not np.array_equal(state["places"], self.problem.places()):
             raise InputError("The unknowns are numbered in another way than in the state: not the same dolfinx.")
-        self.t, self.end_tension, self.iterations = state["t"], state.get("end_tension"), state["iterations"]
+        self.t, self.end_forces, self.iterations = state["t"], state.get("end_forces", {}), state["iterations"]
         self.newton.restore(state["newton"])
         for past, kept in zip(self.pasts, _listed(state, "pasts"), strict=True):
             past.restore(kept)
@@ -188,7 +193,7 @@ class Simulation:
         return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
     def _accept(self, t, rates):
-        self.end_tension = self.problem.end_tension(fresh=False)
+        self.end_forces = self.problem.end_forces(fresh=False)
         u = self.system.u
         for model in self.problem.models:
             model.accept(u)

@@ -1,6 +1,6 @@
 """How a run starts: from equilibrium, or from a given shape and pose."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -19,7 +19,7 @@ class Start:
     at_rest: bool = True
     lines: np.ndarray | None = None
     line_velocity: np.ndarray | None = None
-    end_tension: np.ndarray | None = None
+    end_forces: dict[str, np.ndarray] = field(default_factory=dict)
     mooring: np.ndarray | None = None
     position: np.ndarray | None = None
     quaternion: np.ndarray | None = None
@@ -78,7 +78,7 @@ def _from_equilibrium(problem) -> Start:
     if problem.lines:
         start.lines = u[problem.lines.part.slice].copy()
         start.line_velocity = np.zeros_like(start.lines)
-        start.end_tension = problem.end_tension()
+        start.end_forces = problem.end_forces()
     for attachment in problem.attachments:
         start.mooring = u[attachment.slice].copy()
     if problem.buoy:
@@ -99,17 +99,17 @@ def _from_shape(scene, comm) -> Start:
         cable = scene.cable.model_copy(update={"top": top})
         alone = scene.model_copy(update={"cable": cable, "buoy": None, "wind": None, "external_force": None})
         held = _from_equilibrium(solve_equilibrium(alone, comm))
-        start.lines, start.end_tension = held.lines, held.end_tension
+        start.lines, start.end_forces = held.lines, held.end_forces
     else:
         problem = Problem(scene, dynamic=False, comm=comm)
         points = points_of(scene, r_O)
         start.lines = np.zeros(problem.lines.part.size)
         problem.lines.set_shape(start.lines, _along(points, scene.cable), lambda s: np.zeros_like(s))
-        start.end_tension = np.zeros(3)
+        start.end_forces = {"anchor_force": np.zeros(3), "end_tension": np.zeros(3)}
         problem.destroy()
     start.line_velocity = np.zeros_like(start.lines)
     if scene.buoy:
-        T_O = -np.asarray(start.end_tension)
+        T_O = -start.end_forces["end_tension"]
         start.mooring = np.concatenate([r_O, T_O])
     return start
 

@@ -10,17 +10,29 @@ _TAG = 4711  # of "I have ended", apart from whatever else is under way between 
 
 def only_first_speaks() -> None:
     """What Python prints on any rank but 0 goes nowhere from now on; `end` still speaks."""
-    from mpi4py import MPI
-
-    if MPI.COMM_WORLD.rank != 0:
+    if rank() != 0:
         sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  # until the process ends
 
 
 def several() -> bool:
     """Whether this process is one of several ranks."""
-    from mpi4py import MPI
+    comm = _world()
+    return comm is not None and comm.size > 1
 
-    return MPI.COMM_WORLD.size > 1
+
+def rank() -> int:
+    """Of this process; 0 where mpi4py is not installed."""
+    comm = _world()
+    return 0 if comm is None else comm.rank
+
+
+def _world():
+    """All ranks; None without mpi4py, with which goes whatever needs several."""
+    try:
+        from mpi4py import MPI
+    except ImportError:
+        return None
+    return MPI.COMM_WORLD
 
 
 def combined(comm, value, op):
@@ -40,9 +52,10 @@ def end(say, code: int) -> None:
     do within a second or so, each exits with the code; otherwise the others may be waiting for this one in a
     collective call that will never come, and the lowest rank that failed aborts them.
     """
-    from mpi4py import MPI
-
-    comm = MPI.COMM_WORLD
+    comm = _world()
+    if comm is None:
+        say()
+        sys.exit(code)
     if comm.size > 1:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.SIG_IGN)  # what can still come is the end itself

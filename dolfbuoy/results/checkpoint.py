@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import tomli_w
 
 from ..errors import InputError
 from ..scene import Scene, build_scene, load_scene
 from .record import replacing, undamaged
 
-FORMAT = 1
+FORMAT = 2
 NAME = "checkpoint.npz"
 
 
@@ -43,7 +42,7 @@ class Checkpoint:
 def write(point: Checkpoint) -> None:
     """Bring a checkpoint to the disk; raises OSError with the file's name."""
     tree = {name: getattr(point, name) for name in ("states", "rows", "next_frame")}
-    tree |= {"format": FORMAT, "scene": tomli_w.dumps(point.scene.to_dict())}
+    tree |= {"format": FORMAT, "scene": point.scene.to_toml()}
     with replacing(point.folder / NAME) as part, open(part, "wb") as file:
         np.savez(file, **_flatten(tree))
 

@@ -15,7 +15,6 @@ from collections.abc import Iterable
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import tomli_w
 from mpi4py import MPI
 
 from ..errors import InputError
@@ -126,7 +125,7 @@ def _check_own(path, name, entry):
 
 def digest(scene) -> str:
     """Of the complete scene, as it is written."""
-    return hashlib.sha256(tomli_w.dumps(scene.to_dict()).encode()).hexdigest()
+    return hashlib.sha256(scene.to_toml().encode()).hexdigest()
 
 
 def begin(path, kind: str, scene) -> None:

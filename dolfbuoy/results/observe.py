@@ -9,6 +9,7 @@ from ..model import effects
 from ..parallel.ranks import told
 from ..solver import compat
 from ..solver.unknowns import Contribution, Part
+from ..version import __version__
 
 
 class Observer:
@@ -22,12 +23,14 @@ class Observer:
             self._wet_part = Part("wet hull", _function_of(form), 0)
             self._wet = Contribution(form, self._wet_part)
 
-    def values(self, end_tension):
-        """Quantities of this instant, names as in results.SERIES (without time and solver)."""
-        problem, values = self.problem, {}
+    def values(self, end_forces):
+        """Quantities of this instant, names as in results.SERIES (without time and solver).
+
+        end_forces: of the Simulation, or of the Problem at rest.
+        """
+        problem, values = self.problem, dict(end_forces)
         if problem.lines:
-            values["end_tension"] = end_tension
-            values["tension_top"] = float(np.linalg.norm(end_tension))
+            values["tension_top"] = float(np.linalg.norm(end_forces["end_tension"]))
             values["tension_anchor"] = problem.anchor_tension()
         if problem.scene.buoy:
             mine = self._buoy_values() if problem.buoy else None
@@ -39,6 +42,7 @@ class Observer:
         y = problem.buoy.fields.of(u[problem.buoy.part.slice])
         values = {"buoy_position": y.position.copy(), "buoy_orientation": y.orientation.copy()}
         values["cone_angle"] = cone_angle(y.orientation)
+        values["roll"], values["pitch"], values["yaw"] = roll_pitch_yaw(y.orientation)
         if problem.dynamic:
             values |= {"linear_momentum": y.momentum.copy(), "angular_momentum": y.angular_momentum.copy()}
         for attachment in problem.attachments:
@@ -76,14 +80,20 @@ class Observer:
         self._node_order, self._cell_order = np.argsort(s, kind="stable"), np.argsort(middle, kind="stable")
         return {"s": s[self._node_order], "s_cell": middle[self._cell_order]}
 
-    def frame(self):
-        """Shape and element tensions in order from the anchor, on rank 0; call `fixed` before."""
+    def frame(self, velocity=None):
+        """Shape, velocity and element tensions in order from the anchor, on rank 0; call `fixed` before.
+
+        velocity: of the lines' unknowns [m/s]; at rest there is none.
+        """
         cable, u = self.problem.lines, self.problem.system.u
-        position = self._gather(u[cable.node_dofs[: cable.owned_nodes]])
+        nodes = {"cable_position": u} | ({} if velocity is None else {"cable_velocity": velocity})
+        nodes = {name: self._gather(values[cable.node_dofs[: cable.owned_nodes]]) for name, values in nodes.items()}
         tension = self._gather(cable.mean_tension(u))
         if self.comm.rank != 0:
             return {}
-        return {"cable_position": position[self._node_order], "cable_tension": tension[self._cell_order]}
+        return {name: values[self._node_order] for name, values in nodes.items()} | {
+            "cable_tension": tension[self._cell_order]
+        }
 
     def _gather(self, array):
         if self.comm.size == 1:
@@ -106,14 +116,47 @@ def cone_angle(q4) -> float:
     return math.degrees(math.atan2(across, a * a - b * b - c * c + d * d))
 
 
+#: Distance of the pitch from 90 degrees, halved [rad], below which roll and yaw are one turn.
+LOCKED = 1e-8
+
+
+def roll_pitch_yaw(q4) -> tuple[float, float, float]:
+    """Turns about e1, e2, e3 of the body [deg] that make an orientation: first the yaw, then the pitch, then the roll.
+
+    R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  With the pitch at 90 or -90 only
+    the difference or sum of yaw and roll has a meaning: then the roll is 0.  From sum and difference of the half
+    angles, of which q_4 has products, so that nothing is lost near those pitches.
+    """
+    a, b, c, d = map(float, q4)
+    sum_size, difference_size = math.hypot(a - c, d + b), math.hypot(a + c, d - b)
+    half_sum, half_difference = math.atan2(d + b, a - c), math.atan2(d - b, a + c)
+    pitch = math.pi / 2 - 2 * math.atan2(sum_size, difference_size)
+    if sum_size <= LOCKED * difference_size:
+        half_sum = half_difference
+    elif difference_size <= LOCKED * sum_size:
+        half_difference = half_sum
+    roll, yaw = _one_turn(half_sum - half_difference), _one_turn(half_sum + half_difference)
+    return roll, math.degrees(pitch), yaw
+
+
+def _one_turn(angle):
+    """An angle [rad] in degrees, -180 < x <= 180."""
+    x = math.remainder(math.degrees(angle), 360)
+    return 180.0 if x == -180 else x
+
+
 def attributes(problem) -> dict:
-    """Global attributes of a record."""
+    """Global attributes of a record: after CF, versions, the complete scene as TOML, and what was solved."""
     versions = {f"version_{name}": value for name, value in compat.versions().items()}
     return {
+        "Conventions": "CF-1.9",
         "title": problem.scene.title,
+        "source": f"dolfbuoy {__version__}",
+        "scene": problem.scene.to_toml(),
         "unknowns": problem.system.unknowns,
         "effects": ", ".join(effects.names(problem.scene)),
         "ranks": problem.comm.size,
         "created": clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime()),
+        "version_dolfbuoy": __version__,
         **versions,
     }

@@ -1,4 +1,4 @@
-"""Files for ParaView: the cable and the hull of a run, one mesh per recorded instant, and collections with times."""
+"""Files for ParaView: cable, hull, buoy, water and bed, one mesh per recorded instant, and collections with times."""
 
 import itertools
 from pathlib import Path
@@ -8,8 +8,9 @@ import meshio
 import numpy as np
 
 from ..errors import InputError
-from ..meshes import HullShape, write_line
-from ..model.rigid import mass_properties, rotation_of
+from ..meshes import line_mesh
+from ..model.rigid import mass_properties, rotation_of, shape_of
+from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from .checkpoint import read_scene
 from .folder import enlist
 from .record import read
@@ -18,22 +19,29 @@ from .record import read
 def export(folder: str | Path) -> list[Path]:
     """Write folder/paraview/ from the results.nc and scene.toml of a run; returns the files, collections last.
 
-    cable_NNNN.vtu: nodes of the cable with s [m], and the tension [N] of its cells.  hull_NNNN.vtu: the hull where it
-    is at that time.  cable.pvd, hull.pvd: what to open.  Raises InputError if the folder holds no run.
+    One mesh per instant (cable_NNNN.vtu, ...) and a collection to open (cable.pvd, ...) of each of KINDS that the run
+    has; names of fields have their units.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
     target, times = Path(folder) / "paraview", instants(record, scene)
-    writers = {"cable": _cable_writer(record), "hull": _hull_writer(record, scene)}
-    paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(times))] for kind in writers if writers[kind]}
+    meshes = {kind: make(record, scene) for kind, make in KINDS.items()}
+    meshes = {kind: of_instant for kind, of_instant in meshes.items() if of_instant}
+    shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
+    paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
     collections = {kind: target / f"{kind}.pvd" for kind in paths}
     files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
     enlist(folder, files)
     target.mkdir(exist_ok=True)
     for kind, names in paths.items():
         for i, path in enumerate(names):
-            writers[kind](path, i, times[i])
-        _write_collection(collections[kind], times, names)
+            meshes[kind](i, shown[kind][i]).write(path)
+        _write_collection(collections[kind], shown[kind], names)
     return files
+
+
+def still(scene) -> set[str]:
+    """What does not move: one mesh is enough."""
+    return {"bed"} if scene.waves else {"bed", "water"}
 
 
 def read_run(folder: str | Path):
@@ -66,8 +74,13 @@ def instants(record, scene) -> np.ndarray:
 
 def pose(record, time: float) -> tuple[np.ndarray, np.ndarray]:
     """(r_C, R) of the buoy at the recorded time nearest to `time` [s]."""
-    row = int(np.abs(record.time.values - time).argmin())
+    row = _row(record, time)
     return record.buoy_position.values[row], rotation_of(record.buoy_orientation.values[row])
+
+
+def _row(record, time):
+    """Of the recorded time nearest to `time`."""
+    return int(np.abs(record.time.values - time).argmin())
 
 
 def hull_surface(stations, center: float, around: int = 48, cell: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
@@ -99,29 +112,136 @@ def _refined(outline, cell):
     return np.concatenate(points)
 
 
-def _cable_writer(record):
+# -- meshes of an instant ----------------------------------------------------------------------------------------------
+
+
+def cable_meshes(record, scene):
+    """Cable with s and velocity at its nodes and the tension of its elements; None without a cable."""
     if "cable_position" not in record:
         return None
-    positions, tensions, s = (record[name].values for name in ("cable_position", "cable_tension", "s"))
+    positions, tensions = record.cable_position.values, record.cable_tension.values
     pieces = (positions.shape[1] - 1) // tensions.shape[1]  # straight pieces that an element is drawn with
 
-    def write(path, i, _time):
-        write_line(path, positions[i], {"s": s}, {"tension": [np.repeat(tensions[i], pieces)]})
+    def of_instant(i, _time):
+        nodes = {"s [m]": record.s.values}
+        if "cable_velocity" in record:
+            nodes["velocity [m/s]"] = record.cable_velocity.values[i]
+        return line_mesh(positions[i], nodes, {"tension [N]": [np.repeat(tensions[i], pieces)]})
 
-    return write
+    return of_instant
 
 
-def _hull_writer(record, scene):
+def hull_meshes(record, scene):
+    """Surface of the hull where it is, with its velocity; None without a hull."""
     if "buoy_position" not in record or scene.buoy is None or scene.buoy.hull is None:
         return None
-    shape = HullShape(tuple(scene.buoy.hull))
+    shape = shape_of(scene.buoy)
     points, quads = hull_surface(shape.stations, mass_properties(scene.buoy, shape).height)
 
-    def write(path, _i, time):
+    def of_instant(_i, time):
         r_C, R = pose(record, time)
-        meshio.Mesh(r_C + points @ R.T, [("quad", quads)]).write(path)
+        arms, fields = points @ R.T, {}
+        if "linear_momentum" in record:
+            v, omega = velocities(record, scene, time)
+            fields["velocity [m/s]"] = v + np.cross(omega, arms)
+        return meshio.Mesh(r_C + arms, [("quad", quads)], point_data=fields)
 
-    return write
+    return of_instant
+
+
+#: Of the record, what is shown at C: name of the field with its unit.
+AT_C = {
+    "cone_angle": "cone angle [degree]",
+    "roll": "roll [degree]",
+    "pitch": "pitch [degree]",
+    "yaw": "yaw [degree]",
+    "mooring_force": "mooring force [N]",
+    "displaced_mass": "displaced mass [kg]",
+    "surface_elevation": "surface elevation [m]",
+}
+
+
+def buoy_meshes(record, scene):
+    """The point C with the buoy's axis, velocities and what the record has of AT_C, for glyphs; None without a buoy."""
+    if "buoy_position" not in record or scene.buoy is None:
+        return None
+
+    def of_instant(_i, time):
+        (r_C, R), row = pose(record, time), _row(record, time)
+        fields = {"axis [1]": R[:, 2]}
+        if "linear_momentum" in record:
+            fields["velocity [m/s]"], fields["angular velocity [rad/s]"] = velocities(record, scene, time)
+        fields |= {field: record[name].values[row] for name, field in AT_C.items() if name in record}
+        return meshio.Mesh([r_C], [("vertex", [[0]])], point_data={k: np.array([v]) for k, v in fields.items()})
+
+    return of_instant
+
+
+def velocities(record, scene, time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity of C [m/s] and angular velocity [rad/s] of the buoy, in the world frame, from its recorded momenta."""
+    body = mass_properties(scene.buoy, shape_of(scene.buoy))
+    (_, R), row = pose(record, time), _row(record, time)
+    L = record.angular_momentum.values[row]
+    return record.linear_momentum.values[row] / body.mass, R @ ((R.T @ L) / body.inertia)
+
+
+def water_meshes(record, scene):
+    """Surface of the water, in rows along the crests, with its elevation and velocity; None without a sea."""
+    if scene.sea is None:
+        return None
+    flat, quads = water_grid(record, scene)
+
+    def of_instant(_i, time):
+        points = flat.copy()
+        points[:, 2] = elevation_at(scene, time, flat)
+        fields = {"elevation [m]": points[:, 2].copy(), "velocity [m/s]": velocity_at(scene, time, points)}
+        return meshio.Mesh(points, [("quad", quads)], point_data=fields)
+
+    return of_instant
+
+
+def bed_meshes(record, scene):
+    """The sea bed below the water that is shown; None without a sea."""
+    if scene.sea is None:
+        return None
+    flat, _ = water_grid(record, scene)
+    corners = flat.reshape(-1, ROWS + 1, 3)[[0, -1, -1, 0], [0, 0, -1, -1]] - [0, 0, scene.sea.depth]
+    return lambda _i, _time: meshio.Mesh(corners, [("quad", [[0, 1, 2, 3]])])
+
+
+#: Strips of the water across the waves, and quadrilaterals along a wavelength.
+ROWS, PER_WAVELENGTH = 8, 24
+
+
+def water_grid(record, scene) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) with z = 0 and quadrilaterals (m, 4): a rectangle along the waves around all that the record shows.
+
+    It reaches beyond that by a quarter of its extent, at least half a wavelength or five metres.
+    """
+    along = heading(scene.waves.direction_deg if scene.waves else 0.0)
+    frame = np.array([along, [-along[1], along[0], 0.0]])
+    places = [record[name].values.reshape(-1, 3) for name in ("cable_position", "buoy_position") if name in record]
+    seen = np.concatenate(places) @ frame.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    length = 2 * np.pi / wavenumber(scene) if scene.waves else 0.0
+    reach = max(0.25 * (high - low).max(), 0.5 * length, 5.0)
+    low, high = low - reach, high + reach
+    columns = int(np.clip(PER_WAVELENGTH * (high[0] - low[0]) / length, ROWS, 2000)) if length else ROWS
+    a, b = np.meshgrid(np.linspace(low[0], high[0], columns + 1), np.linspace(low[1], high[1], ROWS + 1), indexing="ij")
+    i, j = np.meshgrid(np.arange(columns) * (ROWS + 1), np.arange(ROWS), indexing="ij")
+    first = (i + j).ravel()
+    quads = np.column_stack([first, first + ROWS + 1, first + ROWS + 2, first + 1])
+    return a.reshape(-1, 1) * frame[0] + b.reshape(-1, 1) * frame[1], quads
+
+
+#: Name of the files: what makes their meshes from (record, scene), as a function of the instant's number, time.
+KINDS = {
+    "cable": cable_meshes,
+    "hull": hull_meshes,
+    "buoy": buoy_meshes,
+    "water": water_meshes,
+    "bed": bed_meshes,
+}
 
 
 def _write_collection(path, times, files):

@@ -29,12 +29,16 @@ SERIES = {
     "newton_iterations": ((), "1", "Newton iterations of that step"),
     "tension_top": ((), "N", "tension at the upper end of the cable, |T_bnd|"),
     "tension_anchor": ((), "N", "tension at the anchor, T_h(0)"),
+    "anchor_force": (("xyz",), "N", "force that holds the lower end of the cable, s = 0"),
     "end_tension": (("xyz",), "N", "force that holds the upper end of the cable, T_bnd"),
     "buoy_position": (("xyz",), "m", "position of the buoy's centre of mass, r_C"),
     "buoy_orientation": (("quaternion",), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),
     "linear_momentum": (("xyz",), "kg m s-1", "linear momentum of the buoy, p"),
     "angular_momentum": (("xyz",), "kg m2 s-1", "angular momentum of the buoy about C, L_C (world frame)"),
     "cone_angle": ((), "degree", "angle between the vertical and the axis of the buoy"),
+    "roll": ((), "degree", "turn of the buoy about its own x axis, after yaw and pitch"),
+    "pitch": ((), "degree", "turn of the buoy about its y axis as the yaw leaves it"),
+    "yaw": ((), "degree", "turn of the buoy about the vertical, before pitch and roll"),
     "mooring_point": (("xyz",), "m", "mooring point, r_O"),
     "mooring_force": (("xyz",), "N", "force of the cable on the buoy, T_O"),
     "surface_elevation": ((), "m", "water surface above C, eta(r_C, t)"),
@@ -46,13 +50,24 @@ SERIES = {
 FRAMES = {
     "frame": ((), "s", "time of a frame"),
     "cable_position": (("node", "xyz"), "m", "position of the cable's nodes, in order from the anchor"),
+    "cable_velocity": (("node", "xyz"), "m s-1", "velocity of the cable's nodes, in order from the anchor"),
     "cable_tension": (("cell",), "N", "mean tension of each element, in order from the anchor"),
 }
 FIXED = {
     "s": (("node",), "m", "unstretched arc length of the nodes"),
     "s_cell": (("cell",), "m", "unstretched arc length of the middle of each element"),
 }
+#: Names that CF has for some of these; x of the body points to the fore, y to port.
+STANDARD_NAMES = {
+    "surface_elevation": "sea_surface_height_above_mean_sea_level",
+    "roll": "platform_roll_starboard_down",
+    "pitch": "platform_pitch_fore_down",
+    "yaw": "platform_yaw_fore_port",
+}
+#: Where nodes and elements are along the cable: coordinates of what has these dimensions.
+ALONG = {"node": "s", "cell": "s_cell"}
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
+LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
 INTEGERS = {"newton_iterations"}
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
@@ -117,14 +132,15 @@ class Record:
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
-            reserve(part, _room(columns))
+            reserve(part, _room(columns) + _length(self.attributes))
             with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
                 if fresh:
                     self._define(file)
                 for name, values in columns.items():
                     self._append(file, name, values)
                 self.attributes["wall_time_s"] = clock.monotonic() - self._started
-                file.setncatts(self.attributes)
+                known = {name: file.getncattr(name) for name in file.ncattrs()}
+                file.setncatts({k: v for k, v in self.attributes.items() if k not in known or known[k] != v})
             seal(part)
         for axis in self.counts:
             self.counts[axis] += sum(axis in row for row in self._rows)
@@ -159,28 +175,38 @@ class Record:
         for name, labels in LABELS.items():
             file.createDimension(name, len(labels))
             variable = file.createVariable(name, str, (name,))
+            variable.long_name = LABELED[name]
             variable[:] = labels.astype(object)
         for name, value in self.fixed.items():
-            (dimension,), unit, long_name = FIXED[name]
-            file.createDimension(dimension, len(value))
-            self._variable(file, name, (dimension,), unit, long_name)[:] = value
+            dimensions = FIXED[name][0]
+            file.createDimension(dimensions[0], len(value))
+            self._variable(file, name, dimensions)[:] = value
         if self.fixed:
             file.createDimension("frame", None)
 
     def _append(self, file, name, rows):
-        dimensions, unit, long_name = {**SERIES, **FRAMES}[name]
         if name not in file.variables:
-            self._variable(file, name, (_axis(name), *dimensions), unit, long_name)
+            self._variable(file, name, (_axis(name), *{**SERIES, **FRAMES}[name][0]))
         first = self.counts[_axis(name)]
         file.variables[name][first : first + len(rows)] = rows
 
     @staticmethod
-    def _variable(file, name, dimensions, unit, long_name):
+    def _variable(file, name, dimensions):
         kind = "i4" if name in INTEGERS else "f8"
         sizes = [CHUNK if d == "time" else 1 if d == "frame" else len(file.dimensions[d]) for d in dimensions]
         variable = file.createVariable(name, kind, dimensions, chunksizes=sizes)
-        variable.units, variable.long_name = unit, long_name
+        variable.setncatts(_attributes(name))
+        along = [ALONG[d] for d in dimensions if d in ALONG and name not in FIXED]
+        if along:
+            variable.coordinates = " ".join(along)
         return variable
+
+
+def _attributes(name):
+    """Of a variable: unit, long name, and CF's name for it."""
+    _, unit, long_name = {**SERIES, **FRAMES, **FIXED}[name]
+    found = {"units": unit, "long_name": long_name}
+    return found | ({"standard_name": STANDARD_NAMES[name]} if name in STANDARD_NAMES else {})
 
 
 def _axis(name):
@@ -194,6 +220,11 @@ def _room(columns):
         row = rows.nbytes // len(rows)
         size += rows.nbytes + (CHUNK * row if _axis(name) == "time" else 128 * len(rows))
     return size
+
+
+def _length(attributes):
+    """Bytes of attributes, about; a scene may be long."""
+    return sum(len(str(value).encode()) for value in attributes.values())
 
 
 def read(path) -> "xr.Dataset":
@@ -258,10 +289,17 @@ def dataset_of(values, fixed, attributes) -> "xr.Dataset":
     """A record without time: variables named as in SERIES and FRAMES, without their first dimension."""
     import xarray as xr
 
-    data = {}
-    for name, value in {**values, **fixed}.items():
-        dimensions, unit, long_name = {**SERIES, **FRAMES, **FIXED}[name]
-        data[name] = (dimensions, value, {"units": unit, "long_name": long_name})
-    return xr.Dataset(
-        data, coords={k: v for k, v in LABELS.items() if any(k in d[0] for d in data.values())}, attrs=attributes
-    )
+    data = {name: ({**SERIES, **FRAMES}[name][0], value, _attributes(name)) for name, value in values.items()}
+    found = [k for k in LABELS if any(k in d[0] for d in data.values())]
+    labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in found}
+    along = {name: (FIXED[name][0], value, _attributes(name)) for name, value in fixed.items()}
+    return xr.Dataset(data, coords=labels | along, attrs=attributes)
+
+
+def save(dataset: "xr.Dataset", path) -> None:
+    """Write a record without time.  Raises OSError."""
+    with replacing(path) as part:
+        reserve(part, dataset.nbytes + 2**17 + _length(dataset.attrs))
+        unfilled = {name: {"_FillValue": None} for name in dataset.variables if dataset[name].dtype.kind == "f"}
+        dataset.to_netcdf(part, engine="netcdf4", encoding=unfilled)
+        seal(part)

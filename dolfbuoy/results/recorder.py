@@ -40,10 +40,10 @@ class Recorder:
         """The present state."""
         sim = self.simulation
         values = {"time": sim.t, "time_step": step, "newton_iterations": iterations}
-        values |= self.observer.values(sim.end_tension)
+        values |= self.observer.values(sim.end_forces)
         tolerance = 1e-6 * sim.scene.time.step
         if sim.problem.lines and (sim.t >= self._next_frame - tolerance or sim.t >= sim.scene.time.end - tolerance):
-            values |= {"frame": sim.t} | self.observer.frame()
+            values |= {"frame": sim.t} | self.observer.frame(sim.line_velocity)
             self._next_frame = self.interval * (np.floor((sim.t + tolerance) / self.interval) + 1)
         if self.root:
             self.record.add(values)

@@ -8,14 +8,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..meshes import HullShape
 from ..model.rigid import mass_properties
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber, wind_at
+from .drawing import figure_of
 from .paraview import hull_surface, pose
-from .style import COLORS, COLUMN, PAGE, STYLE, new_figure
+from .space import clear_azimuth, equal_scale, nice_scale
+from .style import COLORS, COLUMN, PAGE, new_figure
 from .tables import force_unit
 
 
@@ -58,11 +59,17 @@ class Instant:
 
     @property
     def direction_deg(self) -> float:
-        """Heading of the vertical plane that shows the water's motion."""
+        """Heading of the vertical plane that shows the water's motion; without any, the cable."""
         for section in (self.scene.waves, self.scene.current):
             if section:
                 return section.direction_deg
-        return 0.0
+        x, y, _ = self.cable[-1] - self.cable[0] if self.cable is not None else (1.0, 0.0, 0.0)
+        return math.degrees(math.atan2(y, x)) if math.hypot(x, y) > 0 else 0.0
+
+    @property
+    def depth_below_bed(self) -> float:
+        """Of the lowest point of the cable [m]; negative over the bed."""
+        return float(-self.scene.sea.depth - self.cable[:, 2].min())
 
     def in_hull(self, x: np.ndarray) -> np.ndarray:
         """Whether the points (..., 3) are inside the hull."""
@@ -96,22 +103,24 @@ def instant(record, scene, time: float | None = None) -> Instant:
     return Instant(scene, float(times[i]), cable, r_C, R)
 
 
-@matplotlib.rc_context(STYLE)
-def snapshot(record, scene, time: float | None = None) -> Figure:
+@figure_of()
+def snapshot(record, scene=None, time: float | None = None) -> Figure:
     """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
-    the buoy.  Lengths have equal scale in all directions."""
+    the buoy.  Lengths have equal scale in all directions; arrows have the scales that stand beside the time."""
     now = instant(record, scene, time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
-    places = [(-0.04, 0.16, 0.5, 0.82), (0.42, 0.16, 0.53, 0.82)] if len(boxes) == 2 else [(-0.06, 0.16, 0.98, 0.80)]
-    figure = new_figure(PAGE if len(boxes) == 2 else COLUMN, 4.0, constrained=False)
-    speeds = []
-    for i, box in enumerate(boxes):
-        axes = figure.add_axes(places[i], projection="3d", computed_zorder=False)
-        speeds.append(_draw(axes, now, box))
-        equal_scale(axes, box, elevation=14, azimuth=now.direction_deg - 60)
+    both = len(boxes) == 2
+    places = [(-0.02, 0.15, 0.5, 0.80), (0.46, 0.15, 0.5, 0.80)] if both else [(-0.04, 0.15, 0.98, 0.78)]
+    figure = new_figure(PAGE if both else COLUMN, 4.2, constrained=False)
+    force, legend, speeds = _force_scale(now, boxes[-1]), {}, []
+    for box, place in zip(boxes, places, strict=False):
+        axes = figure.add_axes(place, projection="3d", computed_zorder=False)
+        speeds.append(_draw(axes, now, box, force, legend))
+        equal_scale(axes, box, elevation=14, azimuth=clear_azimuth(now.direction_deg))
     figure.text(0.02, 0.96, f"t = {now.time:.4g} s")
-    handles = _legend(now, speeds)
-    figure.legend(handles=handles, loc="lower center", ncol=min(len(handles), 4 if len(boxes) == 2 else 2))
+    figure.text(0.22 if both else 0.98, 0.96, _scales(speeds, force), ha="left" if both else "right", va="bottom")
+    _label_water(legend, speeds)
+    figure.legend(handles=list(legend.values()), loc="lower center", ncol=min(len(legend), 4 if both else 2))
     return figure
 
 
@@ -131,11 +140,11 @@ def _whole(now):
     low[2] -= 0.04 * span
     high[2] += 0.06 * span
     if now.scene.sea:
-        crest = now.scene.waves.size if now.scene.waves else 0.0
-        if -now.scene.sea.depth > low[2] - 0.25 * span:
-            low[2] = -now.scene.sea.depth
+        crest, bed = now.scene.waves.size if now.scene.waves else 0.0, -now.scene.sea.depth
+        if bed > low[2] - 0.25 * span:
+            low[2] = min(bed, low[2])
         if crest > low[2] and high[2] + 0.25 * span > 0:
-            high[2] = max(high[2], 1.2 * crest)
+            high[2] = max(high[2], 1.2 * crest, 0.03 * span)
     half = np.maximum((high - low) / 2 + [0.08 * span, 0.08 * span, 0], 0.22 * span)
     middle = (high + low) / 2
     return np.array([middle - half, middle + half])
@@ -153,51 +162,73 @@ def _detail(now):
 # -- parts of the picture ----------------------------------------------------------------------------------------------
 
 
-def _draw(axes, now, box):
-    """Everything, from back to front; returns the greatest speed of the water that is shown [m/s]."""
-    fastest = 0.0
+def _draw(axes, now, box, force_scale, legend):
+    """Everything, from back to front, each with its place in the legend; returns (greatest speed of the water that is
+    shown [m/s], speed per metre of arrow)."""
+    speeds = (0.0, 0.0)
     if now.scene.sea:
-        _draw_bed(axes, now, box)
-        fastest = _draw_velocity(axes, now, box)
+        _draw_bed(axes, now, box, legend)
+        speeds = _draw_velocity(axes, now, box)
     if now.cable is not None:
-        x = _inside(now.cable, box)
-        axes.plot(*x.T, color=COLORS["ink"], lw=1.2, zorder=3)
-        if (now.cable[0] > box[0] - 1e-9).all() and (now.cable[0] < box[1] + 1e-9).all():
-            axes.plot(*now.cable[:1].T, "s", color=COLORS["ink"], ms=3.5, zorder=3)
-    _draw_surfaces(axes, now, box)
-    for _, point, force, color in now.forces():
-        arrow = force / np.linalg.norm(force) * 0.28 * (box[1] - box[0]).min()
-        axes.quiver(*point, *arrow, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
+        _draw_cable(axes, now, box, legend)
+    _draw_surfaces(axes, now, box, legend)
+    for name, point, force, color in now.forces():
+        axes.quiver(*point, *force / force_scale, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
+        legend[name] = _arrow(color, _said(name, force, force_scale, box))
     if now.masses:
         mast = np.array([now.at(h) for h in (max(now.heights), now.shape.height if now.shape else now.center)])
         axes.plot(*mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
         size = 4.5 if (box[1] - box[0]).max() < 6 * now.buoy_size else 2.0
         axes.plot(*np.array(now.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
-    return fastest
+        legend["masses"] = Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass")
+    return speeds
 
 
-def _draw_bed(axes, now, box):
-    if -now.scene.sea.depth < box[0, 2] - 1e-9 * now.scene.sea.depth:
+def _draw_bed(axes, now, box, legend):
+    z = -now.scene.sea.depth
+    if z < box[0, 2] - 1e-9 * now.scene.sea.depth:
         return
     (x0, y0, _), (x1, y1, _) = box
-    z = -now.scene.sea.depth
     corners = [[(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)]]
     axes.add_collection3d(Poly3DCollection(corners, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
+    legend["bed"] = Patch(color=COLORS["sand"], alpha=0.35, label="sea bed")
+
+
+def _draw_cable(axes, now, box, legend):
+    """The cable; what of it is below the bed in red, and down to it a curtain from the bed."""
+    x = _inside(now.cable, box)
+    axes.plot(*x.T, color=COLORS["ink"], lw=1.2, zorder=3)
+    legend["cable"] = Line2D([], [], color=COLORS["ink"], lw=1.2, label="cable")
+    if (now.cable[0] > box[0] - 1e-9).all() and (now.cable[0] < box[1] + 1e-9).all():
+        axes.plot(*now.cable[:1].T, "s", color=COLORS["ink"], ms=3.5, zorder=3)
+    if now.scene.sea is None or now.depth_below_bed <= 0:
+        return
+    x, bed = _divided(x), -now.scene.sea.depth
+    under = x[:, 2] < bed
+    foot = np.column_stack([x[:, :2], np.full(len(x), bed)])
+    pieces = under[:-1] & under[1:]
+    curtain = np.stack([x[:-1], x[1:], foot[1:], foot[:-1]], axis=1)[pieces]
+    if len(curtain):
+        axes.add_collection3d(Poly3DCollection(curtain, facecolor=COLORS["red"], alpha=0.35, lw=0, zorder=2.5))
+        axes.plot(*np.where(under[:, None], x, np.nan).T, color=COLORS["red"], lw=1.6, zorder=3.5)
+        label = f"cable, up to {now.depth_below_bed:.2g} m below the bed"
+        legend["below"] = Line2D([], [], color=COLORS["red"], lw=1.6, label=label)
 
 
 def _draw_velocity(axes, now, box):
-    """Arrows in the vertical plane through the buoy, or the middle of the cable; returns the greatest speed."""
+    """Arrows in the vertical plane through the buoy, or the middle of the cable; returns the greatest speed, and the
+    speed per metre of arrow."""
     if now.scene.waves is None and now.scene.current is None:
-        return 0.0
+        return 0.0, 0.0
     points, spacing = _plane(now, box)
     velocity = velocity_at(now.scene, now.time, points)
     speed = np.linalg.norm(velocity, axis=1)
     if not len(speed) or speed.max() == 0:
-        return 0.0
-    seen = speed > 0.02 * speed.max()
-    arrows = velocity[seen] * (spacing / speed.max())
+        return 0.0, 0.0
+    scale, seen = nice_scale(speed.max(), 1.2 * spacing), speed > 0.02 * speed.max()
+    arrows = velocity[seen] / scale
     axes.quiver(*points[seen].T, *arrows.T, color=COLORS["blue"], lw=0.6, arrow_length_ratio=0.35, zorder=2)
-    return float(speed.max())
+    return float(speed.max()), scale
 
 
 def _plane(now, box, columns=8):
@@ -211,14 +242,15 @@ def _plane(now, box, columns=8):
     spacing = 2 * reach / (columns - 1)
     x = base + np.linspace(-reach, reach, columns)[:, None] * along
     top = np.minimum(now.elevation(x), box[1, 2])
-    rows = max(3, round((top.max() - box[0, 2]) / (1.1 * spacing)))
+    floor = max(box[0, 2], -now.scene.sea.depth)
+    rows = max(3, round((top.max() - floor) / (1.1 * spacing)))
     fraction = (np.arange(rows) + 0.3) / rows
-    z = top[:, None] - fraction * (top - box[0, 2])[:, None]
+    z = top[:, None] - fraction * (top - floor)[:, None]
     points = np.concatenate([np.repeat(x[:, None, :2], rows, axis=1), z[..., None]], axis=-1).reshape(-1, 3)
-    return points[(points[:, 2] > box[0, 2]) & ~now.in_hull(points)], spacing
+    return points[(points[:, 2] > floor) & ~now.in_hull(points)], spacing
 
 
-def _draw_surfaces(axes, now, box):
+def _draw_surfaces(axes, now, box, legend):
     """Water and hull in one collection, so that each hides what is behind it."""
     polygons, faces, edges = [], [], []
     if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
@@ -226,11 +258,13 @@ def _draw_surfaces(axes, now, box):
         polygons += list(x)
         faces.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.4), (len(x), 1)))
         edges.append(np.tile(matplotlib.colors.to_rgba("white", 0.25), (len(x), 1)))
+        legend["water"] = Patch(color=COLORS["sky"], alpha=0.4, label="water surface")
     if now.shape:
         x = _hull_patches(now)
         polygons += list(x)
         faces.append(_shaded(x, COLORS["orange"]))
         edges.append(faces[-1])
+        legend["buoy"] = Patch(color=COLORS["orange"], label="buoy")
     if polygons:
         colors = {"facecolors": np.concatenate(faces), "edgecolors": np.concatenate(edges)}
         axes.add_collection3d(Poly3DCollection(polygons, **colors, linewidths=0.25, zorder=4))
@@ -267,47 +301,51 @@ def _inside(x, box):
     """The part of a polyline inside the box, finely divided."""
     if ((x >= box[0]) & (x <= box[1])).all():
         return x
-    s = np.linspace(0, len(x) - 1, 200 * len(x))
-    fine = np.stack([np.interp(s, np.arange(len(x)), c) for c in x.T], axis=-1)
+    fine = _divided(x)
     return fine[((fine >= box[0]) & (fine <= box[1])).all(axis=1)]
 
 
-def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None:
-    """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from that direction [deg]."""
-    span = box[1] - box[0]
-    axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2])
-    axes.set_box_aspect(span, zoom=min(1.0, 0.75 * np.linalg.norm(span) / span[:2].max()))  # a long box would not fit
-    axes.view_init(elev=elevation, azim=azimuth)
-    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    share = span / np.linalg.norm(span) * math.sqrt(3)
-    for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_major_locator(
-            MaxNLocator(nbins=max(1, round(4.4 * span[i] / span.max())), min_n_ticks=1, steps=[1, 2, 5, 10])
-        )
-        axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
-        # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
-        nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))
-        axis.set_tick_params(pad=6 * nearer - 8)
-        axis.labelpad = 16 * nearer - 21
+def _divided(x, pieces=200):
+    """A polyline with each piece divided."""
+    s = np.linspace(0, len(x) - 1, pieces * (len(x) - 1) + 1)
+    return np.stack([np.interp(s, np.arange(len(x)), c) for c in x.T], axis=-1)
 
 
-def _legend(now, speeds):
-    handles = []
-    if now.cable is not None:
-        handles.append(Line2D([], [], color=COLORS["ink"], lw=1.2, label="cable"))
-    if now.shape:
-        handles.append(Patch(color=COLORS["orange"], label="buoy"))
-    if now.masses:
-        handles.append(Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass"))
-    if now.scene.sea:
-        handles.append(Patch(color=COLORS["sky"], alpha=0.4, label="water surface"))
-    if max(speeds):
-        shown = dict.fromkeys(f"{v:.2g}" for v in speeds)
-        label = f"water, up to {' and '.join(shown)} m/s"
-        handles.append(Line2D([], [], color=COLORS["blue"], marker=r"$\rightarrow$", ms=9, ls="none", label=label))
-    for name, _, force, color in now.forces():
-        size = np.linalg.norm(force)
-        unit, factor = force_unit(size)
-        label = f"{name}, {factor * size:.3g} {unit}"
-        handles.append(Line2D([], [], color=color, marker=r"$\rightarrow$", ms=9, ls="none", label=label))
-    return handles
+# -- words -------------------------------------------------------------------------------------------------------------
+
+
+def _force_scale(now, box):
+    """Force per metre of arrow [N/m]: the largest is about a quarter of the box."""
+    largest = max((float(np.linalg.norm(force)) for _, _, force, _ in now.forces()), default=0.0)
+    return nice_scale(largest, 0.3 * (box[1] - box[0]).min()) if largest else 0.0
+
+
+def _said(name, force, scale, box):
+    """Name and size of a force."""
+    size = float(np.linalg.norm(force))
+    unit, factor = force_unit(size)
+    unseen = "" if size / scale > 0.015 * (box[1] - box[0]).max() else ", too short to see"
+    return f"{name}, {factor * size:.3g} {unit}{unseen}"
+
+
+def _scales(speeds, force):
+    """What a metre of arrow stands for."""
+    said = []
+    shown = [f"{scale:.3g} m/s" for _, scale in speeds if scale]
+    if shown:
+        sides = [f"{text} ({side})" for text, side in zip(shown, ("left", "right"), strict=False)]
+        said.append(f"water {shown[0] if len(set(shown)) == 1 else ', '.join(sides)}")
+    if force:
+        unit, factor = force_unit(force)
+        said.append(f"forces {factor * force:.3g} {unit}")
+    return f"1 m of arrow: {'; '.join(said)}" if said else ""
+
+
+def _label_water(legend, speeds):
+    shown = dict.fromkeys(f"{float(f'{v:.2g}'):g}" for v, _ in speeds if v)
+    if shown:
+        legend["flow"] = _arrow(COLORS["blue"], f"water, up to {' and '.join(shown)} m/s")
+
+
+def _arrow(color, label):
+    return Line2D([], [], color=color, marker=r"$\rightarrow$", ms=9, ls="none", label=label)

@@ -9,6 +9,8 @@ import xarray as xr
 STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
 #: Recorded, but about the solver.
 EFFORT = ("time_step", "newton_iterations")
+#: Angles that are recorded between -180 and 180 degrees; here a turn over 180 goes on.
+TURNING = ("roll", "yaw")
 
 
 def statistics(record: xr.Dataset) -> dict[str, dict[str, float]]:
@@ -22,6 +24,8 @@ def statistics(record: xr.Dataset) -> dict[str, dict[str, float]]:
         if variable.dims[:1] != ("time",) or name in EFFORT:
             continue
         columns = variable.values.reshape(len(t), -1)
+        if name in TURNING:
+            columns = np.unwrap(columns, period=360, axis=0)
         labels = [name] if variable.ndim == 1 else [f"{name}_{label}" for label in record[variable.dims[1]].values]
         for label, x in zip(labels, columns.T, strict=True):
             mean = float(np.average(x, weights=weights))

@@ -1,5 +1,6 @@
 """How figures look: sizes, colours, and figures outside pyplot."""
 
+import io
 from pathlib import Path
 
 import matplotlib
@@ -51,9 +52,27 @@ STYLE = {
 }
 
 
-def new_figure(width: float, height: float, constrained: bool = True) -> Figure:
+class Picture(Figure):
+    """A figure outside pyplot, in this style whoever draws it; a notebook shows it, once, where it ends a cell."""
+
+    def draw(self, renderer):
+        with matplotlib.rc_context(STYLE):
+            super().draw(renderer)
+
+    def savefig(self, *arguments, **options):
+        with matplotlib.rc_context(STYLE):
+            super().savefig(*arguments, **options)
+
+    def _repr_png_(self):
+        """What notebooks call where pyplot, which would tell them how, was never imported."""
+        shown = io.BytesIO()
+        self.savefig(shown, format="png", dpi=150)
+        return shown.getvalue()
+
+
+def new_figure(width: float, height: float, constrained: bool = True) -> Picture:
     """An empty figure of that size [inch], outside pyplot."""
-    figure = Figure(figsize=(width, height), constrained_layout=constrained)
+    figure = Picture(figsize=(width, height), constrained_layout=constrained)
     FigureCanvasAgg(figure)
     return figure
 
@@ -63,7 +82,6 @@ def files_of(path: Path) -> list[Path]:
     return [path.parent / f"{path.name}.{suffix}" for suffix in ("png", "svg")]
 
 
-@matplotlib.rc_context(STYLE)
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write path.png and path.svg."""
     files = files_of(path)

@@ -18,7 +18,10 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
 
     if "tension_top" in record:
         extremes("tension at the top |T_bnd|", record.tension_top, *force_unit(record.tension_top))
-        extremes("tension at the anchor T_h(0)", record.tension_anchor, *force_unit(record.tension_anchor))
+    if "anchor_force" in record:
+        force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
+        extremes("force at the anchor", force, *force_unit(force))
+        extremes("uplift at the anchor", uplift, *force_unit(force))
     if "buoy_position" in record:
         for axis in "xyz":
             extremes(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m")

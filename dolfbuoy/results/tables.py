@@ -42,24 +42,38 @@ def table(title: str, headings: Iterable[str], right: Iterable[str] | None = Non
 
 
 def show(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterable[str] = ()) -> None:
-    """Print rows as a table, and sentences below it; columns: key -> heading.  Numbers get four digits."""
-    shown = table(title, columns.values())
+    """Print rows as a table, and sentences below it; columns: key -> heading.  Numbers get four digits, a column whose
+    heading ends with [N] the unit of its size."""
+    units = {key: force_unit([row.get(key) for row in rows]) for key in columns if columns[key].endswith("[N]")}
+    headings = [f"{columns[key][:-3]}[{units[key][0]}]" if key in units else columns[key] for key in columns]
+    shown = table(title, headings)
     for row in rows:
-        shown.add_row(*(_text(row.get(key)) for key in columns))
+        shown.add_row(*(_text(row.get(key), *units.get(key, ())[1:]) for key in columns))
     out.print(shown)
     for note in notes:
         out.print(note, soft_wrap=True, markup=False)
 
 
-def _text(value):
+def _text(value, factor=None):
     if value is None:
         return "-"
+    if factor is not None:
+        value = float(value) * factor
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def force_unit(values) -> tuple[str, float]:
-    """Unit in which forces of this size [N] are said, and the factor to it: kN from 1000 N on."""
-    return ("kN", 1e-3) if np.max(np.abs(values)) >= 1000 else ("N", 1.0)
+    """Unit in which forces of this size [N] are said, and the factor to it: kN from 1000 N on.
+
+    values: an array or a list; what is None or not finite does not count.
+    """
+    sizes = np.abs(np.asarray(values, dtype=float))
+    return ("kN", 1e-3) if np.max(sizes, where=np.isfinite(sizes), initial=0.0) >= 1000 else ("N", 1.0)
+
+
+def unit_of(values, unit: str) -> tuple[str, float]:
+    """Unit in which values of a unit are said, and the factor to it: of forces by their size, else the same."""
+    return force_unit(values) if unit == "N" else (unit, 1.0)
 
 
 def groups(rows: list[dict], *keys: str) -> dict:

@@ -6,6 +6,7 @@ Python, where the user himself writes the name, any path may be given.
 """
 
 import itertools
+import os.path
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from xml.etree import ElementTree
@@ -34,6 +35,8 @@ def element_lengths(value):
         value = _mesh_of_stranger(value)
     if not isinstance(value, str | Path):
         return value
+    if not os.path.isfile(value):
+        raise ValueError("file not found")
     nodes = read_nodes(value)
     return [[float(b - a), 1] for a, b in itertools.pairwise(nodes)]
 

@@ -7,6 +7,8 @@ if it means something to the solvers that the others choose.  Monitors print to 
 
 import math
 
+from .quantities import Wrong
+
 SWITCH = "true or false"
 
 
@@ -80,7 +82,7 @@ def checked(options: dict) -> dict:
     """The options as they may be handed to PETSc.  Raises ValueError with key, value and what is allowed."""
     for key, value in options.items():
         if key not in ALLOWED:
-            raise ValueError(f"{key!r} is no option that a scene may set; allowed are {', '.join(ALLOWED)}")
+            raise Wrong(key, value, f"is no option that a scene may set; allowed are {', '.join(ALLOWED)}")
         allowed = ALLOWED[key]
         if allowed is SWITCH:
             good = isinstance(value, bool)
@@ -88,9 +90,9 @@ def checked(options: dict) -> dict:
             good = value in allowed and not (isinstance(value, float) and math.isnan(value))
         if not good:
             what = allowed if not isinstance(allowed, tuple) else f"one of {', '.join(allowed)}"
-            raise ValueError(f"{key} = {value!r}: must be {what}")
+            raise Wrong(key, value, f"must be {what}")
     for key in options:
         for beginning, (other, default, values) in NEEDS.items():
             if key.startswith(beginning) and options.get(other, default) not in values:
-                raise ValueError(f"{key}: has no effect unless {other} is {' or '.join(values)}")
+                raise Wrong(key, options[key], f"has no effect unless {other} is {' or '.join(values)}")
     return {key: value for key, value in options.items() if value is not False}

@@ -18,6 +18,14 @@ class Wrong(ValueError):
         self.key, self.value, self.allowed = key, value, allowed
 
 
+class Missing(ValueError):
+    """A key without which the others are no scene."""
+
+    def __init__(self, key: str, why: str):
+        super().__init__(f"{key}: must be given, {why}")
+        self.key, self.why = key, why
+
+
 def _between(low, high, kind=float):
     return Annotated[kind, Field(ge=low, le=high)]
 
@@ -84,6 +92,7 @@ VelocityVector = _vector(_between(-1e3, 1e3))  # m/s, rad/s
 _part = _between(-1e6, 1e6)
 Quaternion = Annotated[tuple[_part, _part, _part, _part], _finite_numbers(4)]
 Pair = Annotated[tuple[Height, Height], _finite_numbers(2)]
+Rows = Annotated[list[Pair], Field(max_length=10_000)]
 Share = Annotated[tuple[Length, _between(1, 1e7)], _finite_numbers(2)]  # of a cable, and its elements
 
 

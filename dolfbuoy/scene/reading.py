@@ -5,6 +5,7 @@ and what is allowed.
 """
 
 import copy
+import re
 import tomllib
 from importlib import resources
 from pathlib import Path
@@ -16,7 +17,7 @@ from ..errors import InputError
 from .keys import takes_none
 from .mesh_file import Named
 from .sections import Scene
-from .sentences import sentence
+from .sentences import sentence, shown
 
 
 def shipped_scenes() -> dict[str, Path]:
@@ -54,18 +55,21 @@ def merged(data: dict, /, **changes) -> dict:
     return result
 
 
-def _merge(data: dict, keys: list[str], value) -> dict:
-    """`data` with `value` under the nested `keys`."""
+NO_SECTION = "is not a section"
+
+
+def _merge(data: dict, keys: list[str], value, above=()) -> dict:
+    """`data`, which has the keys `above` it, with `value` under the nested `keys`."""
     head, rest = keys[0], keys[1:]
     old = data.get(head)
     if rest:
         if old is not None and not isinstance(old, dict):
-            raise InputError(f"{'.'.join(keys)}: {head} is not a section.")
-        value = _merge(old or {}, rest, value)
+            raise InputError(f"{'.'.join([*above, head])} = {shown(old)}: {NO_SECTION} with a key {'.'.join(rest)}.")
+        value = _merge(old or {}, rest, value, (*above, head))
     elif isinstance(value, dict) and isinstance(old, dict):
         inner = old
         for key, item in value.items():
-            inner = _merge(inner, [key], item)
+            inner = _merge(inner, [key], item, (*above, head))
         value = inner
     result = {k: v for k, v in data.items() if k != head}
     return result if value is None else {**result, head: value}
@@ -82,6 +86,8 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         raise InputError(f"--set {text}: must have the form section.key=value.")
     if not text.strip().isprintable():
         raise InputError(f"--set {text}: must be on one line, without control characters.")
+    if key.count(".") >= DEEPEST:
+        raise InputError(f"--set {key[:50]}...: must have {DEEPEST} names in its key at most.")
     if not value or (value == "none" and not takes_none(key)):
         return key, None
     try:
@@ -90,18 +96,24 @@ def parse_assignment(text: str) -> tuple[str, Any]:
         return key, value
 
 
-_DEEPEST = 30  # lists and tables within each other
+DEEPEST = 30  # lists and tables within each other
+MOST_BYTES = 10_000_000  # of a scene file: more than any that `quantities` lets through, and some seconds of tomllib's
+#: A dotted key of more names, of whose number the time of tomllib is the square; no word or blank is looked at twice.
+_NAME = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
+_DEEP_KEY = re.compile(rf"(?<![\w\\-])(?:{_NAME}\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse(text: str) -> dict:
-    """TOML; raises ValueError for whatever tomllib finds wrong."""
-    deep = ValueError(f"lists or tables are nested more than {_DEEPEST} deep")
+    """TOML; raises ValueError for whatever tomllib finds wrong, and before it what would keep it busy for long."""
+    deep = ValueError(f"lists or tables are nested more than {DEEPEST} deep")
+    if _DEEP_KEY.search(text):
+        raise deep
     try:
         found = tomllib.loads(text)
     except RecursionError:
         raise deep from None
     level = [found]
-    for _ in range(_DEEPEST):
+    for _ in range(DEEPEST):
         level = [item for node in level for item in (node.values() if isinstance(node, dict) else node)]
         level = [item for item in level if isinstance(item, dict | list)]
     if level:
@@ -119,8 +131,12 @@ def _read(scene) -> dict:
         path = shipped[str(scene)]
     try:
         if not path.is_file():
-            raise InputError(f"Scene '{scene}' is neither a file nor a shipped scene ({', '.join(shipped)}).")
-        return _with_files(parse(path.read_text(encoding="utf-8-sig")), path.parent)
+            raise InputError(f"SCENE = '{scene}': is neither a file nor a shipped scene ({', '.join(shipped)}).")
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise InputError(f"Scene file {path} must have {MOST_BYTES:,} bytes at most: points belong in a mesh file.")
+        return _with_files(parse(content.decode("utf-8-sig")), path.parent)
     except OSError as error:
         raise InputError(f"Scene file {path} cannot be read: {error.strerror}.") from None
     except InputError:

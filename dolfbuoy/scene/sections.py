@@ -28,9 +28,10 @@ from .quantities import (
     Inertia,
     Length,
     Mass,
-    Pair,
+    Missing,
     Period,
     Quaternion,
+    Rows,
     Share,
     Speed,
     Step,
@@ -78,6 +79,7 @@ class Top(Section):
 
 
 MOST_ELEMENTS = 10_000_000
+MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run
 Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share], BeforeValidator(element_lengths)]
 
 
@@ -118,6 +120,8 @@ class Cable(Section):
             lengths, counts = zip(*self.elements, strict=True) if self.elements else ((), ())
             if not lengths or min(lengths) <= 0 or min(counts) < 1 or any(n != int(n) for n in counts):
                 raise Wrong("elements", self.elements, "must hold [length, number of elements] of each segment")
+            if len(counts) > MOST_SEGMENTS:
+                raise Wrong("elements", self.elements, f"must list {MOST_SEGMENTS} segments at most")
             if sum(counts) > MOST_ELEMENTS:
                 raise Wrong("elements", self.elements, f"must be {MOST_ELEMENTS} in all at most")
             if abs(sum(lengths) - self.length) > 1e-9 * self.length:
@@ -149,7 +153,7 @@ def _check_inertia(inertia):
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
-    hull: list[Pair] | None = key("[[height, diameter], ...] from the keel up; the sea needs it", "m", default=None)
+    hull: Rows | None = key("[[height, diameter], ...] from the keel up; the sea needs it", "m", default=None)
     mass: Mass = key("mass without the point masses", "kg")
     center_of_mass: Height | None = key("height of that mass; absent: centroid of the hull", "m", default=None)
     inertia: list[Inertia] | None = key(
@@ -187,7 +191,8 @@ class Buoy(Section):
         if self.wave_damping is not None and len(self.wave_damping) != 2:
             raise Wrong("wave_damping", self.wave_damping, "must be two numbers, [heave, pitch]")
         if self.hull is None and (self.inertia is None or self.center_of_mass is None):
-            raise ValueError("a buoy without hull needs inertia and center_of_mass")
+            name = "inertia" if self.inertia is None else "center_of_mass"
+            raise Missing(name, "a buoy without hull needs inertia and center_of_mass")
         return self
 
 
@@ -207,9 +212,10 @@ class Waves(Section):
 
     @model_validator(mode="after")
     def _one_size(self):
-        if (self.amplitude is None) == (self.height is None):
-            both = "both are given" if self.amplitude is not None else "neither is given"
-            raise ValueError(f"give either amplitude or height ({both})")
+        if self.amplitude is None and self.height is None:
+            raise Missing("amplitude", "or height, which is twice as much")
+        if self.amplitude is not None and self.height is not None:
+            raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
         return self
 
     @property
@@ -223,7 +229,7 @@ class Current(Section):
 
     speed: Speed | None = key("speed at and above still water", "m/s", default=None)
     direction_deg: Angle = key("direction towards which the water flows, from x towards y", "deg", default=0.0)
-    profile: Literal["uniform", "power"] | list[Pair] = key("or a table [[z, speed], ...]", "m, m/s", default="uniform")
+    profile: Literal["uniform", "power"] | Rows = key("or a table [[z, speed], ...]", "m, m/s", default="uniform")
     exponent: Annotated[float, Field(gt=0, le=1)] = key("of the power law (1 + z/depth)^exponent", "1", default=1 / 7)
 
     @model_validator(mode="after")
@@ -235,7 +241,7 @@ class Current(Section):
             if self.speed is not None:
                 raise Wrong("speed", self.speed, "does not go with a table: the speeds stand in profile")
         elif self.speed is None:
-            raise ValueError("speed is missing")
+            raise Missing("speed", "or a table of speeds as profile")
         return self
 
 
@@ -261,7 +267,9 @@ class Initial(Section):
     """How a run starts."""
 
     kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
-    points: list[Vector] | None = key("corners of the polyline, from the anchor to the top", "m", default=None)
+    points: Annotated[list[Vector], Field(max_length=40_000)] | None = key(
+        "corners of the polyline, from the anchor to the top", "m", default=None
+    )
     buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
     buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
     buoy_velocity: VelocityVector | None = key("velocity of C; absent: at rest", "m/s", default=None)
@@ -302,8 +310,9 @@ class Time(Section):
             raise Wrong("step", self.step, f"must be at least end / {MOST_STEPS:g}, and end is {self.end:g}")
         if self.output_every is not None and self.end > MOST_STEPS * self.output_every:
             raise Wrong("output_every", self.output_every, f"must be at least end / {MOST_STEPS:g}")
-        if self.min_step is not None and self.tolerance is None:
-            raise Wrong("min_step", self.min_step, "goes with a tolerance only; without one all steps are equal")
+        for name in ("min_step", "max_step"):
+            if getattr(self, name) is not None and self.tolerance is None:
+                raise Wrong(name, getattr(self, name), "goes with a tolerance only; without one all steps are equal")
         if self.min_step is not None and self.max_step is not None and self.min_step > self.max_step:
             raise Wrong("min_step", self.min_step, f"must not be above max_step = {self.max_step}")
         if self.spectral_radius != DEFAULT_RADIUS and self.scheme != "generalized-alpha":
@@ -346,26 +355,28 @@ class Scene(Section):
     def _sections(self):
         def need(section, other, why):
             if getattr(self, section) is not None and getattr(self, other) is None:
-                raise ValueError(f"[{section}] needs [{other}]: {why}")
+                raise Missing(other, f"[{section}] needs [{other}]: {why}")
 
         if self.cable is None and self.buoy is None:
-            raise ValueError("the scene has neither [cable] nor [buoy]: nothing would move")
-        need("waves", "sea", "there is no water")
-        need("current", "sea", "there is no water")
+            raise Missing("cable", "or buoy: without them nothing would move")
+        need("waves", "sea", "without it there is no water")
+        need("current", "sea", "without it there is no water")
         if self.waves is not None and self.gravity == 0 and self.waves.wavelength is None:
-            raise ValueError("waves.wavelength is missing: without gravity no dispersion relation gives it")
+            raise Missing("waves.wavelength", "without gravity no dispersion relation gives it")
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
         if self.cable is not None:
-            if (self.cable.top is None) == (self.buoy is None):
-                raise ValueError("[cable.top] and [buoy] exclude each other, and a cable needs one of them")
+            if self.cable.top is None and self.buoy is None:
+                raise Missing("cable.top", "or [buoy]: something must hold the upper end of the cable")
+            if self.cable.top is not None and self.buoy is not None:
+                raise Wrong("cable.top.kind", self.cable.top.kind, "does not go with [buoy], which holds that end")
             if self.sea is not None and self.cable.diameter is None:
-                raise ValueError("cable.diameter is missing: the sea needs it")
+                raise Missing("cable.diameter", "the sea needs it")
             self._check_slack()
             if self.initial.kind == "straight" and self.buoy is None and self.cable.top.position is None:
-                raise ValueError("initial.kind 'straight' needs cable.top.position, the end of the straight line")
+                raise Wrong("initial.kind", "straight", "needs cable.top.position, the end of the straight line")
         if self.sea is not None and self.buoy is not None and self.buoy.hull is None:
-            raise ValueError("buoy.hull is missing: the sea needs it")
+            raise Missing("buoy.hull", "the sea needs it")
         return self
 
     def _check_slack(self):
@@ -392,9 +403,13 @@ class Scene(Section):
         """Every value that differs from "absent", defaults included: what reproduces this scene."""
         return _without_none(self.model_dump())
 
+    def to_toml(self) -> str:
+        """The complete scene as a scene file."""
+        return tomli_w.dumps(self.to_dict())
+
     def save(self, path: str | Path) -> None:
         """Write the complete scene as TOML."""
-        Path(path).write_text(tomli_w.dumps(self.to_dict()))
+        Path(path).write_text(self.to_toml())
 
 
 def _without_none(value):

@@ -2,7 +2,8 @@
 
 from pydantic import ValidationError
 
-from .quantities import Wrong
+from .keys import list_keys
+from .quantities import Missing, Wrong
 from .section import section_in
 from .sections import Scene
 
@@ -11,6 +12,8 @@ _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
     "current.profile": "or a table [[z, speed], ...]",
 }
+#: What is said of a key that no scene has.
+UNKNOWN = "unknown key"
 _LONGEST = 200  # characters of a value
 
 
@@ -19,17 +22,18 @@ def sentence(error: ValidationError) -> str:
     first = error.errors()[0]
     unknown = first["type"] == "extra_forbidden"
     location = [str(part) for part in first["loc"] if unknown or not _is_type_tag(part)]
-    key, message = ".".join(location) or "scene", first["msg"]
+    key, message = ".".join(location) or "scene", first["msg"].replace(" after validation", "")
     if unknown:
-        return (
-            f"Unknown key {_short('.'.join(location)) or repr('')}; allowed here: {', '.join(_fields(location[:-1]))}."
-        )
+        name = _short(".".join(location)) or repr("")
+        return f"{name} = {shown(first['input'])}: {UNKNOWN}; allowed here are {', '.join(_fields(location[:-1]))}."
     if first["type"] == "missing":
-        return f"Missing key {key}."
+        return f"{key}: must be given, {_meaning(location)}."
     if first["type"] == "value_error":
         cause = first["ctx"]["error"]
         if isinstance(cause, Wrong):
             return f"{'.'.join([*location, cause.key])} = {shown(cause.value)}: {cause.allowed}."
+        if isinstance(cause, Missing):
+            return f"{'.'.join([*location, cause.key])}: must be given, {cause.why}."
         value = "" if isinstance(first["input"], dict) else f" = {shown(first['input'])}"
         return f"{key}{value}: {message.removeprefix('Value error, ')}."
     if first["type"] == "model_type":
@@ -45,6 +49,12 @@ def shown(value) -> str:
         return _short(repr(value))
     except (RecursionError, ValueError):  # nested without end; a whole number of thousands of digits
         return f"({type(value).__name__})"
+
+
+def _meaning(location):
+    """What a key is; point_masses.0.mass is a key of the section in the list."""
+    row = next((row for row in list_keys() if row.name == ".".join(p for p in location if not p.isdigit())), None)
+    return f"{row.description} [{row.unit}]".removesuffix(" []").removesuffix(" [1]") if row else "a section"
 
 
 def _short(text):

@@ -26,11 +26,12 @@ class Space:
 
 @dataclass(frozen=True)
 class Stepping:
-    """Scheme and step, or with a tolerance the first step."""
+    """Scheme and step, or with a tolerance the first step, and the largest if that is not the usual one."""
 
     scheme: str
     step: float
     tolerance: float | None = None
+    largest: float | None = None
 
     def __str__(self):
         size = f"dt {self.step:.4g} s" if self.tolerance is None else f"tolerance {self.tolerance:.2g}"
@@ -49,13 +50,21 @@ def space_of(scene: Scene) -> Space:
 
 def stepping_of(scene: Scene) -> Stepping:
     """The scene's own scheme and step."""
-    return Stepping(scene.time.scheme, scene.time.step, scene.time.tolerance)
+    return Stepping(scene.time.scheme, scene.time.step, scene.time.tolerance, scene.time.max_step)
+
+
+def largest_step(scene: Scene) -> float | None:
+    """Of an adaptive run of the scene, whatever its first one; None if it has no length."""
+    return scene.time.max_step or scene.time.end / 10 or None
 
 
 def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
     """The scene with these elements and steps; segments of the cable keep their share of the elements."""
     changes = {"time.scheme": stepping.scheme, "time.step": stepping.step, "time.tolerance": stepping.tolerance}
-    changes |= {"time.min_step": None} if stepping.tolerance is None else {}
+    if stepping.tolerance is None:
+        changes |= {"time.min_step": None, "time.max_step": None}
+    else:
+        changes |= {"time.max_step": scene.time.max_step or stepping.largest}
     changes |= {"time.spectral_radius": None} if stepping.scheme != "generalized-alpha" else {}
     if space.mu:
         elements = scene.cable.elements
@@ -83,18 +92,23 @@ def ramp_of(scene: Scene) -> float:
     return scene.cable.top.ramp if scene.cable and scene.cable.top else 0.0
 
 
+def check_time(scene: Scene) -> None:
+    """Refuse a scene that cannot run in time.  Raises InputError."""
+    if scene.time is None:
+        raise InputError("time: must be given, a run needs at least its keys end and step.")
+
+
 def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene:
     """The scene until `end`: by default the ramp and some periods, or half of a run that nothing drives.
 
     An adaptive run keeps the milestones and the largest step of the whole run.
     """
-    if scene.time is None:
-        raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+    check_time(scene)
     time, period = scene.time, period_of(scene)
     if end is None:
         end = min(time.end, ramp_of(scene) + periods * period if period else time.end / 2)
     kept = {"time.output_every": time.output_every or time.end / 200 or None}
-    kept |= {"time.max_step": time.max_step or time.end / 10 or None}
+    kept |= {"time.max_step": largest_step(scene)} if time.tolerance is not None else {}
     return load_scene(scene, **{"time.end": end}, **kept)
 
 
@@ -114,11 +128,11 @@ def default_steps(scene: Scene) -> list[float]:
     return [float(f"{step:.2g}") for step in steps]
 
 
-def steppings(schemes, steps, tolerances) -> list[Stepping]:
-    """Fixed steps of every scheme, and tolerances of those of second order."""
+def steppings(schemes, steps, tolerances, largest=None) -> list[Stepping]:
+    """Fixed steps of every scheme, and tolerances of those of second order; largest: of adaptive steps."""
     fixed = [Stepping(scheme, step) for scheme in schemes for step in steps]
     second = [scheme for scheme in schemes if scheme != "backward-euler"]
-    return fixed + [Stepping(scheme, min(steps), tol) for scheme in second for tol in tolerances]
+    return fixed + [Stepping(scheme, min(steps), tol, largest) for scheme in second for tol in tolerances]
 
 
 def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
-from .reading import parse
+from .reading import DEEPEST, NO_SECTION, parse
+from .sentences import UNKNOWN
 
 MOST_CASES = 100_000
 
@@ -19,11 +20,15 @@ def parse_vary(text: str) -> tuple[str, list]:
         raise InputError(f"--vary {text}: must be on one line, without control characters.")
     if not key or not equals or not values:
         raise InputError(f"--vary {text}: must have the form section.key=a,b,c or section.key=start:stop:step.")
+    if key.count(".") >= DEEPEST:
+        raise InputError(f"--vary {key[:50]}...: must have {DEEPEST} names in its key at most.")
     if ":" in values:
         return key, _range(text, values.split(":"))
     try:
         return key, parse(f"values = [{values}]")["values"]
-    except ValueError:  # bare words
+    except ValueError as error:  # bare words, or a list that is none
+        if "[" in values or "{" in values:
+            raise InputError(f"--vary {text}: is not valid TOML: {str(error).rstrip('.')}.") from None
         found = [value.strip() for value in values.split(",")]
     if not all(found):
         raise InputError(f"--vary {text}: there is an empty value between the commas.")
@@ -47,7 +52,7 @@ def _range(text, parts):
 def cases_of(vary: list[str], table: Path | None) -> list[dict]:
     """Changes of each case: all combinations of `vary`, or the rows of a CSV file whose header names keys."""
     if (table is None) == (not vary):
-        raise InputError("A sweep needs either --vary (once or more) or --table.")
+        raise InputError("--vary: must be given once or more, or --table.")
     if table is not None:
         return _rows(table)
     keys, values = zip(*(parse_vary(text) for text in vary), strict=True)
@@ -59,6 +64,8 @@ def cases_of(vary: list[str], table: Path | None) -> list[dict]:
 
 
 def _rows(table):
+    if not Path(table).is_file():
+        raise InputError(f"--table {table}: must be a CSV file.")
     try:
         with open(table, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row] or [[]]
@@ -79,5 +86,5 @@ def check_known(scene: Scene, key: str) -> None:
     try:
         build_scene(scene.to_dict(), {key: scene.to_dict()})
     except InputError as error:
-        if "Unknown key" in str(error) or "is not a section" in str(error):
-            raise InputError(f"{key}: {error}") from None
+        if UNKNOWN in str(error) or NO_SECTION in str(error):
+            raise InputError(f"--vary {key}: {error}") from None

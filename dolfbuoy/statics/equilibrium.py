@@ -49,12 +49,12 @@ def _cable_start(scene, w):
     distance = np.linalg.norm(end - np.array(scene.anchor))
     if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
         raise InputError(
-            f"cable.length = {c.length} m equals the distance of its ends: an inextensible cable is exactly taut "
-            "there and its tension is undetermined; give a finite axial_stiffness or a longer cable."
+            f"cable.length = {c.length}: must not be the distance of its ends: an inextensible cable is then exactly "
+            "taut and its tension undetermined; give a finite axial_stiffness or a longer cable."
         )
     if w == 0 and scene.current is None and distance < c.length:
         raise InputError(
-            f"cable.line_density = {c.line_density} kg/m: this cable has no weight here and is longer than the "
+            f"cable.line_density = {c.line_density}: this cable has no weight here and is longer than the "
             f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, or "
             "take another initial.kind."
         )

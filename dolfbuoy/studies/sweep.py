@@ -46,6 +46,17 @@ def warnings(base: Scene, changes: list[dict]) -> list[str]:
     ]
 
 
+def check_wavelength(base, changes):
+    """Refuse to vary the period of waves whose wavelength stays: but for one case none would keep the dispersion."""
+    wavelength = base.waves.wavelength if base.waves else None
+    keys = {key for change in changes for key in change}
+    if wavelength is not None and "waves.period" in keys and not keys & {"waves", "waves.wavelength"}:
+        raise InputError(
+            f"waves.wavelength = {wavelength}: would stay while waves.period varies; take it away with --set "
+            "waves.wavelength= (dispersion gives it then), or vary it too."
+        )
+
+
 def sweep(scene, vary, table, folder: Path, say: Callable = lambda sentences: None) -> xr.Dataset | None:
     """Run all cases and write folder/sweep.nc, sweep.png and .svg; the dataset on rank 0, None on the others.
 
@@ -57,6 +68,7 @@ def sweep(scene, vary, table, folder: Path, say: Callable = lambda sentences: No
     changes = cases_of(vary, table)
     for key in dict.fromkeys(key for change in changes for key in change):
         check_known(base, key)
+    check_wavelength(base, changes)
     data = json.dumps(base.to_dict(), sort_keys=True)
     with claimed(folder, MPI.COMM_WORLD):
         say(warnings(base, changes))

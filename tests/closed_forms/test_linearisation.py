@@ -41,7 +41,7 @@ def test_modes_of_a_hanging_chain(pair, order):
 
 def test_a_step_is_affine_in_its_rates():
     """J(gamma_v, gamma_a) = K + gamma_v E + gamma_a M for the moored buoy, drag and current included."""
-    scene = load_scene(merged(MOORED, cable__elements=4, solver__hull_cells=6))
+    scene = load_scene(merged(MOORED, cable__elements=4))
     found = linearise(scene, MPI.COMM_SELF)
     problem, gamma = found.problem, 7.3
     for evolution in problem.evolutions():

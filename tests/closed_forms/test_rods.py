@@ -53,6 +53,36 @@ def test_one_rod(degrees):
     assert released[-1] == pytest.approx(table["T_over_rhogL_release"], abs=1e-5)
 
 
+def test_force_that_holds_a_swinging_rod():
+    """At the hinge, to first order and in the limit: m (r_C,tt - g), with theta_tt = -3 g/(2 L) sin theta."""
+    density, L, theta0 = 2.4, 1.0, np.radians(60.0)
+    weight, table = density * 9.81 * L, [(t, a) for t, a in RODS["one_rod"]["table"]["60"]["theta_at_t"] if t <= 0.5]
+    times, theta = np.array([(0.0, theta0), *table]).T
+    pull = weight * (2.5 * np.cos(theta) - 1.5 * np.cos(theta0))  # along the rod
+    across = weight / 4 * np.sin(theta)
+    x, z = across * np.cos(theta) - pull * np.sin(theta), across * np.sin(theta) + pull * np.cos(theta)
+    assert np.ptp(np.hypot(x, z)) > weight
+    errors = []
+    for dt in (0.005, 0.0025, 0.00125):
+        run = simulate_evenly(chain({"N": 1, "L": L, "rho": density, "theta0": [theta0]}, dt, end=0.5))
+        found = run.anchor_force.values[np.rint(times / dt).astype(int)] / weight
+        assert np.all(found[:, 1] == 0)
+        errors.append(found[:, [0, 2]] - np.column_stack([x, z]) / weight)
+    assert np.abs(errors[-1][0]).max() < 1e-5  # at release
+    converges([np.abs(e[1:]).max() for e in errors])
+    assert np.abs(2 * errors[-1] - errors[-2]).max() < 5e-4
+
+
+def test_force_that_holds_a_hanging_chain():
+    """At rest its whole weight, whatever the elements."""
+    for elements in (1, 3):
+        scene = chain({"N": elements, "L": 3.0, "rho": 2.0, "theta0": [0.0] * elements}, 0.01, end=0.05)
+        found = simulate_evenly(scene).anchor_force.values
+        weight = np.tile([0.0, 0.0, 3.0 * 2.0 * 9.81], (6, 1))
+        assert found[1:] == pytest.approx(weight[1:], rel=1e-9, abs=1e-9)
+        assert found[0] == pytest.approx(weight[0], rel=1e-6, abs=1e-9)  # from tiny steps
+
+
 @pytest.mark.parametrize(("name", "steps"), [("2rods_45_0", (400, 800, 1600)), ("3rods_90", (400, 800, 1600))])
 def test_chain_of_rods(name, steps):
     """Nodes and tensions of two and three rods at t = 0.25 s, to first order and in their limit."""
@@ -92,7 +122,6 @@ def rod_and_buoy(dt, end):
             "buoy_position": [p["L"] * np.sin(theta), 0.0, p["L"] * np.cos(theta) - p["depth"] + center],
         },
         "time": {"end": end, "step": dt, "output_every": dt},
-        "solver": {"hull_cells": 128},
     }
 
 

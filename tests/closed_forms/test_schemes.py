@@ -168,7 +168,6 @@ COUPLED = merged(
     waves__amplitude=0.6,
     waves__ramp=1.0,
     waves__direction_deg=40.0,
-    solver__hull_cells=12,
 )
 
 

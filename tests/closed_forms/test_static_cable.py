@@ -141,8 +141,7 @@ def test_forces_at_the_ends_balance_the_weight(degrees, EA):
     for elements in (10, 20):
         problem = solve_equilibrium(cable_scene(degrees, elements, FIXED, EA))
         reaction = problem.end_tension()
-        at_anchor = problem.system.evaluate()[problem.lines.end_dofs[0][0]]
-        np.testing.assert_allclose(reaction + at_anchor, [0, 0, 1.0], atol=1e-12)
+        np.testing.assert_allclose(reaction + problem.anchor_force(), [0, 0, 1.0], atol=1e-12)
         errors.append(np.abs(reaction - exact).max())
         problem.destroy()
     assert errors[0] > 1e-10
@@ -179,6 +178,8 @@ def test_cables_of_the_paper(case):
         assert pytest.approx(row["T"], rel=1e-5) == T
     assert pytest.approx(values["VL"], rel=1e-9) == problem.end_tension()[2]
     assert pytest.approx(values["H"], rel=1e-9) == np.hypot(*problem.end_tension()[:2])
+    anchor = [*(-values["H"] * heading), -values["V0"]]
+    np.testing.assert_allclose(problem.anchor_force(), anchor, atol=1e-9 * values["VL"])
     assert problem.smallest_tension() > 0
     problem.destroy()
 
@@ -258,7 +259,7 @@ def test_elastic_cable_that_is_too_short_is_taut(x, z, EA):
 
 def test_what_cannot_be_is_refused_in_a_sentence():
     for x, z in ((1.0, 0.0), (0.6, 0.8)):
-        with pytest.raises(InputError, match="exactly taut there and its tension is undetermined"):
+        with pytest.raises(InputError, match="then exactly taut and its tension undetermined"):
             solve_equilibrium(fixed_at(x, z))
     with pytest.raises(InputError, match="too short"):
         solve_equilibrium(fixed_at(1.2, 0.0))

@@ -58,7 +58,8 @@ def line_state(problem, k):
     lines, u = problem.lines, problem.system.u
     nodes, cells = np.flatnonzero(lines.line_of_node == k), np.flatnonzero(lines.line_of_cell == k)
     nodes, cells = nodes[np.argsort(lines.node_s[nodes])], cells[np.argsort(lines.cell_ends[cells, 0])]
-    return u[lines.node_dofs[nodes]], np.sort(u[lines.T_dofs[cells]], axis=1), problem.end_tension(line=k)
+    forces = np.array([problem.anchor_force(line=k), problem.end_tension(line=k)])
+    return u[lines.node_dofs[nodes]], np.sort(u[lines.T_dofs[cells]], axis=1), forces
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +78,7 @@ def answers():
 
 
 def test_two_lines_are_two_answers(answers):
-    """Shape, tension and the reaction of the top, to rounding; the lines differ in all but their pair."""
+    """Shape, tension and the reactions of the ends, to rounding; the lines differ in all but their pair."""
     for (r, T, force), (r_alone, T_alone, force_alone) in zip(*answers, strict=True):
         np.testing.assert_allclose(r, r_alone, atol=1e-9)
         np.testing.assert_allclose(T, T_alone, rtol=1e-7, atol=1e-7 * np.abs(T_alone).max())

@@ -100,9 +100,11 @@ def test_check_refuses_the_lines_that_run_refuses(changes, words):
     assert words in str(caught.value)
 
 
-def test_check_says_what_does_nothing():
-    assert any("time.max_step = 0.5" in said for said in check(load_scene(LINE, time__max_step=0.5)).warnings)
-    assert check(load_scene(LINE, time__max_step=0.5, time__tolerance=1e-3)).warnings == []
+@pytest.mark.parametrize("key", ["max_step", "min_step"])
+def test_bounds_of_steps_need_a_tolerance(key):
+    with pytest.raises(InputError, match=rf"time\.{key} = 0\.5: goes with a tolerance only"):
+        load_scene(LINE, **{f"time.{key}": 0.5})
+    assert check(load_scene(LINE, **{f"time.{key}": 0.5}, time__tolerance=1e-3)).warnings == []
 
 
 @pytest.mark.parametrize("inertia", [[1.0, 2.0], [3.0, 4.0, 7.0], [5.0, 5.0, 5.0]])

@@ -9,8 +9,10 @@ import sys
 import time
 
 import pytest
+import typer
 import xarray as xr
 
+from dolfbuoy.commands import main as cli
 from dolfbuoy.results.record import read
 
 SHORT = ["--set", "time.end=0.03", "--no-plot"]
@@ -46,9 +48,21 @@ def test_run_and_plot(call, tmp_path):
     assert "tension at the top" in out
     assert read(tmp_path / "results.nc").time.values[-1] == pytest.approx(0.02)
     assert not (tmp_path / "figures").exists()
+    code, out, _ = call("plot", tmp_path, "--no-paraview")
+    assert code == 0
+    assert "No spectrum of the motion" in out
+    assert not (tmp_path / "paraview").exists()
     assert call("plot", tmp_path)[0] == 0
     assert (tmp_path / "figures" / "tension.png").stat().st_size > 5000
     assert list((tmp_path / "paraview").glob("*.vtu"))
+
+
+def test_run_without_files_for_paraview(call, tmp_path):
+    code, out, _ = call("run", "driven", "--out", tmp_path, "--t-end", "0.02", "--no-paraview")
+    assert code == 0
+    assert out.strip().endswith(f"files in {tmp_path / 'figures'}")
+    assert (tmp_path / "figures" / "snapshot.png").is_file()
+    assert not (tmp_path / "paraview").exists()
 
 
 @pytest.mark.parametrize(
@@ -84,6 +98,23 @@ def test_help_shows_an_example(call, command):
     code, out, _ = call(command, "--help")
     assert code == 0
     assert "Example: " in out.replace("\n", " ")
+
+
+def test_help_shows_every_word(call, monkeypatch):
+    """Units and defaults in brackets too, which rich would take for styles."""
+    monkeypatch.setenv("COLUMNS", "250")
+    group = typer.main.get_command(cli.app)
+    studies = group.commands["study"].commands
+    commands = [([name], c) for name, c in group.commands.items() if name != "study"]
+    commands += [(["study", name], c) for name, c in studies.items()]
+    brackets = 0
+    for words, command in commands:
+        _, out, _ = call(*words, "--help")
+        for parameter in command.params:
+            text = (parameter.help or "").replace("\\[", "[")
+            brackets += "[" in text
+            assert text in " ".join(out.replace("│", " ").split()), f"{words}: {text}"
+    assert brackets > 20
 
 
 def test_failed_solve_is_exit_code_1_and_names_the_place(call, tmp_path):

@@ -17,7 +17,7 @@ from dolfbuoy.scene.keys import list_keys
 from dolfbuoy.studies.physics import effects as left_out
 from dolfbuoy.studies.physics import energy
 
-SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 0.4, "step": 0.02})
+SCENE = merged(MOORED, cable__elements=4, time={"end": 0.4, "step": 0.02})
 
 
 def ground_drag(C, cable, rho_w, flow, point):

@@ -4,20 +4,23 @@ Source: the record, solid geometry by the divergence theorem, the forms of the s
 """
 
 import math
+import re
 from xml.etree import ElementTree
 
 import meshio
 import numpy as np
 import pytest
+from figure_helpers import nothing_overlaps
 from matplotlib.image import imread
+from scipy.spatial.transform import Rotation
 
-from dolfbuoy import InputError, simulate
+from dolfbuoy import InputError, figures, simulate
 from dolfbuoy.forms import sea
 from dolfbuoy.model.sea import elevation_at, heading, ramp, velocity_at, wavenumber
+from dolfbuoy.results import paraview
 from dolfbuoy.results import record as results
 from dolfbuoy.results.figures import draw_all
 from dolfbuoy.results.paraview import export, hull_surface
-from dolfbuoy.results.snapshot import snapshot
 from dolfbuoy.scene import load_scene
 
 WAVES = {"amplitude": 0.8, "period": 5.0, "ramp": 3.0, "direction_deg": 25.0, "phase_deg": 40.0}
@@ -98,13 +101,31 @@ def check_images(files, names):
 
 def test_every_figure_of_a_moored_buoy(moored):
     folder, _ = moored
-    names = ["trajectory", "orbit", "tension", "heave", "cone_angle", "shapes", "snapshot"]
-    check_images(draw_all(folder), names)
+    names = ["trajectory", "track", "orbit", "tension", "envelope", "heave", "cone_angle", "roll_pitch_yaw"]
+    said = []
+    check_images(draw_all(folder, said.append), [*names, "shapes", "snapshot"])
+    assert said == [
+        f"No spectrum of the {what}: it needs 64 instants after the start, the record has 61."
+        for what in ("motion", "tension")
+    ]
+
+
+def test_nothing_in_a_figure_stands_over_anything_else(moored):
+    """No text is cut off, none lies on another one; not in a long and high box, nor in a flat one."""
+    _, record = moored
+    shallow = load_scene({key: MOORED[key] for key in ("sea", "buoy", "waves", "wind")} | {"time": MOORED["time"]})
+    drawn = [figures.FIGURES[name](record) for name in figures.FIGURES if "spectrum" not in name]
+    drawn += [figures.snapshot(record[["time", "buoy_position", "buoy_orientation"]], shallow)]
+    long = record.assign(cable_position=record.cable_position * [30.0, 1.0, 1.0])
+    drawn += [figures.snapshot(long.drop_vars("buoy_position")), figures.shapes(long)]
+    assert len(drawn) == 13
+    for figure in drawn:
+        assert nothing_overlaps(figure)
 
 
 def test_a_cable_alone_has_no_buoy_figures(tmp_path):
     simulate(HANGING, out=tmp_path)
-    check_images(draw_all(tmp_path), ["tension", "shapes", "snapshot"])
+    check_images(draw_all(tmp_path), ["tension", "envelope", "shapes", "snapshot"])
     assert {file.name.split(".")[0].split("_")[0] for file in export(tmp_path)} == {"cable"}
 
 
@@ -112,13 +133,16 @@ def test_a_cable_alone_has_no_buoy_figures(tmp_path):
 def test_a_buoy_alone_has_no_cable_figures(tmp_path, rows):
     """Nor does a record that ends at once trouble them."""
     folder = write_free_buoy(tmp_path, np.arange(rows) * 0.04)
-    check_images(draw_all(folder), ["trajectory", "heave", "cone_angle", "snapshot"])
-    assert len(export(folder)) == rows + 1
+    figures = ["trajectory", "heave", "cone_angle", "snapshot"]
+    check_images(draw_all(folder), figures if rows == 1 else [*figures, "track"])
+    exported = [file.name for file in export(folder)]
+    assert [name for name in exported if name.endswith(".pvd")] == ["hull.pvd", "buoy.pvd", "water.pvd", "bed.pvd"]
+    assert len(exported) == 3 * rows + 1 + 4
 
 
 def test_snapshot_at_a_time_takes_the_nearest_frame(moored):
     folder, record = moored
-    figure = snapshot(record, load_scene(folder / "scene.toml"), time=0.9)
+    figure = figures.snapshot(record, load_scene(folder / "scene.toml"), time=0.9)
     assert figure.texts[0].get_text() == f"t = {record.frame.values[2]:.4g} s"
 
 
@@ -128,8 +152,17 @@ def test_paraview_cable_is_the_record(moored):
     for i in (0, record.sizes["frame"] - 1):
         mesh = meshio.read(folder / "paraview" / f"cable_{i:04d}.vtu")
         np.testing.assert_array_equal(mesh.points, record.cable_position.values[i])
-        np.testing.assert_array_equal(mesh.point_data["s"], record.s.values)
-        np.testing.assert_array_equal(mesh.cell_data["tension"][0], record.cable_tension.values[i])
+        np.testing.assert_array_equal(mesh.point_data["s [m]"], record.s.values)
+        np.testing.assert_array_equal(mesh.point_data["velocity [m/s]"], record.cable_velocity.values[i])
+        np.testing.assert_array_equal(mesh.cell_data["tension [N]"][0], record.cable_tension.values[i])
+
+
+def test_recorded_velocity_of_the_cable_is_that_of_its_positions(tmp_path):
+    """Backward Euler: the difference of two steps over the step, to the last digits."""
+    record = simulate(HANGING, time={"output_every": 0.02, "scheme": "backward-euler"})
+    difference = np.diff(record.cable_position.values, axis=0) / 0.02
+    np.testing.assert_allclose(record.cable_velocity.values[1:], difference, rtol=1e-9, atol=1e-9)
+    assert np.abs(difference).max() > 0.5
 
 
 def test_paraview_cable_of_higher_degree_has_its_tension_on_every_piece(tmp_path):
@@ -141,7 +174,7 @@ def test_paraview_cable_of_higher_degree_has_its_tension_on_every_piece(tmp_path
     record.add({"time": 0.0, "frame": 0.0, "cable_position": shape, "cable_tension": np.array([70.0, 20.0])})
     record.flush()
     mesh = meshio.read(export(tmp_path)[0])
-    np.testing.assert_array_equal(mesh.cell_data["tension"][0], [70, 70, 70, 20, 20, 20])
+    np.testing.assert_array_equal(mesh.cell_data["tension [N]"][0], [70, 70, 70, 20, 20, 20])
 
 
 def test_paraview_hull_hangs_on_the_cable(moored):
@@ -175,13 +208,82 @@ def test_paraview_hull_is_turned_as_the_quaternion_says(tmp_path):
 
 def test_collections_hold_the_times_of_the_frames(moored):
     folder, record = moored
-    files = export(folder)
-    assert [f.name for f in files[-2:]] == ["cable.pvd", "hull.pvd"]
+    collections = export(folder)[-5:]
+    assert [f.name for f in collections] == ["cable.pvd", "hull.pvd", "buoy.pvd", "water.pvd", "bed.pvd"]
     assert record.sizes["frame"] == 7
-    for collection in files[-2:]:
+    for collection in collections:
         sets = ElementTree.parse(collection).getroot().findall("Collection/DataSet")
-        np.testing.assert_array_equal([float(s.get("timestep")) for s in sets], record.frame.values)
+        times = record.frame.values[:1] if collection.name == "bed.pvd" else record.frame.values
+        np.testing.assert_array_equal([float(s.get("timestep")) for s in sets], times)
         assert all((folder / "paraview" / s.get("file")).is_file() for s in sets)
+
+
+def test_every_field_for_paraview_has_a_unit(moored):
+    folder, _ = moored
+    for file in export(folder):
+        if file.suffix == ".vtu":
+            mesh = meshio.read(file)
+            fields = [*mesh.point_data, *mesh.cell_data]
+            assert all(re.fullmatch(r"[\w ]+ \[.+\]", field) for field in fields), file.name
+            assert fields or file.name.startswith("bed")
+
+
+def test_paraview_buoy_and_hull_move_as_recorded(moored):
+    """p / m at C; the hull's points move so from one step of backward Euler to the next."""
+    folder, record = moored
+    scene = load_scene(folder / "scene.toml")
+    fine = record.isel(frame=slice(0, 3)).assign_coords(frame=record.time.values[30:33])
+    moving = paraview.hull_meshes(fine, scene)
+    before, now = (moving(i, t) for i, t in enumerate(fine.frame.values[:2]))
+    v = now.point_data["velocity [m/s]"]
+    turning = np.abs(v - v.mean(axis=0)).max()
+    assert turning > 0.02
+    assert np.abs((now.points - before.points) / 0.04 - v).max() < 0.01 * turning
+    export(folder)
+    mesh = meshio.read(folder / "paraview" / "buoy_0003.vtu")
+    row = int(np.abs(record.time.values - record.frame.values[3]).argmin())
+    np.testing.assert_allclose(mesh.points[0], record.buoy_position.values[row])
+    np.testing.assert_allclose(mesh.point_data["velocity [m/s]"][0], record.linear_momentum.values[row] / 500)
+    np.testing.assert_allclose(mesh.point_data["axis [1]"][0], rotation(record.buoy_orientation.values[row])[:, 2])
+    for name in ("roll", "pitch", "yaw"):
+        assert mesh.point_data[f"{name} [degree]"][0] == record[name].values[row]
+
+
+def rotation(q4):
+    return Rotation.from_quat([*q4[1:], q4[0]]).as_matrix()
+
+
+def test_paraview_water_is_the_sea_of_the_scene(moored):
+    """Its surface and velocity at each instant, around all that moves; the bed is below it at the depth."""
+    folder, record = moored
+    scene = load_scene(folder / "scene.toml")
+    export(folder)
+    for i in (0, 4):
+        mesh = meshio.read(folder / "paraview" / f"water_{i:04d}.vtu")
+        t = float(record.frame.values[i])
+        np.testing.assert_allclose(mesh.points[:, 2], elevation_at(scene, t, mesh.points * [1, 1, 0]), atol=1e-14)
+        np.testing.assert_array_equal(mesh.point_data["elevation [m]"], mesh.points[:, 2])
+        np.testing.assert_allclose(mesh.point_data["velocity [m/s]"], velocity_at(scene, t, mesh.points), atol=1e-14)
+        assert np.ptp(mesh.points[:, 2]) == pytest.approx(2 * 0.15, rel=0.02)
+        a, b, c, d = (mesh.points[mesh.cells_dict["quad"][:, k], :2] for k in range(4))
+        p, q = c - a, d - b
+        area = np.abs(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum() / 2  # of quadrilaterals, without gap or overlap
+        along = mesh.points @ heading(25.0), mesh.points @ heading(115.0)
+        assert area == pytest.approx(np.ptp(along[0]) * np.ptp(along[1]))
+        steps = np.diff(np.unique(along[0].round(9)))
+        assert steps.max() < 2 * math.pi / wavenumber(scene) / 20  # it shows the waves
+        for axis in (25.0, 115.0):
+            seen = record.cable_position.values.reshape(-1, 3) @ heading(axis)
+            assert (mesh.points @ heading(axis)).min() < seen.min() - 2
+            assert (mesh.points @ heading(axis)).max() > seen.max() + 2
+    bed = meshio.read(folder / "paraview" / "bed_0000.vtu").points
+    np.testing.assert_array_equal(bed[:, 2], -20)
+    assert np.ptp(bed @ heading(25.0)) == pytest.approx(np.ptp(along[0]))
+
+
+def test_still_water_is_one_mesh(tmp_path):
+    simulate({"sea": {"depth": 9.0}} | HANGING, out=tmp_path, cable={"diameter": 0.01})
+    assert [f.name for f in export(tmp_path) if f.name.startswith("water")] == ["water_0000.vtu", "water.pvd"]
 
 
 def test_hull_surface_is_closed_and_points_outwards():

@@ -338,7 +338,10 @@ def test_an_edited_scene_is_said(call, files):
     code, out, _ = call("plot", "out")
     assert code == 0
     assert "Warning: out/scene.toml is no longer the scene of the run" in out
+    edited = file.read_text()
     refused(call("run", "--resume", "out", "--t-end", "0.2"), "out/scene.toml", "cable.line_density")
+    refused(call("run", "other.toml", "--out", "out", "--overwrite"), "out/scene.toml", "move it away")
+    assert file.read_text() == edited
 
 
 # -- Ctrl-C ------------------------------------------------------------------------------------------------------------

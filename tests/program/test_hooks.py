@@ -11,8 +11,9 @@ from mpi4py import MPI
 
 from dolfbuoy import load_scene
 from dolfbuoy.model.problem import Problem
+from dolfbuoy.results.observe import Observer
 
-SCENE = merged(MOORED, cable=None, solver__hull_cells=6)
+SCENE = merged(MOORED, cable=None)
 
 
 @pytest.fixture
@@ -55,8 +56,8 @@ def test_what_a_hook_raises_is_raised(problem):
         problem.system.evaluate()
 
 
-def test_a_hook_moves_the_quadrature_points(problem):
-    """All forms on the hull's axis read one array of vertices: half as long cells are half the volume."""
+def test_forms_on_a_mesh_share_its_coordinates(problem):
+    """A hook that makes the cells of the hull half as long makes half of the volume of all forms on them."""
     full = lift(problem)
     volume = problem.buoy.shape.volume()
     assert full == pytest.approx(problem.scene.sea.density * problem.scene.gravity * volume, rel=1e-9)
@@ -70,17 +71,26 @@ def test_a_hook_moves_the_quadrature_points(problem):
     assert lift(problem) == pytest.approx(full / 2, rel=1e-9)
 
 
+def test_a_hook_says_how_many_cells_count(problem):
+    """Cells behind the last that a hook asks for are not looked at."""
+    points, seen = problem.buoy.hull.points.wet, []
+    count = problem.system.counts.of(points.mesh, points.cells)
+    full = lift(problem)
+    assert 1 < count[0] <= len(points.cells)
+
+    def less(values):
+        seen.append(int(count[0]))
+        count[0] = 0
+
+    problem.system.hooks.add(less)
+    assert lift(problem) == pytest.approx(0.0, abs=1e-9 * full)
+    assert seen == [len(problem.buoy.shape.pieces(problem.scene.solver.hull_cells))]
+
+
 def test_the_points_of_the_hull_are_those_of_its_forms(problem):
-    """Summed up over them the disks are the volume, as the forms have it; they move with the vertices."""
-    buoy, x = problem.buoy, problem.system.coordinates.of(problem.buoy.mesh)
-    gravity = problem.scene.sea.density * problem.scene.gravity
-    for stretch in (1.0, 0.8):
-        x *= stretch
-        zeta, weights = buoy.axis_points(x)
-        assert zeta.shape == weights.shape == (len(x), zeta.shape[1])
-        inside = (x[:, 0] + x[:, 3])[:, None] / 2 / stretch
-        disks = np.pi * buoy.shape.radius(zeta / stretch, inside) ** 2
-        assert gravity * np.sum(weights * disks) == pytest.approx(lift(problem), rel=1e-9)
+    """Written into the coefficients, they add up to the same volume in forms that no System evaluates."""
+    values = Observer(problem).values(None)
+    assert values["displaced_mass"] * problem.scene.gravity == pytest.approx(lift(problem), rel=1e-12)
 
 
 def test_a_hook_in_c(problem, tmp_path, monkeypatch):

@@ -154,7 +154,8 @@ def test_new_scene_is_the_one_it_is_like_and_names_every_key(call, tmp_path, mon
     path = tmp_path / "mine.toml"
     assert load_scene(path) == load_scene(like, title="mine")
     text = path.read_text()
-    assert text.startswith(f"#:schema {FILE}\n")
+    assert text.startswith("#:schema schema.json\n")
+    assert (tmp_path / "schema.json").read_bytes() == FILE.read_bytes()
     for key in list_keys():
         leaf = key.name.rpartition(".")[2]
         assert any(f"{sign}{leaf}{end}" in text for sign, end in (("\n", " ="), ("# ", " ="), ("#     ", ":"))), leaf
@@ -187,6 +188,9 @@ def test_new_scene_never_replaces_a_file(call, tmp_path):
         assert code == 2
         assert "mine.toml" in err
         assert path.read_text() == "precious"
+    (tmp_path / "schema.json").write_text("another one")
+    assert call("new", tmp_path / "yours")[0] == 0
+    assert (tmp_path / "schema.json").read_text() == "another one"
 
 
 def test_version_and_interface(call):

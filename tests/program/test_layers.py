@@ -23,7 +23,7 @@ LAYERS = (
     ("model",),
     ("solver", "scene"),
     ("parallel",),
-    ("forms", "meshes", "scenes", "errors"),
+    ("forms", "meshes", "scenes", "errors", "version"),
 )
 #: Within a line: what a scheme leaves of a motion stands in the summary of a run; modes begin where a run does.
 BESIDE = {("results", "motion"), ("modes", "motion")}

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.solver import compat, loops
+from dolfbuoy.solver import c_code, compat, loops
 from dolfbuoy.solver.floor import Assemblers
 from dolfbuoy.solver.newton import Newton
 from dolfbuoy.solver.unknowns import array_of
@@ -126,9 +126,10 @@ def test_after_a_fallback_matrices_are_new(monkeypatch):
 def test_library_is_built_once_and_whole(tmp_path, monkeypatch):
     """Whoever comes first builds it apart and moves it into place; nothing else stays."""
     monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path / "cache")
-    build, built = loops.build, []
-    monkeypatch.setattr(loops, "build", lambda *args: (built.append(args), build(*args)))
-    first, again = (loops.compiled.__wrapped__() for _ in range(2))
+    build, built = c_code._build, []
+    monkeypatch.setattr(c_code, "_build", lambda *args: (built.append(args), build(*args)))
+    monkeypatch.setattr(c_code, "module", c_code.module.__wrapped__)
+    first, again = (loops.compiled() for _ in range(2))
     build(*built[0])  # as another process that could not wait: file systems without locks
     assert len(built) == 1
     assert [file.name for file in (tmp_path / "cache").iterdir()] == [first.__spec__.origin.rsplit("/", 1)[1]]
@@ -146,5 +147,5 @@ def test_without_a_compiler(tmp_path, monkeypatch):
     monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path)
     monkeypatch.setenv("CC", "/nonexistent/compiler")
     with pytest.raises(InputError, match="needs a C compiler"):
-        loops.compiled.__wrapped__()
+        c_code.module.__wrapped__("nothing", "int nothing(void);", "int nothing(void) { return 0; }")
     assert list(tmp_path.iterdir()) == []

@@ -12,7 +12,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.simulation import Simulation
 
-SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 0.2, "step": 0.02})
+SCENE = merged(MOORED, cable__elements=4, time={"end": 0.2, "step": 0.02})
 SCENE = merged(SCENE, wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0})
 #: One number of everything.
 OTHER = {

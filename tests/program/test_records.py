@@ -9,6 +9,8 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
+import warnings
 
 import numpy as np
 import pytest
@@ -16,13 +18,25 @@ import xarray as xr
 from dynamics_helpers import MOORED, merged
 
 import dolfbuoy
+import dolfbuoy.results.record
 from dolfbuoy import load_scene
 
 SCENE = merged(MOORED, cable__elements=6, waves__ramp=0.5, time={"end": 0.3, "step": 0.02, "output_every": 0.1})
 
+LABELS = ("xyz", "quaternion")
 ALWAYS = {"time", "time_step", "newton_iterations"}
-CABLE = {"tension_top", "tension_anchor", "end_tension", "frame", "cable_position", "cable_tension", "s"}
-BUOY = {"buoy_position", "buoy_orientation", "linear_momentum", "angular_momentum", "cone_angle"}
+CABLE = {"tension_top", "tension_anchor", "anchor_force", "end_tension"}
+CABLE |= {"frame", "cable_position", "cable_tension", "s", "s_cell"}
+BUOY = {
+    "buoy_position",
+    "buoy_orientation",
+    "linear_momentum",
+    "angular_momentum",
+    "cone_angle",
+    "roll",
+    "pitch",
+    "yaw",
+}
 MOORING = {"mooring_point", "mooring_force"}
 WATER = {"surface_elevation", "displaced_mass"}
 UNITS = {
@@ -31,6 +45,7 @@ UNITS = {
     "frame": "s",
     "tension_top": "N",
     "tension_anchor": "N",
+    "anchor_force": "N",
     "end_tension": "N",
     "mooring_force": "N",
     "cable_tension": "N",
@@ -63,6 +78,7 @@ def test_every_variable_is_there(finished):
         assert on_disk.identical(run)
     for attribute in ("unknowns", "effects", "wall_time_s", "version_dolfinx", "version_petsc"):
         assert attribute in run.attrs
+    assert run.attrs["version_dolfbuoy"] == dolfbuoy.__version__
     # 6 elements: 6 free nodes of 3, 6 tensions, and the 19 of the buoy
     assert run.attrs["unknowns"] == 6 * 3 + 6 + 19
 
@@ -89,6 +105,63 @@ def test_variables_are_consistent(finished):
     for _ in range(100):
         k = omega**2 / (9.81 * np.tanh(k * 20.0))
     assert run.surface_elevation.values == pytest.approx(0.8 * ramp * np.cos(k * x - omega * t), abs=1e-10)
+
+
+@pytest.fixture(scope="module")
+def files(finished):
+    """Paths of the records of a run and of an equilibrium."""
+    folder, _ = finished
+    dolfbuoy.solve_static(SCENE, out=folder)
+    return {"run": folder / "results.nc", "static": folder / "static.nc"}
+
+
+@pytest.mark.parametrize("kind", ["run", "static"])
+def test_files_tell_what_they_hold(files, kind):
+    """As CF asks for it: conventions, units, names; the scene that reproduces them; where nodes and elements are."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with xr.open_dataset(files[kind]) as record:
+            record.load()
+    assert record.attrs["Conventions"] == "CF-1.9"
+    assert record.attrs["source"] == f"dolfbuoy {dolfbuoy.__version__}"
+    assert load_scene(tomllib.loads(record.attrs["scene"])) == load_scene(SCENE)
+    for name, variable in record.variables.items():
+        assert variable.dtype.kind in ("i" if name == "newton_iterations" else "OU" if name in LABELS else "f"), name
+        assert variable.attrs["long_name"], name
+        assert name in LABELS or variable.attrs["units"], name
+        assert "_FillValue" not in variable.encoding, name
+    assert set(record.cable_position.coords) >= {"s", "xyz"}
+    assert set(record.cable_tension.coords) >= {"s_cell"}
+    assert record.s_cell.values == pytest.approx((record.s.values[1:] + record.s.values[:-1]) / 2)
+    named = {v.attrs["standard_name"]: n for n, v in record.variables.items() if "standard_name" in v.attrs}
+    assert named == {
+        "sea_surface_height_above_mean_sea_level": "surface_elevation",
+        "platform_roll_starboard_down": "roll",
+        "platform_pitch_fore_down": "pitch",
+        "platform_yaw_fore_port": "yaw",
+    }
+
+
+def test_run_and_equilibrium_say_the_same_of_a_variable(files):
+    run, static = (dolfbuoy.results.record.read(file) for file in files.values())
+    assert len(static.variables) > 20
+    for name in set(static.variables):
+        assert static[name].attrs == run[name].attrs, name
+    assert set(static.coords) == set(run.coords) - {"time", "frame"}
+
+
+def test_a_scene_of_any_length_is_in_the_record(tmp_path):
+    """HDF5 keeps no more than 64 kB of an attribute in one place."""
+    points = np.linspace([0.0, 0.0, 0.0], [0.0, 0.0, -3.0], 5000).tolist()
+    scene = {
+        "title": "A rope of 3 m at 60°",
+        "cable": {"length": 3.0, "line_density": 2.0, "elements": 4, "top": {"kind": "free"}},
+        "initial": {"kind": "polyline", "points": points},
+        "time": {"end": 0.02, "step": 0.01},
+    }
+    run = dolfbuoy.simulate(scene, out=tmp_path)
+    assert len(run.attrs["scene"]) > 2**16
+    assert load_scene(tomllib.loads(run.attrs["scene"])) == load_scene(scene)
 
 
 def test_absent_parts_leave_no_variables():

@@ -174,7 +174,6 @@ WAVES = merged(
     cable__axial_stiffness=None,
     cable__elements=4,
     waves__ramp=2.0,
-    solver__hull_cells=12,
     time={"end": 6.0, "step": 0.01},
 )
 

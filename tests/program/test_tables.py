@@ -46,6 +46,24 @@ def test_a_table_in_a_file_is_not_cut(monkeypatch):
     assert note == "a note [s] " * 30
 
 
+@pytest.mark.parametrize(
+    ("values", "heading", "cells"),
+    [
+        ([1500.0, None, -20], "T [kN]", ["1.5", "-", "-0.02"]),
+        ([999.0, float("nan"), -20], "T [N]", ["999", "nan", "-20"]),
+        ([float("inf"), 0, 1.0], "T [N]", ["inf", "0", "1"]),
+        ([None, None, None], "T [N]", ["-", "-", "-"]),
+    ],
+)
+def test_forces_have_the_unit_of_their_size(monkeypatch, values, heading, cells):
+    file = io.StringIO()
+    monkeypatch.setattr(sys, "stdout", file)
+    tables.show("", [{"T": value, "x": 5000.0} for value in values], {"T": "T [N]", "x": "x [m]"})
+    head, _, *rows = [line for line in file.getvalue().splitlines() if line.strip()]
+    assert [cell.strip() for cell in head.split("┃")] == [heading, "x [m]"]
+    assert [[cell.strip() for cell in row.split("│")] for row in rows] == [[cell, "5000"] for cell in cells]
+
+
 @pytest.mark.parametrize("columns", ["40", "70"])
 def test_a_table_on_a_terminal_is_as_wide_as_it(monkeypatch, columns):
     monkeypatch.setenv("COLUMNS", columns)

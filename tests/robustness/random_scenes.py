@@ -65,6 +65,8 @@ OWN = {
     "time.scheme": st.sampled_from(["backward-euler", "bdf2", "generalized-alpha"]),
     "time.spectral_radius": st.floats(0, 0.999),
     "time.tolerance": st.one_of(st.none(), st.none(), size(1e-6, 1e-1)),
+    "buoy.wave_damping": st.one_of(st.none(), st.tuples(size(1e-2, 1e6, True), size(1e-2, 1e6, True)).map(list)),
+    "buoy.disk_averages": st.booleans(),
     "solver.hull_cells": st.integers(1, 40),
 }
 
@@ -120,7 +122,11 @@ WAVES = dict.fromkeys(("amplitude", "period", "direction_deg", "phase_deg", "ram
 CURRENT = {"speed": ANY, "direction_deg": ANY}
 WIND = dict.fromkeys(("speed_10m", "direction_deg", "drag_coefficient", "area", "height", "air_density"), ANY)
 BODY = {"mass": ANY, "mooring_height": ANY}
-LOADED_BODY = BODY | dict.fromkeys(coefficients("buoy", "strip", "end", "body"), ANY)
+LOADED_BODY = (
+    BODY
+    | {"wave_damping": ANY, "disk_averages": ANY}
+    | dict.fromkeys(coefficients("buoy", "strip", "face", "body"), ANY)
+)
 PUSHED = {"kind": "equilibrium", "buoy_velocity": ANY, "buoy_angular_velocity": ANY}
 POSED = PUSHED | {"buoy_position": ANY, "buoy_orientation": ANY}
 

@@ -3,6 +3,7 @@
 Source: a list of inputs and of what must be said (bad_input.toml).
 """
 
+import time
 import tomllib
 from pathlib import Path
 
@@ -12,7 +13,8 @@ import tomli_w
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.feasible import check_feasible
 from dolfbuoy.model.first_shape import check_first_shape
-from dolfbuoy.scene import load_scene, merged, shipped_scenes
+from dolfbuoy.scene import load_scene, merged, parse_assignment, shipped_scenes
+from dolfbuoy.scene.reading import parse
 
 CORPUS = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text())
 KINDS = ("together", "file", "command", "usage")
@@ -92,13 +94,50 @@ def test_bad_file(tmp_path, case):
 
 @pytest.mark.parametrize(
     "content",
-    [b"\xff\xfe\x00", b"x = '\xe9'\n", b"x = " + b"[" * 20000, b"x = " + b"9" * 5000, b"x." * 2000 + b"y = 1"],
-    ids=["UTF-16", "Latin-1", "nested", "digits", "dots"],
+    [
+        b"\xff\xfe\x00",
+        b"x = '\xe9'\n",
+        b"x = " + b"[" * 20000,
+        b"x = " + b"9" * 5000,
+        b"x." * 2000 + b"y = 1",
+        b"x = {" + b'a.\'b c\'."d\\"e" . ' * 20000 + b"f = 1}",
+        b"x = '" + b'"\\' * 1_000_000,
+        b"#" * 10_000_001,
+    ],
+    ids=["UTF-16", "Latin-1", "nested", "digits", "dots", "quoted names", "quotes", "size"],
 )
 def test_files_that_parsers_stumble_over(tmp_path, content):
+    """In a moment: the time of tomllib grows with the square of the names of a key."""
     path = tmp_path / "scene.toml"
     path.write_bytes(content)
-    check_sentence(refused(path), [])
+    start = time.perf_counter()
+    check_sentence(refused(path), ["TOML" if len(content) < 10_000_000 else "10,000,000 bytes"])
+    assert time.perf_counter() - start < 5.0
+
+
+def test_the_deepest_key_that_is_read(tmp_path):
+    """29 dots, in the file and with --set; numbers, and dots in texts and comments, are no keys."""
+    text = f"title = '{'. ' * 40}'\n# {'...' * 40}\n[cable]\nanchor = [{'1.0,2.0,3.0,' * 20}]\n"
+    assert len(parse(text)["cable"]["anchor"]) == 60
+    names = [f"k{i}" for i in range(31)]
+    for read in (parse, lambda text: dict([parse_assignment(text.replace(" ", ""))])):
+        assert read(".".join(names[:30]) + " = 1")
+        with pytest.raises(ValueError, match="30"):
+            read(".".join(names) + " = 1")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"cable.elements": [[22 / 100_001, 1]] * 100_001}, ["cable.elements", "100000 segments at most"]),
+        ({"initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0]] * 40_001}}, ["initial.points", "at most 40000"]),
+        ({"buoy.hull": [[0.0, 1.0]] * 10_001}, ["buoy.hull", "at most 10000"]),
+    ],
+    ids=["segments", "points", "hull"],
+)
+def test_lists_are_no_longer_than_a_file_may_hold(changes, words):
+    """What is accepted can be written as a scene, and read again."""
+    check_sentence(refused(merged(load_scene("short").to_dict(), **changes)), words)
 
 
 @pytest.fixture

@@ -102,7 +102,7 @@ def test_an_error_ends_all_ranks_with_one_message(folder, fault, code, message):
 def test_only_rank_0_speaks(folder):
     done = start(2, ["command.py", "none", "run", "rod.toml", "--out", "out", "--no-plot"], folder)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.count("tension at the anchor") == 1
+    assert done.stdout.count("force at the anchor") == 1
     assert done.stderr.count("Traceback") == 0
     assert read(folder / "out" / "results.nc").sizes["time"] == 11
     done = start(2, ["command.py", "none", "run", "--frobnicate"], folder)

@@ -185,6 +185,12 @@ def test_settings_reach_the_scene():
     assert changed.cable.elements == [(5.0, 2), (6.0, 4)]
     assert settings.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
     assert settings.with_settings(changed, settings.space_of(changed), Stepping("bdf2", 0.05)).time.tolerance is None
+    adaptive = Stepping("bdf2", 0.05, 1e-3, settings.largest_step(scene))
+    bounded = settings.with_settings(settings.shortened(scene, 4.0), Space(3, 2, 6), adaptive)
+    assert (bounded.time.end, bounded.time.max_step) == (4.0, scene.time.end / 10)  # that of the whole run
+    assert settings.stepping_of(bounded) == adaptive
+    assert settings.shortened(bounded, 2.0).time.max_step == scene.time.end / 10
+    assert settings.with_settings(bounded, Space(1, 0, 6), Stepping("bdf2", 0.05)).time.max_step is None
     assert settings.shortened(scene, periods=1).time.end == 6.0  # ramp 2 s, period 4 s
     assert settings.shortened(scene).time.end == 8.0  # it is over before two periods
     for ramp, start in ((2.0, 2.0), (6.3, 6.3), (6.5, 0.8), (0.0, 0.8)):  # 0.8 of 8 s at most, else a tenth

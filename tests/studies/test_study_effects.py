@@ -16,7 +16,7 @@ from dolfbuoy.results import measured as acc
 from dolfbuoy.studies.physics import effects as study
 from dolfbuoy.studies.study import run
 
-SCENE = merged(MOORED, cable__elements=3, waves__ramp=0.1, solver__hull_cells=6, time={"end": 0.4, "step": 0.02})
+SCENE = merged(MOORED, cable__elements=3, waves__ramp=0.1, time={"end": 0.4, "step": 0.02})
 #: What cannot be left out, because nothing would remain.
 ALWAYS = {"inextensible cable", "buoy", "hydrostatics"}
 

@@ -23,7 +23,7 @@ pytestmark = [
     needs_mpirun,
 ]
 
-WET = merged(MOORED, cable__elements=3, waves__ramp=0.1, solver__hull_cells=6, time={"end": 0.3, "step": 0.02})
+WET = merged(MOORED, cable__elements=3, waves__ramp=0.1, time={"end": 0.3, "step": 0.02})
 WET = merged(WET, external_force=None, buoy__normal_drag=0.0, cable__normal_drag=0.0, cable__tangential_drag=0.0)
 DRY = {
     "cable": {"length": 1.0, "line_density": 1.0, "elements": 4, "top": {"kind": "free"}},

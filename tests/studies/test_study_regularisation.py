@@ -9,8 +9,7 @@ import pytest
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.forms import morison
-from dolfbuoy.model import buoy as buoy_model
+from dolfbuoy.forms import hull, morison
 from dolfbuoy.studies.stability import regularisation as study
 from dolfbuoy.studies.study import run
 
@@ -36,20 +35,20 @@ SPAR = {
 
 def test_scales_come_back():
     """Also when the run in between fails."""
-    before = [morison.SMOOTHING_SPEED, buoy_model.SOFTENING_CELLS]
+    before = [morison.SMOOTHING_SPEED, hull.LEAST_TILT, hull.FACE_TILT]
     for what in study.SCALES:
         with pytest.raises(ArithmeticError), study.scaled(what, 10.0):  # noqa: PT012
-            assert before != [morison.SMOOTHING_SPEED, buoy_model.SOFTENING_CELLS]
+            assert before != [morison.SMOOTHING_SPEED, hull.LEAST_TILT, hull.FACE_TILT]
             raise ArithmeticError
-    assert before == [morison.SMOOTHING_SPEED, buoy_model.SOFTENING_CELLS]
+    assert before == [morison.SMOOTHING_SPEED, hull.LEAST_TILT, hull.FACE_TILT]
 
 
-def test_the_draft_does_not_depend_on_the_softening(tmp_path):
-    """A cylinder's wet volume is right for any softening, up to the quadrature of its strips."""
+def test_the_draft_depends_on_nothing_of_it(tmp_path):
+    """A cylinder's wet volume is right for any cut and any number of points."""
     rows = run(study, tmp_path, scene=load_scene(SPAR)).rows["regularisation"]
-    wet = [row for row in rows if row["what"] == "wet section"]
-    assert sorted(row["scale"] for row in wet) == [1.0, 1.5, 2.0, 3.0, 4.0]
-    assert max(abs(row["change_static_height"]) for row in wet) < 3e-5 * 3.0
+    assert sorted(row["scale"] for row in rows if row["what"] == study.POINTS) == [9, 13, 17, 25]
+    assert sorted(row["factor"] for row in rows if row["unit"] == "rad") == [0.1, 0.2, 0.5, 1.0, 1.0, 2.0, 1e2, 1e4]
+    assert max(abs(row["change_static_height"]) for row in rows) < 1e-9
     assert json.loads((tmp_path / "regularisation.json").read_text())["rows"] == rows
 
 

@@ -6,11 +6,14 @@ Source: a separate numpy code (tests/reference), the folded catenary in closed f
 import json
 import math
 
+import matplotlib
 import numpy as np
 import pytest
+from figure_helpers import nothing_overlaps
 from scipy.integrate import quad
 
 from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.results.style import STYLE
 from dolfbuoy.studies.stability import rising as study
 from dolfbuoy.studies.study import run
 
@@ -145,10 +148,25 @@ def test_options():
     assert study.parse_pair("3,0", None) == ((3, 0, 3),)
     assert len(study.cases(((1, 0, 10),))) == 2  # the paper's own
     for pair, cells, says in (
-        (None, 5, "needs --pair"),
+        (None, 5, "--pair: must be given"),
         ("2", 5, "degrees"),
         ("2,2", 5, "lower"),
         ("2,0", 0, "positive"),
     ):
         with pytest.raises(InputError, match=says):
             study.parse_pair(pair, cells)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_figure_with_any_number_of_discretisations(computed, number):
+    """Every curve is that of its state, and no title or legend is cut or lies on another."""
+    cases = list(computed.values())[:number]
+    with matplotlib.rc_context(STYLE):
+        figure = study.draw(cases)
+    above = figure.axes[:number]
+    for case, axes in zip(cases, above, strict=True):
+        curves = {line.get_label(): line.get_data() for line in axes.lines}
+        for state in case["states"]:
+            drawn = curves[f"end at z = {state['z_end']:.2f}"]
+            np.testing.assert_array_equal(drawn, [state["curves"]["x"], state["curves"]["z"]])
+    assert nothing_overlaps(figure)

@@ -6,17 +6,20 @@ Source: counts of the run itself.
 import json
 from types import SimpleNamespace
 
+import matplotlib
 import pytest
 from dynamics_helpers import MOORED, merged
+from figure_helpers import nothing_overlaps
 
 from dolfbuoy import load_scene
 from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
+from dolfbuoy.results.style import STYLE
 from dolfbuoy.solver import floor
 from dolfbuoy.studies.accuracy import step_cost
 from dolfbuoy.studies.study import run_command
 
-SCENE = merged(MOORED, cable__elements=4, solver__hull_cells=6, time={"end": 2.0, "step": 0.01})
+SCENE = merged(MOORED, cable__elements=4, time={"end": 2.0, "step": 0.01})
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +37,20 @@ def test_parts_add_up(rows):
         assert min(row[name] for name in step_cost.PARTS) > 0
         assert 0 < row["floor"] < row["total"]
         assert 0 < row["ratio"] < row["ratio of a step"]
+
+
+def test_figure_has_every_part_in_its_place(rows):
+    """Bars end to end, the floor, and a legend of all, within the figure."""
+    with matplotlib.rc_context(STYLE):
+        figure = step_cost.draw(rows)
+    (axes,) = figure.axes
+    for k, row in enumerate(rows):
+        bars = [bar for bar in axes.patches if abs(bar.get_y() + bar.get_height() / 2 - k) < 1e-9]
+        assert [bar.get_width() for bar in bars] == pytest.approx([row[name] for name in step_cost.PARTS])
+        assert bars[-1].get_x() + bars[-1].get_width() == pytest.approx(row["total"])
+        assert axes.lines[k].get_xdata()[0] == row["floor"]
+    assert {text.get_text() for text in figure.legends[0].get_texts()} == {*step_cost.PARTS, "floor"}
+    assert nothing_overlaps(figure)
 
 
 def test_floor_calls_what_the_run_called(monkeypatch):
@@ -59,7 +76,7 @@ def test_counts(rows):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"time": None}, "Missing section"),
+        ({"time": None}, "time: must be given"),
         ({"time__end": 0.5}, "at least 100 equal steps"),
         ({"time__tolerance": 1e-3}, "equal steps"),
     ],

@@ -14,11 +14,11 @@ import pytest
 import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.results.statistics import dominant_period, statistics
 from dolfbuoy.scene.variants import cases_of, parse_vary
 from dolfbuoy.studies import sweep as sweeping
-from dolfbuoy.studies.sweep import sweep
+from dolfbuoy.studies.sweep import check_wavelength, sweep
 
 ROD = {
     "title": "rod",
@@ -66,7 +66,7 @@ BAD = {
     "key of a number": (["--vary", "gravity.x=1"], ["gravity.x", "not a section"]),
     "nothing": ([], ["--vary", "--table"]),
     "both": (["--vary", "gravity=1", "--table", "good.csv"], ["--vary", "--table"]),
-    "no such table": (["--table", "nowhere.csv"], ["nowhere.csv", "No such file"]),
+    "no such table": (["--table", "nowhere.csv"], ["nowhere.csv", "must be a CSV file"]),
     "empty table": (["--table", "empty.csv"], ["empty.csv", "at least one row"]),
     "short row": (["--table", "short.csv"], ["short.csv", "row 2", "gravity, cable.length"]),
     "blank cell": (["--table", "blank.csv"], ["blank.csv", "row 1"]),
@@ -165,6 +165,17 @@ def test_statistics_of_known_series():
     assert found["buoy_position_z"]["standard_deviation"] == 0.0
 
 
+def test_statistics_of_an_angle_that_turns_on():
+    """A record has it between -180 and 180 degrees; its mean and range are those of the turning."""
+    t = np.linspace(0, 10, 501)
+    yaw = 30 * t + 5 * np.sin(4 * t)
+    record = xr.Dataset({"yaw": ("time", (yaw + 180) % 360 - 180)}, coords={"time": t})
+    assert np.ptp(record.yaw.values) > 300
+    found = statistics(record)["yaw"]
+    assert (found["minimum"], found["maximum"]) == pytest.approx((yaw.min(), yaw.max()))
+    assert found["dominant_period"] == pytest.approx(np.pi / 2, rel=1e-6)
+
+
 # -- whole sweeps ----------------------------------------------------------------------------------------------------
 
 
@@ -245,6 +256,45 @@ def test_a_sweep_without_any_result_is_written(tmp_path):
     dataset = sweep(ROD, ["cable.length=-1,-2"], None, tmp_path)
     assert all("InputError" in s for s in dataset.status.values)
     assert (tmp_path / "sweep.png").exists()
+
+
+@pytest.mark.mpi
+@needs_mpirun
+def test_a_sweep_without_any_result_exits_1_on_all_ranks(tmp_path):
+    load_scene(ROD).save(tmp_path / "rod.toml")
+    script = (
+        "import sys\nfrom mpi4py import MPI\nfrom dolfbuoy.commands import main\n"
+        "try:\n    main.main()\n"
+        "except SystemExit as stop:\n    open(f'code-{MPI.COMM_WORLD.rank}', 'w').write(str(stop.code))\n"
+    )
+    (tmp_path / "command.py").write_text(script)
+    arguments = ["command.py", "sweep", "rod.toml", "--vary", "cable.line_density=-1,-2", "--out", "sw"]
+    done = start(2, arguments, tmp_path)
+    assert [(tmp_path / f"code-{rank}").read_text() for rank in range(2)] == ["1", "1"], done.stderr
+    assert done.stdout.count("InputError") == 2
+
+
+WAVES = load_scene("short", time__end=0.02, time__step=0.01).to_dict()
+
+
+def test_a_period_of_a_fixed_wavelength_does_not_vary(tmp_path):
+    with pytest.raises(InputError, match=r"waves\.wavelength = 40\.0: .* --set waves\.wavelength="):
+        sweep(WAVES, ["waves.period=4,5"], None, tmp_path)
+    assert not list(tmp_path.iterdir())
+    free = load_scene(WAVES, waves__wavelength=None)
+    for scene, vary in ((free, ["waves.period=4,5"]), (WAVES, ["waves.period=4,5", "waves.wavelength=24,39"])):
+        check_wavelength(load_scene(scene), cases_of(vary, None))
+
+
+def test_set_changes_all_cases(call, tmp_path):
+    load_scene(ROD).save(tmp_path / "rod.toml")
+    vary = ["--vary", "cable.line_density=1,2", "--set", "gravity=3", "--set", "time.end=0.02"]
+    code, out, _ = call("sweep", tmp_path / "rod.toml", "--out", tmp_path / "sw", *vary)
+    assert code == 0
+    assert "tension top max [N]" in out
+    direct = simulate(load_scene(ROD, cable__line_density=2, gravity=3, time__end=0.02))
+    swept = xr.load_dataset(tmp_path / "sw" / "sweep.nc")
+    assert float(swept.tension_top_maximum[1]) == float(direct.tension_top.max())
 
 
 def test_an_interrupted_sweep_goes_on(tmp_path):

@@ -147,7 +147,7 @@ def report(advice: Advice, folder: Path | None, write: Path | None = None) -> No
 def draw(advice: Advice):
     """Errors of the pilot: in time over the time of the loop, in space over the cells; the accuracy as a line."""
     pilot = advice.pilot
-    figure = new_figure(PAGE, 2.9)
+    figure = new_figure(PAGE, 3.4)
     left, right = figure.subplots(1, 2)
     _lines(left, pilot, "time", lambda row: SCHEMES[row["scheme"]] + (" adaptive" if row.get("tolerance") else ""))
     _lines(right, pilot, "space", lambda row: row["pair"])
@@ -167,4 +167,4 @@ def _lines(axes, pilot, kind, label):
     axes.axhline(100 * pilot.accuracy, color=COLORS["ink"], lw=0.8, ls=":")
     plain_ticks(axes)
     if lines:
-        axes.legend()
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncol=2)

@@ -50,6 +50,7 @@ class Pilot:
 
     def __post_init__(self):
         self.scene = settings.shortened(self.whole)
+        self.largest = settings.largest_step(self.whole)
         self.start = acc.window_start(self.scene)
         period, end = settings.period_of(self.scene), self.scene.time.end
         largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
@@ -136,7 +137,10 @@ class Pilot:
         found["bdf2", False] = self._finer(at("bdf2", steps), truth, self.own_time)
         found["backward-euler", False] = self._finer(at("backward-euler", steps[1:][-2:]), truth, self.own_time, 0.0)
         for scheme in ("bdf2", ALPHA):
-            adaptive = [(self.mesh, Stepping(scheme, steps[-1], tolerance)) for tolerance in (1e-2, 1e-3, 1e-4, 1e-5)]
+            adaptive = [
+                (self.mesh, Stepping(scheme, steps[-1], tolerance, self.largest))
+                for tolerance in (1e-2, 1e-3, 1e-4, 1e-5)
+            ]
             found[scheme, True] = self._finer(adaptive, truth, self.own_time, dearest=0.5 * _work(truth))
         for family, points in found.items():
             self.time_curves[family] = Curve([(s.tolerance or s.step, error) for (_, s), error in points])
@@ -211,7 +215,7 @@ class Pilot:
                 if x is None:
                     continue
                 seconds = self.seconds(space, scheme, adaptive, x)
-                stepping = Stepping(scheme, self.finest, x) if adaptive else Stepping(scheme, x)
+                stepping = Stepping(scheme, self.finest, x, self.largest) if adaptive else Stepping(scheme, x)
                 key = space.pair, scheme, adaptive
                 if key not in best or seconds < best[key].seconds:
                     best[key] = Candidate(space, stepping, in_space + curve(x), seconds, x < curve.x[0])

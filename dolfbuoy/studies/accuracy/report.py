@@ -78,12 +78,12 @@ _PLANS = tomllib.loads(Path(__file__).with_name("report_plans.toml").read_text(e
 FULL, QUICK = ({name: _plan(**plan) for name, plan in _PLANS[kind].items()} for kind in ("full", "quick"))
 
 
-def settings_of(scene: Scene, plan: Plan) -> list[tuple[Space, Stepping]]:
-    """All combinations of elements and steps that are run, each once."""
+def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[Space, Stepping]]:
+    """All combinations of elements and steps that are run, each once; largest: of adaptive steps."""
     own = settings.space_of(scene)
     found = [(own, Stepping(BE, h)) for h in plan.euler]
     found += [(own, Stepping(scheme, h)) for scheme in SECOND for h in plan.second]
-    found += [(own, Stepping(BDF2, min(plan.second), tolerance)) for tolerance in plan.tolerances]
+    found += [(own, Stepping(BDF2, min(plan.second), tolerance, largest)) for tolerance in plan.tolerances]
     found += [(space, Stepping(ALPHA, plan.space_step)) for space in plan.spaces]
     found += [(s, Stepping(scheme, h)) for s in plan.mixed for scheme in SECOND for h in plan.mixed_steps]
     return list(dict.fromkeys(found))
@@ -105,9 +105,9 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
     return {name: with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
 
 
-def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path) -> list[dict]:
+def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path, largest=None) -> list[dict]:
     """The cases of the figure; the quantities of those on the scene's own elements are kept."""
-    own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan), reference, plan.repeats)
+    own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan, largest), reference, plan.repeats)
     return [with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
 
 
@@ -146,10 +146,12 @@ def pendulum_cases(quick: bool) -> list[dict]:
 
 def examine(name: str, plan: Plan, folder: Path) -> dict | None:
     """All numbers of a scene, with its figure saved in `folder`; None on all ranks but 0."""
-    scene, store = settings.shortened(load_scene(name), plan.end), Path(folder) / "work" / name
+    whole, store = load_scene(name), Path(folder) / "work" / name
+    scene, largest = settings.shortened(whole, plan.end), settings.largest_step(whole)
     fine = fine_cases(scene, plan, store)
     evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
-    found = evaluate_all(wp.evaluate, timed_cases(scene, plan, fine["reference"], store), store, wp.structure)
+    timed = timed_cases(scene, plan, fine["reference"], store, largest)
+    found = evaluate_all(wp.evaluate, timed, store, wp.structure)
     if found is None:
         return None
     add_scheme_errors(found, scene, plan, fine["mesh"])

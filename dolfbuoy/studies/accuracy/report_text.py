@@ -9,6 +9,7 @@ from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Curve, reach
 from ...results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
+from ...results.tables import unit_of
 from ...scene import settings
 from ..declaration import declared
 from . import work_precision as wp
@@ -287,7 +288,7 @@ def _pendulum(row):
 def _extremes(scene):
     rows = []
     for row in scene["extremes"]:
-        factor, unit = (1e-3, "kN") if row["unit"] == "N" else (1.0, row["unit"])
+        unit, factor = unit_of([value for value in row.values() if isinstance(value, float)], row["unit"])
         for which in ("largest", "smallest"):
             a, b = row[f"{which}_own"], row[f"{which}_second"]
             change = f"{100 * (a - b) / row['range_second']:+.2f} %"

@@ -20,7 +20,7 @@ from mpi4py import MPI
 from ...errors import InputError
 from ...motion.simulation import Simulation
 from ...results.recorder import Recorder
-from ...results.style import COLORS, PAGE, new_figure
+from ...results.style import COLORS, PAGE, legend_below, new_figure
 from ...scene import load_scene
 from ...solver import compat, floor
 from ..declaration import declared
@@ -140,7 +140,7 @@ def compute(folder, scene: str, steps: int) -> list[dict]:
     """Measure a scene with new and with kept Jacobians.  Raises InputError for a scene without enough steps."""
     scene = load_scene(scene)
     if scene.time is None:
-        raise InputError("Missing section [time]: step-cost measures a run.")
+        raise InputError("time: must be given, step-cost measures a run.")
     if scene.time.tolerance is not None or scene.time.end < 2 * WARM_UP * scene.time.step:
         raise InputError(
             f"step-cost needs a run of at least {2 * WARM_UP} equal steps: no time.tolerance, time.end larger."
@@ -170,7 +170,7 @@ def tables(rows: list[dict], scene: str, **_) -> list[Table]:
 
 def draw(rows: list[dict]):
     """Stacked bars of the parts, and the floor."""
-    figure = new_figure(PAGE, 2.2)
+    figure = new_figure(PAGE, 2.6)
     axes = figure.add_subplot()
     for k, row in enumerate(rows):
         left = 0.0
@@ -180,5 +180,5 @@ def draw(rows: list[dict]):
         axes.plot([row["floor"]] * 2, [k - 0.4, k + 0.4], color="k", lw=1.5, label="floor" if k == 0 else None)
     axes.set_yticks(range(len(rows)), [f"{row['jacobian']} Jacobians" for row in rows])
     axes.set_xlabel("microseconds per Newton iteration")
-    axes.legend(fontsize="x-small", ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.35), frameon=False)
+    legend_below(figure, 0.5, 5)
     return figure

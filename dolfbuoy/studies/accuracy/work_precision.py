@@ -33,14 +33,20 @@ structure = itemgetter("pair")
 
 
 def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
-    """The scene until t_end, by default the ramp and four periods, and the settings."""
+    """The scene until t_end, by default the ramp and four periods, the largest step of the whole, and the settings."""
+    whole, tolerances = load_scene(scene), settings.parse_numbers("--tolerances", tolerances)
+    if tolerances and max(tolerances) >= 1:
+        raise InputError(f"--tolerances {tolerances}: must be below 1.")
+    if t_end is not None and not t_end > settings.ramp_of(whole):
+        raise InputError(f"--t-end {t_end:g}: must be after the ramp, which ends at {settings.ramp_of(whole):g} s.")
     return {
-        "scene": settings.shortened(load_scene(scene), t_end, periods=4),
+        "scene": settings.shortened(whole, t_end, periods=4),
+        "largest": settings.largest_step(whole),
         "pairs": settings.parse_pairs(pairs),
         "cells": settings.parse_numbers("--cells", cells, int),
         "schemes": settings.parse_schemes(schemes),
         "steps": settings.parse_numbers("--steps", steps),
-        "tolerances": settings.parse_numbers("--tolerances", tolerances),
+        "tolerances": tolerances,
         "repeats": repeats,
     }
 
@@ -257,15 +263,17 @@ def _handles(rows, colors):
 # -- the study ---------------------------------------------------------------------------------------------------------
 
 
-def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=(), repeats=3):
+def compute(
+    folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=(), repeats=3, largest=None
+):
     """(results of the cases, check, reference), None on all ranks but 0; `scene` with the end that is wanted."""
     if scene.time is None:
-        raise InputError("Missing section [time]: a run needs at least its keys end and step.")
+        raise InputError("time: must be given, a run needs at least its keys end and step.")
     if not acc.quantities_of(scene):
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or settings.default_steps(scene)
     room = settings.spaces(scene, pairs, cells)
-    chosen = itertools.product(room, settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances))
+    chosen = itertools.product(room, settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances, largest))
     fine = reference_cases(scene, room, steps, folder)
     evaluate_all(evaluate_reference, fine, folder, structure)
     found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)

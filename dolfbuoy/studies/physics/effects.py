@@ -289,7 +289,7 @@ def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
     """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
-        raise InputError("This scene has no effect that could be left out, or none of the quantities compared.")
+        raise InputError("SCENE: must have an effect that can be left out, and a quantity to compare.")
     bases = base_cases(scene, folder)
     evaluate_all(evaluate_base, bases, folder, structure)
     rows = evaluate_all(evaluate, cases(scene, bases), folder)  # forms of their own: `compat` compiles them in turn

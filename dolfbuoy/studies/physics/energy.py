@@ -46,7 +46,7 @@ def evaluate(case: dict) -> dict:
         meter = Meter(simulation)
         old, t = meter.read(), 0.0
         if old["kinetic"] > 0:
-            raise InputError(f"{case['scene']}: the balance starts from rest only.")
+            raise InputError(f"SCENE = '{case['scene']}': must start from rest, as the balance does.")
         first, work = old, {name: 0.0 for name in old if name not in STORED}
         turnover = 0.0
         for _ in simulation.run():

@@ -33,6 +33,8 @@ QUANTITIES = {
 
 def request(scene, duration: float, step: float, scheme: str, **judged) -> dict:
     """The scene of the long run, of which frames are few, and how its windows are judged."""
+    if not 0 < judged.get("tolerance", 1.0) < math.inf:
+        raise InputError(f"--tolerance {judged['tolerance']:g}: must be a positive number.")
     time = {"end": duration, "step": step, "scheme": scheme, "output_every": duration / 100}
     return {"scene": load_scene(scene, time=time), **judged}
 

@@ -114,7 +114,7 @@ def cable_of(scene: str) -> dict:
     loaded = load_scene(scene)
     c = loaded.cable
     if c is None:
-        raise InputError(f"Scene '{scene}' has no [cable]: there is no explicit limit to speak of.")
+        raise InputError("cable: must be given, without it there is no explicit limit to speak of.")
     if math.isinf(c.axial_stiffness):
         raise InputError(
             "cable.axial_stiffness = inf: waves along an inextensible cable are infinitely fast and no explicit step "

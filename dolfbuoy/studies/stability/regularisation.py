@@ -55,7 +55,7 @@ def request(scene: str, t_end: float) -> dict:
 def cases(scene: Scene) -> list[dict]:
     """One per scale and factor; those that the scene has nothing of are left out."""
     if scene.sea is None:
-        raise InputError("A scene without [sea] has neither drag nor a wet hull: there is nothing to vary.")
+        raise InputError("sea: must be given, without it there is neither drag nor a wet hull, and nothing to vary.")
     chosen = {what: factors for what, (module, _, _, factors) in SCALES.items() if module is not hull or scene.buoy}
     if scene.buoy is not None:
         chosen[POINTS] = DEGREES

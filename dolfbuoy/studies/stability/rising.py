@@ -13,7 +13,7 @@ import numpy as np
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
-from ...results.style import COLORS, PAGE, new_figure
+from ...results.style import COLORS, PAGE, legend_below, new_figure
 from ...scene import load_scene
 from ...statics import catenary
 from ...statics.equilibrium import solve_equilibrium
@@ -39,7 +39,7 @@ def parse_pair(pair: str | None, cells: int | None) -> tuple:
     """`4,1` and a number of elements -> ((4, 1, cells),); without cells as many position unknowns as in the paper."""
     if pair is None:
         if cells is not None:
-            raise InputError("--cells needs --pair, for example --pair 2,1 --cells 5.")
+            raise InputError("--pair: must be given with --cells, for example --pair 2,1 --cells 5.")
         return ()
     try:
         mu, nu = (int(part) for part in pair.split(","))
@@ -198,16 +198,16 @@ def in_words(case: dict) -> list[str]:
 
 def draw(computed: list[dict]):
     """Above the shapes at all stages, the scale of x stretched; below the tension at the last one."""
-    figure = new_figure(max(PAGE, 3.2 * len(computed)), 5.8)
+    figure = new_figure(max(PAGE, 3.6 * len(computed)), 6.5)
     grid = figure.subplots(2, len(computed), squeeze=False, gridspec_kw={"height_ratios": (1.3, 1)})
     for case, above, below in zip(computed, *grid, strict=True):
         _draw_shapes(above, case)
         _draw_tension(below, case["states"][-1])
         above.set_title(f"{name_of(case)} elements", fontweight="bold")
-    grid[0, 0].legend(loc="upper right", title="end point at z =", title_fontsize=7.5)
-    grid[1, 0].legend(loc="upper left")
     grid[0, 0].set_ylabel("z")
     grid[1, 0].set_ylabel("T")
+    handles = {h.get_label(): h for axes in grid[:, 0] for h in axes.get_legend_handles_labels()[0]}
+    legend_below(figure, 0.6, 4, list(handles.values()))
     return figure
 
 
@@ -216,10 +216,10 @@ def _draw_shapes(axes, case):
     for color, state in zip(colors, case["states"], strict=True):
         curves = state["curves"]
         axes.plot(curves["x_exact"], curves["z_exact"], "--", color=color, lw=0.8)
-        axes.plot(curves["x"], curves["z"], "-", color=color, label=f"{state['z_end']:.2f}")
+        axes.plot(curves["x"], curves["z"], "-", color=color, label=f"end at z = {state['z_end']:.2f}")
         nodes = [*range(0, len(curves["x"]), len(XI)), -1]
         axes.plot([curves["x"][i] for i in nodes], [curves["z"][i] for i in nodes], "o", color=color, ms=2.2)
-    axes.plot([], [], "--", color=COLORS["ink"], lw=0.8, label="exact")
+    axes.plot([], [], "--", color=COLORS["ink"], lw=0.8, label="exact shape, T(s)")
     axes.set_xlabel("x (note its scale)")
     axes.locator_params(axis="x", nbins=5)
     axes.margins(x=0.08)
@@ -229,9 +229,9 @@ def _draw_tension(axes, state):
     s, T = (np.reshape(state["curves"][name], (-1, len(XI))) for name in "sT")
     fine = np.linspace(0, 1, 801)
     axes.axhline(0, color="#888888", lw=0.7)
-    axes.plot(fine, exact_cable(state["z_end"]).tension(fine), "--", color=COLORS["ink"], lw=0.8, label="exact T(s)")
+    axes.plot(fine, exact_cable(state["z_end"]).tension(fine), "--", color=COLORS["ink"], lw=0.8)
     for i, mean in enumerate(state["exact_tensions"]):
-        label = "its mean on the element" if i == 0 else None
+        label = "exact mean on the element" if i == 0 else None
         axes.plot(s[i, [0, -1]], [mean, mean], "-", color="#aaaaaa", lw=1.6, label=label)
         color = COLORS["red"] if T[i].min() <= 0 else COLORS["blue"]
         axes.plot(s[i], T[i], "-", color=color, lw=1.8, label="finite elements" if i == len(T) - 1 else None)

@@ -1,0 +1,88 @@
+"""Figures along the cable: its shapes, and the range of the tension in it."""
+
+import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from ..scene.settings import period_of
+from .drawing import after_ramp, figure_of, legend_above, mean_over_time
+from .paths import equal_axes, label_axes, panel_height, widest
+from .style import COLORS, COLUMN, new_figure
+from .tables import force_unit
+
+
+@figure_of("cable_position")
+def shapes(record, scene=None) -> Figure:
+    """Shapes of the cable from the side, coloured by time: over the last period, or over the run; water and bed."""
+    chosen = _chosen_frames(record.frame.values, period_of(scene))
+    t, x = record.frame.values[chosen], record.cable_position.values[chosen]
+    wide = widest(x)
+    curves = x[:, :, [wide, 2]]
+    seen = np.concatenate([curves.reshape(-1, 2), *_levels(scene, curves)])
+    figure = new_figure(COLUMN, 0.75 + panel_height(seen, 2.3))
+    axes = figure.subplots()
+    lines = LineCollection(curves, array=t, cmap="viridis", lw=1.0)
+    lines.set_clim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
+    axes.add_collection(lines)
+    axes.plot(*curves[0, 0], "s", color=COLORS["ink"], ms=4)
+    equal_axes(axes, seen)
+    label_axes(axes, "xy"[wide], "z")
+    if _draw_levels(axes, scene, seen):
+        legend_above(axes, 2)
+    if len(t) > 1:
+        figure.colorbar(lines, ax=axes, label="time [s]", shrink=0.9, aspect=25)
+    return figure
+
+
+def _levels(scene, curves):
+    """Heights of still water and bed, as points of the picture, where they are near enough to the cable to be shown."""
+    if scene.sea is None:
+        return []
+    low, high = curves.min(axis=(0, 1)), curves.max(axis=(0, 1))
+    room, x = 0.35 * (high - low).max(), (low[0] + high[0]) / 2
+    return [[[x, z]] for z in (0.0, -scene.sea.depth) if low[1] - room <= z <= high[1] + room]
+
+
+def _draw_levels(axes, scene, seen):
+    """Still water and bed behind the curves, what is below the bed shaded; returns whether any is in the picture."""
+    if scene.sea is None:
+        return False
+    low, high, bed = seen[:, 1].min(), seen[:, 1].max(), -scene.sea.depth
+    if high >= 0:
+        axes.axhline(0, color=COLORS["sky"], lw=1.2, zorder=1, label="still water")
+    if low <= bed:
+        axes.axhline(bed, color=COLORS["sand"], lw=1.2, zorder=1, label="sea bed")
+        axes.axhspan(2 * bed - high, bed, color=COLORS["sand"], alpha=0.35, lw=0, zorder=0.5)
+    return high >= 0 or low <= bed
+
+
+def _chosen_frames(frames, period, count=13):
+    """Numbers of about `count` frames, evenly over the last period if there is one, else over the run."""
+    first = 0
+    if period is not None and frames[-1] - frames[0] > period:
+        first = int(np.searchsorted(frames, frames[-1] - period * (1 + 1e-9)))
+    return np.unique(np.linspace(first, len(frames) - 1, count).round().astype(int))
+
+
+@figure_of("cable_tension", "s_cell")
+def envelope(record, scene=None) -> Figure:
+    """Least, mean and largest tension along the cable over the frames after the ramp, a value per element."""
+    frames = record.frame.values
+    rows = after_ramp(frames, scene, 2, "envelope of the tension")
+    s, T = record.s_cell.values, record.cable_tension.values[rows]
+    unit, factor = force_unit(T)
+    low, mean, high = factor * T.min(axis=0), factor * mean_over_time(frames[rows], T), factor * T.max(axis=0)
+    figure = new_figure(COLUMN, 2.6)
+    axes = figure.subplots()
+    mark = "." if len(s) <= 30 else ""
+    axes.fill_between(s, low, high, color=COLORS["sky"], alpha=0.25, lw=0)
+    axes.plot(s, high, "--", color=COLORS["red"], marker=mark, label="largest")
+    axes.plot(s, mean, "-", color=COLORS["ink"], marker=mark, label="mean")
+    axes.plot(s, low, ":", color=COLORS["blue"], marker=mark, label="least")
+    if low.min() < 0:
+        axes.axhline(0, color="#888888", lw=0.7)
+    span = f"{len(rows)} instants, {frames[rows[0]]:.4g} to {frames[rows[-1]]:.4g} s"
+    axes.set(xlabel=f"arc length from the anchor, s [m]\n({span})", ylabel=f"tension [{unit}]")
+    axes.margins(x=0.01)
+    legend_above(axes, 3)
+    return figure

@@ -1,0 +1,75 @@
+"""Figures of a run over time, as in Sect. 5 of the paper: tensions, heave, angles."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..scene.settings import period_of
+from .drawing import at_least, figure_of, legend_above, unwrapped
+from .style import COLORS, COLUMN, new_figure
+from .tables import force_unit
+
+#: A run of more periods than this gets an enlarged end.
+MANY_PERIODS = 6
+
+
+@figure_of("tension_top", "tension_anchor")
+def tension(record, scene=None) -> Figure:
+    """Figs. 6 (right) and 9 (left): tension at both ends of the cable."""
+    unit, factor = force_unit([record.tension_top, record.tension_anchor])
+    curves = [
+        (factor * record.tension_top.values, "-", COLORS["blue"], r"$|\mathbf{T}_{bnd}|$, upper end"),
+        (factor * record.tension_anchor.values, "--", COLORS["red"], r"$T_h(0)$, anchor"),
+    ]
+    return _over_time(record, scene, [(f"tension [{unit}]", curves)])
+
+
+@figure_of("buoy_position")
+def heave(record, scene=None) -> Figure:
+    """Figs. 7 and 9 (right): height of C and of the water above it, and their difference."""
+    z = record.buoy_position.values[:, 2]
+    curves = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass")]
+    if "surface_elevation" not in record:
+        return _over_time(record, scene, [("height [m]", curves)])
+    water = record.surface_elevation.values
+    curves.append((water, "--", COLORS["red"], r"$z_w$, water surface"))
+    difference = [(z - water, "-", COLORS["blue"], None)]
+    return _over_time(record, scene, [("height [m]", curves), (r"$r_{C,z} - z_w$ [m]", difference)])
+
+
+@figure_of("cone_angle")
+def cone_angle(record, scene=None) -> Figure:
+    """Figs. 8 (left) and 10 (right): angle between the vertical and the axis of the buoy."""
+    return _over_time(record, scene, [("cone angle [°]", [(record.cone_angle.values, "-", COLORS["blue"], None)])])
+
+
+@figure_of("roll", "pitch", "yaw")
+def roll_pitch_yaw(record, scene=None) -> Figure:
+    """Turns of the buoy about x, y and z, each in a panel of its own."""
+    panels = [
+        (f"{name} [°]", [(unwrapped(record, name), "-", COLORS[color], None)])
+        for name, color in (("roll", "blue"), ("pitch", "red"), ("yaw", "green"))
+    ]
+    return _over_time(record, scene, panels, height=1.2, enlarge=False)
+
+
+def _over_time(record, scene, panels, height=1.65, enlarge=True):
+    """One panel per (label, curves) over the same time; the end of the first one enlarged if there are many periods."""
+    t, period = record.time.values, period_of(scene)
+    many = enlarge and period is not None and t[-1] - t[0] > MANY_PERIODS * period
+    panels = panels + panels[:1] if many else panels
+    figure = new_figure(COLUMN, 0.5 + height * len(panels))
+    rows = figure.subplots(len(panels), squeeze=False)[:, 0]
+    for i, (axes, (label, curves)) in enumerate(zip(rows, panels, strict=True)):
+        window = t >= t[-1] - 3 * period if many and i == len(panels) - 1 else np.ones(len(t), dtype=bool)
+        for values, line, color, name in curves:
+            axes.plot(t[window], values[window], line, color=color, label=name, marker="." if len(t) < 3 else "")
+        axes.set_ylabel(label)
+        axes.margins(x=0.01)
+        at_least(axes)
+    if many:
+        rows[-1].set_title("last three periods", loc="left")
+    if len(panels[0][1]) > 1:
+        legend_above(rows[0], 2)
+    rows[-1].set_xlabel("time [s]")
+    figure.align_ylabels(rows)
+    return figure

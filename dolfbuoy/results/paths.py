@@ -1,0 +1,167 @@
+"""Figures of the path of the buoy: from above, from the side, in space."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..model.sea import heading
+from ..scene.settings import period_of
+from .drawing import Missing, TooShort, after_ramp, at_least, figure_of, legend_above, mean_over_time
+from .space import equal_scale
+from .style import COLORS, COLUMN, new_figure
+
+#: A motion is drawn as planar if its width is below this share of its length.
+PLANAR = 0.02
+
+
+@figure_of("buoy_position")
+def trajectory(record, scene=None) -> Figure:
+    """Figs. 6 and 10 (left): path of C from above and from the side.
+
+    A motion in one vertical plane x-z or y-z is shown from the side and over time.
+    """
+    t, x = record.time.values, record.buoy_position.values
+    last = _last_period(record, scene)
+    wide = widest(x)
+    planar = _is_planar(x)
+    heights = [panel_height(x[:, [wide, 2]]), 1.3] if planar else [panel_height(x[:, p]) for p in ([0, 1], [wide, 2])]
+    figure = new_figure(COLUMN, sum(heights) + 1.1)
+    top, bottom = figure.subplots(2, 1, gridspec_kw={"height_ratios": heights})
+    if planar:
+        _draw_path(top, x[:, [wide, 2]], last)
+        label_axes(top, "xy"[wide], "z")
+        bottom.plot(t, x[:, wide], color=COLORS["blue"], marker="." if len(t) < 3 else "")
+        bottom.set(xlabel="time [s]", ylabel=f"{'xy'[wide]} [m]")
+        at_least(bottom)
+    else:
+        for axes, (i, j) in ((top, (0, 1)), (bottom, (wide, 2))):
+            _draw_path(axes, x[:, [i, j]], last)
+            label_axes(axes, "xyz"[i], "xyz"[j])
+    legend_above(top, 4)
+    return figure
+
+
+@figure_of("buoy_position")
+def track(record, scene=None) -> Figure:
+    """Horizontal track of C after the ramp, its mean, and where waves, current, wind and an external force push."""
+    t = record.time.values
+    rows = after_ramp(t, scene, 2, "track of the buoy")
+    x, pushes = record.buoy_position.values[rows, :2], _pushes(scene)
+    figure = new_figure(COLUMN, min(panel_height(x, 2.3), 2.6) + 1.1)
+    ratios = (3.2, 1) if pushes else (1,)
+    axes, *compass = figure.subplots(1, len(ratios), width_ratios=ratios, squeeze=False)[0]
+    _draw_path(axes, x, None)
+    axes.plot(*mean_over_time(t[rows], x), "+", color=COLORS["red"], ms=9, mew=1.5, ls="none", label="mean", zorder=5)
+    label_axes(axes, "x", "y")
+    legend_above(axes, 4)
+    for panel in compass:
+        _draw_compass(panel, pushes)
+    return figure
+
+
+def _pushes(scene):
+    """What pushes, and its horizontal direction (2,)."""
+    found = {}
+    for name in ("waves", "current", "wind"):
+        if getattr(scene, name):
+            found[name] = heading(getattr(scene, name).direction_deg)[:2]
+    force = np.array(scene.external_force.force[:2] if scene.external_force else (0.0, 0.0))
+    return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
+
+
+def _draw_compass(axes, pushes):
+    """Directions alone, as arrows whose lengths mean nothing."""
+    for k, (name, direction) in enumerate(pushes.items()):
+        color = COLORS[("blue", "green", "orange", "red")[k]]
+        axes.quiver(0, 0, *((1 - 0.2 * k) * direction), color=color, angles="xy", scale_units="xy", scale=1, width=0.04)
+        axes.plot([], [], color=color, lw=2, label=name)
+    axes.set(xlim=(-1.1, 1.1), ylim=(-1.1, 1.1))
+    axes.set_title("directions", fontsize=7.5)
+    axes.set_aspect("equal")
+    axes.axis("off")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=0)
+
+
+@figure_of("buoy_position")
+def orbit(record, scene=None) -> Figure:
+    """Fig. 10 (left): path of C in the last period of the waves."""
+    if scene.waves is None:
+        raise Missing("figures.orbit needs waves, which this scene does not have.")
+    last = _last_period(record, scene)
+    if last is None:
+        raise TooShort(f"No orbit: it needs one period of the waves, {scene.waves.period:g} s.")
+    x = record.buoy_position.values[last]
+    if _is_planar(x):
+        figure = new_figure(COLUMN, 3.0)
+        axes = figure.subplots()
+        _draw_path(axes, x[:, [widest(x), 2]], None)
+        label_axes(axes, "xy"[widest(x)], "z")
+        legend_above(axes, 2)
+        return figure
+    return _orbit_3d(x)
+
+
+def _orbit_3d(x):
+    middle, half = (x.max(axis=0) + x.min(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
+    half = 1.12 * np.maximum(half, 0.35 * half.max())
+    box = np.array([middle - half, middle + half])
+    figure = new_figure(COLUMN, 3.1, constrained=False)
+    axes = figure.add_axes((0, 0.08, 1, 0.92), projection="3d", computed_zorder=False)
+    for i, wall in ((0, box[0, 0]), (1, box[1, 1]), (2, box[0, 2])):
+        shadow = x.copy()
+        shadow[:, i] = wall
+        axes.plot(*shadow.T, color="#b0b0b0", lw=0.8)
+    axes.plot(*x.T, color=COLORS["blue"], lw=1.4)
+    axes.plot(*x[:1].T, "o", color=COLORS["ink"], mfc="none", ms=7, ls="none", label="start of the period")
+    axes.plot(*x[-1:].T, "o", color=COLORS["ink"], ms=4.5, ls="none", label="end")
+    axes.plot([], [], color="#b0b0b0", lw=0.8, label="projections")
+    equal_scale(axes, box, elevation=22, azimuth=-60)
+    figure.legend(loc="lower center", ncol=3)
+    return figure
+
+
+def _last_period(record, scene):
+    """Rows of the last period, or None if there is none or the run is shorter."""
+    t, period = record.time.values, period_of(scene)
+    if period is None or t[-1] - t[0] < period or len(t) < 3:
+        return None
+    return np.flatnonzero(t >= t[-1] - period * (1 + 1e-9))
+
+
+def _is_planar(x):
+    extent = np.ptp(x[:, :2], axis=0)
+    return extent.min() <= PLANAR * extent.max() + 1e-6
+
+
+def widest(x) -> int:
+    """0 for x, 1 for y: the horizontal direction of the greater extent of points (..., 3)."""
+    extent = np.ptp(x.reshape(-1, 3)[:, :2], axis=0)
+    return int(extent[1] > extent[0])
+
+
+def _draw_path(axes, x, last):
+    """A path in a plane with its start and end, the rows `last` set off."""
+    axes.plot(*x.T, color=COLORS["blue"], lw=0.8)
+    if last is not None and len(last) < len(x):
+        axes.plot(*x[last].T, color=COLORS["red"], lw=1.4, label="last period")
+    axes.plot(*x[0], "o", color=COLORS["ink"], mfc="none", ms=7, label="start", ls="none", zorder=4)
+    axes.plot(*x[-1], "o", color=COLORS["ink"], ms=4.5, label="end", ls="none", zorder=4)
+    equal_axes(axes, x)
+
+
+def equal_axes(axes, x) -> None:
+    """Equal scale: the panel keeps its shape and shows a little more than the points (n, 2)."""
+    middle, half = (x.max(axis=0) + x.min(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
+    half = np.maximum(1.08 * half, max(0.05 * half.max(), 5e-3))
+    axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def panel_height(x, panel_width: float = 2.9) -> float:
+    """Height of a panel of that width [inch] that suits the points (n, 2)."""
+    width, height = np.ptp(x, axis=0)
+    return float(np.clip(1.05 * panel_width * height / width, 1.0, 3.2)) if width > 0 else 2.4
+
+
+def label_axes(axes, horizontal: str, vertical: str) -> None:
+    """Names of two coordinates, in metres."""
+    axes.set(xlabel=f"{horizontal} [m]", ylabel=f"{vertical} [m]")
