@@ -187,6 +187,16 @@ def test_periods_of_the_reference_cylinder():
         assert found["pitch"].period == pytest.approx(exact["T_pitch"][C_A], rel=2e-3)
 
 
+def test_damping_ratio():
+    """Of heave: c/(2 sqrt(k m)) of a linear damper, at the undamped period."""
+    m = HULL["rao_capytaine_disc"]["input"]["mass"] + RHO * 2 / 3 * math.pi * 1.5**3 * 1.1
+    k = RHO * G * math.pi * 1.5**2
+    found = buoy_periods(load_scene(DISC, buoy__wave_damping=[0.3 * 2 * math.sqrt(k * m), 0.0]))["heave"]
+    assert found.damping_ratio == pytest.approx(0.3, rel=1e-5)
+    assert found.period == pytest.approx(2 * math.pi * math.sqrt(m / k), rel=1e-5)
+    assert found.share == pytest.approx(1, abs=1e-6)
+
+
 def test_many_unknowns():
     """Shift and invert about several frequencies finds what the whole spectrum has."""
     scene = load_scene("short")

@@ -33,7 +33,7 @@ STRUCTURE = ("part", "held")
 
 MOTIONS = ("surge", "heave", "pitch")
 #: Periods of the response [s]: dense enough for a curve.
-PERIODS = [*np.arange(2.0, 8.0, 0.25), *np.arange(8.0, 14.0, 0.5), *np.arange(14.0, 20.5, 1.0)]
+PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24), np.linspace(14.5, 20.0, 12)])
 #: Heels of the righting levers [deg].
 HEELS = np.arange(0.0, 180.5, 5.0)
 #: Strips are 20 to 100 % wrong in waves whose k R is more than this (measured against potential flow).
@@ -89,11 +89,11 @@ def cases(scene: Scene, runs=(), direction=0.0, flow=None) -> list[dict]:
     free = _floating(scene)
     ways = ["moored"] * (scene.cable is not None) + ["free"] * (free is not None)
     upright = [held for held in ways if held == "moored" or free.GM > 0]
-    periods = sorted({float(T) for T in (*PERIODS, *runs, *(flow.periods if flow else ()))})
+    periods = sorted({round(float(T), 9) for T in (*PERIODS, *runs, *(flow.periods if flow else ()))})
     common = {"study": "hull", "scene": scene.to_dict(), "direction": direction}
     found = [{"part": "hydrostatics", "held": held} for held in ways]
     found += [{"part": "response", "held": held, "periods": periods} for held in upright]
-    found += [{"part": "run", "held": held, "period": float(T)} for held in upright for T in runs]
+    found += [{"part": "run", "held": held, "period": round(float(T), 9)} for held in upright for T in runs]
     return [common | case for case in found]
 
 
@@ -207,15 +207,15 @@ def _numbers(at_rest):
 
 
 def _stability(curve):
-    """The largest lever, its heel, and the heel at which the lever first vanishes."""
+    """The heel at which the lever first vanishes, the largest lever up to there, and its heel."""
     heel, lever = (np.array([point[key] for point in curve]) for key in ("heel_deg", "lever"))
-    top = int(np.argmax(lever))
     lost = next((k for k in range(2, len(heel)) if lever[k] <= 1e-9 < lever[k - 1]), None)
     vanishing = None
     if lost is not None:
         share = lever[lost - 1] / (lever[lost - 1] - lever[lost])
         vanishing = float(heel[lost - 1] + share * (heel[lost] - heel[lost - 1]))
-    return {"largest": float(lever[top]), "heel_of_largest": float(heel[top]), "vanishing": vanishing}
+    top = int(np.argmax(lever[:lost]))
+    return {"vanishing": vanishing, "largest": float(lever[top]), "heel_of_largest": float(heel[top])}
 
 
 def _beside(row, linear):
@@ -241,7 +241,7 @@ def _potential_rows(scene, flow, linear):
     rows = []
     for period, X in sorted(zip(flow.periods, found, strict=True), key=lambda pair: pair[0]):
         polar = {key: value for name, x in zip(MOTIONS, X, strict=True) for key, value in _polar(name, x).items()}
-        rows.append({"period": period, **_compared(polar, own[period], "flow")})
+        rows.append({"period": period, **_compared(polar, own[round(period, 9)], "flow")})
     return rows
 
 

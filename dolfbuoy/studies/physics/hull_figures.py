@@ -19,31 +19,36 @@ def draw_responses(linear, runs, flow, shortest):
     figure = new_figure(PAGE, 4.2)
     panels = figure.subplots(2, 3, sharex=True)
     for (name, title), (top, below) in zip(PANELS.items(), panels.T, strict=True):
-        for held, rows in groups(linear, "held").items():
-            period = [row["period"] for row in rows]
-            top.plot(period, [row[name] for row in rows], color=COLOR[held], label=held)
-            phases = [row[f"{_motion(name)}_phase"] for row in rows]
-            below.plot(period, _unbroken(phases), color=COLOR[held])
-            _mark(top, below, name, [row for row in runs if row["held"] == held], "run", "o", COLOR[held])
-        _mark(top, below, name, flow, "flow", "+", COLORS["ink"])
+        _draw_curves(top, below, name, linear, runs)
+        _mark(top, below, name, flow, "flow", COLORS["ink"])
         _scale(top, linear, name, shortest)
         top.set_title(title)
         below.set(xlabel="period [s]", ylim=(-190, 190), yticks=range(-180, 181, 90))
         for axes in (top, below):
             axes.axvspan(0, shortest, color=COLORS["sand"], alpha=0.25, lw=0)
-            axes.set_xlim(2, 20)
+            axes.set(xlim=(2, 20.5), xticks=[2, 5, 10, 15, 20])
     panels[0, 0].set_ylabel("amplitude")
     panels[1, 0].set_ylabel("phase behind the crest [deg]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    legend_below(figure, 0.3, 5, list(dict(zip(labels, handles, strict=True)).values()))
+    one_each = dict(zip(labels, handles, strict=True))
+    legend_below(figure, 0.3, 5, sorted(one_each.values(), key=lambda line: line.get_marker() != "None"))
     return figure
 
 
-def _mark(top, below, name, rows, source, marker, color):
+def _draw_curves(top, below, name, linear, runs):
+    """Amplitude and phase of a motion, moored and free, with the points of the runs."""
+    for held, rows in groups(linear, "held").items():
+        period = [row["period"] for row in rows]
+        top.plot(period, [row[name] for row in rows], color=COLOR[held], label=held)
+        below.plot(period, _unbroken([row[f"{_motion(name)}_phase"] for row in rows]), color=COLOR[held])
+        _mark(top, below, name, [row for row in runs if row["held"] == held], "run", COLOR[held])
+
+
+def _mark(top, below, name, rows, source, color):
     """Points of runs or of potential flow, if there are any."""
     if not rows:
         return
-    label = {"run": "runs in time", "flow": "potential flow, free"}[source]
+    marker, label = {"run": ("o", "runs in time"), "flow": ("+", "potential flow, free")}[source]
     style = {"ls": "", "marker": marker, "color": color, "mfc": "none", "ms": 5, "label": label}
     period = [row["period"] for row in rows]
     top.plot(period, [row[f"{name}_{source}"] for row in rows], **style)
@@ -56,9 +61,9 @@ def _motion(name):
 
 
 def _unbroken(phases):
-    """Phases [deg] with a gap where they jump from one side to the other."""
+    """Phases [deg] with a gap where they jump, at an undamped peak or from one side to the other."""
     phases = np.array(phases)
-    phases[1:][np.abs(np.diff(phases)) > 180] = np.nan
+    phases[1:][np.abs(np.diff(phases)) > 170] = np.nan
     return phases
 
 
