@@ -43,20 +43,16 @@ def angular_momentum(L_C_t: Expr, torque: Expr, test: Expr) -> Expr:
     return inner(L_C_t - torque, test)
 
 
-def spin(q4: Expr, L_C: Expr) -> Expr:
-    """Angular momentum about the axis, L_C . d."""
-    return dot(L_C, rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0]))
+def spin_correction(q4: Expr, L_C: Expr, L_C_t: Expr, inertia: Expr, product: Scalar) -> Expr:
+    """-product L_C,t . (omega x d) d: what a scheme's product rule, (a b)_t = a_t b + a b_t - product a_t b_t, lacks.
 
-
-def spin_defect(q4: Expr, L_C: Expr, L_C_t: Expr, spin_t: Expr, inertia: Expr) -> Expr:
-    """(L_C . d)_t - L_C,t . d - L_C . (omega x d), along d: nothing, but for what a time scheme makes of it.
-
-    Added to (8)_4 it lets the scheme follow L_C . d itself.  Of backward Euler, L_C,t . d = 0 is not yet a constant
-    L_C . d: a heaving and pitching buoy on which nothing acts about its axis would begin to spin, with dt.
+    Added to (8)_4, so that no torque about the axis means no change of L_C . d.  Without it a buoy that heaves and
+    pitches under backward Euler (product: its step) begins to spin, the faster the longer the step.  0 where L_C is
+    constant.
     """
     R = rotation_matrix(q4)
     d, omega = R * as_vector([0.0, 0.0, 1.0]), apply_inverse_inertia(R, inertia, L_C)
-    return (spin_t - dot(L_C_t, d) - dot(L_C, cross(omega, d))) * d
+    return -product * dot(L_C_t, cross(omega, d)) * d
 
 
 def point_torque(q4: Expr, body_offset: Expr, force: Expr) -> Expr:

@@ -18,7 +18,6 @@ from .evolution import Evolution
 from .numbers import Numbers
 from .rigid import axis_offset, mass_properties, rotation_of, shape_of
 from .sea import SeaState
-from .spin import Spin
 from .wet_hull import SUBMERGED, WetHull, add
 
 #: State in motion, (r_C, p, q_4, L_C), and at rest; in statics |q_4| = 1 and the torques are the rows of the latter.
@@ -57,7 +56,7 @@ class Buoy:
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
         if dynamic:
             self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
-            self.spin = Spin(self)
+            self.product = fem.Constant(self.mesh, 0.0)  #: of the scheme's product rule [s]
         else:
             self.relaxation = fem.Constant(self.mesh, 0.0)
             self.reference = fem.Function(self.state.function_space)
@@ -142,7 +141,8 @@ class Buoy:
         F += body.linear_momentum(rates.momentum, force, test.momentum)
         F += body.orientation(rates.orientation, y.orientation, y.angular_momentum, self.inertia, test.orientation)
         F += body.angular_momentum(rates.angular_momentum, torque, test.angular_momentum)
-        F += ufl.inner(self.spin.defect(y, rates, self.inertia), test.angular_momentum)
+        q4, L_C, L_C_t = y.orientation, y.angular_momentum, rates.angular_momentum
+        F += ufl.inner(body.spin_correction(q4, L_C, L_C_t, self.inertia, self.product), test.angular_momentum)
         return F, test.momentum, test.angular_momentum
 
     def _equilibrium(self, state, force, torque, attachments):
@@ -182,7 +182,7 @@ class Buoy:
     def evolutions(self) -> list[Evolution]:
         """The state is of first order; its momenta are rates that the scheme makes."""
         lagged = MOTION.mask("momentum", "angular_momentum")
-        return [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes]), self.spin.evolution()]
+        return [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes], self.product)]
 
     def set_time(self, t):
         """Advance the sea."""

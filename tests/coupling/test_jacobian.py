@@ -163,7 +163,7 @@ def test_state_is_tilted_and_half_submerged():
     """The state of these tests is what they say."""
     problem = Problem(coupled_scene(), dynamic=True)
     random_state(problem, np.random.default_rng(5))
-    values = Observer(problem).values(np.zeros(3))
+    values = Observer(problem).values({"end_tension": np.zeros(3)})
     full = problem.scene.sea.density * problem.buoy.shape.volume()
     assert 0.3 < values["displaced_mass"] / full < 0.7
     assert abs(values["cone_angle"] - 40) < 1e-6

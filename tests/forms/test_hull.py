@@ -50,7 +50,7 @@ class Pose:
     def displaced(self, keel_height, degrees):
         """(displaced mass, moment of it about C towards the lean)."""
         r_C = self.put(keel_height, degrees)
-        values = self.observer.values(None)
+        values = self.observer.values({})
         mass = values["displaced_mass"]
         return mass, mass * float((values["buoyancy_center"] - r_C) @ self.lean)
 

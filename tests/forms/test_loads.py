@@ -4,6 +4,7 @@ Source: Morison's formula, the strain equation and a disc's wet segment written 
 """
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
-from dolfbuoy.forms import cable, hull, morison
+from dolfbuoy.forms import buoy, cable, hull, morison, sea
 from dolfbuoy.forms.sea import Flow
 from dolfbuoy.model.lines import top_position
 from dolfbuoy.scene import Top
@@ -308,6 +309,37 @@ def test_tilted_tank():
         found = load(turned.apply(d), there, tank)
         expected = np.concatenate([turned.apply(still[:3]), turned.apply(still[3:])]) / math.cos(tilt)
         assert found == pytest.approx(expected, abs=1e-12 * RHO * g * np.pi * value(radius) ** 2 * 1.5)
+
+
+def test_wave_damping():
+    """Linear in heave and in the rotation across the axis, against the surface above C; nothing for a body that rides
+    on it."""
+    w = sea.Wave(0.4, 0.16, 1.25, 0.9, math.cos(0.5), math.sin(0.5), 500.0)
+    turned, place = Rotation.from_rotvec([0.2, -0.1, 0.4]), np.array([1.2, 0.7, 0.2])
+    d = turned.apply([0, 0, 1])
+    q4 = vector(turned.as_quat()[3], *turned.as_quat()[:3])
+    c = SimpleNamespace(heave=300.0, pitch=70.0)
+
+    def load(motion, wave=None):
+        state = buoy.Body(vector(*place), q4, lambda x: sea.flow(x, wave), motion)
+        return [value(part) for part in buoy.wave_damping(c, state)]
+
+    v, omega = (np.array(value(x)) for x in (MOTION.velocity, MOTION.angular_velocity))
+    force, torque = load(MOTION)
+    assert force == pytest.approx([0, 0, -300.0 * v[2]], rel=1e-12)
+    assert torque == pytest.approx(-70.0 * split(omega, d)[0], rel=1e-12)
+    h, eta = 1e-5, lambda x, phase: 0.4 * math.cos(0.16 * (math.cos(0.5) * x[0] + math.sin(0.5) * x[1]) + phase)
+    rise = lambda x: (eta(x, 0.9 - 1.25 * h) - eta(x, 0.9 + 1.25 * h)) / (2 * h)  # noqa: E731
+    tilting = [(rise(place + 0.01 * e) - rise(place - 0.01 * e)) / 0.02 for e in np.eye(3)[:2]]
+    surface = np.array([tilting[1], -tilting[0], 0.0])  # the normal turns with -grad eta_t
+    riding = MOTION._replace(velocity=vector(0, 0, rise(place)), angular_velocity=vector(*surface))
+    force, torque = load(riding, w)
+    assert np.abs(force).max() < 1e-5 * 300.0
+    assert np.abs(torque).max() < 1e-5 * 70.0
+    force, torque = load(MOTION, w)
+    assert force[2] == pytest.approx(-300.0 * (v[2] - rise(place)), rel=1e-5)
+    assert torque == pytest.approx(-70.0 * split(omega - surface, d)[0], rel=1e-5)
+    assert buoy.wave_damping(c, buoy.Body(vector(*place), q4, lambda x: sea.flow(x), None)) == (None, None)
 
 
 def test_parts_of_a_vector():

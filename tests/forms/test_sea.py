@@ -249,3 +249,45 @@ def test_drag_at_rest_is_zero_and_has_a_derivative():
         slope = apply_derivatives(apply_algebra_lowering(ufl.diff(norm, variable)))
         components = [slope[i] for i in range(size)] if size > 1 else [slope]
         assert [value(c) for c in components] == [0.0] * size
+
+
+@pytest.mark.parametrize(("t", "direction"), [(0.7, 0.0), (2.9, 2.2)])
+def test_slope_and_gradients_are_derivatives(t, direction):
+    """Of elevation, acceleration and velocity in all directions, below still water; of velocities that have a
+    potential they are symmetric, of water without trace."""
+    w, x, h = wave(5.0, 12.0, 0.4, t, 0.3, direction), np.array([1.3, -2.1, -1.7]), 1e-5
+    flow = sea.wave_flow(w, point(*x))
+    ends = [[sea.wave_flow(w, point(*(x + side * h * e))) for side in (1, -1)] for e in np.eye(3)]
+    slope = [(value(a.elevation) - value(b.elevation)) / (2 * h) for a, b in ends]
+    assert value(flow.slope) == pytest.approx(slope, abs=1e-10)
+    for name, gradient in (("acceleration", flow.acceleration_gradient), ("velocity", flow.velocity_gradient)):
+        rows = [(value(getattr(a, name)) - value(getattr(b, name))) / (2 * h) for a, b in ends]
+        found = np.array([value(gradient[i, :]) for i in range(3)])
+        np.testing.assert_allclose(found, np.array(rows).T, atol=1e-9)
+        np.testing.assert_allclose(found, found.T, atol=1e-15)
+        assert np.trace(found) == pytest.approx(0.0, abs=1e-15)
+        assert np.abs(found).max() > 0.01
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.4, 3.0, 9.0])
+def test_averages_over_a_disk(radius):
+    """Of elevation and acceleration over a disk, and of their gradients as its first moments tell them, by sums."""
+    w, x = wave(4.0, 500.0, 0.4, 0.9, 0.3, 0.7), np.array([1.3, -2.1, -1.7])
+    flow = sea.averaged_over_disk(sea.wave_flow(w, point(*x)), ufl.as_ufl(w.wavenumber * radius))
+    r, weights = np.polynomial.legendre.leggauss(12)
+    r, weights = (1 + r) / 2, weights / 2
+    angles = np.arange(24) * 2 * np.pi / 24
+    mean, first = np.zeros(4), np.zeros((4, 3))
+    for rho, weight in zip(r, weights, strict=True):
+        for angle in angles:
+            lever = radius * rho * np.array([np.cos(angle), np.sin(angle), 0.0])
+            at = sea.wave_flow(w, point(*(x + lever)))
+            values = np.array([value(at.elevation), *value(at.acceleration)])
+            mean += 2 * rho * weight / 24 * values
+            first += 2 * rho * weight / 24 * np.outer(values, lever)
+    assert [value(flow.elevation), *value(flow.acceleration)] == pytest.approx(mean, abs=1e-12)
+    if radius:
+        gradients = first / (radius**2 / 4)  # of a linear function exactly
+        assert value(flow.slope)[:2] == pytest.approx(gradients[0, :2], abs=1e-12)
+        found = np.array([value(flow.acceleration_gradient[i, :]) for i in range(3)])
+        np.testing.assert_allclose(found[:, :2], gradients[1:, :2], atol=1e-12)

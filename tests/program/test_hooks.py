@@ -89,7 +89,7 @@ def test_a_hook_says_how_many_cells_count(problem):
 
 def test_the_points_of_the_hull_are_those_of_its_forms(problem):
     """Written into the coefficients, they add up to the same volume in forms that no System evaluates."""
-    values = Observer(problem).values(None)
+    values = Observer(problem).values({})
     assert values["displaced_mass"] * problem.scene.gravity == pytest.approx(lift(problem), rel=1e-12)
 
 

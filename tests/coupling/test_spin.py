@@ -1,0 +1,34 @@
+"""A body of revolution on whose axis nothing acts does not begin to spin about it.
+
+Source: pressure acts through the axis; Euler's equations keep L_C . d of a body whose transverse inertias are equal.
+"""
+
+import numpy as np
+import pytest
+
+from dolfbuoy import load_scene, simulate
+from dolfbuoy.model.rigid import mass_properties, rotation_of, shape_of
+
+
+def spins(scene):
+    """Angular velocity about the axis at the recorded instants [rad/s]."""
+    run = simulate(scene)
+    axial = mass_properties(scene.buoy, shape_of(scene.buoy)).inertia[2]
+    d = np.array([rotation_of(q)[:, 2] for q in run.buoy_orientation.values])
+    return np.sum(run.angular_momentum.values * d, axis=1) / axial
+
+
+@pytest.mark.parametrize("name", ["short", "long"])
+@pytest.mark.parametrize(("scheme", "step"), [("backward-euler", 0.02), ("bdf2", 0.01)])
+def test_shipped_buoys_hardly_spin(name, scheme, step):
+    """Current, oblique waves, wind and a cable, and no damping of the rotation; what is left is of order two."""
+    scene = load_scene(name, time__end=3.0, time__step=step, time__scheme=scheme, waves__ramp=1.0)
+    assert scene.buoy.rotational_damping == 0.0
+    assert np.abs(spins(scene)).max() < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["short", "long"])
+def test_shipped_buoys_hardly_spin_in_the_end(name):
+    """As shipped, 120 s of backward Euler."""
+    assert np.abs(spins(load_scene(name))).max() < 1e-4
