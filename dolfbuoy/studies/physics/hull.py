@@ -166,25 +166,15 @@ def _number(row, name):
 
 def tables(rows: list[dict], scene: Scene, runs=(), direction=0.0, flow=None) -> list[Table]:
     """Hydrostatics, levers, natural periods, response, runs, and potential flow where it is given."""
-    by_part = {part: [row for row in rows if row["part"] == part] for part in ("hydrostatics", "response", "run")}
     failed = [WORDS.say("failed", **row) for row in rows if "reason" in row]
-    at_rest, waves, runs = ([row for row in found if "reason" not in row] for found in by_part.values())
-    levers = [{"held": row["held"], **lever} for row in at_rest for lever in row["curve"]]
-    natural = [{"held": row["held"], "motion": n, **mode} for row in waves for n, mode in row["natural"].items()]
-    linear = [{"held": row["held"], **found} for row in waves for found in row["rows"]]
-    checked = [_beside(row, linear) for row in runs]
-    beside = _potential_rows(scene, flow, linear) if flow else []
-    figure = figures.draw_responses(linear, checked, beside, _shortest(scene))
-    shown = [row for row in linear if row["period"] == int(row["period"])]
-    righting = figures.draw_levers(levers, {row["held"]: row["GM"] for row in at_rest})
-    title = WORDS.say("responses", direction=direction)
-    found = [
-        Table("hull", _numbers(at_rest), WORDS.say("title"), _columns("hydrostatics", at_rest), failed),
-        Table("hull-righting", levers, figure=righting),
-        Table("hull-periods", natural, WORDS.say("periods"), WORDS.columns["periods"], _unheld(scene, waves)),
-        Table("hull-response", linear, figure=figure),
-        Table("", shown, title, WORDS.columns["response"], _warnings(scene)),
-    ]
+    at_rest, waves, in_time = (
+        [row for row in rows if row["part"] == part and "reason" not in row]
+        for part in ("hydrostatics", "response", "run")
+    )
+    linear = {row["held"]: {found["period"]: {"held": row["held"], **found} for found in row["rows"]} for row in waves}
+    checked = [_beside(row, linear[row["held"]]) for row in in_time if row["held"] in linear]
+    beside = _potential_rows(scene, flow, linear["free"]) if flow and "free" in linear else []
+    found = _still_tables(at_rest, failed) + _wave_tables(scene, linear, waves, checked, beside, direction)
     if checked:
         found.append(Table("hull-runs", checked, WORDS.say("runs"), WORDS.columns["runs"], [WORDS.say("resonance")]))
     if beside:
@@ -193,8 +183,27 @@ def tables(rows: list[dict], scene: Scene, runs=(), direction=0.0, flow=None) ->
     return found
 
 
-def _columns(name, rows):
-    return WORDS.columns[name] | {row["held"]: row["held"] for row in rows}
+def _still_tables(at_rest, failed):
+    levers = [{"held": row["held"], **lever} for row in at_rest for lever in row["curve"]]
+    figure = figures.draw_levers(levers, {row["held"]: row["GM"] for row in at_rest})
+    columns = WORDS.columns["hydrostatics"] | {row["held"]: row["held"] for row in at_rest}
+    return [
+        Table("hull", _numbers(at_rest), WORDS.say("title"), columns, failed),
+        Table("hull-righting", levers, figure=figure),
+    ]
+
+
+def _wave_tables(scene, linear, waves, checked, beside, direction):
+    """Natural periods; the response at all periods in the file, at whole seconds in the table."""
+    natural = [{"held": row["held"], "motion": n, **mode} for row in waves for n, mode in row["natural"].items()]
+    rows = [row for found in linear.values() for row in found.values()]
+    figure = figures.draw_responses(rows, checked, beside, _shortest(scene))
+    shown = [row for row in rows if row["period"] == int(row["period"])]
+    return [
+        Table("hull-periods", natural, WORDS.say("periods"), WORDS.columns["periods"], _unheld(scene, linear)),
+        Table("hull-response", rows, figure=figure),
+        Table("", shown, WORDS.say("responses", direction=direction), WORDS.columns["response"], _warnings(scene)),
+    ]
 
 
 def _numbers(at_rest):
@@ -219,29 +228,32 @@ def _stability(curve):
 
 
 def _beside(row, linear):
-    """A run's row with the linear response and the difference, in percent of that."""
-    own = next(x for x in linear if x["held"] == row["held"] and x["period"] == row["period"])
-    return {"held": row["held"], "period": row["period"], **_compared(row, own, "run")}
+    """A run's row with the linear response; linear: by period."""
+    return {"held": row["held"], "period": row["period"], **_compared(row, linear[row["period"]], "run")}
 
 
 def _compared(row, own, name):
+    """Another's motions with our own, and the difference as complex numbers in percent of the other's."""
     found = {}
     for motion in MOTIONS:
         other, linear = _number(row, motion), _number(own, motion)
         found |= {f"{motion}_{name}": abs(other), f"{motion}_{name}_phase": math.degrees(cmath.phase(other))}
-        found |= {motion: abs(linear), f"{motion}_difference": 100 * abs(other - linear) / abs(other)}
+        found |= {
+            motion: abs(linear),
+            f"{motion}_difference": 100 * abs(other - linear) / abs(other) if other else None,
+        }
     return found | {f"pitch_over_slope_{name}": row["pitch"] * own["wavelength"] / (2 * math.pi)}
 
 
 def _potential_rows(scene, flow, linear):
+    """Potential flow with the free body's mass and stiffness beside our own response; linear: by period."""
     (_, mass), free = shape_and_mass(scene), _floating(scene)
     weight = mass.mass * scene.gravity
     found = flow.responses((mass.mass, mass.mass, mass.inertia[0]), (0.0, free.heave_stiffness, weight * free.GM))
-    own = {row["period"]: row for row in linear if row["held"] == "free"}
     rows = []
     for period, X in sorted(zip(flow.periods, found, strict=True), key=lambda pair: pair[0]):
         polar = {key: value for name, x in zip(MOTIONS, X, strict=True) for key, value in _polar(name, x).items()}
-        rows.append({"period": period, **_compared(polar, own[round(period, 9)], "flow")})
+        rows.append({"period": period, **_compared(polar, linear[round(period, 9)], "flow")})
     return rows
 
 
@@ -255,9 +267,9 @@ def _warnings(scene):
     return [WORDS.say("short_waves", period=_shortest(scene), kR=LARGEST_KR), WORDS.say("phases"), WORDS.say("damping")]
 
 
-def _unheld(scene, waves):
+def _unheld(scene, linear):
     """Why a buoy that has a cable is not looked at without it."""
-    if scene.cable is None or any(row["held"] == "free" for row in waves):
+    if scene.cable is None or "free" in linear:
         return []
     free = _floating(scene)
     return [WORDS.say("sinks")] if free is None else [WORDS.say("capsizes", GM=free.GM)]
