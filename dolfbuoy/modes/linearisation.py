@@ -13,6 +13,7 @@ from scipy.sparse import csr_matrix
 
 from ..model.problem import Problem
 from ..motion.start import initial_state
+from ..scene.sections import Initial
 
 
 @dataclass
@@ -34,14 +35,17 @@ class Linearisation:
         self.problem.destroy()
 
 
+#: What would carry a buoy without cable away for ever: it is looked at where it floats in still water.
+_DRIFT = dict.fromkeys(("current", "wind", "external_force"))
+
+
 def linearise(scene, comm=MPI.COMM_WORLD, waves=None) -> Linearisation:
     """Linearise about the equilibrium in the mean current, wind and external force, without waves.
 
-    waves: a section [waves], of which the problem then knows all but the height, which is 0.  Raises InputError for a
-    scene that has no equilibrium, SolveError if it is not found.
+    A buoy without cable: in still water.  waves: a section [waves], of which the problem then knows all but the height,
+    which is 0.  Raises InputError for a scene that has no equilibrium, SolveError if it is not found.
     """
-    rest = scene.initial.model_copy(update={"kind": "equilibrium", "buoy_velocity": None})
-    calm = scene.model_copy(update={"waves": None, "initial": rest})
+    calm = scene.model_copy(update={"waves": None, "initial": Initial()} | ({} if scene.cable else _DRIFT))
     start = initial_state(calm, comm)
     flat = waves and waves.model_copy(update={"amplitude": 0.0, "height": None})
     problem = Problem(calm.model_copy(update={"waves": flat}), dynamic=True, comm=comm)

@@ -1,95 +1,92 @@
 """Response to small waves: (K - i omega E - omega^2 M) X = -F about the equilibrium, per metre of amplitude.
 
 All amplitudes are complex: eta = Re[exp(i (k x - omega t))] with x along the wave from the place of C at rest, and a
-motion is Re[X exp(-i omega t)].
+motion is Re[X exp(-i omega t)].  F is the slope of the residual in the amplitude, at two phases a quarter period apart.
+Drag counts where a mean current gives it a slope; in still water |v| v has none.
 """
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
+from ..errors import InputError
 from ..model.sea import heading, wavenumber
 from ..scene.sections import Waves
 from .linearisation import Linearisation, linearise
+from .motions import Motions, motions
 
 #: Amplitude [m] of the waves whose forces are taken for linear: what drag adds, and what rounding does, are below 1e-5.
 SMALL = 1e-5
 
 
-class Response(NamedTuple):
-    """Of a buoy to waves of one period, complex: at C along the wave and up [m/m], about the axes [rad/m].
-
-    pitch turns the top along the wave, roll about the wave's direction.  slope: of the wave, k i.
-    """
+@dataclass(frozen=True)
+class Response:
+    """Of a buoy to waves of one period [s] and direction, per metre of amplitude: [m/m] and [rad/m], complex."""
 
     period: float
+    direction_deg: float
     wavenumber: float
-    surge: complex
-    sway: complex
-    heave: complex
-    roll: complex
-    pitch: complex
-    yaw: complex
+    motions: Motions
 
     @property
     def pitch_over_slope(self) -> complex:
-        """pitch over d(eta)/dx at C: -1 where the buoy follows the slope (about +y)."""
-        return self.pitch / (1j * self.wavenumber)
+        """pitch over d(eta)/dx at C: -1 where the buoy follows the slope (about the axis to the left of the wave)."""
+        return self.motions.pitch / (1j * self.wavenumber)
 
 
-def responses(scene, periods, direction_deg=0.0) -> list[Response]:
-    """Response of the scene's buoy to small waves of these periods [s] along a direction.
+def responses(scene, periods, *directions_deg) -> list[Response]:
+    """Response of the scene's buoy to small waves of these periods [s], in each of some directions (default: along x).
 
-    The wave's elevation is counted from the buoy's place at rest.  Raises InputError for a scene without buoy or water,
-    SolveError if the equilibrium is not found.
+    Wavelengths follow from dispersion.  Raises InputError for a scene without buoy, water or gravity, SolveError if the
+    equilibrium is not found.
     """
-    waves = Waves(amplitude=SMALL, period=periods[0], direction_deg=direction_deg)
-    found = linearise(scene, MPI.COMM_SELF, waves)
+    if scene.buoy is None or scene.sea is None or not scene.gravity:
+        raise InputError("The response to waves is that of a buoy in water: it needs [buoy], [sea] and gravity.")
+    found = linearise(scene, MPI.COMM_SELF, small_waves(scene, periods[0]))
     try:
-        return [_response(found, waves.model_copy(update={"period": period})) for period in periods]
+        return [response(found, period, direction) for direction in directions_deg or (0.0,) for period in periods]
     finally:
         found.destroy()
 
 
-def _response(found: Linearisation, waves) -> Response:
-    problem = found.problem
-    flat = waves.model_copy(update={"amplitude": 0.0})
-    problem.change(problem.scene.model_copy(update={"waves": flat}))
-    omega, k = 2 * math.pi / waves.period, wavenumber(problem.scene)
-    buoy = problem.buoy
+def small_waves(scene, period, direction_deg=0.0, amplitude=0.0) -> Waves:
+    """A section [waves]; its stretching, which does not count in small waves, as in the scene: the same forms serve."""
+    stretching = {"stretching": scene.waves.stretching} if scene.waves else {}
+    return Waves(amplitude=amplitude, period=period, direction_deg=direction_deg, **stretching)
+
+
+def response(found: Linearisation, period, direction_deg=0.0) -> Response:
+    """Response of a buoy whose scene was linearised with `small_waves`."""
+    problem, buoy = found.problem, found.problem.buoy
+    problem.change(problem.scene.model_copy(update={"waves": small_waves(problem.scene, period, direction_deg)}))
+    omega, k = 2 * math.pi / period, wavenumber(problem.scene)
     at_rest = buoy.fields.of(found.u[buoy.part.slice])
-    ahead = heading(waves.direction_deg)
-    start = -k * float(ahead @ at_rest.position)  # the wave has its crest above C at t = 0
-    F = force(found, start) + 1j * force(found, start - math.pi / 2)
+    crest = -k * float(heading(direction_deg) @ at_rest.position)  # phase with which it is above C at t = 0
+    F = force(found, crest) + 1j * force(found, crest - math.pi / 2)
     A = found.K - 1j * omega * found.E - omega**2 * found.M
     X = np.zeros(problem.system.size, dtype=complex)
     X[problem.system.order] = splu(A.tocsc()).solve(-F)
-    moved = buoy.fields.of(X[buoy.part.slice])
-    axes = np.array([ahead, np.cross([0.0, 0.0, 1.0], ahead), [0.0, 0.0, 1.0]])
-    return Response(waves.period, k, *axes @ moved.position, *axes @ turn(at_rest.orientation, moved.orientation))
+    moved = motions(at_rest, buoy.fields.of(X[buoy.part.slice]), direction_deg)
+    return Response(period, direction_deg, k, moved)
 
 
 def force(found: Linearisation, time_phase) -> np.ndarray:
-    """Residual of the free unknowns in a small wave over its amplitude, by a central difference."""
-    problem = found.problem
-    evolved = problem.evolutions()
-    for evolution in evolved:
+    """Residual of the free unknowns in a small wave at a phase (phase - omega t), over its amplitude [physical / m].
+
+    With its sign turned, in the rows of the buoy's momenta: what an undisturbed wave does to the buoy at rest.
+    """
+    problem, system = found.problem, found.problem.system
+    for evolution in problem.evolutions():
         for level in range(evolution.order):
-            evolution.hand_out(level, 0.0, 0.0)
+            evolution.hand_out(level, 0.0, 0.0)  # no rates
+    system.u[:] = found.u
+    system.publish()
     sides = []
     for amplitude in (SMALL, -SMALL):
         for model in problem.models:
             model.sea.set_wave(amplitude, time_phase)
-        problem.system.u[:] = found.u
-        problem.system.publish()
-        sides.append(problem.system.evaluate()[problem.system.order].copy())
+        sides.append(system.evaluate()[system.order].copy())
     return (sides[0] - sides[1]) / (2 * SMALL)
-
-
-def turn(q4, change) -> np.ndarray:
-    """Rotation vector (world frame) of a small change of the unit quaternion q4, which may be complex."""
-    w, v = change[0], np.asarray(change[1:])
-    return 2 * (q4[0] * v - w * q4[1:] - np.cross(v, q4[1:]))

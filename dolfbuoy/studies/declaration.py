@@ -23,6 +23,7 @@ STUDIES = {
     "work-precision": "accuracy.work_precision",
     "effects": "physics.effects",
     "energy": "physics.energy",
+    "hull": "physics.hull",
     "endurance": "stability.endurance",
     "step-cost": "accuracy.step_cost",
 }

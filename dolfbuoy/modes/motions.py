@@ -1,0 +1,39 @@
+"""The six motions of a buoy: surge, sway, heave, roll, pitch, yaw."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..model.sea import heading
+
+
+class Motions(NamedTuple):
+    """Of C along a direction, across it (to the left) and up [m], and turns about these three axes [rad].
+
+    pitch > 0 turns the top along the direction.  Small; complex where they are amplitudes.
+    """
+
+    surge: complex
+    sway: complex
+    heave: complex
+    roll: complex
+    pitch: complex
+    yaw: complex
+
+
+def motions(at_rest, change, direction_deg=0.0) -> Motions:
+    """Of a small change of a buoy's state; both with its fields `position` and `orientation`."""
+    axes = axes_along(direction_deg)
+    return Motions(*axes @ change.position, *axes @ turn(at_rest.orientation, change.orientation))
+
+
+def axes_along(direction_deg) -> np.ndarray:
+    """Rows: unit vectors along a direction, to its left, and up."""
+    ahead = heading(direction_deg)
+    return np.array([ahead, np.cross([0.0, 0.0, 1.0], ahead), [0.0, 0.0, 1.0]])
+
+
+def turn(q4, change) -> np.ndarray:
+    """Rotation vector (world frame) of a small change of the unit quaternion q4, which may be complex."""
+    w, v = change[0], np.asarray(change[1:])
+    return 2 * (q4[0] * v - w * q4[1:] - np.cross(v, q4[1:]))

@@ -1,0 +1,63 @@
+"""Righting levers of a hull at any heel, by the strips of the program's own equilibrium."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from mpi4py import MPI
+from scipy.optimize import brentq
+from scipy.spatial.transform import Rotation
+
+from ..errors import InputError
+from ..model.buoy import REST_ROWS
+from ..model.problem import Problem
+from ..scene.sections import ExternalForce, Initial
+
+#: Sections of a scene that have no part in it.
+_ABSENT = dict.fromkeys(("cable", "waves", "current", "wind"))
+
+
+class Righting(NamedTuple):
+    """heel [deg]; height of C above still water [m]; lever GZ [m], times the buoy's weight the moment that rights."""
+
+    heel_deg: float
+    height: float
+    lever: float
+
+
+def righting_curve(scene, heels_deg, pull=0.0) -> list[Righting]:
+    """GZ of the scene's buoy at these heels, each in vertical equilibrium in still water.
+
+    pull: constant, downwards, at the mooring point [N].  Raises InputError if weight and pull sink the buoy, or without
+    water or gravity.
+    """
+    if scene.buoy is None or scene.sea is None or not scene.gravity:
+        raise InputError("Righting levers are those of a floating buoy: they need [buoy], [sea] and gravity.")
+    held = ExternalForce(force=(0.0, 0.0, -pull), height=scene.buoy.mooring_height)
+    alone = scene.model_copy(update=_ABSENT | {"external_force": held, "initial": Initial()})
+    problem = Problem(alone, dynamic=False, comm=MPI.COMM_SELF)
+    try:
+        return [_righting(problem, float(heel), pull) for heel in heels_deg]
+    finally:
+        problem.destroy()
+
+
+def _righting(problem, heel, pull):
+    buoy = problem.buoy
+    reach = buoy.shape.height + buoy.shape.max_diameter  # farther above or below the water nothing changes
+    if _loads(problem, -reach, heel)[0] < 0:
+        raise InputError(f"The buoy sinks under a pull of {pull:.6g} N.")
+    height = brentq(lambda z: _loads(problem, z, heel)[0], -reach, reach, xtol=1e-12 * reach)
+    return Righting(heel, height, _loads(problem, height, heel)[1] / (buoy.mass.mass * problem.scene.gravity))
+
+
+def _loads(problem, height, heel):
+    """Vertical force [N] and righting moment about C [N m] with C at a height, the top leaning towards x."""
+    x, y, z, w = Rotation.from_rotvec([0.0, math.radians(heel), 0.0]).as_quat()
+    pose = np.array([0.0, 0.0, height, w, x, y, z])
+    buoy, system = problem.buoy, problem.system
+    buoy.reference.x.array[:] = pose  # no turn and no offset against it
+    system.u[buoy.part.slice] = pose
+    system.publish()
+    rows = REST_ROWS.of(system.evaluate()[buoy.part.slice])  # of minus the loads
+    return -rows.force[2], rows.torque[1]
