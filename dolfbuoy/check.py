@@ -11,6 +11,8 @@ from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
 from .model.lines import cross_section, weight_per_length
 from .model.sea import dispersion_wavenumber, wavenumber
+from .modes.periods import buoy_periods
+from .modes.response import LARGEST_KR
 from .statics.equilibrium import solve_equilibrium
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
@@ -142,8 +144,8 @@ def _waves(scene, report):
 def _strips(scene, report, k_R):
     """Where strips leave their range: short waves, and no waves of the buoy's own."""
     report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4")
-    if k_R > 0.6:
-        report.warnings.append(f"k R = {k_R:.3g} is above 0.6: strips of the hull may be 20 to 100 % wrong.")
+    if k_R > LARGEST_KR:
+        report.warnings.append(f"k R = {k_R:.3g} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong.")
     if not scene.gravity or _drowned(scene):
         return
     damping = _heave_damping(scene)
@@ -184,6 +186,8 @@ def _equilibrium(scene, report):
         offset = math.hypot(x - scene.anchor[0], y - scene.anchor[1])
         report.add("equilibrium: offset of C from the anchor", offset, "m")
         report.add("equilibrium: C above still water", z, "m")
+    if scene.buoy and scene.sea and scene.gravity:
+        report.periods |= {f"buoy, {name}": found.period for name, found in buoy_periods(scene).items()}
     tolerance = scene.solver.step_tolerance
     for block in (block for block in problem.system.blocks if block.unit):
         size = tolerance * block.unknown_size(1.0, tolerance)

@@ -91,7 +91,7 @@ def wave_damping(c: Any, body: Body) -> tuple[Expr | None, Expr | None]:
     heave, spin = body.motion.velocity[2], body.motion.angular_velocity
     eta = body.flow(body.position).elevation
     if eta is not None:
-        surface = body.flow(body.position + (eta - body.position[2]) * e_z)
+        surface = body.flow(as_vector([body.position[0], body.position[1], eta]))
         heave -= surface.velocity[2]
         spin -= cross(dot(surface.velocity_gradient, e_z), e_z)  # of the tangent plane
     return -c.heave * heave * e_z, -c.pitch * (spin - dot(spin, d) * d)

@@ -102,12 +102,12 @@ def wave_flow(wave: Wave, x: Expr) -> Flow:
     )
 
 
-def _in_plane(wave, along, up):
+def _in_plane(wave: Wave, along: Expr, up: Expr) -> Expr:
     """A vector in the wave's vertical plane."""
     return as_vector([wave.cos_direction * along, wave.sin_direction * along, up])
 
 
-def _gradient(wave, stretching, shear):
+def _gradient(wave: Wave, stretching: Expr, shear: Expr) -> Expr:
     """Gradient of a vector in the wave's plane: d(along)/d(along) = -d(up)/dz, d(along)/dz = d(up)/d(along)."""
     c, s = wave.cos_direction, wave.sin_direction
     return as_matrix(

@@ -1,5 +1,6 @@
 """A hull of revolution given by stations (height above keel, diameter), straight in between."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,10 +38,13 @@ class HullShape:
         return [(a, b, ra, rb) for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False) if b - a > least]
 
     def pieces(self, cells):
-        """The frusta as `segments` has them, each in as many parts as make about `cells` of the whole height."""
+        """The frusta as `segments` has them, each in as many parts as make about `cells` of the whole height.
+
+        No part is longer than two diameters of the hull: waves that are short enough to change along it diffract.
+        """
         found = []
         for a, b, ra, rb in self.segments():
-            count = max(1, round(cells * (b - a) / self.height))
+            count = max(1, round(cells * (b - a) / self.height), math.ceil((b - a) / (2 * self.max_diameter) - 1e-9))
             heights, radii = np.linspace(a, b, count + 1), np.linspace(ra, rb, count + 1)
             found += zip(heights, heights[1:], radii, radii[1:], strict=False)
         return found

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.model.hydrostatics import float_upright
+from dolfbuoy.modes.periods import buoy_periods
 from dolfbuoy.results.summary import remaining_amplitude
 from dolfbuoy.statics.equilibrium import shape_and_mass
 
@@ -109,19 +110,61 @@ def test_floating(moored):
     assert numbers["GM with the weight of the cable"] == pytest.approx(GM)
 
 
-def test_periods_of_the_buoy(moored):
-    """Heave with its added mass, of the bottom disc too; pitch about the point that stays where it is."""
-    _, report = moored
-    pull = WEIGHT * (30 + DEPTH) / 2
-    load = MASS + pull / G
-    _, KB, GM = floating(load, pull)
-    heave_mass = MASS + 0.4 * load + 0.9 * RHO * 2 / 3 * math.pi * RADIUS**3
+def test_periods_of_the_buoy():
+    """Heave with the added mass along the axis, of the bottom disc; pitch about the point that stays where it is."""
+    free = {key: value for key, value in MOORED.items() if key in ("gravity", "sea", "buoy")}
+    _, report = numbers_of(free)
+    draft, KB, GM = floating(MASS)
+    heave_mass = MASS + 0.9 * RHO * 2 / 3 * math.pi * RADIUS**3
     assert report.periods["buoy, heave"] == pytest.approx(2 * math.pi * math.sqrt(heave_mass / (RHO * G * PLANE)))
-    # body and added mass turn about their common centre: parallel axes of two masses
-    added, gap = 0.4 * load, CENTER - KB
+    # body and added mass turn about their common centre; the added mass is a rod as long as the draft
+    added, gap = 0.4 * MASS, CENTER - KB
     common = added * gap / (MASS + added)
-    inertia = TRANSVERSE + MASS * common**2 + added * (gap - common) ** 2
-    assert report.periods["buoy, pitch"] == pytest.approx(2 * math.pi * math.sqrt(inertia / (MASS * G * GM)))
+    inertia = TRANSVERSE + MASS * common**2 + added * ((gap - common) ** 2 + draft**2 / 12)
+    assert report.periods["buoy, pitch"] == pytest.approx(2 * math.pi * math.sqrt(inertia / (MASS * G * GM)), rel=1e-6)
+    assert "buoy, yaw" not in report.periods
+
+
+def test_periods_of_a_moored_buoy(moored):
+    """As the study of the hull has them: near the free ones in heave, with a slow surge on the cable."""
+    _, report = moored
+    assert report.periods == report.periods | {
+        f"buoy, {k}": v.period for k, v in buoy_periods(load_scene(MOORED)).items()
+    }
+    assert report.periods["buoy, surge"] > 2 * report.periods["buoy, heave"] > 2.0
+
+
+def test_heave_damping_of_drag():
+    """8/(3 pi) of the drag at the wave's speed, on the disc below; radiated waves come with wave_damping."""
+    free = {key: value for key, value in MOORED.items() if key in ("gravity", "sea")}
+    free |= {"buoy": BUOY | {"axial_drag": 0.7}, "waves": {"amplitude": 0.8, "period": 6.0}}
+    drag = 8 / (3 * math.pi) * 0.5 * RHO * 0.7 * PLANE * 2 * math.pi / 6 * 0.8
+    critical = 2 * math.sqrt(RHO * G * PLANE * (MASS + 0.9 * RHO * 2 / 3 * math.pi * RADIUS**3))
+    assert numbers_of(free)[0]["heave damping ratio"] == pytest.approx(drag / critical)
+    free["buoy"]["wave_damping"] = [5000.0, 0.0]
+    assert numbers_of(free)[0]["heave damping ratio"] == pytest.approx((drag + 5000) / critical)
+
+
+def test_a_taut_cable_and_one_that_is_too_short():
+    """Drafts on a cable that holds the buoy down, and no draft at all for a buoy that is drowned."""
+    scene = {key: value for key, value in MOORED.items() if key not in ("current", "external_force")}
+    for length in (23.0, 16.0):
+        numbers, _ = numbers_of(scene | {"cable": scene["cable"] | {"length": length}})
+        rest = solve_static(scene | {"cable": scene["cable"] | {"length": length}})
+        if length > 20:
+            draft = CENTER - float(rest.buoy_position[2])
+            assert numbers["draft on its taut cable"] == pytest.approx(draft, rel=1e-3)
+            assert draft > 1.1 * numbers["draft, free"]
+        else:
+            assert numbers["the cable holds the buoy under water: pull"] == pytest.approx(float(rest.tension_top))
+            assert not any("draft" in name and "free" not in name for name in numbers)
+            assert "heave damping ratio" not in numbers
+        arm = float(rest.displaced_mass) * (float(rest.displaced_mass) / RHO / PLANE / 2 - 0.35) - MASS * (
+            CENTER - 0.35
+        )
+        plane = 0.0 if length < 20 else RHO * math.pi * RADIUS**4 / 4
+        GM = next(value for name, value in numbers.items() if name.startswith("GM") and "free" not in name)
+        assert pytest.approx((arm + plane) / MASS, rel=2e-3) == GM
 
 
 @pytest.mark.parametrize("height", [-0.4, 0.0, 1.7])

@@ -45,13 +45,9 @@ SPAR = floating(HULL["froude_krylov_spar"]["input"], 10.0, [40000.0, 900.0], add
 @pytest.mark.parametrize("averaged", [False, True])
 @pytest.mark.parametrize("name", ["disc", "spar"])
 def test_froude_krylov(name, averaged):
-    """Heave with the elevation, surge and pitch about C with sin(omega t); without averages the error is (kR)^2.
-
-    The spar in pieces of 2 m: points for the moments of a hull do not resolve the decay of short waves over 8 m.
-    """
+    """Heave with the elevation, surge and pitch about C with sin(omega t); without averages the error is (kR)^2."""
     case, rows = (HULL[f"froude_krylov_{name}"][key] for key in ("input", "expected"))
-    scene = floating(case, 2 * case["draft"], [1.0, 1.0], disk_averages=averaged)
-    scene = load_scene(scene, solver__hull_cells=1 if name == "disc" else 8)
+    scene = load_scene(floating(case, 2 * case["draft"], [1.0, 1.0], disk_averages=averaged))
     found = linearise(scene, MPI.COMM_SELF, small_waves(scene, 5.0))
     for row in rows:
         problem = found.problem

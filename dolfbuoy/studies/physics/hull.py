@@ -17,7 +17,7 @@ from ...model.hydrostatics import float_upright
 from ...modes.linearisation import linearise
 from ...modes.periods import natural_periods
 from ...modes.potential_flow import read_capytaine
-from ...modes.response import response, small_waves
+from ...modes.response import LARGEST_KR, response, small_waves
 from ...scene import Scene, load_scene, settings
 from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
@@ -36,8 +36,6 @@ MOTIONS = ("surge", "heave", "pitch")
 PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24), np.linspace(14.5, 20.0, 12)])
 #: Heels of the righting levers [deg].
 HEELS = np.arange(0.0, 180.5, 5.0)
-#: Strips are 20 to 100 % wrong in waves whose k R is more than this (measured against potential flow).
-LARGEST_KR = 0.6
 #: What a buoy without cable is without: it would drift for ever.
 _ADRIFT = dict.fromkeys(("cable", "current", "wind", "external_force"))
 
