@@ -171,7 +171,7 @@ class Buoy(Section):
         "of the same faces about a diameter, 8/45 rho R^5 for one face of a disc", "1", default=0.0
     )
     wave_damping: list[Damping] | None = key(
-        "[heave in N s/m, pitch in N m s]: linear damping by radiated waves, relative to the water", default=None
+        "[heave, pitch]: linear damping by radiated waves, relative to the water", "N s/m, N m s", default=None
     )
     disk_averages: bool = key("waves averaged over the disks of the hull, for waves that are short", default=False)
     rotational_damping: Damping = key("linear damping of the rotation about the axis", "N m s", default=0.0)

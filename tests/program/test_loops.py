@@ -32,9 +32,18 @@ def given(system):
     return list({id(thing): thing for thing in things if id(thing) not in unknown}.values())
 
 
+def assemblers_of(system):
+    """dolfinx's, with the points of the hull as a hook leaves them."""
+    system.evaluate()
+    for thing in given(system):
+        if hasattr(thing, "x"):
+            thing.x.array[:] = system.numbers_of(thing)
+    return Assemblers(system)
+
+
 def by_dolfinx(system):
     """The residual as dolfinx's assemblers see it."""
-    assemblers = Assemblers(system)
+    assemblers = assemblers_of(system)
     assemblers.residuals()
     return assemblers.b
 
@@ -66,7 +75,7 @@ def test_residual(system):
 def test_jacobian(system):
     """The same entries as assemble_matrix puts into the same pattern."""
     system.assemble_jacobian()
-    expected = Assemblers(system)
+    expected = assemblers_of(system)
     expected.jacobians()
     expected.A.assemble()
     a, b = system.A.getValuesCSR()[2], expected.A.getValuesCSR()[2]

@@ -12,7 +12,24 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.scene import Scene, build_scene, list_keys, load_scene, shipped_scenes
 
 KEYS = list_keys()
-UNITS = {"1", "N", "N m s", "N s", "deg", "kg", "kg m^2", "kg/m", "kg/m^3", "m", "m/s", "m/s^2", "m^2", "rad/s", "s"}
+UNITS = {
+    "1",
+    "N",
+    "N m s",
+    "N s",
+    "N s/m",
+    "deg",
+    "kg",
+    "kg m^2",
+    "kg/m",
+    "kg/m^3",
+    "m",
+    "m/s",
+    "m/s^2",
+    "m^2",
+    "rad/s",
+    "s",
+}
 
 
 @pytest.mark.parametrize("key", KEYS, ids=lambda key: key.name)

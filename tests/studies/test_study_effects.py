@@ -27,6 +27,9 @@ def test_every_effect_can_be_left_out():
         SCENE,
         wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0},
         buoy__axial_added_mass=1.0,
+        buoy__rotational_added_mass=0.5,
+        buoy__wave_damping=[10.0, 10.0],
+        buoy__disk_averages=True,
         cable__strain="element-average",
         cable__slack="tension-only",
         cable__damping=100.0,
@@ -36,7 +39,7 @@ def test_every_effect_can_be_left_out():
     with pytest.raises(InputError, match="damping = 100"):  # a strain is what it damps
         study.variant(scene, ["elastic cable"])
     for name in set(names) - {"elastic cable"}:
-        left = set(names) - {name} - ({"cable tangential Froude-Krylov"} if name == "waves" else set())
+        left = set(names) - {name} - ({"cable tangential Froude-Krylov", "disk averages"} if name == "waves" else set())
         assert set(effects.names(study.variant(scene, [name]))) - ALWAYS == left
     assert set(effects.names(study.variant(scene, only=[]))) == ALWAYS
     assert set(effects.names(study.variant(scene, only=["current"]))) == ALWAYS | {"current"}

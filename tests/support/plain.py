@@ -23,7 +23,7 @@ class PlainNewton:
     """`solve` for a Problem on one rank, to be put in the place of its System's."""
 
     def __init__(self, problem, estimated=False):
-        self.system = problem.system
+        self.system, self.buoy = problem.system, problem.buoy
         self.parts, residuals = problem.system.parts, problem.residuals()
         if estimated:
             residuals = [(part, _free_of_degree(form)) for part, form in residuals]
@@ -69,7 +69,7 @@ class PlainNewton:
         system, free = self.system, self.system.order
         previous = None
         for iteration in range(1, 51):
-            system.publish()
+            self._publish()
             b, J = self.residual(), self.jacobian()[free][:, free].tocsr()
             step = self._direct(J, b[free])
             system.u[free] -= step
@@ -77,10 +77,15 @@ class PlainNewton:
             ratio = 1.0 if previous is None else min(1.0, increment / max(previous, 1e-300))
             previous = increment
             if increment * ratio <= system.tolerance:
-                system.publish()
+                self._publish()
                 system.last_residual[:] = self.residual()
                 return iteration
         raise RuntimeError("the plain Newton method did not converge")
+
+    def _publish(self):
+        self.system.publish()
+        if self.buoy:
+            self.buoy.publish_points()
 
     def _direct(self, J, b):
         A = PETSc.Mat().createAIJ(size=J.shape, csr=(J.indptr, J.indices, J.data), comm=PETSc.COMM_SELF)
