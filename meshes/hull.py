@@ -32,10 +32,11 @@ class HullShape:
         return float(2 * self.radii.max())
 
     def segments(self):
-        """(height0, height1, radius0, radius1) of every frustum; stations that nearly coincide are a step."""
-        h, r = self.heights, self.radii
-        least = 1e-9 * self.height
-        return [(a, b, ra, rb) for a, b, ra, rb in zip(h, h[1:], r, r[1:], strict=False) if b - a > least]
+        """(height0, height1, radius0, radius1) of every frustum; stations that nearly coincide are a step, and where
+        the diameter is zero there is nothing."""
+        h, r, least = self.heights, self.radii, 1e-9 * self.height
+        pairs = zip(h, h[1:], r, r[1:], strict=False)
+        return [(a, b, ra, rb) for a, b, ra, rb in pairs if b - a > least and ra + rb > 0]
 
     def pieces(self, cells):
         """The frusta as `segments` has them, each in as many parts as make about `cells` of the whole height.

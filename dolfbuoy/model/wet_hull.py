@@ -53,7 +53,8 @@ class WetHull:
         numbers = function.x.array.reshape(-1, 3)
         numbers[:] = [0.0, 0.0, 1.0]
         order = np.argsort(compat.cell_ends(self.mesh)[:, 0])
-        numbers[compat.cell_dofs(space)[order[first : first + len(faces)], 0]] = faces
+        places = compat.cell_dofs(space)[order[first : first + len(faces)], 0]
+        numbers[places] = np.reshape(faces, (-1, 3))  # a spindle has none
         return function
 
     # -- points that follow the water -------------------------------------------------------------------------------

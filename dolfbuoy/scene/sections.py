@@ -182,8 +182,9 @@ class Buoy(Section):
             heights, diameters = [h for h, _ in self.hull], [d for _, d in self.hull]
             if len(heights) < 2 or any(b < a for a, b in itertools.pairwise(heights)) or heights[-1] <= heights[0]:
                 raise Wrong("hull", self.hull, "must hold two heights or more, from the keel up")
-            if min(diameters) < 0 or max(diameters) == 0:
-                raise Wrong("hull", self.hull, "diameters must not be negative, nor all zero")
+            solid = (b - a > 1e-9 * heights[-1] and c + d > 0 for (a, c), (b, d) in itertools.pairwise(self.hull))
+            if min(diameters) < 0 or not any(solid):
+                raise Wrong("hull", self.hull, "diameters must not be negative, nor zero all along")
             if abs(heights[0]) > 1e-12:
                 raise Wrong("hull", self.hull, "must start at height 0, the keel")
         if self.inertia is not None:

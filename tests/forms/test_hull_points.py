@@ -19,10 +19,10 @@ SHIPPED = ("short", "long", "free-buoy")
 
 
 class Hull:
-    """A shipped buoy without its cable in still water, at any pose."""
+    """A buoy, or a shipped one without its cable, in still water at any pose."""
 
-    def __init__(self, name, **solver):
-        buoy = load_scene(name).to_dict()["buoy"]
+    def __init__(self, buoy, **solver):
+        buoy = buoy if isinstance(buoy, dict) else load_scene(buoy).to_dict()["buoy"]
         scene = load_scene({"sea": {"depth": 50.0, "density": DENSITY}, "buoy": buoy, "solver": solver})
         self.problem = Problem(scene, dynamic=False)
         self.buoy, self.system = self.problem.buoy, self.problem.system
@@ -150,3 +150,23 @@ def test_dry_and_drowned(hull):
         assert hull.points() == 0
         hull.put(-20.0, tilt)
         assert hull.displaced()[0] == pytest.approx(shape.volume(), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    "hull",
+    [
+        [[0.0, 0.0], [1.0, 2.0], [2.0, 0.0]],
+        [[0.0, 2.0], [1.0, 0.0], [2.0, 2.0]],
+        [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [1.5, 0.0], [1.5, 1.5], [2.0, 1.5]],
+    ],
+    ids=["no faces", "waist", "nothing between"],
+)
+@pytest.mark.parametrize("tilt", [0.02, 0.5, 1.5])
+def test_pointed_hulls(hull, tilt):
+    """Diameters of zero: hulls that have no face, and heights where they have no disk."""
+    buoy = {"hull": hull, "mass": 500.0, "axial_added_mass": 0.6, "rotational_added_mass": 0.5, "axial_drag": 1.0}
+    found = Hull(buoy)
+    for height in (-1.4, -0.3, 0.0, 0.9):
+        found.put(height, tilt)
+        volume, moment = exact(found, height, tilt)[0]
+        assert np.abs(found.displaced() - [volume, moment]).max() < 1e-8 * found.size().max()
