@@ -43,16 +43,20 @@ def angular_momentum(L_C_t: Expr, torque: Expr, test: Expr) -> Expr:
     return inner(L_C_t - torque, test)
 
 
-def spin_correction(q4: Expr, L_C: Expr, L_C_t: Expr, inertia: Expr, product: Scalar) -> Expr:
-    """-product L_C,t . (omega x d) d: what a scheme's product rule, (a b)_t = a_t b + a b_t - product a_t b_t, lacks.
+def spin_correction(q4: Expr, L_C: Expr, L_C_t: Expr, spin_t: Expr, inertia: Expr) -> Expr:
+    """[(L_C . d)_t - L_C,t . d - L_C . (omega x d)] d: nothing, but for what a time scheme makes of it.
 
-    Added to (8)_4, so that no torque about the axis means no change of L_C . d.  Without it a buoy that heaves and
-    pitches under backward Euler (product: its step) begins to spin, the faster the longer the step.  0 where L_C is
-    constant.
+    Added to (8)_4 it lets the scheme follow L_C . d itself, which then stays where nothing turns a body of revolution
+    about its axis.  Without it a buoy that heaves and pitches begins to spin, the faster the longer the step.
     """
     R = rotation_matrix(q4)
     d, omega = R * as_vector([0.0, 0.0, 1.0]), apply_inverse_inertia(R, inertia, L_C)
-    return -product * dot(L_C_t, cross(omega, d)) * d
+    return (spin_t - dot(L_C_t, d) - dot(L_C, cross(omega, d))) * d
+
+
+def spin(q4: Expr, L_C: Expr) -> Expr:
+    """L_C . d, the angular momentum about the axis."""
+    return dot(L_C, rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0]))
 
 
 def point_torque(q4: Expr, body_offset: Expr, force: Expr) -> Expr:

@@ -40,6 +40,28 @@ class Load(NamedTuple):
     water: object = None
 
 
+class Spin(Evolution):
+    """L_C . d of a buoy: no unknown, but with a rate of its own, gamma x value + history."""
+
+    def __init__(self, buoy):
+        self.gamma, self.history, self.followed = (fem.Constant(buoy.mesh, 0.0) for _ in range(3))
+        super().__init__(buoy.part, [(self.gamma, self.history)], True, [np.array([np.inf])])
+
+    def values(self, u):
+        y = MOTION.of(u[self.part.slice])
+        return np.array([y.angular_momentum @ rotation_of(y.orientation)[:, 2]])
+
+    def hand_out(self, level, gamma, history):
+        self.gamma.value, self.history.value = gamma, np.asarray(history).item()
+        self.followed.value = 1.0
+
+    def correction(self, y, L_C_t, inertia):
+        """`forms.buoy.spin_correction`, once a scheme has handed out its rule."""
+        q4, L_C = y.orientation, y.angular_momentum
+        rate = self.gamma * body.spin(q4, L_C) + self.history
+        return self.followed * body.spin_correction(q4, L_C, L_C_t, rate, inertia)
+
+
 class Buoy:
     """Axis mesh, Real space and forms of a buoy."""
 
@@ -56,7 +78,7 @@ class Buoy:
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
         if dynamic:
             self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
-            self.product = fem.Constant(self.mesh, 0.0)  #: of the scheme's product rule [s]
+            self.spin = None  #: L_C . d, followed where something may turn the buoy
         else:
             self.relaxation = fem.Constant(self.mesh, 0.0)
             self.reference = fem.Function(self.state.function_space)
@@ -123,7 +145,6 @@ class Buoy:
         state, point, one = self.kinematics(), self.at_once, self.one
         loads = self.point_loads(state, attachments)
         force, torque = (add([getattr(load, name) for load in loads]) for name in ("force", "torque"))
-        torque = ufl.zero(3) if torque is None else torque
         if self.dynamic:
             F, test_force, test_torque = self._momentum_balance(state, force, torque)
         else:
@@ -140,9 +161,10 @@ class Buoy:
         F = body.translation(rates.position, y.momentum, self.M, test.position)
         F += body.linear_momentum(rates.momentum, force, test.momentum)
         F += body.orientation(rates.orientation, y.orientation, y.angular_momentum, self.inertia, test.orientation)
-        F += body.angular_momentum(rates.angular_momentum, torque, test.angular_momentum)
-        q4, L_C, L_C_t = y.orientation, y.angular_momentum, rates.angular_momentum
-        F += ufl.inner(body.spin_correction(q4, L_C, L_C_t, self.inertia, self.product), test.angular_momentum)
+        F += body.angular_momentum(rates.angular_momentum, _or_zero(torque), test.angular_momentum)
+        if torque is not None or self.hull is not None:  # else L_C is kept, to the last digit
+            self.spin = Spin(self)
+            F += ufl.inner(self.spin.correction(y, rates.angular_momentum, self.inertia), test.angular_momentum)
         return F, test.momentum, test.angular_momentum
 
     def _equilibrium(self, state, force, torque, attachments):
@@ -154,7 +176,16 @@ class Buoy:
         tests = test.force, test.norm[0], test.torque
         pose = reference.position, reference.orientation
         F = body.equilibrium(
-            state.position, state.quaternion, force, torque, pose, self.M, inertia, self.relaxation, gauge, tests
+            state.position,
+            state.quaternion,
+            force,
+            _or_zero(torque),
+            pose,
+            self.M,
+            inertia,
+            self.relaxation,
+            gauge,
+            tests,
         )
         if not attachments:
             F += body.held_horizontally(state.position, reference.position, gauge, test.force)
@@ -182,7 +213,8 @@ class Buoy:
     def evolutions(self) -> list[Evolution]:
         """The state is of first order; its momenta are rates that the scheme makes."""
         lagged = MOTION.mask("momentum", "angular_momentum")
-        return [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes], self.product)]
+        found = [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes])]
+        return [*found, self.spin] if self.spin else found
 
     def set_time(self, t):
         """Advance the sea."""
@@ -253,3 +285,7 @@ class Buoy:
             Block("buoy orientation q_4", at.orientation, 1.0, 0.0, 1.0),
             Block("buoy angular momentum L_C", at.angular_momentum, spin, force * arm, spin, unit="N m s"),
         ]
+
+
+def _or_zero(torque):
+    return ufl.zero(3) if torque is None else torque

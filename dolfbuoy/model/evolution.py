@@ -15,14 +15,13 @@ class Evolution:
     rates: of each time derivative, from the first on, the constant gamma and the Function history of
     rate = gamma x unknown + history.  lagged: which unknowns are themselves rates that the scheme makes (momenta), a
     mask or a bool.  sizes: typical size of the unknowns, and of every derivative but the last, for relative errors; inf
-    for those that do not count.  product: the constant for h x `Scheme.product` [s], if the forms have one.
+    for those that do not count.
     """
 
     part: Part
     rates: list[tuple[Any, Any]]
     lagged: np.ndarray | bool
     sizes: list[np.ndarray]
-    product: Any = None
 
     @property
     def order(self) -> int:

@@ -22,8 +22,6 @@ class Past:
     def prepare(self, scheme, step):
         """Hand the rules of a step to the forms; returns gamma of the first derivative."""
         self._rules, first = [], 0.0
-        if self.evolution.product is not None:
-            self.evolution.product.value = scheme.product * step
         for k, series in enumerate(self.series):
             scheme.begin(step, series, base=self.series[k - 1] if k else None)
         for k, series in enumerate(self.series):

@@ -94,8 +94,7 @@ class Scheme:
     """A rule for rates.
 
     order; keep: past values held; lag: leading error of a rate, y_t - lag h^order y^(order+1); error_constant: of the
-    local error, relative to h^(order+1) y^(order+1); product: of the rule (a b)_t = a_t b + a b_t - product h a_t b_t,
-    which is exact for backward Euler and left out where it is an error of the second order.
+    local error, relative to h^(order+1) y^(order+1).
     """
 
     name: str
@@ -103,7 +102,6 @@ class Scheme:
     keep: int
     lag: float
     error_constant: float
-    product = 0.0
 
     def symbol(self):
         """Polynomials (N, D) in x = 1/zeta, coefficients from x^0 on: y_t = N(x)/(dt D(x)) y for y ~ zeta^n."""
@@ -136,7 +134,6 @@ class BackwardEuler(Scheme):
     """y_t = (y - y_n)/dt: order 1, L-stable, the scheme of the paper, Eq. (30)."""
 
     name, order, keep, lag, error_constant = "backward-euler", 1, 3, 0.5, 0.5
-    product = 1.0
 
     def rule(self, step, series):
         return 1 / step, -series.values[0] / step

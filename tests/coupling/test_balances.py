@@ -222,7 +222,8 @@ def test_momentum_of_the_buoy(history):
         torque = torque - scene["buoy"]["rotational_damping"] * (omega @ new.d) * new.d
         size = 9.81 * body.mass
         assert np.abs(p_t - force).max() < 1e-4 * size
-        torque = torque + dt * (L_t @ np.cross(omega, new.d)) * new.d  # or the steps would make it spin
+        spin_t = (new.L_C @ new.d - old.L_C @ old.d) / dt  # made by the torque about the axis, not by the steps
+        torque = torque + (L_t @ new.d - spin_t + new.L_C @ np.cross(omega, new.d)) * new.d
         assert np.abs(L_t - torque).max() < 1e-4 * size
         assert (new.r_C - old.r_C) / dt == pytest.approx(new.p / body.mass, abs=1e-9)
         before = new.q4 - 0.5 * dt * quaternion_product(np.concatenate([[0.0], omega]), new.q4)
