@@ -227,8 +227,8 @@ def test_adaptive_runs_meet_their_tolerance(scene, share):
 
     error, cost = error_and_cost(step=end / 2000, tolerance=tolerance, output_every=end)
     assert tolerance / 5 < error < 5 * tolerance
-    coarse, _ = error_and_cost(step=end / 200)
-    equal, equal_cost = error_and_cost(step=end / round(200 * np.sqrt(coarse / error)))
+    coarse, _ = error_and_cost(step=end / 400)
+    equal, equal_cost = error_and_cost(step=end / round(400 * np.sqrt(coarse / error)))
     assert error / 1.5 < equal < 1.5 * error
     measured = cost / (equal_cost * np.sqrt(equal / error))
     print(f"{measured:.2f} of the Newton iterations of equal steps")
