@@ -67,7 +67,7 @@ def test_most_scenes_are_no_mere_refusals(name):
     """The ranges would prove nothing if hardly a scene came to its end."""
     ends = []
 
-    @settings(max_examples=40, **FIXED)
+    @settings(max_examples=60, **FIXED)
     @given(scenes(STRUCTURES[name]))
     def collect(scene):
         ends.append(judge(scene))
