@@ -1,22 +1,11 @@
 """PETSc matrices from (row, column, value) triples, also where petsc4py does not know these functions of PETSc."""
 
 import ctypes
-import functools
 
 import numpy as np
 from petsc4py import PETSc
 
-
-@functools.cache
-def _petsc_library():
-    return ctypes.CDLL(PETSc.__file__)
-
-
-def _petsc(name, *arguments):
-    """Call a function of PETSc's library that this petsc4py does not know."""
-    error = getattr(_petsc_library(), name)(*arguments)
-    if error:
-        raise PETSc.Error(error)
+from . import petsc_library
 
 
 def preallocate(A, rows, columns):
@@ -26,7 +15,8 @@ def preallocate(A, rows, columns):
         A.setPreallocationCOO(rows, columns)
     else:
         places = (ctypes.c_void_p(a.ctypes.data) for a in (rows, columns))
-        _petsc("MatSetPreallocationCOO", ctypes.c_void_p(A.handle), ctypes.c_ssize_t(len(rows)), *places)
+        count = ctypes.c_ssize_t(len(rows))
+        petsc_library.call("MatSetPreallocationCOO", ctypes.c_void_p(A.handle), count, *places)
 
 
 def set_values(A, values):
@@ -34,5 +24,5 @@ def set_values(A, values):
     if hasattr(A, "setValuesCOO"):
         A.setValuesCOO(values, addv=PETSc.InsertMode.INSERT_VALUES)
     else:
-        pointer = ctypes.c_void_p(values.ctypes.data)
-        _petsc("MatSetValuesCOO", ctypes.c_void_p(A.handle), pointer, ctypes.c_int(PETSc.InsertMode.INSERT_VALUES))
+        pointer, mode = ctypes.c_void_p(values.ctypes.data), ctypes.c_int(PETSc.InsertMode.INSERT_VALUES)
+        petsc_library.call("MatSetValuesCOO", ctypes.c_void_p(A.handle), pointer, mode)

@@ -126,6 +126,12 @@ def compiled():
     return c_code.module("loops", _DECLARATIONS, _SOURCE % more)
 
 
+def function(name):
+    """Address of one of its functions, for other C."""
+    library = compiled()
+    return library.ffi.cast("void *", library.ffi.addressof(library.lib, name))
+
+
 def reading(pieces, values):
     """A function that copies arrays to their places in `values`; pieces: list of (slice, array)."""
     library = compiled()
@@ -140,13 +146,14 @@ def reading(pieces, values):
 class Scaled:
     """Some entries of an array in units of their own, as PETSc sees them: entry k is scale[k] * values[places[k]].
 
-    scale: may be changed, in place.
+    scale: may be changed, in place.  `arguments`: values, scale, places and their number, for C.
     """
 
     def __init__(self, values, places, scale):
         self._library, self.x = compiled(), np.zeros(len(places))
         self._alive = values, scale, np.array(places, dtype=np.int32), self.x
         self._values, self._scale, self._places, self._x = map(address, self._alive)
+        self.arguments = self._values, self._scale, self._places, len(self.x)
 
     def take(self):
         """x, from the values."""
@@ -169,7 +176,7 @@ class Hooks:
     def __init__(self, values):
         self._library, self.values = compiled(), values
         self.described, self._alive = self._library.ffi.new("hooks *"), []
-        self._error = None
+        self._error, self.failed = None, np.zeros(1, dtype=np.int32)  #: for C: whether one has raised
 
     def add(self, function, context=None):
         """function: void (*)(void *context, double *values) of any cffi library, or a Python function of the array.
@@ -189,7 +196,7 @@ class Hooks:
         ffi = self._library.ffi
 
         def failed(kind, error, traceback):
-            self._error = error
+            self._error, self.failed[0] = error, 1
 
         wrapped = ffi.callback("void(void *, double *)", lambda *_: function(self.values), onerror=failed)
         self._alive.append(wrapped)
@@ -198,7 +205,7 @@ class Hooks:
     def check(self):
         """Raise what a hook has raised."""
         if self._error is not None:
-            error, self._error = self._error, None
+            error, self._error, self.failed[0] = self._error, None, 0
             raise error
 
 
@@ -247,6 +254,7 @@ class Loop:
     values: a `Values` that knows all their unknowns, coefficients and constants.  shared: what all loops of a System
     share (`Shared`).  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out`
     holds the tensors, whose `entries` belong to local unknowns (rows, columns), and behind them `spare` zeros.
+    `arguments` are those of add_up.
     """
 
     def __init__(self, contributions, values, shared, size=None, spare=0):
@@ -275,9 +283,8 @@ class Loop:
             self.entries = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
         self.out = np.zeros(length + spare if size is None else size)
         inputs, outputs = (self._doubles(a) for a in (values.array, np.zeros(work))), self._doubles(self.out)
-        self._call = partial(
-            library.lib.add_up, shared.hooks.described, described, count, *inputs, outputs, len(self.out)
-        )
+        self.arguments = shared.hooks.described, described, count, *inputs, outputs, len(self.out)
+        self._call = partial(library.lib.add_up, *self.arguments)
 
     def __call__(self):
         """`out`, from the present `values`."""

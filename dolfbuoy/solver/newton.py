@@ -8,9 +8,12 @@ import numpy as np
 from petsc4py import PETSc
 
 from ..errors import InputError, SolveError
+from .callbacks import Callbacks, Number, new_numbers
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
+_ACCURACY = 1e-8  # of a linear solve that is checked
+_SOLVES = 1, 5  # at most: without a check, with one
 
 
 class JacobianAge:
@@ -24,10 +27,14 @@ class JacobianAge:
     MANY = 4  #: iterations of a solve after which the next one begins with a new matrix
     MARGIN = 0.01  #: part of the tolerance that has to be met, as the last increment does not square the error
 
-    def __init__(self, keep):
-        self.keep = keep
-        self.valid = False  # the matrix at hand may be used
-        self.kept = False  # ... and is not that of the present iterate
+    keep = Number()
+    valid = Number()  #: the matrix at hand may be used
+    kept = Number()  #: ... and is not that of the present iterate
+
+    def __init__(self, keep, numbers):
+        self.numbers = numbers
+        self.keep, self.valid, self.kept = keep, False, False
+        numbers.slow, numbers.margin = self.SLOW, self.MARGIN
 
     def assembled(self):
         """The matrix at hand is now that of the present iterate."""
@@ -91,11 +98,18 @@ class Newton:
     keep_jacobian: use a matrix for several iterations and steps.
     """
 
+    in_c = True  #: on one rank PETSc calls functions in C, which do the same as `residual`, `jacobian` and `converged`
+
+    residuals_total, jacobians_total = Number(), Number()
+    _assembled_for, _last_increment, _last_norm = Number(), Number(), Number()
+
     def __init__(self, system, direct="mumps", options=None, keep_jacobian=False):
         self.system, self.options = system, SolverOptions(options)
-        self.iterations_total = self.residuals_total = self.jacobians_total = self.fallbacks = 0
+        self.iterations_total = self.fallbacks = 0
+        self.numbers = new_numbers()  # what C reads and changes too
+        self.numbers.linear_tolerance, self.numbers.linear_solves = _ACCURACY, _SOLVES
         self.fault = lambda: None  # says what is wrong with a solution that no physical state can be
-        self.age, self._assembled = JacobianAge(keep_jacobian), 0
+        self.age = JacobianAge(keep_jacobian, self.numbers)
         self.direct = direct if system.comm.size == 1 else "mumps"
         self.x = system.numbering.vector()
         self._f = self.x.duplicate()
@@ -106,12 +120,19 @@ class Newton:
 
     def _create_snes(self):
         snes = PETSc.SNES().create(self.system.comm)
-        snes.setFunction(self.residual, self._f)
-        snes.setJacobian(self.jacobian, self.system.A)
+        self._hand_callbacks_to(snes, self.in_c and self.system.comm.size == 1)
         snes.setType("newtonls")
         snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
-        snes.setConvergenceTest(self._converged)
         return snes
+
+    def _hand_callbacks_to(self, snes, in_c):
+        if in_c:
+            self._callbacks = Callbacks(self.system, self.numbers)
+            self._callbacks.hand_to(snes, self._f, self.system.A)
+        else:
+            snes.setFunction(self.residual, self._f)
+            snes.setJacobian(self.jacobian, self.system.A)
+            snes.setConvergenceTest(self.converged)
 
     def choose_solver(self, package):
         """Solve linear systems with a factorisation of this package, unless the scene's options say otherwise."""
@@ -124,7 +145,7 @@ class Newton:
         if package == "petsc":
             pc.setFactorOrdering("natural")
         ksp.setType("richardson")
-        self._checked = None
+        self.numbers.checked = -1  # not known
         self._check_linear_solves(True)
         self.options.apply(self.snes)
 
@@ -133,11 +154,11 @@ class Newton:
 
         A kept matrix, whose factorisation was looked at when it was new, is not worth that: Newton refines.
         """
-        if check is self._checked:
+        if check == self.numbers.checked:
             return
-        self._checked, ksp, norm = check, self.snes.getKSP(), PETSc.KSP.NormType
-        ksp.setNormType(norm.UNPRECONDITIONED if check else norm.NONE)
-        ksp.setTolerances(rtol=1e-8, atol=0, max_it=5 if check else 1)
+        self.numbers.checked, ksp = check, self.snes.getKSP()
+        ksp.setNormType(self.numbers.linear_norm[check])
+        ksp.setTolerances(rtol=_ACCURACY, atol=0, max_it=_SOLVES[check])
 
     def set_scales(self, gamma):
         """Scale the system for a step with d/dt ~ gamma."""
@@ -158,7 +179,7 @@ class Newton:
 
     def jacobian(self, snes, x, J, P):
         """Scaled Jacobian, for SNES; or the one at hand as long as it serves."""
-        self.age.valid &= self._assembled == self.system.assembled  # nobody else has used the matrix
+        self.age.valid &= self._assembled_for == int(self.system.assemblies[0])  # nobody else has used the matrix
         self.age.kept = self.age.valid
         if not self.options.scene:  # else it chooses how its solves are checked
             self._check_linear_solves(not self.age.kept)
@@ -167,11 +188,14 @@ class Newton:
         self.system.jacobian(x, P)
         if J != P:
             J.assemble()
-        self.age.assembled()
-        self._assembled = self.system.assembled
+        self._assembled()
         self.jacobians_total += 1
 
-    def _converged(self, snes, iteration, norms):
+    def _assembled(self):
+        self.age.assembled()
+        self._assembled_for = int(self.system.assemblies[0])
+
+    def converged(self, snes, iteration, norms):
         """Stop when the error that the next increment would remove is below the tolerance, and the rows are settled."""
         reason = self._judge(snes, iteration, norms)
         law = self.system.law
@@ -187,14 +211,14 @@ class Newton:
         if not np.isfinite(norms[2]):
             return PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
         if iteration == 0:
-            self._last_increment, self._last_norm = None, norms[2]
+            self._last_norm = norms[2]
             return PETSc.SNES.ConvergedReason.ITERATING
         update = snes.getSolutionUpdate()
         increment = update.norm(PETSc.NormType.NORM_INFINITY)
         if increment > 0:
             increment *= max(1.0, norms[1] / update.norm())  # norms[1] is that of the undamped increment
         shrinking, ratio = 0.0, 1.0
-        if self._last_increment is not None:
+        if iteration > 1:
             shrinking = increment / max(self._last_increment, 1e-300)
             ratio = min(1.0, max(shrinking, norms[2] / max(self._last_norm, 1e-300)))
         self._last_increment, self._last_norm = increment, norms[2]
@@ -245,12 +269,14 @@ class Newton:
         return iterations, reason
 
     def _run(self, start):
+        self.numbers.tolerance, self.numbers.own_options = self.system.tolerance, bool(self.options.scene)
         self.system.u[:] = start
         self.x.setArray(self.system.scaled_start(start))
         try:
             self.snes.solve(None, self.x)
             reason = self.snes.getConvergedReason()
         except PETSc.Error as error:
+            self.system.hooks.check()
             if error.ierr == _UNKNOWN_TYPE:
                 raise self.options.refused(error) from None
             if error.ierr != _EXTERNAL_LIBRARY:
@@ -276,7 +302,7 @@ class Newton:
         if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
             return False
         increment = self.x.duplicate()
-        self.snes.computeFunction(self.x, self._f)
+        self.residual(self.snes, self.x, self._f)
         self.snes.getKSP().solve(self._f, increment)
         size = increment.norm(PETSc.NormType.NORM_INFINITY)
         increment.destroy()
@@ -304,8 +330,7 @@ class Newton:
         rows, columns, _ = A.getValuesCSR()
         A.setValuesCSR(rows, columns, state["matrix"])
         A.assemble()
-        self.age.assembled()
-        self._assembled = self.system.assembled
+        self._assembled()
 
     def destroy(self):
         """Give PETSc's objects back, the system's too."""

@@ -28,7 +28,8 @@ class System:
     def __init__(self, parts, residuals, blocks, numbering, tolerance=1e-9, law=None):
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
-        self.gamma, self.assembled = None, 0  # of the scales; how often the matrix was assembled
+        self.gamma = None  # of the scales
+        self.assemblies = np.zeros(1, dtype=np.int64)  #: how often the matrix was assembled; C counts as well
         self.residuals = [Contribution(form, part) for part, form in residuals]
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [c.ufl_form for c in (*self.residuals, *self.jacobians)])
@@ -40,8 +41,8 @@ class System:
         self._b = self.add_residuals.out
         #: Units of the visible unknowns, and 1/units of the rows.
         self.unknown_scales, self.row_scales = np.ones(len(numbering.visible)), np.ones(len(self.order))
-        self._scaled_unknowns = Scaled(self.u, numbering.visible, self.unknown_scales)
-        self._scaled_residual = Scaled(self._b, self.order, self.row_scales)
+        self.scaled_unknowns = Scaled(self.u, numbering.visible, self.unknown_scales)
+        self.scaled_residual = Scaled(self._b, self.order, self.row_scales)
         self.A = self._create_matrix()
         self._row_scale, self._unknown_scale = numbering.vector(), numbering.vector()
         if law is not None:
@@ -92,6 +93,11 @@ class System:
         return self.numbering.comm
 
     @property
+    def scale_vectors(self):
+        """PETSc's vectors of 1/units of the rows and of units of the unknowns."""
+        return self._row_scale, self._unknown_scale
+
+    @property
     def unknowns(self) -> int:
         """Number of free unknowns of all ranks."""
         return self.numbering.unknowns
@@ -140,7 +146,7 @@ class System:
     def assemble_matrix(self):
         """The Jacobian at `u`, unscaled, in `A`."""
         coo.set_values(self.A, self.add_jacobians())
-        self.assembled += 1
+        self.assemblies += 1
         if self.law is not None:
             self.law.change_matrix(self.A)
 
@@ -149,9 +155,9 @@ class System:
     def put(self, x):
         """Scaled free unknowns -> `u`."""
         if self.numbering.shared:
-            self.numbering.read(x, self._scaled_unknowns.put)
+            self.numbering.read(x, self.scaled_unknowns.put)
         else:
-            self._scaled_unknowns.put(x.array_r)
+            self.scaled_unknowns.put(x.array_r)
 
     def scaled_start(self, u):
         """Scaled owned unknowns of physical values."""
@@ -167,7 +173,7 @@ class System:
         if self.numbering.shared:
             f.setArray(self.numbering.added_up(self._b) * self.row_scales)
         else:
-            f.setArray(self._scaled_residual.take())
+            f.setArray(self.scaled_residual.take())
 
     def jacobian(self, x, J):
         """Scaled Jacobian at the scaled unknowns x, in J, which is `A`."""

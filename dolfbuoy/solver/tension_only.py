@@ -39,17 +39,20 @@ class TensionOnly:
     """The law of a System whose rows of the tension are one-sided."""
 
     def __init__(self, rows: OneSidedRows):
-        self._of, self._rows = rows, rows.rows.astype(PETSc.IntType)
-        self.slack = np.zeros(len(self._rows), dtype=bool)  #: which rows hold T = 0 at the latest evaluation
+        self._of, self.rows = rows, rows.rows.astype(PETSc.IntType)
+        count = len(self.rows)
+        self.slack = np.zeros(count, dtype=bool)  #: which rows hold T = 0 at the latest evaluation
+        self.slack_before = np.zeros(count, dtype=bool)  #: ... and did in the latest matrix
+        self.c = np.zeros(count)
 
     def attach(self, system):
         """Be the law of this System."""
-        self._u, self._comm = system.u, system.comm
+        self.u, self._comm = system.u, system.comm
         system.A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
-        self._diagonal = system.numbering.vector()
+        self.diagonal = system.numbering.vector()
         place = np.empty(system.size, dtype=np.int64)
         place[system.order] = np.arange(len(system.order))
-        self._places = place[self._rows]
+        self.places = place[self.rows]
 
     def resize(self, rows: OneSidedRows):
         """Other sizes of the same rows."""
@@ -62,29 +65,30 @@ class TensionOnly:
         """
         of = self._of
         strain = of.rest if of.inertia is None else of.compliance + 2 / (of.inertia * gamma**2)
-        self._c = of.weights * strain
+        self.c[:] = of.weights * strain
 
     def change_residual(self, b):
         """Rows of the tension become those of the maximum."""
-        g, bound = b[self._rows], -self._c * self._u[self._rows]
-        self.slack = ~(g > bound)
-        b[self._rows] = np.where(self.slack, bound, g)
+        g, bound = b[self.rows], -self.c * self.u[self.rows]
+        self.slack[:] = ~(g > bound)
+        b[self.rows] = np.where(self.slack, bound, g)
 
     def change_matrix(self, A):
         """Slack rows become -c_i."""
-        slack = self._slack_before = self.slack
-        A.zeroRowsLocal(self._rows[slack], diag=0.0)
-        A.getDiagonal(self._diagonal)
-        values = self._diagonal.array
-        values[self._places[slack]] = -self._c[slack]
-        self._diagonal.setArray(values)
-        A.setDiagonal(self._diagonal)
+        slack = self.slack
+        self.slack_before[:] = slack
+        A.zeroRowsLocal(self.rows[slack], diag=0.0)
+        A.getDiagonal(self.diagonal)
+        values = self.diagonal.array
+        values[self.places[slack]] = -self.c[slack]
+        self.diagonal.setArray(values)
+        A.setDiagonal(self.diagonal)
 
     def unsettled(self, converged) -> bool:
         """Whether on any rank that takes itself for converged the rows are not those of the last increment."""
-        changed = converged and bool(np.any(self.slack != self._slack_before))
+        changed = converged and bool(np.any(self.slack != self.slack_before))
         return self._comm.allreduce(changed, op=MPI.LOR)
 
     def destroy(self):
         """Give PETSc's objects back."""
-        self._diagonal.destroy()
+        self.diagonal.destroy()

@@ -1,0 +1,253 @@
+"""C of `callbacks`: what PETSc's Newton method calls."""
+
+import numpy as np
+from petsc4py import PETSc
+
+from . import c_code
+
+_DECLARATIONS = """
+typedef int%d_t petsc_int;
+
+typedef struct {                /* of PETSc */
+    int (*VecGetArrayRead)(void *, const double **);
+    int (*VecRestoreArrayRead)(void *, const double **);
+    int (*VecGetArray)(void *, double **);
+    int (*VecRestoreArray)(void *, double **);
+    int (*VecNorm)(void *, int, double *);
+    int (*MatSetValuesCOO)(void *, const double *, int);
+    int (*MatDiagonalScale)(void *, void *, void *);
+    int (*MatZeroRowsLocal)(void *, petsc_int, const petsc_int *, double, void *, void *);
+    int (*MatGetDiagonal)(void *, void *);
+    int (*MatDiagonalSet)(void *, void *, int);
+    int (*MatAssemblyBegin)(void *, int);
+    int (*MatAssemblyEnd)(void *, int);
+    int (*KSPSetNormType)(void *, int);
+    int (*KSPGetTolerances)(void *, double *, double *, double *, petsc_int *);
+    int (*KSPSetTolerances)(void *, double, double, double, petsc_int);
+    int (*SNESGetKSP)(void *, void **);
+    int (*SNESGetTolerances)(void *, double *, double *, double *, petsc_int *, petsc_int *);
+    int (*SNESGetSolutionUpdate)(void *, void **);
+} petsc;
+
+typedef struct {                /* what Python reads and changes too */
+    _Bool keep, valid, kept;    /* of JacobianAge */
+    int checked;                /* whether linear solves are checked; -1: not known */
+    int64_t assembled_for;      /* `assembled` of the System when the matrix at hand was made */
+    int64_t residuals_total, jacobians_total;
+    double last_increment, last_norm;
+    double tolerance;           /* of the increments */
+    double margin, slow;        /* of JacobianAge */
+    _Bool own_options;          /* the scene chooses how linear solves are checked */
+    double linear_tolerance;
+    int linear_solves[2], linear_norm[2];               /* without a check, with one */
+    int iterating, converged, not_finite, too_many;     /* reasons */
+} numbers;
+
+typedef struct {                /* arguments of add_up */
+    void *hooks, *integrals;
+    int count;
+    double *values, *work, *out;
+    ptrdiff_t length;
+} sum;
+
+typedef struct {                /* arguments of put and take */
+    double *values, *scale;
+    int *places;
+    ptrdiff_t n;
+} scaled;
+
+typedef struct {                /* of TensionOnly */
+    petsc_int count;
+    const petsc_int *rows;
+    const int64_t *places;      /* of the rows on the diagonal */
+    const double *c, *u;
+    uint8_t *slack, *slack_before;
+    petsc_int *zeroed;          /* room for rows */
+    void *diagonal;
+} one_sided;
+
+typedef struct {
+    const petsc *petsc;
+    numbers *numbers;
+    int64_t *assembled;
+    const int *failed;          /* a Python function before an evaluation has raised */
+    void (*add_up)(void *, void *, int, double *, double *, double *, ptrdiff_t);
+    void (*put)(const double *, const double *, const int *, ptrdiff_t, double *);
+    void (*take)(const double *, const double *, const int *, ptrdiff_t, double *);
+    sum residuals, jacobians;
+    scaled unknowns, rows;
+    void *row_scale, *unknown_scale;                    /* vectors of PETSc */
+    const one_sided *law;       /* or NULL */
+} newton;
+
+int residual(void *snes, void *x, void *f, void *context);
+int jacobian(void *snes, void *x, void *J, void *P, void *context);
+int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context);
+"""
+
+_SOURCE = """
+#include <math.h>
+#include <stdint.h>
+#include <stddef.h>
+#include <string.h>
+
+#define TRY(call) do { const int error = (call); if (error) return error; } while (0)
+enum {INSERT_VALUES = 1, FINAL_ASSEMBLY = 0, NORM_2 = 1, NORM_INFINITY = 3, ERROR_OF_USER = 83};  /* PETSc's */
+
+static double larger(double a, double b)
+{
+    return b > a ? b : a;
+}
+
+/* Scaled unknowns x -> u, and the sum there. */
+static int add_up_at(const newton *N, const sum *S, void *x)
+{
+    const double *values;
+    TRY(N->petsc->VecGetArrayRead(x, &values));
+    N->put(values, N->unknowns.scale, N->unknowns.places, N->unknowns.n, N->unknowns.values);
+    TRY(N->petsc->VecRestoreArrayRead(x, &values));
+    N->add_up(S->hooks, S->integrals, S->count, S->values, S->work, S->out, S->length);
+    return *N->failed ? ERROR_OF_USER : 0;
+}
+
+static void change_residual(const one_sided *L, double *b)
+{
+    for (petsc_int k = 0; k < L->count; ++k) {
+        const double bound = -L->c[k] * L->u[L->rows[k]];
+        L->slack[k] = !(b[L->rows[k]] > bound);
+        if (L->slack[k])
+            b[L->rows[k]] = bound;
+    }
+}
+
+static int change_matrix(const petsc *petsc, const one_sided *L, void *A)
+{
+    petsc_int zeroed = 0;
+    double *diagonal;
+    memcpy(L->slack_before, L->slack, L->count);
+    for (petsc_int k = 0; k < L->count; ++k)
+        if (L->slack[k])
+            L->zeroed[zeroed++] = L->rows[k];
+    TRY(petsc->MatZeroRowsLocal(A, zeroed, L->zeroed, 0, NULL, NULL));
+    TRY(petsc->MatGetDiagonal(A, L->diagonal));
+    TRY(petsc->VecGetArray(L->diagonal, &diagonal));
+    for (petsc_int k = 0; k < L->count; ++k)
+        if (L->slack[k])
+            diagonal[L->places[k]] = -L->c[k];
+    TRY(petsc->VecRestoreArray(L->diagonal, &diagonal));
+    return petsc->MatDiagonalSet(A, L->diagonal, INSERT_VALUES);
+}
+
+static int unsettled(const one_sided *L)
+{
+    return memcmp(L->slack, L->slack_before, L->count) != 0;
+}
+
+int residual(void *snes, void *x, void *f, void *context)
+{
+    const newton *N = context;
+    double *to;
+    ++N->numbers->residuals_total;
+    TRY(add_up_at(N, &N->residuals, x));
+    if (N->law)
+        change_residual(N->law, N->residuals.out);
+    TRY(N->petsc->VecGetArray(f, &to));
+    N->take(N->rows.values, N->rows.scale, N->rows.places, N->rows.n, to);
+    return N->petsc->VecRestoreArray(f, &to);
+}
+
+static int check_linear_solves(const petsc *petsc, numbers *n, void *snes, int check)
+{
+    void *ksp;
+    double divergence;
+    if (check == n->checked)
+        return 0;
+    n->checked = check;
+    TRY(petsc->SNESGetKSP(snes, &ksp));
+    TRY(petsc->KSPSetNormType(ksp, n->linear_norm[check]));
+    TRY(petsc->KSPGetTolerances(ksp, NULL, NULL, &divergence, NULL));
+    return petsc->KSPSetTolerances(ksp, n->linear_tolerance, 0, divergence, n->linear_solves[check]);
+}
+
+static int assemble(const newton *N, void *x, void *A)
+{
+    TRY(add_up_at(N, &N->jacobians, x));
+    TRY(N->petsc->MatSetValuesCOO(A, N->jacobians.out, INSERT_VALUES));
+    ++*N->assembled;
+    if (N->law)
+        TRY(change_matrix(N->petsc, N->law, A));
+    return N->petsc->MatDiagonalScale(A, N->row_scale, N->unknown_scale);
+}
+
+int jacobian(void *snes, void *x, void *J, void *P, void *context)
+{
+    const newton *N = context;
+    numbers *n = N->numbers;
+    n->valid = n->valid && n->assembled_for == *N->assembled;
+    n->kept = n->valid;
+    if (!n->own_options)
+        TRY(check_linear_solves(N->petsc, n, snes, !n->kept));
+    if (n->valid)
+        return 0;
+    TRY(assemble(N, x, P));
+    if (J != P) {
+        TRY(N->petsc->MatAssemblyBegin(J, FINAL_ASSEMBLY));
+        TRY(N->petsc->MatAssemblyEnd(J, FINAL_ASSEMBLY));
+    }
+    n->valid = 1;
+    n->kept = 0;
+    n->assembled_for = *N->assembled;
+    ++n->jacobians_total;
+    return 0;
+}
+
+static int judge(const petsc *petsc, numbers *n, void *snes, petsc_int iteration, double step, double norm, int *reason)
+{
+    void *update;
+    double increment, length, shrinking = 0, ratio = 1;
+    petsc_int most;
+    *reason = isfinite(norm) ? n->iterating : n->not_finite;
+    if (!isfinite(norm))
+        return 0;
+    if (iteration == 0) {
+        n->last_norm = norm;
+        return 0;
+    }
+    TRY(petsc->SNESGetSolutionUpdate(snes, &update));
+    TRY(petsc->VecNorm(update, NORM_INFINITY, &increment));
+    if (increment > 0) {
+        TRY(petsc->VecNorm(update, NORM_2, &length));
+        increment *= larger(1, step / length);
+    }
+    if (iteration > 1) {
+        shrinking = increment / larger(n->last_increment, 1e-300);
+        ratio = larger(shrinking, norm / larger(n->last_norm, 1e-300));
+        ratio = ratio < 1 ? ratio : 1;
+    }
+    n->last_increment = increment;
+    n->last_norm = norm;
+    if (increment * ratio <= n->tolerance * (n->kept ? n->margin : 1)) {
+        *reason = n->converged;
+        return 0;
+    }
+    n->valid = n->keep && shrinking <= n->slow;
+    TRY(petsc->SNESGetTolerances(snes, NULL, NULL, NULL, &most, NULL));
+    if (iteration >= most)
+        *reason = n->too_many;
+    return 0;
+}
+
+int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context)
+{
+    const newton *N = context;
+    TRY(judge(N->petsc, N->numbers, snes, iteration, step, norm, reason));
+    if (N->law && *reason > 0 && unsettled(N->law) && N->numbers->last_increment > N->numbers->tolerance)
+        *reason = N->numbers->iterating;
+    return 0;
+}
+"""
+
+
+def compiled():
+    """The compiled module."""
+    return c_code.module("callbacks", _DECLARATIONS % (8 * np.dtype(PETSc.IntType).itemsize), _SOURCE)
