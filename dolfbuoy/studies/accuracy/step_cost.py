@@ -1,7 +1,8 @@
 """Where the time of a step goes, and the floor to measure it by.
 
-A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones, and its parts are
-timed as it goes; factorisation and solve, which PETSc calls, are done many times over at a state of the run.
+A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones, and timed as it goes.
+What PETSc calls is timed apart, on a twin of the run: the loops and insertion after every few steps, as often as the
+run called them, factorisation and solve many times over at one state.
 The floor of a Newton iteration is dolfinx's assemblers and the direct solver called back to back, with nothing else
 between them, in turn and as often as the run called them; it is measured after every few steps, side by side with
 them.  `ratio`: of Newton's method to the floor (below 1 where the loops of `dolfbuoy.solver.loops` gain more than all
@@ -11,6 +12,7 @@ floor.
 """
 
 import time
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -22,7 +24,7 @@ from ...motion.simulation import Simulation
 from ...results.recorder import Recorder
 from ...results.style import COLORS, PAGE, legend_below, new_figure
 from ...scene import load_scene
-from ...solver import compat, floor
+from ...solver import compat, coo, floor
 from ..declaration import declared
 from ..study import Table
 
@@ -54,7 +56,7 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
         for _ in range(WARM_UP):
             recorder.add(*next(marches[0]))
             next(marches[1])
-        groups = _groups(simulation, marches[0], recorder, floor.back_to_back(twin.newton), steps // GROUP)
+        groups = _groups(simulation, twin, marches[0], recorder, steps // GROUP)
         recorder.close()
     done = GROUP * len(groups["steps"])
     n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
@@ -67,18 +69,14 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
     return row
 
 
-def _groups(simulation, march, recorder, floor, count):
+def _groups(simulation, twin, march, recorder, count):
     """Counts of each group of steps, and its seconds: of parts of Newton's method, of steps, record, and floor."""
-    newton, system, end = simulation.newton, simulation.system, simulation.scene.time.end
-    parts = {"residuals of it": "add_residuals", "jacobians of it": "add_jacobians"}
-    parts |= {"matrices of it": "assemble_matrix"}
-    clocks = {"newton": _clocked(newton, "solve")}
-    clocks |= {name: _clocked(system, method) for name, method in parts.items()}
-    rows = []
+    newton, end, system = simulation.newton, simulation.scene.time.end, twin.system
+    alone, in_newton, rows = floor.back_to_back(twin.newton), _clocked(newton, "solve"), []
+    insert = partial(coo.set_values, system.A, system.add_jacobians.out)
     while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
         counted, in_steps, in_record = _counts(newton), 0.0, 0.0
-        for times in clocks.values():
-            times.clear()
+        in_newton.clear()
         for _ in range(GROUP):
             begin = time.process_time()
             step = next(march)
@@ -87,12 +85,21 @@ def _groups(simulation, march, recorder, floor, count):
             in_steps += middle - begin
             in_record += time.process_time() - middle
         numbers = [now - then for now, then in zip(_counts(newton), counted, strict=True)]
-        begin = time.process_time()
-        floor(*numbers)
-        in_floor = time.process_time() - begin
-        rows.append([*numbers, in_steps, in_record, in_floor, *(sum(times) for times in clocks.values())])
-    names = ["iterations", "residuals", "jacobians", "steps", "record", "floor", *clocks]
+        calls = (system.add_residuals, numbers[1]), (system.add_jacobians, numbers[2]), (insert, numbers[2])
+        parts = [_seconds(work, n) for work, n in calls]
+        in_floor = _seconds(partial(alone, *numbers))
+        rows.append([*numbers, in_steps, in_record, in_floor, sum(in_newton), *parts])
+    names = ["iterations", "residuals", "jacobians", "steps", "record", "floor", "newton"]
+    names += ["residuals of it", "jacobians of it", "insertion of it"]
     return dict(zip(names, np.array(rows).T, strict=True))
+
+
+def _seconds(work, count=1):
+    """Of `count` calls."""
+    begin = time.process_time()
+    for _ in range(count):
+        work()
+    return time.process_time() - begin
 
 
 def _clocked(thing, method):
@@ -119,7 +126,7 @@ def _split(groups, factorisation, solve, steps):
     split = {
         "residual loop": spent["residuals of it"],
         "Jacobian loop": spent["jacobians of it"],
-        "insertion": spent["matrices of it"] - spent["jacobians of it"],
+        "insertion": spent["insertion of it"],
         "factorisation": factorisation,
         "solve": solve,
     }
