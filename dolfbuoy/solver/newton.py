@@ -75,9 +75,8 @@ class SolverOptions:
 
     def forget(self):
         """Take them out of PETSc's database."""
-        db = PETSc.Options()
         while self._in_database:
-            del db[self._in_database.pop()]
+            del PETSc.Options()[self._in_database.pop()]
 
     def refused(self, error):
         """InputError for an error of PETSc."""
