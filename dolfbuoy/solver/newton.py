@@ -1,7 +1,8 @@
 """The damped Newton method of a System: PETSc SNES with line search.
 
 The Jacobian is exact, but need not be of today: while Newton's increments shrink fast with the matrix and the
-factorisation of an earlier iteration or step, these are kept (`JacobianAge`).
+factorisation of an earlier iteration or step, these are kept (`JacobianAge`).  On one rank PETSc calls the functions in
+C of `callbacks`, which do the same as those here.
 """
 
 import numpy as np
