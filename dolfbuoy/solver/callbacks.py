@@ -14,6 +14,10 @@ from . import loops, petsc_library
 from .callbacks_c import compiled
 
 
+#: PETSc's reason DIVERGED_FNORM_NAN, or DIVERGED_FUNCTION_NANORINF since 3.25.
+NOT_FINITE = -4
+
+
 class Number:
     """Attribute of an object whose `numbers` are those that C has: the one of the same name, whatever underscore."""
 
@@ -32,7 +36,7 @@ def new_numbers():
     reason, norm = PETSc.SNES.ConvergedReason, PETSc.KSP.NormType
     numbers = compiled().ffi.new("numbers *")
     numbers.iterating, numbers.converged = reason.ITERATING, reason.CONVERGED_SNORM_RELATIVE
-    numbers.not_finite, numbers.too_many = reason.DIVERGED_FNORM_NAN, reason.DIVERGED_MAX_IT
+    numbers.not_finite, numbers.too_many = NOT_FINITE, reason.DIVERGED_MAX_IT
     numbers.linear_norm = [norm.NONE, norm.UNPRECONDITIONED]
     return numbers
 

@@ -92,22 +92,23 @@ _SOURCE = """
 #include <string.h>
 
 #define TRY(call) do { const int error = (call); if (error) return error; } while (0)
-enum {INSERT_VALUES = 1, FINAL_ASSEMBLY = 0, NORM_2 = 1, NORM_INFINITY = 3, ERROR_OF_USER = 83};  /* PETSc's */
+enum {INSERT_VALUES = 1, FINAL_ASSEMBLY = 0, NORM_2 = 1, NORM_INFINITY = 3};  /* PETSc's */
 
 static double larger(double a, double b)
 {
     return b > a ? b : a;
 }
 
-/* Scaled unknowns x -> u, and the sum there. */
+/* Scaled unknowns x -> u, and the sum there; means nothing once a Python function has failed. */
 static int add_up_at(const newton *N, const sum *S, void *x)
 {
     const double *values;
     TRY(N->petsc->VecGetArrayRead(x, &values));
     N->put(values, N->unknowns.scale, N->unknowns.places, N->unknowns.n, N->unknowns.values);
     TRY(N->petsc->VecRestoreArrayRead(x, &values));
-    N->add_up(S->hooks, S->integrals, S->count, S->values, S->work, S->out, S->length);
-    return *N->failed ? ERROR_OF_USER : 0;
+    if (!*N->failed)
+        N->add_up(S->hooks, S->integrals, S->count, S->values, S->work, S->out, S->length);
+    return 0;
 }
 
 static void change_residual(const one_sided *L, double *b)
@@ -153,6 +154,8 @@ int residual(void *snes, void *x, void *f, void *context)
         change_residual(N->law, N->residuals.out);
     TRY(N->petsc->VecGetArray(f, &to));
     N->take(N->rows.values, N->rows.scale, N->rows.places, N->rows.n, to);
+    if (*N->failed && N->rows.n)  /* the solve ends in order, and Python says why: an error code leaves vectors locked */
+        to[0] = NAN;
     return N->petsc->VecRestoreArray(f, &to);
 }
 
@@ -169,9 +172,8 @@ static int check_linear_solves(const petsc *petsc, numbers *n, void *snes, int c
     return petsc->KSPSetTolerances(ksp, n->linear_tolerance, 0, divergence, n->linear_solves[check]);
 }
 
-static int assemble(const newton *N, void *x, void *A)
+static int assemble(const newton *N, void *A)
 {
-    TRY(add_up_at(N, &N->jacobians, x));
     TRY(N->petsc->MatSetValuesCOO(A, N->jacobians.out, INSERT_VALUES));
     ++*N->assembled;
     if (N->law)
@@ -189,7 +191,10 @@ int jacobian(void *snes, void *x, void *J, void *P, void *context)
         TRY(check_linear_solves(N->petsc, n, snes, !n->kept));
     if (n->valid)
         return 0;
-    TRY(assemble(N, x, P));
+    TRY(add_up_at(N, &N->jacobians, x));
+    if (*N->failed)
+        return 0;
+    TRY(assemble(N, P));
     if (J != P) {
         TRY(N->petsc->MatAssemblyBegin(J, FINAL_ASSEMBLY));
         TRY(N->petsc->MatAssemblyEnd(J, FINAL_ASSEMBLY));

@@ -9,7 +9,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from ..errors import InputError, SolveError
-from .callbacks import Callbacks, Number, new_numbers
+from .callbacks import NOT_FINITE, Callbacks, Number, new_numbers
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
@@ -209,7 +209,7 @@ class Newton:
         counts.  Where the line search damped the increment, the one that Newton asked for counts.
         """
         if not np.isfinite(norms[2]):
-            return PETSc.SNES.ConvergedReason.DIVERGED_FNORM_NAN
+            return NOT_FINITE
         if iteration == 0:
             self._last_norm = norms[2]
             return PETSc.SNES.ConvergedReason.ITERATING
@@ -276,7 +276,6 @@ class Newton:
             self.snes.solve(None, self.x)
             reason = self.snes.getConvergedReason()
         except PETSc.Error as error:
-            self.system.hooks.check()
             if error.ierr == _UNKNOWN_TYPE:
                 raise self.options.refused(error) from None
             if error.ierr != _EXTERNAL_LIBRARY:
@@ -286,6 +285,7 @@ class Newton:
             self.options.forget()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
             self.choose_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
+        self.system.hooks.check()  # C lets a solve end before it tells
         return self.snes.getIterationNumber(), reason
 
     def _run_afresh(self, start):

@@ -126,10 +126,9 @@ def test_same_after_a_fallback(monkeypatch):
     assert in_c[-1, FALLBACKS] == 5
 
 
-@pytest.fixture(params=[True, False], ids=["C", "Python"])
-def driven(request, monkeypatch):
+@pytest.fixture
+def driven():
     """A run of `driven` that has made ten steps."""
-    monkeypatch.setattr(Newton, "in_c", request.param)
     simulation = Simulation(load_scene("driven"), MPI.COMM_SELF)
     march = simulation.run()
     for _ in range(10):
