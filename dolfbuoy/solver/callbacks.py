@@ -13,7 +13,6 @@ from petsc4py import PETSc
 from . import loops, petsc_library
 from .callbacks_c import compiled
 
-
 #: PETSc's reason DIVERGED_FNORM_NAN, or DIVERGED_FUNCTION_NANORINF since 3.25.
 NOT_FINITE = -4
 

@@ -154,7 +154,7 @@ int residual(void *snes, void *x, void *f, void *context)
         change_residual(N->law, N->residuals.out);
     TRY(N->petsc->VecGetArray(f, &to));
     N->take(N->rows.values, N->rows.scale, N->rows.places, N->rows.n, to);
-    if (*N->failed && N->rows.n)  /* the solve ends in order, and Python says why: an error code leaves vectors locked */
+    if (*N->failed && N->rows.n)  /* the solve ends in order, then Python tells: an error code leaves vectors locked */
         to[0] = NAN;
     return N->petsc->VecRestoreArray(f, &to);
 }
