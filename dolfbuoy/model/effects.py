@@ -186,7 +186,7 @@ EFFECTS: list[Effect] = [
             "heave": lambda scene, buoy: buoy.wave_damping[0],
             "pitch": lambda scene, buoy: buoy.wave_damping[1],
         },
-        drawn={},
+        account="damping",
     ),
     Effect("disk averages", "buoy.disk_averages", neutral=False, needs=("sea", "waves")),
     Effect(

@@ -26,7 +26,8 @@ class Meter:
     The powers are those of the effects that the scene calls for (`model.effects`), each in the account that its
     declaration names.  drag: f . v_rel, never positive.  stream: f . v_water of the same forces, what moving water
     does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull (the cable's is in its weight).  damping: what
-    stays in the material of the cable.  outer: wind, external force, rotational damping.  top: of a prescribed end.
+    stays in the material of the cable, and what radiated waves take.  outer: wind, external force, rotational damping.
+    top: of a prescribed end.
     """
 
     def __init__(self, simulation):
