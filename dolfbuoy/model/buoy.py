@@ -163,7 +163,7 @@ class Buoy:
         F += body.orientation(rates.orientation, y.orientation, y.angular_momentum, self.inertia, test.orientation)
         F += body.angular_momentum(rates.angular_momentum, _or_zero(torque), test.angular_momentum)
         if torque is not None or self.hull is not None:  # else L_C is kept, to the last digit
-            self.spin = Spin(self)
+            self.spin = self.spin or Spin(self)
             F += ufl.inner(self.spin.correction(y, rates.angular_momentum, self.inertia), test.angular_momentum)
         return F, test.momentum, test.angular_momentum
 
