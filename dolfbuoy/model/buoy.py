@@ -49,7 +49,9 @@ class Spin(Evolution):
 
     def values(self, u):
         y = MOTION.of(u[self.part.slice])
-        return np.array([y.angular_momentum @ rotation_of(y.orientation)[:, 2]])
+        (a, b, c, d), (x, y, z) = y.orientation.tolist(), y.angular_momentum.tolist()  # several times a step
+        along = 2 * (b * d + a * c) * x + 2 * (c * d - a * b) * y + (a * a - b * b - c * c + d * d) * z
+        return np.array([along / (a * a + b * b + c * c + d * d)])
 
     def hand_out(self, level, gamma, history):
         self.gamma.value, self.history.value = gamma, np.asarray(history).item()
