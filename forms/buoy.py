@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ufl import as_vector, cross, dot, inner
 
 from .kinds import Expr, Scalar
-from .rotation import apply_inverse_inertia, conjugate, prolong, quaternion_product, rotation_matrix
+from .rotation import apply_inverse_inertia, axis, conjugate, prolong, quaternion_product, rotation_matrix
 from .sea import Flow
 
 if TYPE_CHECKING:
@@ -49,14 +49,13 @@ def spin_correction(q4: Expr, L_C: Expr, L_C_t: Expr, spin_t: Expr, inertia: Exp
     Added to (8)_4 it lets the scheme follow L_C . d itself, which then stays where nothing turns a body of revolution
     about its axis.  Without it a buoy that heaves and pitches begins to spin, the faster the longer the step.
     """
-    R = rotation_matrix(q4)
-    d, omega = R * as_vector([0.0, 0.0, 1.0]), apply_inverse_inertia(R, inertia, L_C)
+    d, omega = axis(q4), apply_inverse_inertia(rotation_matrix(q4), inertia, L_C)
     return (spin_t - dot(L_C_t, d) - dot(L_C, cross(omega, d))) * d
 
 
 def spin(q4: Expr, L_C: Expr) -> Expr:
     """L_C . d, the angular momentum about the axis."""
-    return dot(L_C, rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0]))
+    return dot(L_C, axis(q4))
 
 
 def point_torque(q4: Expr, body_offset: Expr, force: Expr) -> Expr:
@@ -80,7 +79,7 @@ def rotational_damping(coefficient: Scalar, body: Body) -> tuple[None, Expr | No
     """-c (omega . d) d: linear damping of the rotation about the axis d."""
     if body.motion is None:
         return None, None
-    d = rotation_matrix(body.quaternion) * as_vector([0.0, 0.0, 1.0])
+    d = axis(body.quaternion)
     return None, -coefficient * dot(body.motion.angular_velocity, d) * d
 
 
@@ -91,7 +90,7 @@ def wave_damping(c: Any, body: Body) -> tuple[Expr | None, Expr | None]:
     """
     if body.motion is None:
         return None, None
-    d, e_z = rotation_matrix(body.quaternion) * as_vector([0.0, 0.0, 1.0]), as_vector([0.0, 0.0, 1.0])
+    d, e_z = axis(body.quaternion), as_vector([0.0, 0.0, 1.0])
     heave, spin = body.motion.velocity[2], body.motion.angular_velocity
     eta = body.flow(body.position).elevation
     if eta is not None:
@@ -134,7 +133,7 @@ def equilibrium(
     r_ref, q_ref = reference
     test_force, test_norm, test_torque = tests
     angle = turn(q4, q_ref)
-    d = rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
+    d = axis(q4)
     balance = inner(relaxation * mass * (r_C - r_ref) - force, test_force)
     rotation = inner(relaxation * inertia_scale * angle + gauge * dot(angle, d) * d - torque, test_torque)
     return balance + rotation + inner(dot(q4, q4) - 1, test_norm)

@@ -10,7 +10,7 @@ What acts along the axis acts on faces: end discs, steps, and cones as rows of s
 
 from typing import NamedTuple
 
-from ufl import acos, as_vector, cross, dot, max_value, min_value, pi, sqrt, zero
+from ufl import acos, cross, dot, max_value, min_value, pi, sqrt, zero
 
 from . import morison, rotation
 from .kinds import Expr, Scalar
@@ -102,11 +102,6 @@ def body_motion(R: Expr, mass: Scalar, inertia: Expr, p: Expr, p_t: Expr, L_C: E
     omega = rotation.apply_inverse_inertia(R, inertia, L_C)
     omega_t = rotation.angular_acceleration(R, inertia, L_C, L_C_t)
     return BodyMotion(p / mass, omega, p_t / mass, omega_t)
-
-
-def axis(q4: Expr) -> Expr:
-    """d = R(q4) e3, the slenderness axis in the world frame, from keel to top."""
-    return rotation.rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
 
 
 def wet_section(radius: Expr, d: Expr, x: Expr, flow: Flow, least_tilt: float) -> tuple[Expr, Expr]:

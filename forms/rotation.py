@@ -22,6 +22,11 @@ def rotation_matrix(q4: Expr) -> Expr:
     ) / dot(q4, q4)
 
 
+def axis(q4: Expr) -> Expr:
+    """d = R(q4) e3, the slenderness axis in the world frame, from keel to top."""
+    return rotation_matrix(q4) * as_vector([0.0, 0.0, 1.0])
+
+
 def quaternion_product(v4: Expr, u4: Expr) -> Expr:
     """Product v4 o u4 of two quaternions, as defined below Eq. (8)."""
     v0, u0 = v4[0], u4[0]

@@ -8,6 +8,7 @@ import ufl
 from dolfinx import fem
 
 from ..forms import hull, sea
+from ..forms.rotation import axis
 from ..solver import compat
 from ..solver.real import real_space
 from ..solver.unknowns import array_of
@@ -34,7 +35,7 @@ class WetHull:
         wet, cut = (PointGroup(mesh, np.flatnonzero(tags.values == tag), groups[tag], tag == WET) for tag in groups)
         self.averaged = scene.buoy.disk_averages and water.wave is not None
         self.points = HullPoints(pieces, wet, cut, self.averaged)
-        self.tapered, self._alive = shape.tapered, []
+        self.tapered, self._alive, self._to_coefficients = shape.tapered, [], None
         self.face = self._faces(faces, ends[2])
         dx = ufl.Measure("dx", domain=mesh, subdomain_data=tags)
         self._dx = {tag: dx(tag, metadata={"quadrature_degree": groups[tag]}) for tag in groups}
@@ -69,9 +70,12 @@ class WetHull:
 
     def place_points(self, state, fields):
         """Write the points for the present values of Functions and Constants into the coefficients."""
-        counts = {id(g): np.zeros(1, dtype=np.int32) for g in (self.points.wet, self.points.cut)}
-        module, context = self._following(fields.of(array_of(state)), array_of, lambda g: counts[id(g)])
-        module.lib.follow(context, module.ffi.NULL)
+        if self._to_coefficients is None:  # made once: records ask for this at every instant
+            counts = {id(g): np.zeros(1, dtype=np.int32) for g in (self.points.wet, self.points.cut)}
+            module, context = self._following(fields.of(array_of(state)), array_of, lambda g: counts[id(g)])
+            self._alive.append(counts)
+            self._to_coefficients = partial(module.lib.follow, context, module.ffi.NULL)
+        self._to_coefficients()
 
     def _following(self, u, read, count):
         wave = self.water.wave
@@ -85,7 +89,7 @@ class WetHull:
 
     def _strip(self, state, zeta, radius, section):
         """section(radius, d, x, flow): area and first moment of what is wet."""
-        d = hull.axis(state.quaternion)
+        d = axis(state.quaternion)
         lever = (zeta - self.center) * d
         flow = self.water.flow(state.position + lever)
         if self.averaged:

@@ -69,9 +69,8 @@ def _shares(found, root, vector, direction_deg) -> Motions:
     """Parts of a mode's kinetic energy, added mass included, in the six motions; the rest is the cable's."""
     problem, buoy = found.problem, found.problem.buoy
     state = buoy.fields.of(_local(problem, vector)[buoy.part.slice])
-    momenta = buoy.fields.of(
-        _local(problem, found.E @ vector)[buoy.part.slice]
-    )  # rows p_t and L_C_t: effective inertia
+    inertia = _local(problem, found.E @ vector)  # effective, in the rows p_t and L_C_t
+    momenta = buoy.fields.of(inertia[buoy.part.slice])
     at_rest = buoy.fields.of(found.u[buoy.part.slice])
     velocity = root * np.array(motions(at_rest, state, direction_deg))
     axes = axes_along(direction_deg)
