@@ -1,4 +1,4 @@
-"""The Python interface: `load_scene`, `solve_static`, `simulate`."""
+"""The Python interface: `load_scene`, `solve_static`, `simulate`, `modes`, `stiffness`, `offsets`, `response`."""
 
 import tempfile
 from pathlib import Path
@@ -7,11 +7,14 @@ from typing import TYPE_CHECKING
 from mpi4py import MPI
 
 from .errors import InputError
+from .linear.linearisation import linearise
+from .linear.natural import lowest_modes
 from .motion.simulation import Simulation
 from .parallel import interruption
 from .results import checkpoint
 from .results import folder as folders
 from .results import record as results
+from .results.mode_record import dataset_of_modes
 from .results.observe import Observer, attributes
 from .results.recorder import Recorder
 from .scene import Scene, load_scene
@@ -59,6 +62,27 @@ def _equilibrium(scene, comm):
     if comm.rank != 0:
         return results.nothing()
     return results.dataset_of(values, fixed, info)
+
+
+def modes(
+    scene: "Scene | str | Path | dict", number=10, out=None, comm=MPI.COMM_WORLD, direction_deg=0.0, **overrides
+) -> "xr.Dataset":
+    """Natural modes about the equilibrium in the mean current, wind and external force, the slowest first.
+
+    number: of modes, a pair of conjugates once; fewer if there are not as many.  out: folder for modes.nc.
+    direction_deg: of surge and roll, from x.  Returns eigenvalues, damping, names and shapes (complete on rank 0).
+    Raises InputError for an impossible scene, or for a state with a line that is slack or kinked; SolveError if the
+    equilibrium or the modes are not found.
+    """
+    scene = load_scene(scene, **overrides)
+    found = linearise(scene, comm)
+    try:
+        dataset = dataset_of_modes(found, lowest_modes(found, number, direction_deg))
+    finally:
+        found.destroy()
+    if out is not None:
+        folders.keep(out, "modes", scene, dataset, comm)
+    return dataset
 
 
 def simulate(

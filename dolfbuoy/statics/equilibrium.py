@@ -166,7 +166,11 @@ def _hanging_start(scene, w):
     if scene.sea:
         load[:2] = _horizontal_load(scene, shape_and_mass(scene)[0])[:2]
     shape = catenary.under_end_force(scene.anchor, load, scene.cable.length, w, scene.cable.axial_stiffness)
-    q4 = np.array([1.0, 0.0, 0.0, 0.0] if load[2] > 0 else [0.0, 1.0, 0.0, 0.0])
+    towards = load[2] * (
+        scene.buoy.mooring_height - shape_and_mass(scene)[1].height
+    )  # < 0: upright, the load is beyond C
+    upright = towards < 0 or (towards == 0 and load[2] > 0)
+    q4 = np.array([1.0, 0.0, 0.0, 0.0] if upright else [0.0, 1.0, 0.0, 0.0])
     return shape, shape.position(np.array([scene.cable.length]))[0], q4
 
 
