@@ -12,7 +12,7 @@ from .version import __version__ as __version__
 
 #: What `api` offers at first use.
 _OF_API = ("modes", "simulate", "solve_static")
-__all__ = ["InputError", "SolveError", "figures", "load_scene", *_OF_API]
+__all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
 
 def __dir__():
@@ -39,4 +39,8 @@ def __getattr__(name):
         from .results import figures
 
         return figures
+    if name == "statistics":
+        from .results.ensemble import statistics
+
+        return statistics
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

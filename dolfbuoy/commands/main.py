@@ -14,7 +14,7 @@ from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
-from . import language, linear
+from . import language, linear, statistics
 from .run import advised, draw, run
 from .shared import (
     Interrupted,
@@ -251,6 +251,7 @@ def doctor():
 
 
 linear.add_to(app)
+statistics.add_to(app)
 language.add_to(app)
 
 
