@@ -45,7 +45,10 @@ class Moving:
 
     def separated(self, vectors):
         """Combinations of vectors of one eigenvalue: first what moves most in the vertical plane, last what least."""
-        moved = np.array([self._displacements(x, slice(None)) for x in vectors.T]).T
+        moved = [
+            np.concatenate([self._displacements(x, slice(None)), self.motions(x[:, None])[:, 0]]) for x in vectors.T
+        ]
+        moved = np.array(moved).T
         vectors = vectors @ np.linalg.inv(np.linalg.qr(moved, mode="r"))  # now of displacements that are orthonormal
         inside = np.array([self._displacements(x, slice(2)) for x in vectors.T]).T
         return vectors @ np.linalg.svd(inside, full_matrices=False)[2].conj().T
