@@ -222,6 +222,10 @@ class Buoy:
         """Advance the sea."""
         self.sea.set_time(t)
 
+    def begin(self, u):
+        """Memory as at the start of a run."""
+        self.memory["quaternion_drift"][:] = 0.0
+
     def accept(self, u):
         """A step was taken: the quaternion is made a unit again, and how far it was from one is remembered."""
         q4 = MOTION.of(u[self.part.slice]).orientation

@@ -17,7 +17,9 @@ from .petsc_options import checked
 from .quantities import (
     AddedMass,
     Angle,
+    Angles,
     Area,
+    BedStiffness,
     Coefficient,
     Damping,
     Degree,
@@ -33,6 +35,7 @@ from .quantities import (
     Quaternion,
     Rows,
     Share,
+    Slope,
     Speed,
     Step,
     Stiffness,
@@ -61,7 +64,7 @@ class Top(Section):
     force: ForceVector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
     amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
     period: Period | None = key("period of the motion", "s", default=None)
-    phase_deg: Angle = key("phase of the motion at t = 0", "deg", default=0.0)
+    phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
     ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
 
     @model_validator(mode="after")
@@ -88,7 +91,8 @@ class Cable(Section):
 
     length: Length = key("unstretched length", "m")
     line_density: Mass = key("mass per unstretched length", "kg/m")
-    diameter: Length | None = key("of its volume and drag; the sea needs it", "m", default=None)
+    diameter: Length | None = key("of its drag, and of its volume without area; the sea needs it", "m", default=None)
+    area: Area | None = key("cross section of its volume; absent: pi diameter^2/4", "m^2", default=None)
     axial_stiffness: Stiffness = key("EA; inf: inextensible", "N", default=math.inf)
     elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
     grading: Annotated[float, Field(ge=1e-6, le=1e6)] = key(
@@ -128,6 +132,23 @@ class Cable(Section):
                 allowed = f"its segments must add up to length = {self.length} m, not to {sum(lengths)} m"
                 raise Wrong("elements", self.elements, allowed)
         return self
+
+
+class Seabed(Section):
+    """A bed that carries lines and bodies: the plane z = -depth + slope . (x, y)."""
+
+    friction: Coefficient = key("Coulomb's coefficient mu", "1", default=0.0)
+    stiffness: BedStiffness | None = key(
+        "pressure per penetration; absent: no line sinks deeper than 1e-4 depth and 1 cm", "Pa/m", default=None
+    )
+    damping_ratio: Coefficient = key("of a line on the bed, 1: critical", "1", default=1.0)
+    stick_length: Length | None = key(
+        "way on which friction builds up; absent: 1e-3 depth, 5 cm at most", "m", default=None
+    )
+    slope: Slope = key("[dz/dx, dz/dy]", "1", default=(0.0, 0.0))
+    start: Literal["frictionless", "pulled"] = key(
+        "equilibrium without friction, or of a line laid slack and pulled at its top", default="frictionless"
+    )
 
 
 class Waves(Section):
@@ -281,6 +302,7 @@ class Scene(Section):
     current: Current | None = None
     wind: Wind | None = None
     external_force: ExternalForce | None = None
+    seabed: Seabed | None = None
     initial: Initial = Initial()
     time: Time | None = None
     solver: Solver = Solver()
@@ -297,6 +319,10 @@ class Scene(Section):
         need("current", "sea", "without it there is no water")
         if self.waves is not None and self.gravity == 0 and self.waves.wavelength is None:
             raise Missing("waves.wavelength", "without gravity no dispersion relation gives it")
+        need("seabed", "sea", "its depth says where the bed is")
+        need("seabed", "cable", "it carries lines")
+        if self.seabed is not None and self.gravity == 0:
+            raise Wrong("gravity", self.gravity, "does not go with [seabed]: nothing would lie on it")
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
         if self.cable is not None:
