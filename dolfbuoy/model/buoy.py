@@ -234,6 +234,16 @@ class Buoy:
         drift[:] = max(drift[0], abs(length - 1))
         q4 /= length
 
+    # -- relaxation, in statics ----------------------------------------------------------------------------------------
+
+    def hold(self, u, h):
+        """Inertia of a step of h [s] from rest in the pose of u."""
+        self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2
+
+    def let_go(self):
+        """No inertia."""
+        self.relaxation.value = 0.0
+
     # -- numbers ----------------------------------------------------------------------------------------------------
 
     def moving_state(self, position, orientation, velocity, angular_velocity) -> np.ndarray:

@@ -18,8 +18,8 @@ from . import effects
 from .evolution import Evolution
 from .material import cross_section, weight_per_length
 from .numbers import Numbers
-from .seabed import Seabed
 from .sea import SeaState, ramp
+from .seabed import Seabed
 
 
 def top_position(top, t):
@@ -309,7 +309,7 @@ class Lines:
         if self.bed is not None:
             self.bed.accept(u)
 
-    # -- relaxation, in statics on a sea bed ----------------------------------------------------------------------------
+    # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
 
     def hold(self, u, h):
         """Inertia of a step of h [s] from rest in the positions of u."""

@@ -26,7 +26,8 @@ class Lying(NamedTuple):
     """What of a line lies on the bed."""
 
     length: float  #: unstretched [m]
-    touchdown: np.ndarray  #: where it leaves the bed towards s = L [m]; nan if nothing lies
+    s: float  #: arc length at which it leaves the bed towards s = L [m]; -inf if nothing lies
+    touchdown: np.ndarray  #: that point [m]; nan if nothing lies
     sag: float  #: deepest penetration [m]
 
 
@@ -40,6 +41,11 @@ def plane(scene) -> tuple[np.ndarray, float]:
 def largest_sag(scene) -> float:
     """How deep the heaviest line or body may sink under its own weight [m]: it costs 1.2 sag/depth of a tension."""
     return min(1e-4 * scene.sea.depth, 0.01)
+
+
+def stick_length(scene) -> float:
+    """Way on which friction builds up [m]."""
+    return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
 
 
 def grip_of_line(scene, section, sections) -> Grip:
@@ -63,9 +69,8 @@ def _load(scene, section):
 
 def _grip(scene, weight, mass, stiffness):
     bed = scene.seabed
-    stick_length = bed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
     damping = 2 * bed.damping_ratio * math.sqrt(stiffness * mass)
-    return Grip(stiffness, damping, weight / stiffness, bed.friction * weight / stick_length)
+    return Grip(stiffness, damping, weight / stiffness, bed.friction * weight / stick_length(scene))
 
 
 def contact(normal, level, grip, x, x_t=None, held=None) -> form.Contact:
@@ -127,9 +132,9 @@ class Seabed:
             return
         lines, held = self.lines, self.held.x.array.reshape(-1, 3)
         r, n, mu = u[lines.node_dofs], self.normal.value, float(self.friction.value)
-        speed = (lines.gamma_v.value * r + lines.history_v.x.array[lines.node_dofs]) @ n
+        speed = (lines.gamma_v.value * r + lines.history_v.x.array[lines.node_dofs]) @ n if lines.dynamic else 0.0
         k, c, sag, stick = self._grips
-        below = np.maximum(self.level.value - r @ n, 0.0)
+        below = np.maximum(-self.gap(r), 0.0)
         p = np.maximum(k * below - c * np.minimum(below / sag, 1.0) * speed, 0.0)
         slide = r - held
         slide -= (slide @ n)[:, None] * n
@@ -144,27 +149,36 @@ class Seabed:
         grips = [grip_of_line(lines.scene, section, lines.sections) for section in lines.sections]
         return np.array(grips)[lines.line_of_node].T
 
+    def rub(self, on):
+        """Let friction act in statics, or not."""
+        self.friction.value = self.lines.scene.seabed.friction if on else 0.0
+
     # -- numbers -------------------------------------------------------------------------------------------------------
+
+    def gap(self, x):
+        """Distance of points (..., 3) from the bed [m]."""
+        return x @ self.normal.value - self.level.value
 
     def lying(self, u, line=0) -> Lying:
         """What of a line lies, on every rank; the gap is taken as linear between nodes."""
         lines = self.lines
         nodes = self._nodes[lines.line_of_cell == line]
         r = u[lines.node_dofs]
-        g = r @ self.normal.value - self.level.value
+        g = self.gap(r)
         a, b = nodes[:, :-1].ravel(), nodes[:, 1:].ravel()
         touching = np.minimum(g[a], g[b]) < 0
         a, b = a[touching], b[touching]
         share = _share_below(g[a], g[b])
         sizes = lines.node_s[b] - lines.node_s[a]
         last = int(np.argmax(lines.node_s[b])) if len(b) else None
-        mine = [float(share @ sizes), -np.inf, np.full(3, np.nan), max(-float(g[nodes].min(initial=0.0)), 0.0)]
+        mine = Lying(float(share @ sizes), -np.inf, np.full(3, np.nan), max(-float(g[nodes].min(initial=0.0)), 0.0))
         if last is not None:
             x = share[last] if g[a[last]] < 0 else 1.0
-            mine[1:3] = lines.node_s[a[last]] + x * sizes[last], (1 - x) * r[a[last]] + x * r[b[last]]
+            s = lines.node_s[a[last]] + x * sizes[last] - lines.begins[line]
+            mine = mine._replace(s=float(s), touchdown=(1 - x) * r[a[last]] + x * r[b[last]])
         every = [mine] if lines.comm.size == 1 else lines.comm.allgather(mine)
-        touchdown = max(every, key=lambda one: one[1])[2]
-        return Lying(sum(one[0] for one in every), touchdown, max(one[3] for one in every))
+        farthest = max(every, key=lambda one: one.s)
+        return farthest._replace(length=sum(one.length for one in every), sag=max(one.sag for one in every))
 
 
 def _share_below(first, last):

@@ -1,7 +1,7 @@
 """Lines on a sea bed brought to rest step by step, where Newton finds no way or a slack line has no stiffness.
 
-Steps of backward Euler, each from rest: the inertia rho0 (r - r_before)/h^2 holds the line, and h grows until nothing is
-left of it.  A line without tension on the bed stays where it comes to lie, which nothing else determines.
+Steps of backward Euler, each from rest: the inertia rho0 (r - r_before)/h^2 holds the line, and h grows until nothing
+is left of it.  A line without tension on the bed stays where it comes to lie, which nothing else determines.
 """
 
 import numpy as np
@@ -30,7 +30,8 @@ def relax(problem, shape=None) -> None:
     try:
         for _ in range(STEPS):
             before = system.u.copy()
-            lines.hold(before, h)
+            for model in problem.models:
+                model.hold(before, h)
             problem.newton.set_scales(1 / h)
             try:
                 problem.iterations += problem.newton.solve()
@@ -45,7 +46,8 @@ def relax(problem, shape=None) -> None:
             h *= GROWTH
         raise SolveError(f"the lines did not come to rest on the sea bed in {STEPS} steps")
     finally:
-        lines.let_go()
+        for model in problem.models:
+            model.let_go()
         problem.newton.set_scales(1.0)
 
 
@@ -65,7 +67,8 @@ def laid_out(lines, line=0):
     foot = start + corner * along
 
     def shape(s):
-        up = (s - corner) / (section.length - corner)
-        return np.where((s <= corner)[:, None], start + np.multiply.outer(s, along), foot + np.multiply.outer(up, end - foot))
+        lying = start + np.multiply.outer(s, along)
+        rising = foot + np.multiply.outer((s - corner) / (section.length - corner), end - foot)
+        return np.where((s <= corner)[:, None], lying, rising)
 
     return shape
