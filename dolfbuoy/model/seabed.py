@@ -103,6 +103,8 @@ class Seabed:
         self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
         cells = compat.cell_dofs(positions)
         self._nodes = np.take_along_axis(cells, np.argsort(lines.node_s[cells], axis=1), axis=1)
+        self.spacing = np.zeros(len(lines.node_s))  #: of the nodes of an element [m]
+        self.spacing[cells] = np.ptp(lines.node_s[cells], axis=1)[:, None] / (cells.shape[1] - 1)
 
     def _part(self, name):
         return lambda section: getattr(grip_of_line(self.lines.scene, section, self.lines.sections), name)
