@@ -121,6 +121,12 @@ class Seabed:
         at = self.contact()
         return [(effect, effect.bed(self.friction, at)) for effect in self.terms]
 
+    def energies(self):
+        """Energy of the bed's springs per unstretched length [J/m]; [(effect, power [W/m])] of what is not in it."""
+        at, (_, _, _, r_t, _) = self.contact(), self.lines.kinematics()
+        power = {form.support: form.damping_power(at), form.friction: ufl.inner(form.friction(self.friction, at), r_t)}
+        return form.spring_energy(at), [(effect, power[effect.bed]) for effect in self.terms]
+
     # -- memory --------------------------------------------------------------------------------------------------------
 
     def begin(self, u):

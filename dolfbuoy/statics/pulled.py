@@ -31,7 +31,7 @@ def pull(problem) -> None:
             bed.accept(system.u)
             return
         relax(problem)
-    raise SolveError(f"the friction of the pulled line was not found in {ROUNDS} rounds")
+    raise SolveError(f"the friction of the pulled line at rest on the sea bed was not found in {ROUNDS} rounds")
 
 
 def _hold_behind(problem, line):
