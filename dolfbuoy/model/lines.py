@@ -119,10 +119,10 @@ class Lines:
 
     def _measures(self):
         mu = self.section.position_degree
-        degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
+        self._degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
         places = [s for n in self.nodes for s in (n[0], n[-1])]
         self.ends = compat.end_tags(self.mesh, *places)
-        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": degree})
+        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
         self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=self.ends)
 
     def _numbering(self):
@@ -187,7 +187,7 @@ class Lines:
         """The sea bed, and what relaxes lines on it: at H = 0 their statics are singular."""
         self.bed = self.relaxation = None
         if self.scene.seabed:
-            self.bed = Seabed(self, self._numbers.constant, self._property, self._positions)
+            self.bed = Seabed(self, self._numbers.constant, self._property, self._positions, self._degree)
             self.memory |= self.bed.memory
             if not self.dynamic:
                 self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)

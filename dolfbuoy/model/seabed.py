@@ -83,28 +83,51 @@ def contact(normal, level, grip, x, x_t=None, held=None) -> form.Contact:
     return form.Contact(normal, form.gap(normal, level, x), *grip[:3], speed, grip.stick, slide)
 
 
+class Points:
+    """Points of the quadrature on the owned cells of lines.
+
+    s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.
+    """
+
+    def __init__(self, lines, positions, degree):
+        self._nodes = compat.cell_dofs(positions)
+        ends = lines.node_s[self._nodes]  # the first two nodes of a cell are its ends
+        first, size = ends[:, :1], ends[:, 1:2] - ends[:, :1]
+        xi, _ = compat.interval_quadrature(degree)
+        self.s, self.line = first + xi * size, lines.line_of_cell
+        power = np.arange(ends.shape[1])
+        self._basis = xi[:, None] ** power @ np.linalg.inv(((ends[0] - first[0]) / size[0])[:, None] ** power)
+
+    def of(self, values):
+        """Values at the points, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
+        return self._basis @ values[self._nodes]
+
+
 class Seabed:
     """Contact of `Lines` with the bed.
 
-    number, per_line: make UFL numbers, as `numbers.Numbers.constant` and for each line; positions: the space of r.
-    `held`: r_a, the places where friction holds on to the nodes, a Function of positions; None without friction, and in
-    statics unless the line is taken as pulled.
+    number, per_line: make UFL numbers, as `numbers.Numbers.constant` and for each line; positions: the space of r;
+    degree: of the quadrature.  `held`: r_a, the places where friction holds on to the points of the quadrature, a
+    Function; None without friction, and in statics unless the line is taken as pulled.
     """
 
-    def __init__(self, lines, number, per_line, positions):
+    def __init__(self, lines, number, per_line, positions, degree):
         self.lines = lines
         self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         self.grip = Grip(*(per_line(self._part(name)) for name in Grip._fields))
         self.friction = number(lambda scene, _: scene.seabed.friction)
         rubs = lines.scene.seabed.friction > 0 and (lines.dynamic or lines.scene.seabed.start == "pulled")
-        self.held = fem.Function(positions) if rubs else None
+        self.held = self.points = None
+        if rubs:
+            self.points = Points(lines, positions, degree)
+            element = compat.quadrature_element(lines.mesh, degree, 3)
+            self.held = fem.Function(compat.function_space(lines.mesh, element))
+            self._place = compat.cell_dofs(self.held.function_space)
         self.memory = {"bed_holds": self.held.x.array} if rubs else {}
         terms = effects.called_by(lines.scene, "bed")
         self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
         cells = compat.cell_dofs(positions)
         self._nodes = np.take_along_axis(cells, np.argsort(lines.node_s[cells], axis=1), axis=1)
-        self.spacing = np.zeros(len(lines.node_s))  #: of the nodes of an element [m]
-        self.spacing[cells] = np.ptp(lines.node_s[cells], axis=1)[:, None] / (cells.shape[1] - 1)
 
     def _part(self, name):
         return lambda section: getattr(grip_of_line(self.lines.scene, section, self.lines.sections), name)
@@ -121,41 +144,54 @@ class Seabed:
         at = self.contact()
         return [(effect, effect.bed(self.friction, at)) for effect in self.terms]
 
-    def energies(self):
-        """Energy of the bed's springs per unstretched length [J/m]; [(effect, power [W/m])] of what is not in it."""
+    def powers(self):
+        """[(account, energy [J/m] or power [W/m] per unstretched length)] for balances."""
         at, (_, _, _, r_t, _) = self.contact(), self.lines.kinematics()
-        power = {form.support: form.damping_power(at), form.friction: ufl.inner(form.friction(self.friction, at), r_t)}
-        return form.spring_energy(at), [(effect, power[effect.bed]) for effect in self.terms]
+        power = {form.support: form.damping_power(at)}
+        if self.held is not None:
+            power[form.friction] = ufl.inner(form.friction(self.friction, at), r_t)
+        return [("elastic", form.spring_energy(at)), *((effect.account, power[effect.bed]) for effect in self.terms)]
 
     # -- memory --------------------------------------------------------------------------------------------------------
 
+    @property
+    def holds(self):
+        """Places (cells, points, 3) where friction holds on."""
+        return self.held.x.array.reshape(-1, 3)[self._place]
+
+    def hold(self, places):
+        """Let it hold on at others."""
+        self.held.x.array.reshape(-1, 3)[self._place] = places
+
     def begin(self, u):
-        """Friction holds on where the nodes are, and does not pull yet."""
+        """Friction holds on where the line is, and does not pull yet."""
         if self.held is not None:
-            self.held.x.array[:] = u[self.lines.node_dofs].ravel()
+            self.hold(self.points.of(u[self.lines.node_dofs]))
 
     def accept(self, u):
-        """A step was taken: where friction pulls more than it can, it slides after the nodes."""
+        """A step was taken: where friction pulls more than it can, it slides after the line."""
         if self.held is None:
             return
-        lines, held = self.lines, self.held.x.array.reshape(-1, 3)
-        r, n, mu = u[lines.node_dofs], self.normal.value, float(self.friction.value)
-        speed = (lines.gamma_v.value * r + lines.history_v.x.array[lines.node_dofs]) @ n if lines.dynamic else 0.0
+        lines, n, mu = self.lines, self.normal.value, float(self.friction.value)
+        r = self.points.of(u[lines.node_dofs])
+        speed = 0.0
+        if lines.dynamic:
+            speed = (lines.gamma_v.value * r + self.points.of(lines.history_v.x.array[lines.node_dofs])) @ n
         k, c, sag, stick = self._grips
         below = np.maximum(-self.gap(r), 0.0)
         p = np.maximum(k * below - c * np.minimum(below / sag, 1.0) * speed, 0.0)
-        slide = r - held
-        slide -= (slide @ n)[:, None] * n
-        pull = stick * np.sqrt((slide * slide).sum(axis=1))
+        slide = r - self.holds
+        slide -= (slide @ n)[..., None] * n
+        pull = stick * np.sqrt((slide * slide).sum(axis=-1))
         share = np.minimum(1.0, mu * p / np.maximum(pull, 1e-300))
-        held[:] = r - share[:, None] * slide
+        self.hold(r - share[..., None] * slide)
 
     @property
     def _grips(self):
-        """Numbers of the contact at the nodes, an array each."""
-        lines = self.lines
-        grips = [grip_of_line(lines.scene, section, lines.sections) for section in lines.sections]
-        return np.array(grips)[lines.line_of_node].T
+        """Numbers of the contact in every cell, arrays (cells, 1)."""
+        scene, sections = self.lines.scene, self.lines.sections
+        grips = np.array([grip_of_line(scene, section, sections) for section in sections])
+        return grips[self.points.line].T[:, :, None]
 
     def rub(self, on):
         """Let friction act in statics, or not."""

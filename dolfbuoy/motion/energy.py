@@ -59,8 +59,7 @@ class Meter:
             found += _powers(effect.account, f, v, water, dx)
         found += [(effect.account, power, dx) for effect, power in lines.material_powers()]
         if lines.bed is not None:
-            springs, powers = lines.bed.energies()
-            found += [("elastic", springs, dx), *((effect.account, power, dx) for effect, power in powers)]
+            found += [(account, value, dx) for account, value in lines.bed.powers()]
         return found
 
     @staticmethod

@@ -61,14 +61,14 @@ def test_every_pair_law_and_scheme_moves(pair, slack, scheme):
     scene = merged(CHAIN, cable=merged(CHAIN["cable"], slack=slack, **pair), time__end=3.0, time__scheme=scheme)
     scene["time"] |= radius
     with running(scene) as simulation:
-        held, lying = simulation.problem.lines.memory["bed_holds"].copy(), []
+        lines, bed = simulation.problem.lines, simulation.problem.lines.bed
+        held, lying = bed.holds, []
         for _ in simulation.run():
-            lying.append(simulation.problem.lines.bed.lying(simulation.system.u).length)
+            lying.append(bed.lying(simulation.system.u).length)
         assert simulation.control.failed == 0
         assert np.ptp(lying) > 1.0
-        nodes = simulation.problem.lines.bed.gap(simulation.system.u[simulation.problem.lines.node_dofs]) < 0
-        moved = np.abs(simulation.problem.lines.memory["bed_holds"] - held).reshape(-1, 3)[nodes]
-        assert moved.max() > 0.01
+        lies = bed.gap(bed.points.of(simulation.system.u[lines.node_dofs])) < 0
+        assert np.abs(bed.holds - held)[lies].max() > 0.01
 
 
 @pytest.mark.parametrize("slack", LAWS)
@@ -76,11 +76,11 @@ def test_friction_holds_for_a_minute(slack):
     """At rest the tension that friction holds does not relax to the frictionless one."""
     scene = still(merged(CHAIN, cable__slack=slack, seabed__start="pulled", time={"end": 60.0, "step": 0.1}))
     run = simulate(scene)
-    free = simulate(merged(scene, seabed={"friction": 0.7, "start": "frictionless"}, time__end=0.1))
-    held, loose = float(run.tension_anchor[0]), float(free.tension_anchor[0])
-    assert held < 0.8 * loose
-    assert np.abs(run.tension_anchor - held).max() < 1e-6 * loose
-    assert np.abs(run.tension_top - run.tension_top[0]).max() < 1e-6 * loose
+    free = simulate(merged(scene, seabed={"friction": 0.7, "start": "frictionless"}, time__end=0.0))
+    loose = float(free.tension_anchor[0])
+    assert float(run.tension_anchor[0]) < 0.8 * loose
+    for tension in (run.tension_anchor.values, run.tension_top.values):
+        assert np.abs(tension - tension[0]).max() < 1e-5 * loose
 
 
 def test_friction_holds_after_a_motion():
@@ -97,7 +97,7 @@ def test_friction_holds_after_a_motion():
         first = simulation.problem.anchor_tension()
         for _ in simulation.advance(60.0):
             pass
-        assert simulation.problem.anchor_tension() == pytest.approx(first, rel=1e-5)
+        assert simulation.problem.anchor_tension() == pytest.approx(first, rel=1e-4)
     frictionless = simulate(still(merged(scene, cable__top__position=place.tolist(), seabed=None, time__end=0.0)))
     assert abs(first - float(frictionless.tension_anchor[0])) > 0.05 * first
 
@@ -119,17 +119,26 @@ def work_of(scene):
 
 @pytest.mark.parametrize("scheme", ["backward-euler", "bdf2"])
 def test_energy(scheme):
-    """Work put in is stored or dissipated, by friction and contact too; what is left falls with the scheme's order."""
+    """Work put in is stored or dissipated, by friction and contact too; the rest falls with the step, at order 1.
+
+    The bed is soft and the line damped, so that these steps resolve what happens at a touchdown.
+    """
+    soft = merged(CHAIN, cable__damping=1e4, seabed__stiffness=2e5, seabed__stick_length=0.05)
     defects = []
-    for step in (0.02, 0.01, 0.005):
-        work, stored, turnover = work_of(merged(CHAIN, time={"step": step, "scheme": scheme, "end": 6.0}))
+    for step in (0.01, 0.005, 0.0025):
+        work, stored, turnover = work_of(merged(soft, time={"step": step, "scheme": scheme, "end": 6.0}))
         assert work["friction"] < -1e-3 * turnover
-        assert work["bed"] < 0
+        assert work["bed"] < -1e-3 * turnover
         defects.append(abs(sum(stored.values()) - sum(work.values())) / turnover)
-    print(scheme, defects, work, stored)
-    assert np.log2(defects[0] / defects[2]) / 2 > 0.9
-    if scheme == "bdf2":
-        assert defects[0] < 1e-3
+    assert np.all(np.log2(np.divide(defects[:-1], defects[1:])) > 0.85)
+    assert defects[-1] < 5e-4
+
+
+def test_energy_at_the_step_of_the_scene():
+    """On the bed that the sag rule gives, without damping of the line."""
+    work, stored, turnover = work_of(CHAIN)
+    assert abs(sum(stored.values()) - sum(work.values())) < 1e-3 * turnover
+    assert work["friction"] < -2e-3 * turnover
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)
@@ -203,10 +212,10 @@ def test_a_step_that_is_given_up_leaves_the_memory(monkeypatch):
 
 
 def test_adaptive_steps():
-    """They meet the tolerance against small equal steps, with a touchdown that travels."""
-    scene = merged(CHAIN, time__end=4.5)
+    """Near the tension of small equal steps, with a touchdown that travels."""
+    scene = merged(CHAIN, time__end=4.5, cable__damping=1e4)
     fine = simulate(merged(scene, time__step=0.002))
-    run = simulate(merged(scene, time__tolerance=3e-3))
+    run = simulate(merged(scene, time__tolerance=1e-3))
     assert np.ptp(run.time_step.values[1:]) > 1e-3
     error = np.abs(np.interp(fine.time, run.time, run.tension_top) - fine.tension_top).max()
     assert error < 0.02 * float(np.ptp(fine.tension_top.values))
@@ -223,7 +232,8 @@ def test_jacobian_on_the_bed():
     )
     problem.set_time(0.3)
     r = system.u[lines.part.slice].copy()
-    lines.memory["bed_holds"][:] = r[lines.node_dofs].ravel() + 0.03 * rng.normal(size=3 * len(lines.node_s))
+    held = lines.bed.points.of(r[lines.node_dofs])
+    lines.bed.hold(held + 0.03 * rng.normal(size=held.shape))
     lines.gamma_v.value, lines.gamma_a.value = 20.0, 400.0
     lines.history_v.x.array[:] = -20.0 * r + rng.uniform(-0.3, 0.3, len(r))
     lines.history_a.x.array[:] = -400.0 * r

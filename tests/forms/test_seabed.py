@@ -1,4 +1,4 @@
-"""The law of the sea bed at a point, and the slider at the nodes.
+"""The law of the sea bed at a point, and the slider at the points of the quadrature.
 
 Source: the law written again with plain numbers.
 """
@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 import ufl
+from dolfinx import fem
 from mpi4py import MPI
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
@@ -16,6 +17,8 @@ from dolfbuoy import load_scene
 from dolfbuoy.forms import seabed
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.seabed import contact, grip_of_body, grip_of_line, plane
+from dolfbuoy.solver.real import real_space
+from dolfbuoy.solver.unknowns import Contribution, Part
 
 K, C, SAG, STICK, MU = 7e4, 3e3, 0.013, 9e3, 0.6
 NORMAL = np.array([-0.2, 0.1, 1.0]) / math.sqrt(1.05)
@@ -85,7 +88,7 @@ def test_only_the_damper_takes_energy(velocity):
     assert number(seabed.spring_energy(at)) == pytest.approx(0.5 * K * (0.6 * SAG) ** 2, rel=1e-13)
 
 
-# -- numbers of a scene, and nodes -------------------------------------------------------------------------------------
+# -- numbers of a scene, and points ------------------------------------------------------------------------------------
 
 CABLE = {"length": 40.0, "line_density": 30.0, "diameter": 0.1, "axial_stiffness": 1e7, "elements": 5}
 CABLE |= {"position_degree": 2, "tension_degree": 1, "top": {"kind": "fixed", "position": [30.0, 4.0, -2.0]}}
@@ -136,32 +139,53 @@ def problem():
     problem.destroy()
 
 
-def test_the_slider_at_the_nodes(problem):
-    """r_a := r - u min(1, mu p/(k_t |u|)): some nodes stick, some slide, some are off the bed."""
-    lines, u, rng = problem.lines, problem.system.u, np.random.default_rng(3)
+def test_the_slider(problem):
+    """r_a := r - u min(1, mu p/(k_t |u|)): some points stick, some slide, some are off the bed."""
+    lines, bed, u, rng = problem.lines, problem.lines.bed, problem.system.u, np.random.default_rng(3)
     n, d = plane(problem.scene)
     k, c, sag, stick = grip_of_line(problem.scene, problem.scene.cable, [problem.scene.cable])
     nodes = len(lines.node_s)
     foot = np.column_stack([lines.node_s, rng.uniform(-1, 1, nodes), np.zeros(nodes)])
-    gaps = rng.uniform(-2, 0.5, nodes) * sag
-    r = foot + np.multiply.outer(gaps - foot @ n + d, n)
-    u[lines.node_dofs] = r
-    held = r + rng.normal(size=(nodes, 3)) * np.geomspace(1e-4, 1.0, nodes)[:, None]
-    lines.memory["bed_holds"][:] = held.ravel()
+    u[lines.node_dofs] = foot + np.multiply.outer(rng.uniform(-2, 0.8, nodes) * sag - foot @ n + d, n)
+    r = bed.points.of(u[lines.node_dofs])
+    held = r + rng.normal(size=r.shape) * np.geomspace(1e-4, 1.0, r[..., 0].size).reshape(*r.shape[:2], 1)
+    bed.hold(held)
     lines.gamma_v.value = 3.0
     speed = rng.uniform(-0.3, 0.3, (nodes, 3))
-    lines.history_v.x.array[lines.node_dofs] = speed - 3.0 * r
+    lines.history_v.x.array[lines.node_dofs] = speed - 3.0 * u[lines.node_dofs]
     problem.lines.accept(u)
-    seen = set()
-    for node in range(nodes):
-        below = max(-gaps[node], 0.0)
-        p = max(k * below - c * min(below / sag, 1.0) * float(n @ speed[node]), 0.0)
-        slide = (np.eye(3) - np.outer(n, n)) @ (r[node] - held[node])
+    speed, seen = bed.points.of(speed), set()
+    for at in np.ndindex(r.shape[:2]):
+        below = max(d - float(r[at] @ n), 0.0)
+        p = max(k * below - c * min(below / sag, 1.0) * float(n @ speed[at]), 0.0)
+        slide = (np.eye(3) - np.outer(n, n)) @ (r[at] - held[at])
         share = min(1.0, 0.7 * p / (stick * np.linalg.norm(slide)))
         seen.add("off" if p == 0 else "sticks" if share == 1 else "slides")
-        expected = r[node] - share * slide
-        np.testing.assert_allclose(lines.memory["bed_holds"].reshape(-1, 3)[node], expected, atol=1e-9)
+        np.testing.assert_allclose(bed.holds[at], r[at] - share * slide, atol=1e-9)
     assert seen == {"off", "sticks", "slides"}
+
+
+def test_points_are_those_of_the_forms(problem):
+    """Of a function of s, interpolated at the nodes and taken at the points: the values of its polynomial there."""
+    lines, bed = problem.lines, problem.lines.bed
+    values = np.column_stack([lines.node_s, lines.node_s**2, 1 + 0 * lines.node_s])
+    s = bed.points.s
+    np.testing.assert_allclose(bed.points.of(values), np.stack([s, s**2, 1 + 0 * s], axis=-1), atol=1e-10)
+    bed.hold(bed.points.of(values))
+    stored = assembled(bed.held, lines)
+    np.testing.assert_allclose(stored, [40.0**2 / 2, 40.0**3 / 3, 40.0], rtol=1e-12)
+    rate = assembled(bed.held, lines, lambda x: x * ufl.SpatialCoordinate(lines.mesh)[0])
+    np.testing.assert_allclose(rate, [40.0**3 / 3, 40.0**4 / 4, 40.0**2 / 2], rtol=1e-12)
+
+
+def assembled(function, lines, times=lambda x: x):
+    """Integral of a function with three components over the lines."""
+    test = ufl.TestFunction(real_space(lines.mesh, 3))
+    part = Part("sum", fem.Function(test.ufl_function_space()), 0)
+    contribution, b = Contribution(ufl.inner(times(function), test) * lines.dx, part), np.zeros(3)
+    contribution.prepare()
+    contribution.add_to_vector(b)
+    return b
 
 
 def test_what_lies(problem):
