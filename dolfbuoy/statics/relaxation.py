@@ -13,7 +13,7 @@ from ..parallel.ranks import combined
 
 GROWTH = 1.5  #: of h
 #: Inertia that is left, relative to the weight.
-LEFT = 1e-9
+LEFT = 1e-11
 STEPS = 400
 
 

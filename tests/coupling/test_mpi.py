@@ -80,6 +80,7 @@ SCENES = {
                 "amplitude": [0.8, 0.5, 1.5],
                 "period": 3.0,
                 "phase_deg": [20.0, -40.0, 0.0],
+                "ramp": 0.3,
             },
         ),
         "seabed": {"friction": 0.6, "slope": [0.05, -0.1], "start": "pulled"},

@@ -30,7 +30,7 @@ SCENES = {
     "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},
     "on a bed": {
         "sea": MOORED["sea"],
-        "cable": merged(MOORED["cable"], length=30.0, elements=6, slack="tension-only", top=TOP | {"ramp": 0.2}),
+        "cable": merged(MOORED["cable"], length=30.0, elements=6, top=TOP | {"ramp": 0.2}),
         "seabed": {"friction": 0.6},
         "time": TIME,
     },
