@@ -42,10 +42,6 @@ class Start:
         for name, values in self.line_memory.items():
             problem.lines.memory[name][:] = values
 
-    def velocities(self, problem):
-        """Of the evolutions of second order, in their order."""
-        return [self.line_velocity] if problem.lines else []
-
 
 def initial_state(scene, comm) -> Start:
     """Start of a run.  Raises InputError for what cannot be."""
