@@ -31,6 +31,8 @@ SERIES = {
     "tension_anchor": ((), "N", "tension at the anchor, T_h(0)"),
     "anchor_force": (("xyz",), "N", "force that holds the lower end of the cable, s = 0"),
     "end_tension": (("xyz",), "N", "force that holds the upper end of the cable, T_bnd"),
+    "length_on_bed": ((), "m", "unstretched length of the cable on the sea bed"),
+    "touchdown": (("xyz",), "m", "where the cable leaves the sea bed towards its upper end; nan if nothing lies"),
     "buoy_position": (("xyz",), "m", "position of the buoy's centre of mass, r_C"),
     "buoy_orientation": (("quaternion",), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),
     "linear_momentum": (("xyz",), "kg m s-1", "linear momentum of the buoy, p"),
