@@ -15,9 +15,10 @@ from ..solver import compat
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
+from .airy import ramp
 from .evolution import Evolution
 from .numbers import Numbers
-from .sea import SeaState, ramp
+from .sea import SeaState
 
 
 def top_position(top, t):
