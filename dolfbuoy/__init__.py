@@ -10,7 +10,7 @@ The model and the reading of the paper's ambiguous places are described in forms
 from .errors import InputError, SolveError
 from .version import __version__ as __version__
 
-__all__ = ["InputError", "SolveError", "figures", "load_scene", "simulate", "solve_static"]
+__all__ = ["InputError", "SolveError", "figures", "load_scene", "simulate", "solve_static", "wave_components"]
 
 
 def __dir__():
@@ -23,7 +23,7 @@ def __getattr__(name):
         from .scene import load_scene
 
         return load_scene
-    if name in ("simulate", "solve_static"):
+    if name in ("simulate", "solve_static", "wave_components"):
         try:
             from . import api
         except ImportError as error:

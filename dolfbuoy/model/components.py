@@ -25,6 +25,10 @@ class Components:
     direction_deg: np.ndarray
     phase: np.ndarray
 
+    def as_rows(self) -> np.ndarray:
+        """[amplitude [m], period [s], direction_deg, phase_deg] of each."""
+        return np.array([self.amplitude, 2 * math.pi / self.frequency, self.direction_deg, np.degrees(self.phase)]).T
+
     def moment(self, n: float) -> float:
         """sum w^n A^2/2 [m^2 (rad/s)^n]."""
         return float(np.sum(self.frequency**n * self.amplitude**2) / 2)
@@ -108,7 +112,7 @@ def _over_circle(angles, density):
     return np.sum(0.5 * (density + np.roll(density, -1, axis=1)) * np.diff(closed), axis=1)
 
 
-# -- what the water and its current make of a frequency -------------------------------------------------------------------
+# -- what the water and its current make of a frequency ------------------------------------------------------------
 
 
 def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:
@@ -158,9 +162,8 @@ def _wavenumber_seen_from_ground(scene, period, direction_deg):
     depth, g = scene.sea.depth, scene.gravity
 
     def excess(k):
-        return (
-            math.sqrt(g * k * math.tanh(k * depth)) + k * current_felt(scene, k, direction_deg) - 2 * math.pi / period
-        )
+        in_water = math.sqrt(g * k * math.tanh(k * depth))
+        return in_water + k * current_felt(scene, k, direction_deg) - 2 * math.pi / period
 
     k = 1e-3 * dispersion_wavenumber(period, depth, g)
     while excess(1.05 * k) < 0:

@@ -1,6 +1,6 @@
 """Files of waves that a scene names: spectra, components, records of the elevation.
 
-They are read when the scene is, under the rules of `mesh_file` for what a stranger's scene may name, and the scene keeps
+They are read when the scene is, under the rules of `mesh_file` for what a stranger's scene may name.  The scene keeps
 their numbers: it is complete without them.
 """
 
