@@ -210,6 +210,10 @@ EFFECTS: list[Effect] = [
             "waves.period": Drawn(0.1, 1e3),
             "waves.wavelength": Drawn(0.1, 1e4),
             "waves.ramp": Drawn(1e-3, 1e3, zero=True),
+            "waves.significant_height": Drawn(1e-6, 1e2, zero=True),
+            "waves.peak_period": Drawn(0.1, 1e3),
+            "waves.gamma": Drawn(1, 10, even=True),
+            "waves.spreading": Drawn(0.1, 1e3),
         },
     ),
     Effect(

@@ -87,7 +87,7 @@ class Waves(Section):
         "who sees the periods of waves in a current, which shifts them for the other; absent: no shift", default=None
     )
     spectrum: Spectrum | None = key(
-        "of an irregular sea; or a table [[f, S], ...], or a file of two columns or with efth(freq, dir)",
+        "of an irregular sea; or [[f, S], ...], or a file of them",
         "Hz, m^2/Hz",
         default=None,
     )
@@ -98,13 +98,13 @@ class Waves(Section):
         "s of cos^2s of half the angle to direction_deg; absent: one direction", "1", default=None
     )
     components: Components = key(
-        "number of equal energy, [[amplitude, period, direction_deg, phase_deg], ...] or a file of these four columns",
+        "number, [[amplitude, period, direction_deg, phase_deg], ...] or a file of these columns",
         "m, s, deg, deg",
         default=200,
     )
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key("of random phases, directions and amplitudes", default=0)
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key("of random phases, directions, amplitudes", "1", default=0)
     band: Annotated[list[Multiple], Field(min_length=1, max_length=2)] | None = key(
-        "[lowest, highest] in peak frequencies; absent: lowest 0.5 (of a table: its first), highest at 99.9 % of m0",
+        "[lowest, highest] peak frequencies; absent: 0.5 (a table: all), highest at 99.9 % of m0",
         "1",
         default=None,
     )
