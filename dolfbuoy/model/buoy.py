@@ -15,6 +15,7 @@ from ..solver.real import real_space
 from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
+from .kinematics import on_cells
 from .numbers import Numbers
 from .rigid import axis_offset, mass_properties, rotation_of, shape_of
 from .sea import SeaState
@@ -85,6 +86,10 @@ class Buoy:
             self.relaxation = fem.Constant(self.mesh, 0.0)
             self.reference = fem.Function(self.state.function_space)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
+        self._above = []
+        if self.sea.kinematics is not None:
+            first = np.flatnonzero(compat.cell_ends(self.mesh)[:, 0] == nodes[0])
+            self._above.append(self.sea.kinematics.add(on_cells(self.mesh, first)))
         ends = ufl.Measure("ds", domain=self.mesh, subdomain_data=compat.end_tags(self.mesh, nodes[0]))
         self.at_once = ends(1)  #: the measure of equations that belong to no place
         self._constants()
@@ -128,7 +133,11 @@ class Buoy:
             motion = hull.body_motion(
                 R, self.M, self.inertia, y.momentum, rates.momentum, y.angular_momentum, rates.angular_momentum
             )
-        return body.Body(y.position, y.orientation, self.sea.flow, motion)
+        return body.Body(y.position, y.orientation, self.water_above, motion)
+
+    def water_above(self, x):
+        """Undisturbed water at C, or near the surface above it."""
+        return self.sea.flow(x, *self._above)
 
     def point_loads(self, state, attachments=()) -> list[Load]:
         """Weight, lines, and every effect that acts at a point of the body."""
@@ -196,7 +205,7 @@ class Buoy:
     def wet_hull_form(self):
         """Linear form of `WetHull.submerged` and, last, the elevation above C."""
         state = self.kinematics()
-        form, eta = self.hull.submerged(state), self.sea.flow(state.position).elevation
+        form, eta = self.hull.submerged(state), self.water_above(state.position).elevation
         test = form.arguments()[0]
         return form if eta is None else form + self.one * eta * test[SUBMERGED - 1] * self.at_once
 

@@ -11,6 +11,7 @@ from ..solver.compat import point_in_space
 from .airy import AirySum, ramp
 from .components import Propagation, components_of, propagation
 from .evaluate import at_points, value
+from .kinematics import Kinematics
 from .numbers import Numbers
 
 
@@ -123,9 +124,13 @@ class SeaState:
 
     def __init__(self, mesh, scene, with_waves=True):
         self._mesh, self._numbers, self._speeds = mesh, Numbers(mesh, scene), []
+        self.kinematics = None  #: of an irregular sea
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
         self.wave = self.current = None
-        if with_waves and scene.waves:
+        if with_waves and scene.waves and scene.waves.irregular:
+            self.kinematics = Kinematics(scene)
+            self._depth = self._number(lambda scene: scene.sea.depth)
+        elif with_waves and scene.waves:
             self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
             self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
         if scene.current:
@@ -149,13 +154,27 @@ class SeaState:
         for constant, full in self._speeds:
             constant.value = factor * full(self.scene)
 
-    def flow(self, x):
-        """Undisturbed water at the UFL point x."""
-        return sea.flow(x, self.wave, self.current)
+    @property
+    def has_waves(self):
+        """Whether there are any, regular or not."""
+        return self.wave is not None or self.kinematics is not None
+
+    def flow(self, x, *at):
+        """Undisturbed water at the UFL point x.
+
+        at: `kinematics.Points` near it, which an irregular sea needs; three, `weighted`, for averages over disks.
+        """
+        if self.kinematics is None:
+            return sea.flow(x, self.wave, self.current)
+        samples = [self.kinematics.samples(points, self._depth) for points in at]
+        waves = sea.sampled_average(samples, x) if len(samples) > 1 else sea.sampled_flow(samples[0], x)
+        return sea.with_current(waves, x, self.current)
 
     def set_time(self, t):
-        """Advance the wave's phase and ramp."""
-        if self.wave is not None:
+        """Advance the waves' phases and ramp."""
+        if self.kinematics is not None:
+            self.kinematics.set_time(t)
+        elif self.wave is not None:
             self.set_wave(amplitude(self.scene, t), time_phase(self.scene, t))
 
     def set_wave(self, amplitude, time_phase):
@@ -165,3 +184,5 @@ class SeaState:
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
         self._numbers.change(scene)
+        if self.kinematics is not None:
+            self.kinematics.change(scene)

@@ -87,7 +87,7 @@ class Waves(Section):
         "who sees the periods of waves in a current, which shifts them for the other; absent: no shift", default=None
     )
     spectrum: Spectrum | None = key(
-        "of an irregular sea; or [[f, S], ...], or a file of them",
+        "of an irregular sea, [[f, S], ...] or a file",
         "Hz, m^2/Hz",
         default=None,
     )

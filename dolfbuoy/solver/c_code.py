@@ -6,6 +6,7 @@ import os
 import sysconfig
 from functools import cache
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import cffi
 import numpy as np
@@ -14,32 +15,44 @@ from ..errors import InputError
 from . import compat, jit
 
 
+class Flags(NamedTuple):
+    """What one module is compiled and linked with besides `jit.COMPILER`."""
+
+    compile: tuple[str, ...] = ()
+    libraries: tuple[str, ...] = ()
+
+
+PLAIN = Flags()
+
+
 @cache
-def module(name, declarations, source):
+def module(name, declarations, source, flags=PLAIN):
     """The compiled module (`.lib`, `.ffi`), from the cache of compiled forms or built into it.
 
     declarations: of what Python sees, as cffi wants them; they stand in front of the source too.  Raises InputError
     where there is no C compiler, PermissionError for a cache that cannot be written.
     """
     source = declarations + source
-    key = repr((source, jit.COMPILER, cffi.__version__, sysconfig.get_config_var("SOABI")))
+    options = flags if flags != PLAIN else ()
+    key = repr((source, jit.COMPILER, *options, cffi.__version__, sysconfig.get_config_var("SOABI")))
     name = f"dolfbuoy_{name}_{hashlib.sha1(key.encode()).hexdigest()[:16]}"
     path = compat.jit_cache() / (name + sysconfig.get_config_var("EXT_SUFFIX"))
     if not path.exists():
         with jit.alone(compat.jit_cache()):
             if not path.exists():  # still
-                _build(name, declarations, source, path)
+                _build(name, declarations, source, path, flags)
     spec = importlib.util.spec_from_file_location(name, path)
     loaded = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(loaded)
     return loaded
 
 
-def _build(name, declarations, source, path):
+def _build(name, declarations, source, path, flags):
     """Compile apart and move into place, so that other processes see all of it or nothing."""
     builder = cffi.FFI()
     builder.cdef(declarations)
-    builder.set_source(name, source, extra_compile_args=jit.COMPILER)
+    options = {"extra_compile_args": [*jit.COMPILER, *flags.compile], "libraries": list(flags.libraries)}
+    builder.set_source(name, source, **options)
     try:
         with TemporaryDirectory(dir=path.parent) as folder, jit.quiet_compiler():
             os.replace(builder.compile(tmpdir=folder), path)

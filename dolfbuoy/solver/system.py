@@ -106,6 +106,10 @@ class System:
         """What the forms read as the values of a Function or a Constant: a view, or None if they do not read it."""
         return self._values.of(thing)
 
+    def filled_by_hook(self, *functions):
+        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations."""
+        self._values.leave(functions)
+
     def publish(self):
         """Copy `u` into the parts' Functions."""
         for part in self.parts:
