@@ -32,7 +32,7 @@ void weigh(waves *w, double radius);
 SUMS = """
 #include <math.h>
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && defined(__gnu_linux__)
-#define VECTORS __attribute__((target_clones("arch=skylake-avx512", "arch=haswell", "default")))
+#define VECTORS __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define VECTORS
 #endif
