@@ -125,6 +125,9 @@ class Waves(Section):
             for name in names:
                 if kind != given[0] and getattr(self, name) != type(self).model_fields[name].default:
                     raise Wrong(name, getattr(self, name), f"goes with {kind} only, not with {given[0]}")
+        if given[0] != REGULAR and self.stretching == "none":
+            allowed = "goes with period only: above still water the exponentials of short waves grow without bound"
+            raise Wrong("stretching", self.stretching, allowed)
         {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}.get(given[0], lambda: None)()
         return self
 
