@@ -76,10 +76,10 @@ def components_of(waves) -> Components:
 
 def _of_spectrum(waves):
     spectrum, count = spectrum_of(waves), waves.components
-    edges = spectrum.band(*band_of(waves, spectrum), count)
-    energy, frequency = spectrum.bins(edges)
-    if not (np.all(energy > 0) and np.all(np.isfinite(frequency))):
+    band = band_of(waves, spectrum)
+    if spectrum.moment(0, *band) <= 0:
         raise InputError(f"waves.band = {waves.band}: the spectrum must have energy in it.")
+    energy, frequency = spectrum.bins(spectrum.band(*band, count))
     streams = np.random.SeedSequence(waves.seed).spawn(3)
     phases, directions, sizes = (np.random.Generator(np.random.PCG64(stream)) for stream in streams)
     amplitude = np.sqrt(2 * energy)

@@ -44,7 +44,8 @@ class Effect:
     key: of the scene, `neutral` its value without the effect (None: the section is absent).  needs: sections without
     which the effect is not there.  without: name of what is there instead.  numbers: name -> (scene, section of the
     key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
-    balance.  drawn: key -> Drawn.  removable: whether a scene makes sense without it.
+    balance.  looks_at: scene -> height above the keel where a term of a body looks at the water; None: at C or the
+    surface above it.  drawn: key -> Drawn.  removable: whether a scene makes sense without it.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Effect:
     body: Callable | None = None
     line_power: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
+    looks_at: Callable | None = None
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
     removable: bool = True
@@ -227,6 +229,7 @@ EFFECTS: list[Effect] = [
         "wind",
         neutral=None,
         body=wind.wind_load,
+        looks_at=lambda scene: scene.wind.height,
         numbers={
             "speed": lambda scene, _: scene.wind.speed_10m,
             "drag_coefficient": lambda scene, _: scene.wind.drag_coefficient,

@@ -22,6 +22,7 @@ from .airy import AirySum
 
 ON_LINE, ON_AXIS, ON_SURFACE = range(3)  #: where points are: on a line, on the axis of a hull, on the surface above C
 PLAIN, MEAN, MOMENT = range(3)  #: weights of components over a disk
+STRETCHINGS = "wheeler", "vertical", "none"
 _WHOLE = 8  # components of the widest vector of a processor
 
 
@@ -43,9 +44,9 @@ def compiled():
 class Points:
     """Points of a form on some cells, and the coefficient that takes the numbers of the waves there.
 
-    source: Function that holds positions, its `places` (cells, nodes) or on a line (cells, nodes, 3), and `shape`
-    (points, nodes), which interpolates.  radius: place of the radius behind the height.  transform: from values at the
-    points of a cell to dofs of the coefficient's element; None: it has a number for each point.
+    source: Function or array that holds positions, its `places` (cells, nodes) or on a line (cells, nodes, 3), and
+    `shape` (points, nodes), which interpolates.  radius: place of the radius behind the height.  transform: from values
+    at the points of a cell to dofs of the coefficient's element; None: it has a number for each point.
     """
 
     kind: int
@@ -164,7 +165,7 @@ class Kinematics:
         for name, array in self._arrays.items():
             setattr(self._waves, name, address(array))
         self._waves.count, self._waves.padded, self._waves.radius = n, padded, -1.0
-        self._waves.depth, self._waves.wheeler = airy.depth, airy.stretching == "wheeler"
+        self._waves.depth, self._waves.stretching = airy.depth, STRETCHINGS.index(airy.stretching)
         for context in self._following:
             context.exact = self.exact
         self.set_time(0.0)
@@ -174,6 +175,11 @@ class Kinematics:
         self._arrays["phase"][: self._waves.count] = self._airy.time_phase(t)
         self._waves.ramp = self._airy.grown(t)
         self._stale[0] = 1
+
+    @property
+    def address(self) -> int:
+        """Of C's description of the components."""
+        return int(compiled().ffi.cast("uintptr_t", self._waves))
 
     def add(self, points: Points) -> Points:
         """More points, with the others of this mesh."""
@@ -245,7 +251,7 @@ def _describe(one, points, read, count):
     one.cells, one.points, one.nodes, one.most = address(count), len(shape), nodes, len(points.cells)
     one.places, one.to, one.shape, one.out = address(ints[0]), address(ints[1]), address(shape), address(out)
     if points.source is not None:
-        source = read(points.source)
+        source = points.source if isinstance(points.source, np.ndarray) else read(points.source)
         one.source = address(source)
         kept.append(source)
     if points.transform is not None:

@@ -14,7 +14,7 @@ typedef struct {
     double *c, *s, *cosh, *sinh;                    /* room: at a point */
     double radius;              /* of the disk to which the weights belong */
     double ramp, depth;
-    int wheeler;
+    int stretching;             /* WHEELER, VERTICAL or NONE */
 } waves;
 """
 
@@ -133,6 +133,7 @@ DECLARATIONS = (
     _WAVES
     + """
 enum {ON_LINE, ON_AXIS, ON_SURFACE};
+enum {WHEELER, VERTICAL, NONE};
 enum {PLAIN, MEAN, MOMENT};
 
 typedef struct {                /* points on the cells of a mesh, and where their numbers go */
@@ -205,11 +206,13 @@ static void sample_at(const kinematics *K, const points *P, const double *x, dou
     const int large = P->size > SMALL;
     K->phases_at(w, x[0], x[1]);
     K->sum_surface(w, w->ones, of_surface);
-    if (w->wheeler) {
-        const double eta = w->ramp * of_surface[0];
+    const double eta = w->ramp * of_surface[0];
+    if (P->kind == ON_SURFACE)
+        z = eta;
+    if (w->stretching == WHEELER)
         z = w->depth * (z - eta) / (w->depth + eta);
-    }
-    z = P->kind == ON_SURFACE ? 0 : fmin(z, 0);
+    if (w->stretching != NONE)
+        z = fmin(z, 0);
     if (P->weight != PLAIN)
         K->sum_surface(w, weight, of_surface);
     K->sum_below(w, z, reaching(w, z), weight, large, v, a);

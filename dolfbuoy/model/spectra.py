@@ -148,6 +148,6 @@ def of_record(times: np.ndarray, elevation: np.ndarray, part=0.999, taper=0.05):
 
 
 def _tapered(n, part):
-    """1, and half a cosine at both ends."""
-    from_end = np.minimum(np.arange(n), np.arange(n)[::-1]) / max(0.5 * part * n, 1e-300)
+    """1, and half a cosine at both ends, of half a part each."""
+    from_end = (np.minimum(np.arange(n), np.arange(n)[::-1]) + 0.5) / max(0.5 * part * n, 0.5)
     return 0.5 * (1 - np.cos(math.pi * np.minimum(from_end, 1.0)))
