@@ -1,6 +1,6 @@
 """Sums over wave components in C: values, derivatives, weights over disks, and that the process keeps denormals.
 
-Source: tests/reference/sea.json (mpmath), the sum in numpy (`model.airy`) and its differences, Bessel functions of scipy.
+Source: tests/reference/sea.json (mpmath), the sum in numpy (`model.airy`) and its differences, Bessel functions.
 """
 
 import numpy as np

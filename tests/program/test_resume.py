@@ -27,6 +27,13 @@ TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0
 TIME = {"end": 0.6, "step": 0.02, "output_every": 0.1}
 SCENES = {
     "moored buoy": merged(MOORED, cable__elements=6, waves__ramp=0.2, time=TIME),
+    "irregular sea": merged(
+        MOORED,
+        cable__elements=6,
+        waves=None,
+        time=TIME,
+    )
+    | {"waves": {"spectrum": "jonswap", "significant_height": 1.5, "peak_period": 5.0, "ramp": 0.2}},
     "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},
     "buoy": {
         "sea": MOORED["sea"],
