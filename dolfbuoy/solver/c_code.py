@@ -14,6 +14,15 @@ import numpy as np
 from ..errors import InputError
 from . import compat, jit
 
+#: In front of a source whose sums are those of NumPy to the last bit: no fused multiply-add.
+EVERY_PRODUCT_ROUNDED = """
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#else
+#pragma GCC optimize("fp-contract=off")
+#endif
+"""
+
 
 class Flags(NamedTuple):
     """What one module is compiled and linked with besides `jit.COMPILER`."""
