@@ -46,6 +46,13 @@ class AirySum:
         """eta [m] at points (..., 2 or 3)."""
         return np.cos(self._phases(t, points)) @ self.amplitude * self.grown(t)
 
+    def over_time(self, times, point) -> np.ndarray:
+        """eta [m] at one point (x, y) at these times."""
+        there = self.phase + self.wavenumber * (self.cosine * point[0] + self.sine * point[1])
+        parts = np.array_split(times, max(1, len(times) * len(there) // 1_000_000))
+        heights = [np.cos(there - np.outer(part, self.at_ground)) @ self.amplitude for part in parts]
+        return np.concatenate(heights) * np.array([self.grown(t) for t in times])
+
     def flow(self, t, points) -> tuple[np.ndarray, np.ndarray]:
         """Velocity [m/s] and local acceleration [m/s^2], each (..., 3), at points (..., 3)."""
         points = np.asarray(points, dtype=float)
