@@ -35,6 +35,12 @@ SCENES = {
     )
     | {"waves": {"spectrum": "jonswap", "significant_height": 1.5, "peak_period": 5.0, "ramp": 0.2}},
     "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},
+    "on a bed": {
+        "sea": MOORED["sea"],
+        "cable": merged(MOORED["cable"], length=30.0, elements=6, top=TOP | {"ramp": 0.2}),
+        "seabed": {"friction": 0.6},
+        "time": TIME,
+    },
     "buoy": {
         "sea": MOORED["sea"],
         "buoy": MOORED["buoy"],
