@@ -11,7 +11,7 @@ from mpi4py import MPI
 from dolfbuoy import load_scene
 from dolfbuoy.model import body_c
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.solver.rows import MOST, Sums, copies
+from dolfbuoy.solver.rows import MOST, Sums, copies, picked, smallest, traced
 
 RANDOM = np.random.default_rng(17)
 SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "step": 0.02})
@@ -83,3 +83,29 @@ def test_numbers_of_a_body():
         farthest = max(farthest, abs(length - 1))
         assert drift == farthest
     simulation.problem.destroy()
+
+
+def test_numbers_picked_out():
+    """Copies with either sign are found by their places, what comes from elsewhere stays as it is."""
+    a, b = RANDOM.standard_normal(7), RANDOM.standard_normal(4)
+    before = a.copy(), b.copy()
+
+    def function():
+        return np.concatenate([-a[2:4], b[::-1], [8.0, -0.5], a[:1]])
+
+    out, entries = np.zeros(9), traced(function, [a, b])
+    np.testing.assert_array_equal(a, before[0])
+    np.testing.assert_array_equal(b, before[1])
+    pick = picked(entries, out)
+    for array in (a, b):
+        array += 1.0
+    pick()
+    np.testing.assert_array_equal(out, function())
+    with pytest.raises(ValueError, match="no copy"):
+        traced(lambda: 2 * a, [a, b])
+
+
+def test_smallest():
+    values = np.array([3.0, -2.0, 5.0, -7.0])
+    assert smallest(values, np.array([[0, 1], [2, 1]]), 0.0)() == -2.0
+    assert smallest(values, np.array([0, 2]), 0.0)() == 0.0
