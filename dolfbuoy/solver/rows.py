@@ -4,6 +4,7 @@ The functions in Python say the same as those in C, to the last bit: they are th
 """
 
 from functools import partial
+from math import prod
 
 import numpy as np
 
@@ -33,6 +34,7 @@ typedef struct {{
 
 void add_rows(const sum *sums, int count, const double *weights);
 void copy_all(const copy *copies, int count);
+void lagrange(const double *times, int count, double t, double *weights);
 void pick(const entry *entries, int count, double *out);
 double smallest(const double *values, const int *places, int count, double bound);
 """
@@ -72,6 +74,16 @@ void copy_all(const copy *copies, int count)
 {
     for (int k = 0; k < count; ++k)
         memmove(copies[k].to, copies[k].from, copies[k].n * sizeof(double));
+}
+
+void lagrange(const double *times, int count, double t, double *weights)
+{
+    for (int i = 0; i < count; ++i) {
+        weights[i] = 1;
+        for (int j = 0; j < count; ++j)
+            if (times[j] != times[i])
+                weights[i] *= (t - times[j]) / (times[i] - times[j]);
+    }
 }
 
 void pick(const entry *entries, int count, double *out)
@@ -137,6 +149,34 @@ def copies(pairs):
     call = partial(library.lib.copy_all, described, len(pairs))
     call.alive = pairs
     return call
+
+
+class Extrapolation:
+    """The polynomial through the values of some rows at their times.
+
+    times, rows: arrays of as many.  `out`: its value at the latest `t`.
+    """
+
+    in_c = True
+
+    def __init__(self, times, rows):
+        self._times, self._weights, self.out = times, np.ones(len(times) + 1), np.zeros(len(rows[0]))
+        self._sum = Sums([(self.out, rows)], self._weights)
+        self._call = partial(compiled().lib.lagrange, address(times), len(times))
+        self._place = address(self._weights)
+
+    def __call__(self, t):
+        if self.in_c:
+            self._call(t, self._place)
+        else:
+            self._weights[:-1] = self.weights(t)
+        self._sum()
+        return self.out
+
+    def weights(self, t):
+        """Of the rows, in Python [Lagrange]."""
+        times = self._times.tolist()
+        return [prod((t - tj) / (ti - tj) for tj in times if tj != ti) for ti in times]
 
 
 def picked(entries, out):

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from dolfbuoy import load_scene
 from dolfbuoy.model import body_c
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.solver.rows import MOST, Sums, copies, picked, smallest, traced
+from dolfbuoy.solver.rows import MOST, Extrapolation, Sums, copies, picked, smallest, traced
 
 RANDOM = np.random.default_rng(17)
 SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "step": 0.02})
@@ -42,6 +42,19 @@ def test_copies_one_after_the_other():
     np.testing.assert_array_equal(array, [3, 1, 2, 2, 3])
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, MOST])
+def test_extrapolation(count):
+    """Exact for polynomials, and as in Python."""
+    times, powers = np.sort(RANDOM.uniform(-1.0, 1.0, count)), np.arange(count)
+    coefficients = RANDOM.standard_normal((count, 70))
+    rows = np.array([t**powers @ coefficients for t in times])
+    extrapolate = Extrapolation(times, rows)
+    found = extrapolate(1.5).copy()
+    np.testing.assert_allclose(found, 1.5**powers @ coefficients, rtol=0, atol=1e-8 * np.abs(found).max())
+    extrapolate.in_c = False
+    np.testing.assert_array_equal(extrapolate(1.5), found)
+
+
 def states(scene):
     """All that is kept after every step of a run."""
     simulation, found = Simulation(scene, MPI.COMM_SELF), []
@@ -59,6 +72,7 @@ def test_same_run(scheme, tolerance, monkeypatch):
     in_c = states(scene)
     used, in_python = [], Sums.in_python
     monkeypatch.setattr(Sums, "in_c", False)
+    monkeypatch.setattr(Extrapolation, "in_c", False)
     monkeypatch.setattr(Sums, "in_python", lambda self: (used.append(True), in_python(self)))
     np.testing.assert_array_equal(in_c, states(scene))
     assert len(used) > 3 * len(in_c)
