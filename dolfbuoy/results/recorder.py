@@ -57,6 +57,8 @@ class Recorder:
     def _make_values(self):
         """Quantities of all instants that were noted go to the record."""
         rows, self._count = self._rows[: self._count], 0
+        if len(rows) == 0:
+            return
         values = {"time": rows[:, 0], "time_step": rows[:, 1], "newton_iterations": rows[:, 2]}
         self.record.add(values | self.observer.values_of(rows[:, 3:]))
 
