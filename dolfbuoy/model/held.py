@@ -8,17 +8,18 @@ import numpy as np
 from .sea import ramp
 
 
-def motion_of(top) -> Callable[[float], tuple[float, float, float]]:
+def motion_of(top) -> Callable[[float], list[float]]:
     """r_bnd(t) [m] of a scene's section cable.top, fixed or prescribed."""
-    position = tuple(map(float, top.position))
+    position = list(map(float, top.position))
     if top.kind != "prescribed":
         return lambda t: position
-    (x, y, z), (a, b, c) = position, map(float, top.amplitude)
-    phase, period, duration = math.radians(top.phase_deg), top.period, top.ramp
+    phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
+    axes = list(zip(position, map(float, top.amplitude), map(math.radians, phases), strict=True))
+    period, duration = top.period, top.ramp
 
     def motion(t):
-        size = ramp(t, duration) * math.sin(2 * math.pi * t / period + phase)
-        return x + size * a, y + size * b, z + size * c
+        angle, size = 2 * math.pi * t / period, ramp(t, duration)
+        return [place + size * math.sin(angle + phase) * amplitude for place, amplitude, phase in axes]
 
     return motion
 

@@ -24,7 +24,7 @@ class Observer:
     """
 
     def __init__(self, problem, end_forces=None):
-        self.problem, self.comm, self._wet = problem, problem.comm, None
+        self.problem, self.comm, self._wet, self._lying = problem, problem.comm, None, np.zeros(4)
         buoy = problem.scene.buoy
         self._mass = mass_properties(buoy, shape_of(buoy)).mass if buoy else None
         if problem.buoy and problem.scene.sea:
@@ -45,6 +45,8 @@ class Observer:
         if problem.lines:
             tension = lambda: problem.lines.anchor_tension(u)  # noqa: E731
             found["tension_anchor"] = traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
+            if problem.lines.bed is not None:
+                found["bed"] = _all_of(self._lying, self.comm.rank == 0)
         if problem.scene.buoy:
             mine, fields = problem.buoy is not None, MOTION if problem.dynamic else REST
             found["buoy"] = _all_of(u[problem.buoy.part.slice] if mine else np.zeros(fields.size))
@@ -66,6 +68,9 @@ class Observer:
         if self._wet is not None:
             self.problem.system.read_given()
             self._wet()
+        if "bed" in self._places:
+            found = self.problem.lines.bed.lying(self.problem.system.u)
+            self._lying[:] = found.length, *found.touchdown
         self._pick()
         if self.comm.size == 1:
             return self._row
@@ -81,6 +86,8 @@ class Observer:
             values["tension_anchor"] = noted["tension_anchor"][..., 0]
         if "end_tension" in values:
             values["tension_top"] = length(noted["end_tension"])
+        if "bed" in noted:
+            values["length_on_bed"], values["touchdown"] = noted["bed"][..., 0], noted["bed"][..., 1:]
         if "buoy" in noted:
             fields = MOTION if self.problem.dynamic else REST
             y = fields.of(noted["buoy"])
