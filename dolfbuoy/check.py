@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .linear.periods import buoy_periods
+from .linear.response import LARGEST_KR
 from .model.airy import AirySum
 from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
 from .model.effects import names as effects_of
@@ -13,8 +15,6 @@ from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
 from .model.lines import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
-from .modes.periods import buoy_periods
-from .modes.response import LARGEST_KR
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
 

@@ -8,6 +8,7 @@ from dolfinx import fem
 
 from ..forms import sea, wind
 from ..solver.compat import point_in_space
+from ..solver.unknowns import array_of
 from .airy import AirySum, ramp
 from .components import Propagation, components_of, propagation
 from .evaluate import at_points, value
@@ -132,6 +133,7 @@ class SeaState:
             self._depth = self._number(lambda scene: scene.sea.depth)
         elif with_waves and scene.waves:
             self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
+            self._numbers_of_wave = array_of(self._amplitude), array_of(self._time_phase)
             self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
         if scene.current:
             self.current = _current(scene, self._number, self._speed)
@@ -179,7 +181,8 @@ class SeaState:
 
     def set_wave(self, amplitude, time_phase):
         """Amplitude a [m] and phase - omega t [rad] of the wave."""
-        self._amplitude.value, self._time_phase.value = amplitude, time_phase
+        a, phase = self._numbers_of_wave
+        a[0], phase[0] = amplitude, time_phase
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
