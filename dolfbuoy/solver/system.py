@@ -113,7 +113,7 @@ class System:
         self._values.leave(functions)
 
     def functional(self, form, test):
-        """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part whose dofs are its numbers."""
+        """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part of its numbers."""
         return Loop([Contribution(form, test)], self._values, self._shared, test.size)
 
     def publish(self):

@@ -11,9 +11,9 @@ import pytest
 from dynamics_helpers import merged, running
 
 from dolfbuoy import load_scene, simulate
+from dolfbuoy.linear.response import responses
 from dolfbuoy.model.components import components_of
 from dolfbuoy.model.sea import elevation_at
-from dolfbuoy.modes.response import responses
 from dolfbuoy.motion.energy import Meter
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.solver.compat import MPI
