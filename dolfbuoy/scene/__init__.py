@@ -1,8 +1,9 @@
 """What a scene calls for: typed, bounded sections, and how they are read and written."""
 
+from .cable import Top
 from .keys import Key, list_keys
 from .reading import build_scene, load_scene, merged, parse_assignment, shipped_scenes
-from .sections import Scene, Top
+from .sections import Scene
 
 __all__ = [
     "Key",

@@ -4,22 +4,19 @@ A section that is missing is an effect that is off.  SI units; degrees only wher
 """
 
 import itertools
-import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from .buoy import Buoy
-from .mesh_file import element_lengths
+from .cable import Cable
 from .petsc_options import checked
 from .quantities import (
-    AddedMass,
     Angle,
     Area,
     Coefficient,
-    Damping,
     Degree,
     Density,
     Duration,
@@ -27,15 +24,12 @@ from .quantities import (
     Gravity,
     Height,
     Length,
-    Mass,
     Missing,
     Period,
     Quaternion,
     Rows,
-    Share,
     Speed,
     Step,
-    Stiffness,
     Title,
     Tolerance,
     Vector,
@@ -51,83 +45,6 @@ class Sea(Section):
 
     depth: Length = key("depth of the water; the sea bed is at z = -depth", "m")
     density: Density = key("density of the water", "kg/m^3", default=1025.0)
-
-
-class Top(Section):
-    """Upper end of a cable without a buoy."""
-
-    kind: Literal["fixed", "prescribed", "free"] = key("how the upper end is held")
-    position: Vector | None = key("where the end is held, or the middle of its motion", "m", default=None)
-    force: ForceVector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
-    amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
-    period: Period | None = key("period of the motion", "s", default=None)
-    phase_deg: Angle = key("phase of the motion at t = 0", "deg", default=0.0)
-    ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
-
-    @model_validator(mode="after")
-    def _complete(self):
-        if self.kind != "free" and self.position is None:
-            raise Wrong("kind", self.kind, "needs a position")
-        if self.kind == "prescribed" and (self.amplitude is None or self.period is None):
-            raise Wrong("kind", self.kind, "needs amplitude and period")
-        for name in ("amplitude", "period", "ramp"):
-            if self.kind != "prescribed" and getattr(self, name):
-                raise Wrong(name, getattr(self, name), "goes with kind 'prescribed' only")
-        if self.kind != "free" and self.force != (0.0, 0.0, 0.0):
-            raise Wrong("force", self.force, "goes with kind 'free' only")
-        return self
-
-
-MOST_ELEMENTS = 10_000_000
-MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run
-Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share], BeforeValidator(element_lengths)]
-
-
-class Cable(Section):
-    """The cable and its finite elements."""
-
-    length: Length = key("unstretched length", "m")
-    line_density: Mass = key("mass per unstretched length", "kg/m")
-    diameter: Length | None = key("of its volume and drag; the sea needs it", "m", default=None)
-    axial_stiffness: Stiffness = key("EA; inf: inextensible", "N", default=math.inf)
-    elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
-    grading: Annotated[float, Field(ge=1e-6, le=1e6)] = key(
-        "size of the last element over that of the first", "1", default=1.0
-    )
-    position_degree: Annotated[int, Field(ge=1, le=8)] = key("polynomial degree mu of the position", "1", default=1)
-    tension_degree: Annotated[int, Field(ge=0, le=7)] = key("degree nu < mu of the tension", "1", default=0)
-    added_mass: AddedMass = key("C_A = C_M - 1, across the cable", "1", default=0.0)
-    normal_drag: Coefficient = key("drag coefficient across the cable", "1", default=0.0)
-    tangential_drag: Coefficient = key("drag coefficient along the cable", "1", default=0.0)
-    tangential_froude_krylov: bool = key("whether waves also push along the cable", default=True)
-    anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
-    strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
-    strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
-    slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
-    damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
-    top: Top | None = None
-
-    @model_validator(mode="after")
-    def _consistent(self):
-        if self.damping and math.isinf(self.axial_stiffness):
-            raise Wrong("damping", self.damping, "needs a finite axial_stiffness: an inextensible cable has no strain")
-        if self.tension_degree >= self.position_degree:
-            allowed = (
-                f"must be lower than position_degree = {self.position_degree} (Eq. (13): other pairs are unstable)"
-            )
-            raise Wrong("tension_degree", self.tension_degree, allowed)
-        if isinstance(self.elements, list):
-            lengths, counts = zip(*self.elements, strict=True) if self.elements else ((), ())
-            if not lengths or min(lengths) <= 0 or min(counts) < 1 or any(n != int(n) for n in counts):
-                raise Wrong("elements", self.elements, "must hold [length, number of elements] of each segment")
-            if len(counts) > MOST_SEGMENTS:
-                raise Wrong("elements", self.elements, f"must list {MOST_SEGMENTS} segments at most")
-            if sum(counts) > MOST_ELEMENTS:
-                raise Wrong("elements", self.elements, f"must be {MOST_ELEMENTS} in all at most")
-            if abs(sum(lengths) - self.length) > 1e-9 * self.length:
-                allowed = f"its segments must add up to length = {self.length} m, not to {sum(lengths)} m"
-                raise Wrong("elements", self.elements, allowed)
-        return self
 
 
 class Waves(Section):

@@ -23,6 +23,9 @@ class Catenary:
     H: float
     V0: float
 
+    length_on_bed = 0.0  # it hangs free; see on_bed
+    touchdown = None
+
     def vertical(self, s):
         """V(s) [N]."""
         return self.V0 + self.w * np.asarray(s, float)
@@ -30,6 +33,10 @@ class Catenary:
     def tension(self, s):
         """T(s) [N]."""
         return np.hypot(self.H, self.vertical(s))
+
+    def force(self, s):
+        """Tension as a vector along the line, shape (n, 3) [N]."""
+        return self.H * self.along + np.multiply.outer(self.vertical(s), [0.0, 0.0, 1.0])
 
     def plane(self, s):
         """(x, z) in the plane, from the start [m]."""
