@@ -36,10 +36,6 @@ class Start:
             pose = self.position, self.quaternion, self.velocity, self.angular_velocity
             u[problem.buoy.part.slice] = problem.buoy.moving_state(*pose)
 
-    def velocities(self, problem):
-        """Of the evolutions of second order, in their order."""
-        return [self.line_velocity] if problem.lines else []
-
 
 def initial_state(scene, comm) -> Start:
     """Start of a run.  Raises InputError for what cannot be."""

@@ -15,6 +15,15 @@ from . import compat, jit
 
 ALIGNED = 8  #: doubles of the largest vector
 
+#: In front of a source whose sums are those of NumPy to the last bit: no fused multiply-add.
+EVERY_PRODUCT_ROUNDED = """
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#else
+#pragma GCC optimize("fp-contract=off")
+#endif
+"""
+
 
 @cache
 def module(name, declarations, source, key=None, options=(), libraries=()):

@@ -77,6 +77,7 @@ INLINE real whole_power(real x, int n)
 
 _SOURCE = """
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #define LANES %(lanes)d
 const int lanes = LANES;
@@ -125,9 +126,10 @@ def _compiled(text, name, chosen):
 
 def _source(text, name, lanes):
     """C for so many cells, or for one if the kernel needs what is not known here."""
-    text = text.read_text()
+    text = re.sub(r"//.*", "", text.read_text())
     begin = text.index(f"void {name}(")
-    kernel = text[begin : text.index("\n}\n", begin) + 3]
+    body = text.index("{", begin) + 1
+    kernel = text[begin : body + _length(text[body:], "{}") + 1] + "\n"
     arguments = {"name": name, "data": ", 0" if compat.KERNEL_TAKES_DATA else ""}
     if not is_known(kernel):
         return _SOURCE % {"lanes": 1, "vectors": "", "kernel": kernel, **arguments}
@@ -138,7 +140,7 @@ def is_known(kernel: str) -> bool:
     """Whether a kernel's text has nothing but what `in_vectors` can put in other words."""
     body = kernel[kernel.index("{") :]
     called = set(re.findall(r"\b([A-Za-z_]\w*)\(", body)) - {"for"}
-    return called <= set(FUNCTIONS) and not re.search(r"[!%^~]|->|\b(if|while|switch)\b", re.sub(r"//.*", "", body))
+    return called <= set(FUNCTIONS) and not re.search(r"[!%^~]|->|\b(if|while|switch)\b", body)
 
 
 def in_vectors(kernel: str) -> str:
@@ -153,14 +155,14 @@ def _with_picks(line):
     """Every `condition ? a : b` of a line as pick(condition, a, b)."""
     while "?" in line:
         at = line.rindex("?")
-        begin, end = at - _length(line[at - 1 :: -1], ")("), at + 1 + _length(line[at + 1 :], "()")
+        begin, end = at - _length(line[at - 1 :: -1], ")(", "="), at + 1 + _length(line[at + 1 :], "()", ";")
         colon = at + 1 + _length(line[at + 1 :], "()", ":")
         parts = line[begin:at], line[at + 1 : colon], line[colon + 1 : end]
         line = f"{line[:begin]}pick({parts[0]}, V({parts[1]}), V({parts[2]})){line[end:]}"
     return line
 
 
-def _length(text, brackets, end=";="):
+def _length(text, brackets, end=""):
     """Of the beginning of a text up to one of `end`, or to a closing bracket that was not opened in it."""
     depth = 0
     for n, letter in enumerate(text):
