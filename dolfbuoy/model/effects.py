@@ -12,6 +12,7 @@ A term is a plain UFL function of `forms/`; where it enters tells its signature:
     face(c, rho_w, strip, face)           (force, torque) on a wet face of a hull
     body(c, body)                         (force, torque) at a point of a body
     line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
+    bed(mu, contact)                      force of the sea bed per unstretched metre of a line, or on a joint's body
 
 c are its numbers as UFL constants: one, or several by name.
 """
@@ -23,7 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..forms import buoy, cable, hull, wind
+from ..forms import buoy, cable, hull, seabed, wind
 from .rigid import axis_offset
 from .sea import heading
 
@@ -58,6 +59,7 @@ class Effect:
     face: Callable | None = None
     body: Callable | None = None
     line_power: Callable | None = None
+    bed: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
@@ -260,6 +262,29 @@ EFFECTS: list[Effect] = [
         line=cable.tangential_froude_krylov,
         numbers=None,
         account="inertia",
+    ),
+    Effect(
+        "sea bed",
+        "seabed",
+        neutral=None,
+        needs=("sea",),
+        bed=seabed.support,
+        account="bed",
+        numbers=None,
+        drawn={
+            "seabed.stiffness": Drawn(1e2, 1e9),
+            "seabed.damping_ratio": Drawn(1e-3, 1e1, zero=True),
+            "seabed.stick_length": Drawn(1e-4, 1e1),
+        },
+    ),
+    Effect(
+        "bed friction",
+        "seabed.friction",
+        needs=("sea",),
+        bed=seabed.friction,
+        account="friction",
+        numbers={"": lambda scene, _: scene.seabed.friction},
+        drawn={"seabed.friction": Drawn(1e-3, 1e1)},
     ),
 ]
 

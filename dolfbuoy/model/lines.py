@@ -16,28 +16,21 @@ from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
+from .material import cross_section, weight_per_length
 from .numbers import Numbers
 from .sea import SeaState, ramp
+from .seabed import Seabed
 
 
 def top_position(top, t):
     """r_bnd(t) of the scene's section cable.top, fixed or prescribed [m]."""
     position = np.array(top.position)
     if top.kind == "prescribed":
-        angle = 2 * math.pi * t / top.period + math.radians(top.phase_deg)
-        position += (ramp(t, top.ramp) * math.sin(angle)) * np.array(top.amplitude)
+        phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
+        angles = [2 * math.pi * t / top.period + math.radians(phase) for phase in phases]
+        size = ramp(t, top.ramp)
+        position += np.array([size * math.sin(angle) for angle in angles]) * np.array(top.amplitude)
     return position
-
-
-def weight_per_length(scene, cable) -> float:
-    """Weight in water per unstretched length, w [N/m], of a section [cable]; negative for a cable that floats."""
-    displaced = scene.sea.density * cross_section(cable) if scene.sea else 0.0
-    return (cable.line_density - displaced) * scene.gravity
-
-
-def cross_section(cable) -> float | None:
-    """A0 [m^2] of a section [cable]; None without a diameter."""
-    return math.pi * cable.diameter**2 / 4 if cable.diameter else None
 
 
 @dataclass(frozen=True)
@@ -86,6 +79,7 @@ class Lines:
         self._measures()
         self._numbering()
         self._material()
+        self._lay_on_bed()
         if dynamic:
             self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
             self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
@@ -125,15 +119,16 @@ class Lines:
 
     def _measures(self):
         mu = self.section.position_degree
-        degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
+        self._degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
         places = [s for n in self.nodes for s in (n[0], n[-1])]
         self.ends = compat.end_tags(self.mesh, *places)
-        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": degree})
+        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
         self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=self.ends)
 
     def _numbering(self):
         """Where the dofs of w sit on the mesh: nodes of r, cells of T."""
         V, r_dofs = compat.collapse(self.space, 0)
+        self._positions = V
         Q, T_dofs = compat.collapse(self.space, 1)
         self.node_s = V.tabulate_dof_coordinates()[:, 0].copy()
         self.node_dofs = np.asarray(r_dofs).reshape(-1, 3)
@@ -187,6 +182,15 @@ class Lines:
         for k in (k for k in self._all if self.lines[k].top(scene) == "free" and any(self.sections[k].top.force)):
             get = self.lines[k].section
             self.end_loads[k] = self._numbers.constant(lambda scene, _, get=get: np.array(get(scene).top.force))
+
+    def _lay_on_bed(self):
+        """The sea bed, and what relaxes lines on it: at H = 0 their statics are singular."""
+        self.bed = self.relaxation = None
+        if self.scene.seabed:
+            self.bed = Seabed(self, self._numbers.constant, self._property, self._positions, self._degree)
+            self.memory |= self.bed.memory
+            if not self.dynamic:
+                self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
 
     @property
     def _all(self):
@@ -268,6 +272,11 @@ class Lines:
         if forces:
             f = sum(forces[1:], forces[0])
             F -= ufl.inner(form.stretched(cable, e, f), v) * dx
+        if self.bed is not None:
+            for _, force in self.bed.forces():
+                F -= ufl.inner(force, v) * dx
+        if self.relaxation is not None:
+            F += form.inertia(cable, self.relaxation * (r - ufl.split(self.reference)[0]), v) * dx
         for attachment in attachments:
             F += attachment.end_force(v)
         for line, load in self.end_loads.items():
@@ -290,8 +299,25 @@ class Lines:
         """Advance the sea."""
         self.sea.set_time(t)
 
+    def begin(self, u):
+        """Memory as at the start of a run."""
+        if self.bed is not None:
+            self.bed.begin(u)
+
     def accept(self, u):
-        """A step was taken: nothing is left behind."""
+        """A step was taken."""
+        if self.bed is not None:
+            self.bed.accept(u)
+
+    # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
+
+    def hold(self, u, h):
+        """Inertia of a step of h [s] from rest in the positions of u."""
+        self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2
+
+    def let_go(self):
+        """No inertia."""
+        self.relaxation.value = 0.0
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 

@@ -277,6 +277,13 @@ class Problem:
         values = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
         return next(v for v in values if not np.isnan(v))
 
+    def tension_at(self, s, line=0) -> float:
+        """Mean of T on the element of a line at arc length s [N], on every rank."""
+        begins, ends = (self.lines.cell_ends - self.lines.begins[line]).T
+        here = (self.lines.line_of_cell == line) & (begins <= s) & (s <= ends)
+        mine = self.lines.mean_tension(self.system.u)[here].max(initial=-np.inf)
+        return combined(self.comm, float(mine), MPI.MAX)
+
     def destroy(self):
         """Give PETSc's objects back."""
         self.newton.destroy()

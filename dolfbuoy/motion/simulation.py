@@ -57,8 +57,8 @@ class Simulation:
         self.problem.set_time(0.0)
         start.put(self.problem, u)
         for model in self.problem.models:
-            for values in model.memory.values():
-                values[:] = 0.0
+            model.begin(u)
+        start.remember(self.problem)
         self.begin(start.line_velocity)
         self.end_forces = start.end_forces
         if not start.at_rest:

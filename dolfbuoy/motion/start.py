@@ -18,6 +18,7 @@ class Start:
 
     at_rest: bool = True
     lines: np.ndarray | None = None
+    line_memory: dict[str, np.ndarray] = field(default_factory=dict)
     line_velocity: np.ndarray | None = None
     end_forces: dict[str, np.ndarray] = field(default_factory=dict)
     mooring: np.ndarray | None = None
@@ -35,6 +36,11 @@ class Start:
         if problem.buoy:
             pose = self.position, self.quaternion, self.velocity, self.angular_velocity
             u[problem.buoy.part.slice] = problem.buoy.moving_state(*pose)
+
+    def remember(self, problem):
+        """What the equilibrium left behind besides unknowns (where friction holds), into a dynamic Problem."""
+        for name, values in self.line_memory.items():
+            problem.lines.memory[name][:] = values
 
 
 def initial_state(scene, comm) -> Start:
@@ -73,6 +79,7 @@ def _from_equilibrium(problem) -> Start:
     start = Start()
     if problem.lines:
         start.lines = u[problem.lines.part.slice].copy()
+        start.line_memory = {name: values.copy() for name, values in problem.lines.memory.items()}
         start.line_velocity = np.zeros_like(start.lines)
         start.end_forces = problem.end_forces()
     for attachment in problem.attachments:
@@ -95,7 +102,7 @@ def _from_shape(scene, comm) -> Start:
         cable = scene.cable.model_copy(update={"top": top})
         alone = scene.model_copy(update={"cable": cable, "buoy": None, "wind": None, "external_force": None})
         held = _from_equilibrium(solve_equilibrium(alone, comm))
-        start.lines, start.end_forces = held.lines, held.end_forces
+        start.lines, start.line_memory, start.end_forces = held.lines, held.line_memory, held.end_forces
     else:
         problem = Problem(scene, dynamic=False, comm=comm)
         points = points_of(scene, r_O)

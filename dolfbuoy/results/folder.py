@@ -32,13 +32,13 @@ _OWN = re.compile(r"(results|static)\.nc|(scene|static)\.toml|checkpoint\.npz|(f
 
 
 @contextmanager
-def claimed(path, comm=MPI.COMM_SELF):
+def claimed(path, comm=MPI.COMM_SELF, shared=False):
     """Make a folder, and be the only process, or the only group of ranks, that writes in it.
 
-    Collective; the lock is that of rank 0 and ends with its process.  Raises InputError if there is another, or if
-    nothing can be written there.
+    Collective; the lock is that of rank 0 and ends with its process.  shared: others that share it may write too.
+    Raises InputError if there is another, or if nothing can be written there.
     """
-    lock = _on_root(comm, _lock, Path(path))
+    lock = _on_root(comm, _lock, Path(path), shared)
     try:
         yield
     finally:
@@ -60,7 +60,7 @@ def _on_root(comm, function, *arguments):
     return result
 
 
-def _lock(path):
+def _lock(path, shared):
     try:
         path.mkdir(parents=True, exist_ok=True)
         lock = os.open(path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
@@ -69,7 +69,7 @@ def _lock(path):
     except OSError as error:
         raise InputError(f"{path} cannot hold results: {error.strerror}; take another folder.") from None
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(lock)
         raise InputError(f"{path} is in use by another run: wait for its end, or take another folder.") from None

@@ -32,6 +32,9 @@ class Observer:
         if problem.lines:
             values["tension_top"] = float(np.linalg.norm(end_forces["end_tension"]))
             values["tension_anchor"] = problem.anchor_tension()
+            if problem.lines.bed is not None:
+                found = problem.lines.bed.lying(problem.system.u)
+                values |= {"length_on_bed": found.length, "touchdown": found.touchdown}
         if problem.scene.buoy:
             mine = self._buoy_values() if problem.buoy else None
             values.update(told(self.comm, mine, problem.buoy_rank))

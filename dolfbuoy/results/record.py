@@ -31,6 +31,8 @@ SERIES = {
     "tension_anchor": ((), "N", "tension at the anchor, T_h(0)"),
     "anchor_force": (("xyz",), "N", "force that holds the lower end of the cable, s = 0"),
     "end_tension": (("xyz",), "N", "force that holds the upper end of the cable, T_bnd"),
+    "length_on_bed": ((), "m", "unstretched length of the cable on the sea bed"),
+    "touchdown": (("xyz",), "m", "where the cable leaves the sea bed towards its upper end; nan if nothing lies"),
     "buoy_position": (("xyz",), "m", "position of the buoy's centre of mass, r_C"),
     "buoy_orientation": (("quaternion",), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),
     "linear_momentum": (("xyz",), "kg m s-1", "linear momentum of the buoy, p"),
@@ -123,6 +125,17 @@ class Record:
     def add(self, values):
         """One more row of each of the named values; on disk after the next `flush`."""
         self._rows.append(values)
+
+    def series(self) -> "xr.Dataset":
+        """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
+        import xarray as xr
+
+        rows = self._rows
+        data = {name: np.array([row[name] for row in rows]) for name in SERIES if name != "time" and name in rows[0]}
+        labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in LABELS if any(k in SERIES[n][0] for n in data)}
+        time = ("time", np.array([row["time"] for row in rows]), _attributes("time"))
+        variables = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in data.items()}
+        return xr.Dataset(variables, {"time": time} | labels, self.attributes)
 
     def flush(self):
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
