@@ -1,7 +1,6 @@
 """C of our own, compiled once per machine with cffi as FFCx does it with its forms, and kept beside them."""
 
 import hashlib
-import importlib.util
 import os
 import sysconfig
 from functools import cache
@@ -42,10 +41,7 @@ def module(name, declarations, source, key=None, options=(), libraries=()):
             if not path.exists():  # still
                 text = declarations + (source() if callable(source) else source)
                 _build(name, declarations, text, path, extra_compile_args=list(options), libraries=list(libraries))
-    spec = importlib.util.spec_from_file_location(name, path)
-    loaded = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(loaded)
-    return loaded
+    return jit.load(name, path.parent)
 
 
 def _build(name, declarations, source, path, **options):

@@ -6,7 +6,6 @@ processor has that the compiler writes for: containers are built so.
 """
 
 import os
-import re
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -40,12 +39,12 @@ SETS = (
 
 @cache
 def processor_flags() -> frozenset:
-    """What the processor says of itself; empty where it is not asked this way."""
+    """What the first processor says of itself; empty where it is not asked this way."""
     try:
-        found = re.search(r"^flags\s*:(.*)", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+        with Path("/proc/cpuinfo").open() as lines:
+            return frozenset(next((line.split(":")[1] for line in lines if line.startswith("flags")), "").split())
     except OSError:
         return frozenset()
-    return frozenset(found[1].split() if found else ())
 
 
 def available() -> list[Instructions]:
