@@ -28,9 +28,8 @@ _WHOLE = 8  # components of the widest vector of a processor
 
 def compiled_sums():
     """The sums in vectors, or where that cannot be compiled without."""
-    fast = c_code.Flags(compile=("-ffast-math",), libraries=("mvec", "m"))
     try:
-        return c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS, fast)
+        return c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS, options=("-ffast-math",), libraries=("mvec", "m"))
     except InputError:
         return c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS)
 
@@ -45,8 +44,7 @@ class Points:
     """Points of a form on some cells, and the coefficient that takes the numbers of the waves there.
 
     source: Function or array that holds positions, its `places` (cells, nodes) or on a line (cells, nodes, 3), and
-    `shape` (points, nodes), which interpolates.  radius: place of the radius behind the height.  transform: from values
-    at the points of a cell to dofs of the coefficient's element; None: it has a number for each point.
+    `shape` (points, nodes), which interpolates.  radius: place of the radius behind the height.
     """
 
     kind: int
@@ -56,7 +54,6 @@ class Points:
     source: Any = None
     places: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), np.int32))
     radius: int = 0
-    transform: np.ndarray | None = None
     weight: int = PLAIN
 
     @property
@@ -65,48 +62,24 @@ class Points:
         return self.coefficient.function_space.dofmap.bs
 
 
-def coefficient(mesh, element, size=LARGE):
-    """A Function for the numbers at the points of an element: "quadrature" or "DG", and a degree."""
-    family, degree = element
-    if family == "quadrature":
-        return fem.Function(compat.function_space(mesh, compat.quadrature_element(mesh, degree, size)))
-    return fem.Function(compat.function_space(mesh, compat.element(mesh, family, degree, size)))
-
-
 def on_line(mesh, degree, source, nodes) -> Points:
     """The points of a quadrature degree on all cells; nodes: dofs of `source` (cells, nodes, 3) and their mesh
     coordinates (cells, nodes)."""
     dofs, s = nodes
-    found = coefficient(mesh, ("quadrature", degree), SMALL)
+    found = fem.Function(compat.function_space(mesh, compat.quadrature_element(mesh, degree, SMALL)))
     at = compat.interval_quadrature(degree)[0]
     shape = lagrange(_reference(mesh, s[:1])[0], at) if len(s) else np.zeros((len(at), dofs.shape[1]))
     return Points(ON_LINE, found, np.arange(len(dofs)), shape, source, dofs)
 
 
 def on_axis(group) -> Points:
-    """The points of a `hull_points.PointGroup`."""
-    at = compat.interval_quadrature(group.degree)[0]
-    if len(group.at) == len(at) and np.array_equal(group.at, at):
-        return Points(
-            ON_AXIS,
-            coefficient(group.mesh, ("quadrature", group.degree)),
-            group.cells,
-            np.eye(len(at)),
-            group.coefficient,
-            group.places,
-            radius=1,
-        )
-    # a polynomial through the points: two rules with different numbers of points in one form crash FFCx 0.5
-    found = coefficient(group.mesh, ("DG", len(at) - 1))
-    s = found.function_space.tabulate_dof_coordinates()[compat.cell_dofs(found.function_space)[:1], 0]
-    dofs = lagrange(at, _reference(group.mesh, s)[0])
-    shape = lagrange(group.at, at)
-    return Points(ON_AXIS, found, group.cells, shape, group.coefficient, group.places, radius=1, transform=dofs)
+    """Those of a `hull_points.PointGroup`."""
+    return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)
 
 
 def on_cells(mesh, cells, source=None, places=None, radius=0) -> Points:
     """One point on each of some cells: of the axis, or without source on the surface above C."""
-    found = coefficient(mesh, ("DG", 0))
+    found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, LARGE)))
     kind = ON_SURFACE if source is None else ON_AXIS
     places = np.zeros((len(cells), 1), np.int32) if places is None else places
     return Points(kind, found, np.asarray(cells), np.ones((1, 1)), source, places, radius)
@@ -254,9 +227,6 @@ def _describe(one, points, read, count):
         source = points.source if isinstance(points.source, np.ndarray) else read(points.source)
         one.source = address(source)
         kept.append(source)
-    if points.transform is not None:
-        kept.append(np.ascontiguousarray(points.transform))
-        one.transform = address(kept[-1])
     if points.kind == ON_AXIS:
         one.heights = address(heights)
     return kept

@@ -146,7 +146,6 @@ typedef struct {                /* points on the cells of a mesh, and where thei
     int radius;                 /* place of the radius behind the height */
     double *out;
     const int *to;              /* there, of the numbers of each point */
-    const double *transform;    /* of the points of a cell to the unknowns of its element, or NULL */
     int seen;                   /* cells when the numbers were taken */
     double *heights;            /* of the nodes then */
 } points;
@@ -251,20 +250,12 @@ static double place(const kinematics *K, const points *P, const double *d, const
 
 static void sample_cell(const kinematics *K, const points *P, const double *d, int cell)
 {
-    double found[P->points][P->size];
     const int *nodes = P->places + cell * P->nodes * (P->kind == ON_LINE ? 3 : 1), *to = P->to + cell * P->points;
     for (int q = 0; q < P->points; ++q) {
         double x[3];
         const double radius = place(K, P, d, nodes, P->shape + q * P->nodes, x);
-        sample_at(K, P, x, radius, found[q]);
+        sample_at(K, P, x, radius, P->out + to[q]);
     }
-    for (int q = 0; q < P->points; ++q)
-        for (int i = 0; i < P->size; ++i) {
-            double value = P->transform ? 0 : found[q][i];
-            for (int p = 0; P->transform && p < P->points; ++p)
-                value += P->transform[q * P->points + p] * found[p][i];
-            P->out[to[q] + i] = value;
-        }
 }
 
 /* Whether the points of a hull are others than those whose numbers are at hand. */

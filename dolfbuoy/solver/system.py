@@ -66,7 +66,8 @@ class System:
         A = self.numbering.matrix()
         # the spare entries: a diagonal even where the forms have none, for the factorisation
         places = [np.append(entries, self.order) for entries in self.add_jacobians.entries]
-        coo.preallocate(A, *(self.numbering.global_index[place] for place in places))
+        index = np.append(self.numbering.global_index, -1)  # of what belongs to no unknown, -1, too
+        coo.preallocate(A, *(index[place] for place in places))
         self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
         coo.set_values(A, self.add_jacobians.out)
         return A
