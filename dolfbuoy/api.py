@@ -13,7 +13,7 @@ from .errors import InputError, SolveError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes
 from .linear.seaway import Seaway
-from .linear.spectrum import jonswap_bins
+from .linear.spectrum import bins_of, irregular_waves
 from .linear.stiffness import condensed, mooring_stiffness
 from .model.components import components_of
 from .motion.simulation import Simulation
@@ -159,9 +159,10 @@ def response(
     """Linear response to waves: amplitudes per metre over periods [s] (default: 2 to 30 s), and to an irregular sea.
 
     height: of regular waves [m], for whose velocities the drag is linearised too.  sea: (significant height [m], peak
-    period [s], gamma) of a JONSWAP sea, or None.  direction_deg: of the waves, by default the scene's.  out: folder for
-    response.nc.  Complete on rank 0, which alone computes it.  Raises InputError for an impossible scene, SolveError if
-    the equilibrium is not found or the drag does not settle.
+    period [s], gamma) of a JONSWAP sea; by default the scene's, if it is irregular; all of it runs in one direction.
+    direction_deg: of the waves, by default the scene's.  out: folder for response.nc.  Complete on rank 0, which alone
+    computes it.  Raises InputError for an impossible scene, SolveError if the equilibrium is not found or the drag does
+    not settle.
     """
     scene = load_scene(scene, **overrides)
     if comm.rank != 0:
@@ -170,7 +171,8 @@ def response(
         direction_deg = scene.waves.direction_deg if scene.waves else 0.0
     seaway = Seaway(scene, direction_deg)
     try:
-        dataset = _response(seaway, PERIODS if periods is None else np.asarray(periods, float), height, sea)
+        irregular = irregular_waves(scene, sea, direction_deg)
+        dataset = _response(seaway, PERIODS if periods is None else np.asarray(periods, float), height, irregular)
     finally:
         seaway.destroy()
     if out is not None:
@@ -184,7 +186,7 @@ def _response(seaway, periods, height, sea):
     if height:
         high = np.array([seaway.regular(wave, height / 2) for wave in waves]).T
     if sea is not None:
-        omega, energies = jonswap_bins(*sea)
+        omega, energies = bins_of(sea)
         seaway.drag.forget()
         irregular = omega, energies, seaway.irregular([seaway.wave(w) for w in omega], energies)
     return dataset_of_response(seaway, periods, small, high, height, irregular)

@@ -172,7 +172,7 @@ def response(
     if (significant is None) != (peak is None):
         raise InputError("--significant-height: goes with --peak-period, both or none.")
     loaded, folder, checked = load(scene, assign), folder_of(scene, folder), parse_numbers("--verify", verify) or []
-    if height is None and loaded.waves is not None:
+    if height is None and loaded.waves is not None and not loaded.waves.irregular:
         height = 2 * loaded.waves.size
     asked = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
     if min(asked) <= 0:

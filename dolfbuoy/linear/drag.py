@@ -5,8 +5,8 @@ with its mean, the current (Borgman; Atalik and Utku).  The forms know d/dv exac
 E over samples of the velocity, for every term with a velocity in it, and no law of drag is written again.
 
 - Every node of a line has samples of its own covariance, and the same random numbers.
-- A hull has samples of its six velocities relative to the water, which along its wet axis is taken for a rigid motion
-  (least squares).
+- A hull has samples of its six velocities relative to the water, which across its wet axis is taken for a rigid motion
+  (least squares) and along it for its mean over the wet faces.
 - In regular waves the samples are phases of the one motion.  There the least-squares law is 2/3 of the mean slope, for
   every ellipse of velocities without a mean (|v| v is homogeneous of degree 2); so amplitudes are counted 2/3.
 """
@@ -46,16 +46,8 @@ class Velocities:
         self.found = found
         self._axes = [_WetAxis(body, found.problem.scene) for body in found.bodies]
 
-    def of_water(self, omega, k, direction, crest) -> Sea:
-        """Airy waves eta = Re[exp(i (k x - omega t))] along a horizontal unit vector, x from a point."""
-        depth = self.found.problem.scene.sea.depth
-
-        def velocity(x):
-            z = np.minimum(x[:, 2], 0.0)
-            down, up, bottom = np.exp(k * z), np.exp(-k * (z + 2 * depth)), 1 - np.exp(-2 * k * depth)
-            wave = omega * np.exp(1j * k * ((x - crest) @ direction)) / bottom
-            return wave[:, None] * ((down + up)[:, None] * direction - 1j * (down - up)[:, None] * [0.0, 0.0, 1.0])
-
+    def of_water(self, velocity) -> Sea:
+        """Of a function of points (n, 3)."""
         at_nodes = [velocity(line.positions) for line in self.found.lines]
         return Sea(at_nodes, [axis.fit @ velocity(axis.points).ravel() for axis in self._axes])
 
@@ -67,21 +59,32 @@ class Velocities:
         return Sea(at_nodes, on_hulls)
 
     def as_rates(self, velocity: Sea):
-        """(rates of the lines' unknowns, state of the buoys) with these velocities, each of all unknowns."""
-        n = self.found.K.shape[1]
+        """(rates of the lines' unknowns, state of the buoys) with these velocities, each of the local unknowns."""
+        problem = self.found.problem
         kind = np.result_type(*velocity.at_nodes, *velocity.on_hulls, float)
-        rates, state = np.zeros(n, kind), np.zeros(n, kind)
-        for line, values in zip(self.found.lines, velocity.at_nodes, strict=True):
-            free = line.places >= 0
-            rates[line.places[free]] = values[free]
+        rates, state = (np.zeros(problem.system.size, kind) for _ in range(2))
+        for dofs, values in zip(self._nodes, velocity.at_nodes, strict=True):
+            rates[dofs] = values
         for body, values in zip(self.found.bodies, velocity.on_hulls, strict=True):
-            state[body.at.momentum] = body.mass * values[:3]
-            state[body.at.angular_momentum] = body.inertia @ values[3:]
+            state[problem.system.order[body.at.momentum]] = body.mass * values[:3]
+            state[problem.system.order[body.at.angular_momentum]] = body.inertia @ values[3:]
         return rates, state
+
+    @cached_property
+    def _nodes(self):
+        """Local unknowns (n, 3) of the nodes of each line, held ends included, in the order of `LineNodes`."""
+        lines = self.found.problem.lines
+        if lines is None:
+            return []
+        order = np.argsort(lines.node_s, kind="stable")
+        return [lines.node_dofs[order[lines.line_of_node[order] == k]] for k in range(len(lines.lines))]
 
 
 class _WetAxis:
-    """Points on the wet axis of a body, and the rigid motion (6, 3 points) nearest to velocities there."""
+    """Points on the wet axis of a body, and what makes its six velocities of those of the water there (6, 3 points).
+
+    Across the axis: the rigid motion that is nearest (least squares).  Along it: the mean over the wet faces.
+    """
 
     def __init__(self, body: Body, scene):
         d, x = rotation_of(body.orientation)[:, 2], np.polynomial.legendre.leggauss(8)[0]
@@ -89,9 +92,25 @@ class _WetAxis:
         center = mass_properties(scene.buoy, shape).height
         surface = center - body.position[2] / d[2] if abs(d[2]) > 1e-6 else shape.height
         low, high = (0.0, min(surface, shape.height)) if d[2] > 0 else (max(surface, 0.0), shape.height)
-        levers = ((low + high) / 2 + max(high - low, 0.0) / 2 * x - center)[:, None] * d
+        heights, areas = _faces(shape)
+        wet = (heights >= low) & (heights <= high)
+        heights, areas = (heights[wet], areas[wet]) if areas[wet].sum() > 0 else (np.array([low]), np.ones(1))
+        along = (low + high) / 2 + max(high - low, 0.0) / 2 * x
+        levers = (np.concatenate([along, heights]) - center)[:, None] * d
         self.points = body.position + levers
-        self.fit = np.linalg.pinv(np.vstack([np.hstack([np.eye(3), -_crossing(lever)]) for lever in levers]))
+        across = np.eye(3) - np.outer(d, d)
+        rigid = np.vstack([across @ np.hstack([np.eye(3), -_crossing(lever)]) for lever in levers[: len(x)]])
+        nearest = np.linalg.pinv(rigid) @ np.kron(np.eye(len(x)), across)
+        mean = np.vstack([np.kron(areas / areas.sum(), np.outer(d, d)), np.zeros((3, 3 * len(areas)))])
+        self.fit = np.hstack([nearest, mean])
+
+
+def _faces(shape):
+    """Heights and areas of what a hull turns along its axis: its ends, steps and cones."""
+    z, R = np.array(shape.stations, dtype=float).T
+    squares = (R / 2) ** 2
+    heights = np.concatenate([z[:1], (z[1:] + z[:-1]) / 2, z[-1:]])
+    return heights, np.concatenate([squares[:1], np.abs(np.diff(squares)), squares[-1:]])
 
 
 def _crossing(v):
@@ -136,10 +155,9 @@ class LinearDrag:
 
     def _average(self, samples):
         found, problem = self.found, self.found.problem
-        order, K, E, count = problem.system.order, 0, 0, 0
+        K, E, count = 0, 0, 0
         for sample in samples:
-            rates, state = (np.zeros(problem.system.size) for _ in range(2))
-            rates[order], state[order] = self.velocities.as_rates(sample)
+            rates, state = self.velocities.as_rates(sample)
             problem.system.u[:] = found.u + state
             problem.system.publish()
             at_rest = jacobian(problem, 0.0, 0.0, rates)
@@ -163,7 +181,7 @@ class LinearDrag:
 
     def force(self, water: Sea):
         """What it adds to the slope of the residual in the amplitude."""
-        rates, state = self.velocities.as_rates(water)
+        rates, state = (values[self.found.problem.system.order] for values in self.velocities.as_rates(water))
         return -(self.dE @ rates + self.dK @ state)
 
 

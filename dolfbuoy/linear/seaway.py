@@ -14,7 +14,8 @@ from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
 from ..errors import InputError, SolveError
-from ..model.sea import heading, wavenumber
+from ..model.airy import AirySum
+from ..model.sea import heading, main_propagation
 from .drag import LinearDrag, Sea, Velocities
 from .layout import Hold
 from .linearisation import linearise
@@ -27,10 +28,9 @@ SETTLED, MOST = 1e-3, 60
 
 @dataclass
 class Wave:
-    """Of one frequency: omega [rad/s], k [1/m], slope F of the residual in the amplitude, the water's velocities."""
+    """Of one frequency: omega at a fixed point [rad/s], slope F of the residual, the water's velocities; per metre."""
 
     omega: float
-    k: float
     F: np.ndarray
     water: Sea
 
@@ -56,16 +56,19 @@ class Seaway:
     # -- waves -------------------------------------------------------------------------------------------------------
 
     def wave(self, omega) -> Wave:
-        """What there is to know of one frequency."""
-        problem, ahead = self.found.problem, heading(self.direction_deg)
+        """What there is to know of one frequency of `waves.period`."""
+        problem = self.found.problem
         waves = small_waves(problem.scene, 2 * math.pi / omega, self.direction_deg)
         problem.change(problem.scene.model_copy(update={"waves": waves}))
-        k = wavenumber(problem.scene)
-        phase = -k * float(ahead @ self.crest)
+        runs = main_propagation(problem.scene)
+        phase = -runs.wavenumber * float(heading(self.direction_deg) @ self.crest)
         F = force(self.found, phase) + 1j * force(self.found, phase - math.pi / 2)
         for model in problem.models:
             model.sea.set_wave(0.0, 0.0)
-        return Wave(omega, k, F, self.velocities.of_water(omega, k, ahead, self.crest))
+        unit = {"amplitude": 1.0, "phase_deg": math.degrees(phase), "ramp": 0.0, "stretching": "vertical"}
+        water = AirySum.of(problem.scene.model_copy(update={"waves": waves.model_copy(update=unit)}))
+        quarter = math.pi / 2 / runs.at_ground
+        return Wave(runs.at_ground, F, self.velocities.of_water(lambda x: _complex(water, x, quarter)))
 
     def solve(self, wave: Wave) -> np.ndarray:
         """X per metre, with the drag as it is at the moment."""
@@ -148,6 +151,11 @@ class Seaway:
             slope = _slope(problem, lambda u, k=k: lines.anchor_tension(u, k))
             slopes[name] = (lines.anchor_tension(found.u, k), slope)
         return slopes
+
+
+def _complex(water, x, quarter):
+    """V of the velocity Re[V exp(-i omega t)]: now, and a quarter period later."""
+    return water.flow(0.0, x)[0] + 1j * water.flow(quarter, x)[0]
 
 
 def _slope(problem, function):

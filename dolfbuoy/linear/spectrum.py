@@ -1,17 +1,37 @@
-"""Bins of a JONSWAP sea for the linear response."""
+"""Bins of an irregular sea for the linear response."""
 
 import numpy as np
 
-#: Band in peak frequencies, and number of bins.
-BAND, BINS = (0.5, 4.0), 160
+from ..errors import InputError
+from ..model.components import band_of, components_of, spectrum_of
+from ..scene.waves import Waves
+
+BINS = 160
 
 
-def jonswap_bins(significant_height, peak_period, gamma=3.3) -> tuple[np.ndarray, np.ndarray]:
-    """Angular frequencies [rad/s] and S dw [m^2] of each; their sum is Hs^2/16, with what the band leaves out."""
-    peak = 2 * np.pi / peak_period
-    edges = peak * np.geomspace(*BAND, BINS + 1)
-    w = (edges[1:] + edges[:-1]) / 2
-    sigma = np.where(w <= peak, 0.07, 0.09)
-    shape = w**-5 * np.exp(-1.25 * (peak / w) ** 4) * gamma ** np.exp(-((w / peak - 1) ** 2) / (2 * sigma**2))
-    energies = shape * np.diff(edges)
-    return w, energies * significant_height**2 / 16 / energies.sum()
+def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
+    """The irregular sea that is asked for: (significant height [m], peak period [s], gamma), else the scene's, or None.
+
+    Raises InputError for numbers that are no sea.
+    """
+    if sea is None:
+        return scene.waves if scene.waves and scene.waves.irregular else None
+    height, period, gamma = (*sea, 3.3)[:3]
+    if not (height > 0 and period > 0 and gamma >= 1):
+        raise InputError(f"sea = {tuple(sea)}: must be a height and a period above 0, and gamma from 1.")
+    direction = direction_deg if direction_deg is not None else scene.waves.direction_deg if scene.waves else 0.0
+    asked = {"spectrum": "jonswap", "significant_height": height, "peak_period": period, "gamma": gamma}
+    return Waves(direction_deg=direction, **asked)
+
+
+def bins_of(waves: Waves) -> tuple[np.ndarray, np.ndarray]:
+    """Rising angular frequencies [rad/s] and S dw [m^2] of each, of all directions together."""
+    spectrum = spectrum_of(waves)
+    if spectrum is None:
+        sea = components_of(waves)
+        order = np.argsort(sea.frequency)
+        return sea.frequency[order], sea.amplitude[order] ** 2 / 2
+    low, high = band_of(waves, spectrum)
+    energies, omega = spectrum.bins(np.geomspace(max(low, spectrum.knots[0], 1e-3 * high), high, BINS + 1))
+    kept = energies > 0
+    return omega[kept], energies[kept]
