@@ -58,6 +58,10 @@ FRAMES = {
 FIXED = {
     "s": (("node",), "m", "unstretched arc length of the nodes"),
     "s_cell": (("cell",), "m", "unstretched arc length of the middle of each element"),
+    "wave_amplitude": (("component",), "m", "amplitude of a component of the sea"),
+    "wave_period": (("component",), "s", "its period"),
+    "wave_direction_deg": (("component",), "degree", "direction towards which it runs, from x towards y"),
+    "wave_phase_deg": (("component",), "degree", "its phase in a cos(k.x - omega t + phase)"),
 }
 #: Names that CF has for some of these; x of the body points to the fore, y to port.
 STANDARD_NAMES = {
@@ -145,7 +149,9 @@ class Record:
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
-            reserve(part, _room(columns) + _length(self.attributes))
+            reserve(
+                part, _room(columns) + _length(self.attributes) + sum(v.nbytes for v in self.fixed.values()) * fresh
+            )
             with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
                 if fresh:
                     self._define(file)
@@ -192,9 +198,10 @@ class Record:
             variable[:] = labels.astype(object)
         for name, value in self.fixed.items():
             dimensions = FIXED[name][0]
-            file.createDimension(dimensions[0], len(value))
+            if dimensions[0] not in file.dimensions:
+                file.createDimension(dimensions[0], len(value))
             self._variable(file, name, dimensions)[:] = value
-        if self.fixed:
+        if any(set(FIXED[name][0]) & set(ALONG) for name in self.fixed):
             file.createDimension("frame", None)
 
     def _append(self, file, name, rows):
