@@ -15,14 +15,14 @@ class Recorder:
     """Writes record and checkpoint of a Simulation, step by step; collective, the files belong to rank 0.
 
     Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.  late:
-    the first time only after such a pause.
+    the first time only after such a pause.  observer: of the same problem, from an earlier run.
     """
 
     pause, share = 1.0, 0.02
 
-    def __init__(self, simulation, folder, point=None, late=False):
+    def __init__(self, simulation, folder, point=None, late=False, observer=None):
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
-        self.observer = Observer(simulation.problem)
+        self.observer = observer or Observer(simulation.problem)
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
         fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
