@@ -1,6 +1,5 @@
 """Lines on one mesh of disjoint intervals: spaces, material, residual."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -13,24 +12,20 @@ from ..forms import coupling
 from ..meshes import cable_nodes
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
-from ..solver.unknowns import Block
+from ..solver.unknowns import Block, array_of
 from . import effects
 from .evolution import Evolution
+from .held import HeldEnds, motion_of
+from .kinematics import on_line
 from .material import cross_section, weight_per_length
 from .numbers import Numbers
-from .sea import SeaState, ramp
+from .sea import SeaState
 from .seabed import Seabed
 
 
 def top_position(top, t):
     """r_bnd(t) of the scene's section cable.top, fixed or prescribed [m]."""
-    position = np.array(top.position)
-    if top.kind == "prescribed":
-        phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
-        angles = [2 * math.pi * t / top.period + math.radians(phase) for phase in phases]
-        size = ramp(t, top.ramp)
-        position += np.array([size * math.sin(angle) for angle in angles]) * np.array(top.amplitude)
-    return position
+    return np.array(motion_of(top)(t))
 
 
 @dataclass(frozen=True)
@@ -70,7 +65,7 @@ class Lines:
         self.comm, self.scene, self.dynamic = comm, scene, dynamic
         self.lines = lines_of(scene) if lines is None else lines
         self.sections = [line.section(scene) for line in self.lines]
-        self.section = self.sections[0]
+        self.section, self._held = self.sections[0], None
         self._lay_out()
         self.space = compat.function_space(self.mesh, self._element())
         self.w, self.part = fem.Function(self.space), None
@@ -79,6 +74,7 @@ class Lines:
         self._measures()
         self._numbering()
         self._material()
+        self._sampled, self._publish = self._waves_at_points(), None
         self._lay_on_bed()
         if dynamic:
             self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
@@ -228,7 +224,7 @@ class Lines:
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
         self.scene, self.sections = scene, [line.section(scene) for line in self.lines]
-        self.section = self.sections[0]
+        self.section, self._held = self.sections[0], None
         self._numbers.change(scene)
         for made, get in self._per_cell:
             self._fill(made, get)
@@ -248,9 +244,36 @@ class Lines:
     def water_forces(self):
         """[(effect, force per stretched length [N/m] as UFL)] of what the scene calls for."""
         r, _, _, r_t, r_tt = self.kinematics()
-        flow, point = self.sea.flow(r), form.Point(form.tangent(r), r_t, r_tt)
+        flow, point = self.water_at(r), form.Point(form.tangent(r), r_t, r_tt)
         found = [(e, e.line(c, self.cable, self.sea.density, flow, point)) for e, c in self._loads]
         return [(effect, force) for effect, force in found if force is not None]
+
+    def _waves_at_points(self):
+        """Where an irregular sea is wanted; empty without one."""
+        if self.sea.kinematics is None:
+            return []
+        cells = self.mesh.topology.index_map(1).size_local
+        V, dofs = compat.collapse(self.space, 0)
+        blocks = compat.cell_dofs(V)[:cells]
+        places = np.asarray(dofs).reshape(-1, 3)[blocks]
+        degree = self.dx.metadata()["quadrature_degree"]
+        points = on_line(self.mesh, degree, self.w, (places, self.node_s[blocks]))
+        return [self.sea.kinematics.add(points)]
+
+    def water_at(self, r):
+        """Undisturbed water at the position r of the lines, at the points of `dx`."""
+        return self.sea.flow(r, *self._sampled)
+
+    def follow_water(self, system):
+        """An irregular sea follows the unknowns of a System."""
+        if self.sea.kinematics is not None:
+            self.sea.kinematics.follow(system)
+
+    def publish_points(self):
+        """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
+        if self.sea.kinematics is not None:
+            self._publish = self._publish or self.sea.kinematics.into_functions(array_of)
+            self._publish()
 
     def material_powers(self):
         """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""
@@ -344,9 +367,17 @@ class Lines:
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        for line, end, dofs in self._held_ends():
-            if len(dofs):
-                u[dofs] = self.top_position(t, line) if end else self.lines[line].anchor(self.scene)
+        if self._held is None:
+            held = [(k, end, dofs) for k, end, dofs in self._held_ends() if len(dofs)]
+            self._held = HeldEnds([(dofs, self._motion(k, end)) for k, end, dofs in held])
+        self._held.put(u, t)
+
+    def _motion(self, line, end):
+        """Of an end that is held, or its position [m]."""
+        if end == 0:
+            return self.lines[line].anchor(self.scene)
+        top = self.sections[line].top
+        return motion_of(top) if top.kind == "prescribed" else top.position
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""

@@ -40,7 +40,6 @@ class _Kept(Problem):
 
     def __init__(self, scene, dynamic, comm):
         super().__init__(scene, dynamic, comm)
-        self.beside = {}  #: what those who use it keep with it
         self._first = self.system.u.copy()
 
     def change(self, scene):

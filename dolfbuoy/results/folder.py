@@ -21,14 +21,17 @@ from ..errors import InputError
 from ..parallel.ranks import told
 from ..scene import load_scene
 from . import checkpoint
-from .record import replacing, verify
+from .record import replacing, save, verify
 
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
 #: What each kind of result consists of, the record first; a run has figures too.
-FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME), "static": ("static.nc", "static.toml")}
+FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
+FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in ("static", "modes", "stiffness", "offsets", "response")}
 DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
-_OWN = re.compile(r"(results|static)\.nc|(scene|static)\.toml|checkpoint\.npz|(figures|paraview)/\w+\.\w+")
+_OWN = re.compile(
+    "|".join(re.escape(name) for names in FILES.values() for name in names) + r"|(figures|paraview)/\w+\.\w+"
+)
 
 
 @contextmanager
@@ -169,11 +172,24 @@ def finish(path, kind: str) -> None:
     _write(Path(path), manifest)
 
 
-def enlist(path, files: Iterable[Path]) -> None:
+def keep(path, kind: str, scene, dataset, comm=MPI.COMM_SELF) -> None:
+    """Write a result that takes no time, in the place of the former one of its kind; collective, saved by rank 0.
+
+    Raises InputError if a file of the user's would be replaced, OSError.
+    """
+    with claimed(path, comm):
+        holds(path, kind, scene, True, comm)
+        if comm.rank == 0:
+            begin(path, kind, scene)
+            save(dataset, Path(path) / FILES[kind][0])
+            finish(path, kind)
+
+
+def enlist(path, files: Iterable[Path], kind: str = "run") -> None:
     """Note files that are about to be drawn.  Raises InputError if one is there that is the user's."""
     path = Path(path)
     manifest = _manifest(path)
-    entry = manifest.setdefault("run", {"files": []})
+    entry = manifest.setdefault(kind, {"files": []})
     names = [file.relative_to(path).as_posix() for file in files]
     for name in names:
         _check_own(path, name, entry)

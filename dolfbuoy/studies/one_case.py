@@ -112,9 +112,7 @@ class _CaseRecorder(Recorder):
     """Writes nothing of a case that takes no longer than a pause, and nothing at all without a folder."""
 
     def __init__(self, simulation, folder, point):
-        beside = simulation.problem.beside
-        super().__init__(simulation, folder or Path(), point, late=True, observer=beside.get("observer"))
-        beside["observer"] = self.observer
+        super().__init__(simulation, folder or Path(), point, late=True)
         self._somewhere = folder is not None
 
     def save(self):
