@@ -127,6 +127,7 @@ class _CaseRecorder(Recorder):
     def finished(self):
         """The record of the whole run."""
         if self.record.counts["time"] == 0:
+            self._make_values()
             return self.record.series()
         self.close()
         return read(self.folder / "results.nc")
