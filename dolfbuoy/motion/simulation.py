@@ -6,7 +6,7 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..parallel.ranks import combined
-from ..solver.rows import picked, traced
+from ..solver.rows import copies, picked, traced
 from .consistent import make_consistent
 from .past import Past
 from .schemes import GeneralizedAlpha, Predictor, make_scheme
@@ -38,6 +38,8 @@ class Simulation:
         scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
         self.predictor, self.control = Predictor(), self._make_control()
+        before = np.zeros_like(self.system.u)
+        self._keep_state, self._go_back = copies([(before, self.system.u)]), copies([(self.system.u, before)])
         if state is None:
             self._load(start)
         else:
@@ -170,7 +172,8 @@ class Simulation:
         judge: called with h and the local error, says whether the step counts; None is returned if it does not.
         Raises SolveError and leaves the state as it was.
         """
-        before, t = self.system.u.copy(), self.t + h
+        t = self.t + h
+        self._keep_state()
         self.newton.set_scales(self.past.prepare(h))
         self.system.u[:] = self.predictor.at(t)
         self.problem.set_time(t)
@@ -181,7 +184,7 @@ class Simulation:
             counts = judge is None or judge(h, self._local_error())
         finally:
             if not counts:
-                self.system.u[:] = before
+                self._go_back()
                 self.past.give_up()
         if not counts:
             return None
