@@ -270,7 +270,8 @@ def _equilibrium(scene, report):
         report.add("equilibrium: offset of C from the anchor", offset, "m")
         report.add("equilibrium: C above still water", z, "m")
     if scene.buoy and scene.sea and scene.gravity:
-        report.periods |= {f"buoy, {name}": found.period for name, found in buoy_periods(scene).items()}
+        known = problem if problem.comm.size == 1 else None
+        report.periods |= {f"buoy, {name}": found.period for name, found in buoy_periods(scene, rest=known).items()}
     tolerance = scene.solver.step_tolerance
     for block in (block for block in problem.system.blocks if block.unit):
         size = tolerance * block.unknown_size(1.0, tolerance)

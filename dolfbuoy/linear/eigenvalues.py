@@ -9,6 +9,7 @@ import numpy as np
 from scipy.sparse import diags
 from scipy.sparse.linalg import LinearOperator, eigs, splu
 
+from ..errors import SolveError
 from .linearisation import Linearisation
 
 #: Up to this size of the standard problem all its eigenvalues are computed.
@@ -23,7 +24,10 @@ def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarr
     system, n = found.problem.system, len(found.problem.system.order)
     scales = diags(system.unknown_scales)
     K, E, M = (diags(system.row_scales) @ matrix @ scales for matrix in (found.K, found.E, found.M))
-    solve = splu((K + shift * E + shift**2 * M).astype(complex).tocsc()).solve
+    try:
+        solve = splu((K + shift * E + shift**2 * M).astype(complex).tocsc()).solve
+    except RuntimeError:
+        raise SolveError(f"no modes next to {shift:.3g}/s: the linearised equations are singular there") from None
 
     def invert(v):
         """(C - shift B)^-1 B v of the companion form in (x, lambda x)."""

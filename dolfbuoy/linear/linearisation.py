@@ -13,7 +13,7 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
 
 from ..model.problem import Problem
-from ..motion.start import initial_state
+from ..motion.start import initial_state, start_from
 from ..scene.sections import Initial
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
@@ -64,14 +64,15 @@ class Linearisation:
 _DRIFT = dict.fromkeys(("current", "wind", "external_force"))
 
 
-def linearise(scene, comm=MPI.COMM_WORLD, waves=None) -> Linearisation:
+def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisation:
     """Linearise about the equilibrium in the mean current, wind and external force, without waves.
 
     A buoy without cable: in still water.  waves: a section [waves], of which the problem then knows all but the height,
-    which is 0.  Raises InputError for a scene that has no equilibrium, SolveError if it is not found.
+    which is 0.  rest: the equilibrium, a solved static Problem on the same ranks, if it is known.  Raises InputError
+    for a scene that has no equilibrium, SolveError if it is not found.
     """
     calm = scene.model_copy(update={"waves": None, "initial": Initial()} | ({} if scene.cable else _DRIFT))
-    start = initial_state(calm, comm)
+    start = start_from(rest) if rest is not None else initial_state(calm, comm)
     regular = waves if waves and not waves.irregular else None
     flat = regular and regular.model_copy(update={"amplitude": 0.0, "height": None})
     problem = Problem(calm.model_copy(update={"waves": flat}), dynamic=True, comm=comm)

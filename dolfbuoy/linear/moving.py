@@ -49,7 +49,10 @@ class Moving:
             np.concatenate([self._displacements(x, slice(None)), self.motions(x[:, None])[:, 0]]) for x in vectors.T
         ]
         moved = np.array(moved).T
-        vectors = vectors @ np.linalg.inv(np.linalg.qr(moved, mode="r"))  # now of displacements that are orthonormal
+        triangle = np.linalg.qr(moved, mode="r")
+        if np.linalg.cond(triangle) > 1e6:  # they move alike
+            return vectors
+        vectors = vectors @ np.linalg.inv(triangle)  # now of displacements that are orthonormal
         inside = np.array([self._displacements(x, slice(2)) for x in vectors.T]).T
         return vectors @ np.linalg.svd(inside, full_matrices=False)[2].conj().T
 

@@ -29,17 +29,18 @@ class NaturalPeriod(NamedTuple):
     share: float
 
 
-def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0) -> dict[str, NaturalPeriod]:
+def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0, rest=None) -> dict[str, NaturalPeriod]:
     """Natural periods of the scene's buoy: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
     Those of small motions about the equilibrium in current, wind and external force, moored as in the scene (a buoy
     without cable: in still water), with all added mass.  A motion without stiffness, or of which no mode is made,
     is absent: so is pitch if the buoy would capsize.  direction_deg: of surge and roll, from x.
-    Raises InputError for a scene without buoy, water or gravity, SolveError if the equilibrium is not found.
+    rest: see `linearise`.  Raises InputError for a scene without buoy, water or gravity, SolveError if the equilibrium
+    is not found.
     """
     if scene.buoy is None or scene.sea is None or not scene.gravity:
         raise InputError("Natural periods are those of a floating buoy: they need [buoy], [sea] and gravity.")
-    found = linearise(scene, comm, scene.waves)  # with the forms that a run will need
+    found = linearise(scene, comm, scene.waves, rest)  # with the forms that a run will need
     try:
         return natural_periods(found, direction_deg)
     finally:

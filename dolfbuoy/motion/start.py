@@ -9,6 +9,7 @@ from ..model.first_shape import check_first_shape, given_pose, points_of
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..scene import Top
+from ..scene.sections import Initial
 from ..statics.equilibrium import solve_equilibrium
 
 
@@ -74,7 +75,20 @@ def _pose_given(scene):
     return scene.buoy is not None and (initial.buoy_position or initial.buoy_orientation) is not None
 
 
+def start_from(problem) -> Start:
+    """Rest as a solved static Problem has it, which may be used on."""
+    start = _of_equilibrium(problem)
+    _set_buoy(start, problem.scene.model_copy(update={"initial": Initial()}))
+    return start
+
+
 def _from_equilibrium(problem) -> Start:
+    start = _of_equilibrium(problem)
+    problem.destroy()
+    return start
+
+
+def _of_equilibrium(problem) -> Start:
     u = problem.system.u
     start = Start()
     if problem.lines:
@@ -87,7 +101,6 @@ def _from_equilibrium(problem) -> Start:
     if problem.buoy:
         pose = problem.buoy.fields.of(u[problem.buoy.part.slice])
         start.position, start.quaternion = pose.position.copy(), pose.orientation / np.linalg.norm(pose.orientation)
-    problem.destroy()
     return start
 
 

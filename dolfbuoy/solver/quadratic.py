@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
-from scipy.linalg import eig
 from scipy.sparse import csr_matrix, diags
 
 from ..errors import SolveError
@@ -22,8 +21,8 @@ RESIDUAL = 1e-8
 ZERO = 1e-5
 #: The shift is moved until it is this part of the smallest eigenvalue that is not zero, or between these parts.
 PART, PARTS = 0.2, (0.02, 2.0)
-#: Relative accuracy of an eigenvalue that is computed with all the others.
-ACCURACY = 1e-6
+#: Of eigenvalues that are computed all at once: another shift, about which those that are finite are the same.
+ACCURACY, OTHER = 1e-6, 1.7
 #: Of eigenvalues that are computed all at once: ratio of the radii of rings, and the most rings.
 RING, RINGS = 30.0, 7
 #: Size of the companion form up to which all its eigenvalues are computed at once.
@@ -66,20 +65,27 @@ class Quadratic:
         return self._all_pairs() if self.is_small(count) else self._nearest_pairs(count)
 
     def _all_pairs(self):
-        """Of mu = 1/(lambda + 1) of the companion form in (x, lambda x).
+        """Of mu = 1/(lambda + c) of the companion form in (x, lambda x) with the shift -c, c = 1.
 
         Infinite eigenvalues have mu = 0; rounding makes them large ones, since with constraints they are defective, of
-        index 3.  Such a mu moves by more than itself with the rounding of the matrix, and that tells them.  (A double
-        zero is defective too, and moves by the root of the rounding only.)
+        index 3.  They come out otherwise about another shift, and that tells them.
         """
+        inverse = self._inverse(1.0)
+        # LAPACK loses vectors of equal eigenvalues where the matrix falls apart, as that of a line in two planes does
+        mixing = np.linalg.qr(np.random.default_rng(0).standard_normal(inverse.shape))[0]
+        mu, vectors = np.linalg.eig(mixing.T @ inverse @ mixing)
+        vectors = mixing @ vectors
+        with np.errstate(divide="ignore", invalid="ignore"):
+            roots, others = 1 / mu - 1, 1 / np.linalg.eigvals(self._inverse(OTHER)) - OTHER
+            apart = np.abs(roots[:, None] - others[np.isfinite(others)]).min(axis=1, initial=np.inf)
+            known = (apart < ACCURACY * np.abs(roots)) | (np.abs(roots) < ZERO)
+        return roots[known], vectors[: len(vectors) // 2, known].astype(complex)
+
+    def _inverse(self, c):
+        """(A + c B)^-1 B of the companion form A z = lambda B z."""
         K, E, M = (self._whole(A) for A in (self.K, self.E, self.M))
-        n = len(K)
-        first = -np.linalg.solve(K - E + M, np.hstack([E - M, M]))
-        inverse = np.vstack([first, np.hstack([np.eye(n), np.zeros((n, n))]) - first])
-        mu, left, right = eig(inverse, left=True, right=True)
-        uncertain = np.finfo(float).eps * np.linalg.norm(inverse) / np.maximum(_cosines(mu, left, right), 1e-300)
-        known = (uncertain < ACCURACY * np.abs(mu)) | (np.abs(mu - 1) < ZERO)
-        return 1 / mu[known] - 1, right[:n, known]
+        first = -np.linalg.solve(K - c * E + c**2 * M, np.hstack([E - c * M, M]))
+        return np.vstack([first, np.eye(len(K), 2 * len(K)) - c * first])
 
     def _whole(self, A):
         return np.vstack(self.comm.allgather(A.toarray()))
@@ -141,18 +147,6 @@ class Quadratic:
         squares = self.comm.allreduce((np.abs(r) ** 2).sum(axis=0))
         sizes = self.norms[0] + np.abs(roots) * self.norms[1] + np.abs(roots) ** 2 * self.norms[2]
         return np.sqrt(squares) / (sizes * np.linalg.norm(vectors, axis=0))
-
-
-def _cosines(mu, left, right):
-    """Cosines between left and right eigenvectors, 1/condition of mu; of several that are one, between their spaces."""
-    found, left_over = np.zeros(len(mu)), np.ones(len(mu), dtype=bool)
-    for i in range(len(mu)):
-        if left_over[i]:
-            same = np.flatnonzero(np.abs(mu - mu[i]) <= 1e-6 * abs(mu[i]))
-            left_over[same] = False
-            spaces = (np.linalg.qr(vectors[:, same])[0] for vectors in (left.conj(), right))
-            found[same] = np.linalg.svd(np.einsum("ki,kj->ij", *spaces), compute_uv=False)[-1]
-    return found
 
 
 def lowest_pairs(comm, K, E, M, count) -> Pairs:
