@@ -17,6 +17,7 @@ from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
 from ..declaration import declared
 from ..study import Table, save
+from .linear_answer import linear_answer
 from .pilot import ALPHA, Candidate, Pilot
 
 WORDS = declared(__file__)
@@ -56,6 +57,8 @@ def verified(pilot, tries):
     if truth is None:
         raise SolveError("The run that the advice would be verified against fails.")
     notes = [f"Verified against {truth_at[0]}{truth_at[1]}, whose own error is {percent(own)}."]
+    linear = linear_answer(pilot.scene, truth, pilot.quantity, pilot.start)
+    notes += [f"For screening, the {linear}"] if linear else []
     target, refused = TARGET * pilot.accuracy, set()
     for _ in range(tries):
         candidates = [c for c in pilot.candidates(target) if str(c) not in refused]

@@ -22,6 +22,7 @@ from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ..declaration import declared
 from ..study import Table
+from .linear_answer import linear_answer
 
 ACCURACIES = (0.1, 0.01, 0.001)
 #: What of a case is not shown.
@@ -87,11 +88,12 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
 
 
 def evaluate_reference(case: dict) -> dict:
-    """A fine run, its quantities in `file`."""
+    """A fine run, its quantities in `file`; what the linear response says beside it."""
     scene = load_scene(case["scene"])
     run = acc.compute(scene, acc.quantities_of(scene))
     run.save(case["file"])
-    return {"wall": run.wall, "unknowns": run.unknowns}
+    linear = [linear_answer(scene, run, name, acc.window_start(scene)) for name in run.values]
+    return {"wall": run.wall, "unknowns": run.unknowns, "linear": [said for said in linear if said]}
 
 
 def evaluate(case: dict) -> dict:
@@ -181,6 +183,7 @@ def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
         if count:
             said.append(WORDS.say("open", quantity=acc.QUANTITIES[name].capitalize(), count=count, cases=len(rows)))
     said += [WORDS.say("failed", settings=describe(row), reason=row["reason"]) for row in rows if row["reason"]]
+    said += [WORDS.say("linear", said=words) for words in fine.get("linear", ())]
     said.append(WORDS.say("time"))
     return said + ([WORDS.say("ranks", ranks=ranks)] if ranks > 1 else [])
 
