@@ -171,9 +171,8 @@ def _statistics(scene, Tz, report):
     """How many components and seeds extremes of this sea need, and what one run tells of its height."""
     crests = max(THREE_HOURS / Tz, 2.0)
     mean, deviation = largest_crest(crests)
-    report.add(
-        "largest crest in 3 h", mean * crest_height(scene) / 4, "m", f"+- {100 * deviation / mean:.2g} % by seed"
-    )
+    height, scatter = mean * crest_height(scene) / 4, 100 * deviation / mean
+    report.add("largest crest in 3 h", height, "m", f"+- {scatter:.2g} % from seed to seed")
     if scene.waves.spectrum is not None:
         needed, seeds = components_needed(crests, 0.01), seeds_needed(crests, 0.03)
         report.add("components for 1 % of that crest", needed, "", f"3 % of it need {seeds} seeds of 3 h")

@@ -127,10 +127,11 @@ def _of_the_sea(scene, choice) -> list[str]:
     crests = 10800.0 / (2 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2)))
     mean, deviation = largest_crest(crests)
     seeds, minutes = seeds_needed(crests, 0.03), choice.seconds * 10800.0 / scene.time.end / 60
-    given = f"{components_needed(crests, 0.01)} components for 1 % of the largest crest in 3 h, the scene has"
+    needed, given = components_needed(crests, 0.01), len(sea.amplitude)
     return [
-        f"The sea: {given} {len(sea.amplitude)}. That crest scatters by {100 * deviation / mean:.2g} % from seed to seed: "
-        f"its mean to 3 % takes {seeds} seeds of 3 h, {seeds * minutes:.2g} min of computing."
+        f"The sea: 1 % of the largest crest in 3 h takes {needed} components, the scene has {given}; that crest scatters "
+        f"by {100 * deviation / mean:.2g} % from seed to seed, and its mean to 3 % takes {seeds} seeds of 3 h, "
+        f"{seeds * minutes:.2g} min of computing."
     ]
 
 
