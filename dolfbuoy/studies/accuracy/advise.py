@@ -129,8 +129,8 @@ def _of_the_sea(scene, choice) -> list[str]:
     seeds, minutes = seeds_needed(crests, 0.03), choice.seconds * 10800.0 / scene.time.end / 60
     needed, given = components_needed(crests, 0.01), len(sea.amplitude)
     return [
-        f"The sea: 1 % of the largest crest in 3 h takes {needed} components, the scene has {given}; that crest scatters "
-        f"by {100 * deviation / mean:.2g} % from seed to seed, and its mean to 3 % takes {seeds} seeds of 3 h, "
+        f"The sea: 1 % of the largest crest in 3 h takes {needed} components, the scene has {given}. That crest "
+        f"scatters by {100 * deviation / mean:.2g} % from seed to seed; its mean to 3 % takes {seeds} seeds of 3 h, "
         f"{seeds * minutes:.2g} min of computing."
     ]
 
