@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .linear.periods import buoy_periods
+from .linear.response import LARGEST_KR
 from .model.effects import names as effects_of
 from .model.feasible import check_feasible, hanging_weight, pull_upright, shape_and_mass, spare_buoyancy
 from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
 from .model.lines import cross_section, weight_per_length
 from .model.sea import dispersion_wavenumber, wavenumber
-from .modes.periods import buoy_periods
-from .modes.response import LARGEST_KR
 from .statics.equilibrium import solve_equilibrium
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.

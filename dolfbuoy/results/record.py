@@ -126,6 +126,17 @@ class Record:
         """One more row of each of the named values; on disk after the next `flush`."""
         self._rows.append(values)
 
+    def series(self) -> "xr.Dataset":
+        """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
+        import xarray as xr
+
+        rows = self._rows
+        data = {name: np.array([row[name] for row in rows]) for name in SERIES if name != "time" and name in rows[0]}
+        labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in LABELS if any(k in SERIES[n][0] for n in data)}
+        time = ("time", np.array([row["time"] for row in rows]), _attributes("time"))
+        variables = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in data.items()}
+        return xr.Dataset(variables, {"time": time} | labels, self.attributes)
+
     def flush(self):
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
         fresh = self.counts["time"] == 0

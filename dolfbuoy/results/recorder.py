@@ -14,12 +14,13 @@ from .record import Record
 class Recorder:
     """Writes record and checkpoint of a Simulation, step by step; collective, the files belong to rank 0.
 
-    Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.
+    Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.  late:
+    the first time only after such a pause.
     """
 
     pause, share = 1.0, 0.02
 
-    def __init__(self, simulation, folder, point=None):
+    def __init__(self, simulation, folder, point=None, late=False):
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
         self.observer = Observer(simulation.problem)
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
@@ -30,7 +31,8 @@ class Recorder:
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
         if point is None:
             self.add(0.0, 0)
-            self.save()
+            if not late:
+                self.save()
         else:
             self._next_frame = point.next_frame
             if self.root:

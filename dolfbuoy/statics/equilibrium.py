@@ -190,7 +190,9 @@ def _hanging_start(scene, w):
     if scene.sea:
         load[:2] = _horizontal_load(scene, shape_and_mass(scene)[0])[:2]
     shape = _under_end_force(scene, load, w)
-    q4 = np.array([1.0, 0.0, 0.0, 0.0] if load[2] > 0 else [0.0, 1.0, 0.0, 0.0])
+    lever = scene.buoy.mooring_height - shape_and_mass(scene)[1].height
+    upright = load[2] > 0 if lever == 0 else load[2] * lever < 0  # C is where the load pulls it
+    q4 = np.array([1.0, 0.0, 0.0, 0.0] if upright else [0.0, 1.0, 0.0, 0.0])
     return shape, shape.position(np.array([scene.cable.length]))[0], q4
 
 
