@@ -1,6 +1,5 @@
 """Lines on one mesh of disjoint intervals: spaces, material, residual."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -16,21 +15,16 @@ from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
+from .held import HeldEnds, motion_of
 from .material import cross_section, weight_per_length
 from .numbers import Numbers
-from .sea import SeaState, ramp
+from .sea import SeaState
 from .seabed import Seabed
 
 
 def top_position(top, t):
     """r_bnd(t) of the scene's section cable.top, fixed or prescribed [m]."""
-    position = np.array(top.position)
-    if top.kind == "prescribed":
-        phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
-        angles = [2 * math.pi * t / top.period + math.radians(phase) for phase in phases]
-        size = ramp(t, top.ramp)
-        position += np.array([size * math.sin(angle) for angle in angles]) * np.array(top.amplitude)
-    return position
+    return np.array(motion_of(top)(t))
 
 
 @dataclass(frozen=True)
@@ -70,7 +64,7 @@ class Lines:
         self.comm, self.scene, self.dynamic = comm, scene, dynamic
         self.lines = lines_of(scene) if lines is None else lines
         self.sections = [line.section(scene) for line in self.lines]
-        self.section = self.sections[0]
+        self.section, self._held = self.sections[0], None
         self._lay_out()
         self.space = compat.function_space(self.mesh, self._element())
         self.w, self.part = fem.Function(self.space), None
@@ -228,7 +222,7 @@ class Lines:
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
         self.scene, self.sections = scene, [line.section(scene) for line in self.lines]
-        self.section = self.sections[0]
+        self.section, self._held = self.sections[0], None
         self._numbers.change(scene)
         for made, get in self._per_cell:
             self._fill(made, get)
@@ -344,9 +338,17 @@ class Lines:
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        for line, end, dofs in self._held_ends():
-            if len(dofs):
-                u[dofs] = self.top_position(t, line) if end else self.lines[line].anchor(self.scene)
+        if self._held is None:
+            held = [(k, end, dofs) for k, end, dofs in self._held_ends() if len(dofs)]
+            self._held = HeldEnds([(dofs, self._motion(k, end)) for k, end, dofs in held])
+        self._held.put(u, t)
+
+    def _motion(self, line, end):
+        """Of an end that is held, or its position [m]."""
+        if end == 0:
+            return self.lines[line].anchor(self.scene)
+        top = self.sections[line].top
+        return motion_of(top) if top.kind == "prescribed" else top.position
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""

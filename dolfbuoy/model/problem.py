@@ -9,6 +9,7 @@ from ..meshes import number_of_cells
 from ..parallel.ranks import combined, told
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
+from ..solver.rows import smallest
 from ..solver.system import System
 from ..solver.tension_only import TensionOnly
 from ..solver.unknowns import Block, Part
@@ -59,16 +60,16 @@ class Problem:
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
         if self.lines and not one_sided and self.lines.elastic and not (dynamic and scene.cable.damping):
+            of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
+            self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
             self.newton.fault = self._inside_out
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _inside_out(self):
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
-        c = self.lines
-        T = self.system.u.take(c.T_dofs if c.mean_dofs is None else c.mean_dofs)
-        smallest = combined(self.comm, T.min(initial=0.0), MPI.MIN)
-        stretch = 1 + smallest / self._softest() if smallest < 0 else 1.0
+        T = combined(self.comm, self._smallest_tension(), MPI.MIN)
+        stretch = 1 + T / self._softest() if T < 0 else 1.0
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
 
     def _softest(self):

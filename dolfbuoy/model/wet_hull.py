@@ -19,7 +19,7 @@ SUBMERGED = 7  #: numbers of `WetHull.submerged`
 
 
 class WetHull:
-    """Strips at the points of `HullPoints` and faces, each on a cell of `mesh`, whose cells have the length 1.
+    """Strips, each at a point of `HullPoints`, and faces, each on a cell of `mesh`, whose cells have the length 1.
 
     terms: [(effect, its constants)] of what the scene calls for.  water: the SeaState on the mesh.  center: Constant,
     the height of C above the keel.
@@ -28,24 +28,23 @@ class WetHull:
     def __init__(self, mesh, scene, shape, water, center, terms):
         self.mesh, self.water, self.center, self.terms = mesh, water, center, terms
         pieces, faces = _parts(scene, shape)
-        ends = np.cumsum([0, len(pieces), len(pieces), len(faces)])
+        degrees = _degrees(scene)
+        ends = np.cumsum([0, *(len(pieces) * _points(degree) for degree in degrees), len(faces)])
         tags = compat.cell_tags(mesh, dict(zip((WET, CUT, FACE), itertools.pairwise(ends), strict=True)))
-        degree = scene.solver.hull_quadrature_degree
-        groups = {WET: _wet_degree(degree), CUT: degree}
-        wet, cut = (PointGroup(mesh, np.flatnonzero(tags.values == tag), groups[tag], tag == WET) for tag in groups)
+        of_tag = ((np.flatnonzero(tags.values == tag), degree) for tag, degree in zip((WET, CUT), degrees, strict=True))
+        wet, cut = (PointGroup(mesh, *group) for group in of_tag)
         self.averaged = scene.buoy.disk_averages and water.wave is not None
         self.points = HullPoints(pieces, wet, cut, self.averaged)
         self.tapered, self._alive, self._to_coefficients = shape.tapered, [], None
         self.face = self._faces(faces, ends[2])
-        dx = ufl.Measure("dx", domain=mesh, subdomain_data=tags)
-        self._dx = {tag: dx(tag, metadata={"quadrature_degree": groups[tag]}) for tag in groups}
-        self._d_faces = dx(FACE, metadata={"quadrature_degree": 0})
+        dx = ufl.Measure("dx", domain=mesh, subdomain_data=tags, metadata={"quadrature_degree": 0})
+        self._dx, self._d_faces = {WET: dx(WET), CUT: dx(CUT)}, dx(FACE)
 
     @staticmethod
     def cells(scene, shape) -> int:
         """How many cells the mesh must have."""
         pieces, faces = _parts(scene, shape)
-        return 2 * len(pieces) + len(faces)
+        return len(pieces) * sum(map(_points, _degrees(scene))) + len(faces)
 
     def _faces(self, faces, first):
         """(height, inner radius, outer radius) on the cells of the faces."""
@@ -160,9 +159,17 @@ class WetHull:
         return form
 
 
-def _wet_degree(degree):
-    """A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations."""
-    return 2 * max(3, (degree + 1) // 6) - 1
+def _degrees(scene):
+    """Of Gauss's rules on pieces that are wet, and on those that are cut.
+
+    A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations.
+    """
+    degree = scene.solver.hull_quadrature_degree
+    return 2 * max(3, (degree + 1) // 6) - 1, degree
+
+
+def _points(degree):
+    return degree // 2 + 1
 
 
 def _parts(scene, shape):

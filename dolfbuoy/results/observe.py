@@ -6,69 +6,114 @@ import time as clock
 import numpy as np
 
 from ..model import effects
-from ..parallel.ranks import told
+from ..model.attachment import FIELDS
+from ..model.buoy import MOTION, REST
+from ..model.rigid import mass_properties, shape_of
+from ..model.wet_hull import SUBMERGED
 from ..solver import compat
-from ..solver.unknowns import Contribution, Part
+from ..solver.rows import picked, traced
+from ..solver.unknowns import Part
 from ..version import __version__
+from .record import SERIES
 
 
 class Observer:
-    """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0."""
+    """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0.
 
-    def __init__(self, problem):
-        self.problem, self.comm = problem, problem.comm
-        self._wet = None
+    end_forces: by name, arrays that are up to date whenever `note` is called.
+    """
+
+    def __init__(self, problem, end_forces=None):
+        self.problem, self.comm, self._wet, self._lying = problem, problem.comm, None, np.zeros(4)
+        buoy = problem.scene.buoy
+        self._mass = mass_properties(buoy, shape_of(buoy)).mass if buoy else None
         if problem.buoy and problem.scene.sea:
             form = problem.buoy.wet_hull_form()
-            self._wet_part = Part("wet hull", _function_of(form), 0)
-            self._wet = Contribution(form, self._wet_part)
+            self._wet = problem.system.functional(form, Part("wet hull", _function_of(form), 0))
+        sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
+        for name, entries in sources.items():
+            self._places[name] = slice(self.width, self.width + len(entries))
+            self.width += len(entries)
+        self._row = np.zeros(self.width)
+        self._pick = picked([entry for entries in sources.values() for entry in entries], self._row)
+
+    def _sources(self, end_forces):
+        """What is noted at an instant, by name: where its numbers stand, as `picked` has them; 0 on other ranks."""
+        problem, u, found = self.problem, self.problem.system.u, {}
+        for name, force in end_forces.items():
+            found[name] = _all_of(force, self.comm.rank == 0)
+        if problem.lines:
+            tension = lambda: problem.lines.anchor_tension(u)  # noqa: E731
+            found["tension_anchor"] = traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
+            if problem.lines.bed is not None:
+                found["bed"] = _all_of(self._lying, self.comm.rank == 0)
+        if problem.scene.buoy:
+            mine, fields = problem.buoy is not None, MOTION if problem.dynamic else REST
+            found["buoy"] = _all_of(u[problem.buoy.part.slice] if mine else np.zeros(fields.size))
+            for attachment in problem.attachments:
+                found["mooring"] = _all_of(u[attachment.slice], mine)
+            if problem.scene.sea:
+                found["water"] = _all_of(self._wet.out if mine else np.zeros(SUBMERGED))
+        return found
 
     def values(self, end_forces):
-        """Quantities of this instant, names as in results.SERIES (without time and solver).
+        """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
+        row, values = self.note(), dict(end_forces)
+        if "end_tension" in values:
+            values["tension_top"] = length(values["end_tension"])
+        return values if row is None else values | self.values_of(row.copy())
 
-        end_forces: of the Simulation, or of the Problem at rest.
-        """
-        problem, values = self.problem, dict(end_forces)
-        if problem.lines:
-            values["tension_top"] = float(np.linalg.norm(end_forces["end_tension"]))
-            values["tension_anchor"] = problem.anchor_tension()
-            if problem.lines.bed is not None:
-                found = problem.lines.bed.lying(problem.system.u)
-                values |= {"length_on_bed": found.length, "touchdown": found.touchdown}
-        if problem.scene.buoy:
-            mine = self._buoy_values() if problem.buoy else None
-            values.update(told(self.comm, mine, problem.buoy_rank))
+    def note(self):
+        """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
+        if self._wet is not None:
+            self.problem.system.read_given()
+            self._wet()
+        if "bed" in self._places:
+            found = self.problem.lines.bed.lying(self.problem.system.u)
+            self._lying[:] = found.length, *found.touchdown
+        self._pick()
+        if self.comm.size == 1:
+            return self._row
+        total = np.zeros_like(self._row)
+        self.comm.Reduce(self._row, total)
+        return total if self.comm.rank == 0 else None
+
+    def values_of(self, rows):
+        """Quantities at instants (..., numbers of `note`), names as in results.SERIES (without time and solver)."""
+        noted = {name: rows[..., place] for name, place in self._places.items()}
+        values = {name: noted[name] for name in noted if name in SERIES}
+        if "tension_anchor" in values:
+            values["tension_anchor"] = noted["tension_anchor"][..., 0]
+        if "end_tension" in values:
+            values["tension_top"] = length(noted["end_tension"])
+        if "bed" in noted:
+            values["length_on_bed"], values["touchdown"] = noted["bed"][..., 0], noted["bed"][..., 1:]
+        if "buoy" in noted:
+            fields = MOTION if self.problem.dynamic else REST
+            y = fields.of(noted["buoy"])
+            values |= {"buoy_position": y.position, "buoy_orientation": y.orientation}
+            values["cone_angle"] = cone_angle(y.orientation)
+            values["roll"], values["pitch"], values["yaw"] = roll_pitch_yaw(y.orientation)
+            if self.problem.dynamic:
+                values |= {"linear_momentum": y.momentum, "angular_momentum": y.angular_momentum}
+        if "mooring" in noted:
+            values["mooring_point"], values["mooring_force"] = FIELDS.of(noted["mooring"])
+        if "water" in noted:
+            values |= self._wet_hull(noted["water"], y.position)
         return values
 
-    def _buoy_values(self):
-        problem, u = self.problem, self.problem.system.u
-        y = problem.buoy.fields.of(u[problem.buoy.part.slice])
-        values = {"buoy_position": y.position.copy(), "buoy_orientation": y.orientation.copy()}
-        values["cone_angle"] = cone_angle(y.orientation)
-        values["roll"], values["pitch"], values["yaw"] = roll_pitch_yaw(y.orientation)
-        if problem.dynamic:
-            values |= {"linear_momentum": y.momentum.copy(), "angular_momentum": y.angular_momentum.copy()}
-        for attachment in problem.attachments:
-            point, force = attachment.of(u)
-            values |= {"mooring_point": point.copy(), "mooring_force": force.copy()}
-        if self._wet:
-            values |= self._wet_hull(y.position)
-        return values
-
-    def _wet_hull(self, position):
-        b, buoy = np.zeros(7), self.problem.buoy
-        buoy.part.values[:] = self.problem.system.u[buoy.part.slice]
-        buoy.publish_points()
-        self._wet.prepare()
-        self._wet.add_to_vector(b)
-        mass, length = b[0], b[4]
-        dry = mass <= 1e-9 * buoy.mass.mass
+    def _wet_hull(self, b, position):
+        """Of the numbers of `Buoy.wet_hull_form`."""
+        mass, wet = b[..., 0], b[..., 4]
+        dry = mass <= 1e-9 * self._mass
+        with np.errstate(divide="ignore", invalid="ignore"):
+            center, diameter = b[..., 1:4] / mass[..., None], b[..., 5] / wet
         return {
             "displaced_mass": mass,
-            "buoyancy_center": b[1:4] / mass if not dry else position.copy(),
-            "submerged_length": length,
-            "submerged_diameter": b[5] / length if not dry else 0.0,
-            "surface_elevation": b[6],
+            "buoyancy_center": np.where(dry[..., None], position, center),
+            "submerged_length": wet,
+            "submerged_diameter": np.where(dry, 0.0, diameter),
+            "surface_elevation": b[..., 6],
         }
 
     def fixed(self):
@@ -105,6 +150,12 @@ class Observer:
         return np.concatenate(parts) if parts is not None else None
 
 
+def _all_of(array, here=True):
+    """Entries for `picked` of all numbers of an array; zeros if it is not here."""
+    array = array.ravel() if here else np.zeros(array.size)
+    return [(array, k, 1.0) for k in range(array.size)]
+
+
 def _function_of(form):
     """A stand-in with the numbering of a linear form's test space."""
     from dolfinx import fem
@@ -112,40 +163,49 @@ def _function_of(form):
     return fem.Function(form.arguments()[0].ufl_function_space())
 
 
-def cone_angle(q4) -> float:
-    """Angle between the vertical and the axis R(q4) e3 [deg], accurate near 0 and 180."""
-    a, b, c, d = map(float, q4)
-    across = 2 * math.hypot(b * d + a * c, c * d - a * b)
-    return math.degrees(math.atan2(across, a * a - b * b - c * c + d * d))
+def length(vectors):
+    """Of vectors (..., 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def cone_angle(q4):
+    """Angle between the vertical and the axis R(q4) e3 [deg] for q4 (..., 4), accurate near 0 and 180."""
+    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
+    across = 2 * np.hypot(b * d + a * c, c * d - a * b)
+    return np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d))
 
 
 #: Distance of the pitch from 90 degrees, halved [rad], below which roll and yaw are one turn.
 LOCKED = 1e-8
 
 
-def roll_pitch_yaw(q4) -> tuple[float, float, float]:
-    """Turns about e1, e2, e3 of the body [deg] that make an orientation: first the yaw, then the pitch, then the roll.
+def roll_pitch_yaw(q4):
+    """Turns about e1, e2, e3 of the body [deg] that make orientations (..., 4): first the yaw, the pitch, the roll.
 
     R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  With the pitch at 90 or -90 only
     the difference or sum of yaw and roll has a meaning: then the roll is 0.  From sum and difference of the half
     angles, of which q_4 has products, so that nothing is lost near those pitches.
     """
-    a, b, c, d = map(float, q4)
-    sum_size, difference_size = math.hypot(a - c, d + b), math.hypot(a + c, d - b)
-    half_sum, half_difference = math.atan2(d + b, a - c), math.atan2(d - b, a + c)
-    pitch = math.pi / 2 - 2 * math.atan2(sum_size, difference_size)
-    if sum_size <= LOCKED * difference_size:
-        half_sum = half_difference
-    elif difference_size <= LOCKED * sum_size:
-        half_difference = half_sum
+    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
+    sum_size, difference_size = np.hypot(a - c, d + b), np.hypot(a + c, d - b)
+    half_sum, half_difference = np.arctan2(d + b, a - c), np.arctan2(d - b, a + c)
+    pitch = math.pi / 2 - 2 * np.arctan2(sum_size, difference_size)
+    no_sum = sum_size <= LOCKED * difference_size
+    no_difference = ~no_sum & (difference_size <= LOCKED * sum_size)
+    half_sum, half_difference = (
+        np.where(no_sum, half_difference, half_sum),
+        np.where(no_difference, half_sum, half_difference),
+    )
     roll, yaw = _one_turn(half_sum - half_difference), _one_turn(half_sum + half_difference)
-    return roll, math.degrees(pitch), yaw
+    return roll, np.degrees(pitch), yaw
 
 
 def _one_turn(angle):
-    """An angle [rad] in degrees, -180 < x <= 180."""
-    x = math.remainder(math.degrees(angle), 360)
-    return 180.0 if x == -180 else x
+    """Angles [rad] in degrees, -180 < x <= 180."""
+    x = np.degrees(angle)
+    x = x - 360 * np.round(x / 360)
+    return np.where(x == -180, 180.0, x)
 
 
 def attributes(problem) -> dict:

@@ -114,17 +114,17 @@ class Record:
     def __init__(self, path, attributes, fixed):
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
         self.counts = {"time": 0, "frame": 0}
-        self._rows: list[dict] = []
+        self._blocks: list[dict] = []
         self._started = clock.monotonic()
 
     @property
     def pending(self) -> bool:
         """Whether anything that was added is not on disk yet."""
-        return bool(self._rows)
+        return bool(self._blocks)
 
     def add(self, values):
-        """One more row of each of the named values; on disk after the next `flush`."""
-        self._rows.append(values)
+        """More rows of each of the named values, (rows, ...) each; on disk after the next `flush`."""
+        self._blocks.append({name: np.array(rows) for name, rows in values.items()})
 
     def series(self) -> "xr.Dataset":
         """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
@@ -140,8 +140,8 @@ class Record:
     def flush(self):
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
         fresh = self.counts["time"] == 0
-        columns = {name: [row[name] for row in self._rows if name in row] for name in (*SERIES, *FRAMES)}
-        columns = {name: np.array(values) for name, values in columns.items() if values}
+        blocks = {name: [block[name] for block in self._blocks if name in block] for name in (*SERIES, *FRAMES)}
+        columns = {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
@@ -156,8 +156,8 @@ class Record:
                 file.setncatts({k: v for k, v in self.attributes.items() if k not in known or known[k] != v})
             seal(part)
         for axis in self.counts:
-            self.counts[axis] += sum(axis in row for row in self._rows)
-        self._rows.clear()
+            self.counts[axis] += len(columns.get(axis, ()))
+        self._blocks.clear()
 
     def take_up(self, counts):
         """Go on with the record on disk, cut back to `counts` rows.  Raises InputError if it is shorter."""

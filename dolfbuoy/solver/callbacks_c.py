@@ -25,6 +25,7 @@ typedef struct {                /* of PETSc */
     int (*KSPGetTolerances)(void *, double *, double *, double *, petsc_int *);
     int (*KSPSetTolerances)(void *, double, double, double, petsc_int);
     int (*SNESGetKSP)(void *, void **);
+    int (*SNESSetLagJacobian)(void *, petsc_int);
     int (*SNESGetTolerances)(void *, double *, double *, double *, petsc_int *, petsc_int *);
     int (*SNESGetSolutionUpdate)(void *, void **);
 } petsc;
@@ -83,6 +84,8 @@ typedef struct {
 int residual(void *snes, void *x, void *f, void *context);
 int jacobian(void *snes, void *x, void *J, void *P, void *context);
 int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context);
+int set_start(const newton *context, void *x, ptrdiff_t n);
+int read_solution(const newton *context, void *x);
 """
 
 _SOURCE = """
@@ -99,13 +102,29 @@ static double larger(double a, double b)
     return b > a ? b : a;
 }
 
-/* Scaled unknowns x -> u, and the sum there; means nothing once a Python function has failed. */
-static int add_up_at(const newton *N, const sum *S, void *x)
+/* Scaled unknowns x -> u. */
+int read_solution(const newton *N, void *x)
 {
     const double *values;
     TRY(N->petsc->VecGetArrayRead(x, &values));
     N->put(values, N->unknowns.scale, N->unknowns.places, N->unknowns.n, N->unknowns.values);
-    TRY(N->petsc->VecRestoreArrayRead(x, &values));
+    return N->petsc->VecRestoreArrayRead(x, &values);
+}
+
+/* u -> the n scaled unknowns x. */
+int set_start(const newton *N, void *x, ptrdiff_t n)
+{
+    double *values;
+    TRY(N->petsc->VecGetArray(x, &values));
+    for (ptrdiff_t k = 0; k < n; ++k)
+        values[k] = N->unknowns.values[N->unknowns.places[k]] / N->unknowns.scale[k];
+    return N->petsc->VecRestoreArray(x, &values);
+}
+
+/* The sum at scaled unknowns x; means nothing once a Python function has failed. */
+static int add_up_at(const newton *N, const sum *S, void *x)
+{
+    TRY(read_solution(N, x));
     if (!*N->failed)
         N->add_up(S->hooks, S->integrals, S->count, S->values, S->work, S->out, S->length);
     return 0;
@@ -185,12 +204,6 @@ int jacobian(void *snes, void *x, void *J, void *P, void *context)
 {
     const newton *N = context;
     numbers *n = N->numbers;
-    n->valid = n->valid && n->assembled_for == *N->assembled;
-    n->kept = n->valid;
-    if (!n->own_options)
-        TRY(check_linear_solves(N->petsc, n, snes, !n->kept));
-    if (n->valid)
-        return 0;
     TRY(add_up_at(N, &N->jacobians, x));
     if (*N->failed)
         return 0;
@@ -242,13 +255,22 @@ static int judge(const petsc *petsc, numbers *n, void *snes, petsc_int iteration
     return 0;
 }
 
+static int choose_matrix(const newton *N, void *snes)
+{
+    numbers *n = N->numbers;
+    n->valid = n->valid && n->assembled_for == *N->assembled;
+    n->kept = n->valid;
+    TRY(N->petsc->SNESSetLagJacobian(snes, n->kept ? -1 : 1));
+    return n->own_options ? 0 : check_linear_solves(N->petsc, n, snes, !n->kept);
+}
+
 int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context)
 {
     const newton *N = context;
     TRY(judge(N->petsc, N->numbers, snes, iteration, step, norm, reason));
     if (N->law && *reason > 0 && unsettled(N->law) && N->numbers->last_increment > N->numbers->tolerance)
         *reason = N->numbers->iterating;
-    return 0;
+    return *reason == N->numbers->iterating ? choose_matrix(N, snes) : 0;
 }
 """
 

@@ -12,6 +12,7 @@ import ufl
 
 from . import compat, coo
 from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
+from .rows import copies
 from .unknowns import Contribution, Values
 
 
@@ -34,8 +35,9 @@ class System:
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [c.ufl_form for c in (*self.residuals, *self.jacobians)])
         self.u = self._values.unknowns
+        self._publish = copies([(part.values, self.u[part.slice]) for part in parts])
         self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
-        shared = Shared(self.hooks, self.coordinates, self.counts)
+        shared = self._shared = Shared(self.hooks, self.coordinates, self.counts)
         self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
         self.add_jacobians = Loop(self.jacobians, self._values, shared, spare=len(self.order))
         self._b = self.add_residuals.out
@@ -64,7 +66,8 @@ class System:
         A = self.numbering.matrix()
         # the spare entries: a diagonal even where the forms have none, for the factorisation
         places = [np.append(entries, self.order) for entries in self.add_jacobians.entries]
-        coo.preallocate(A, *(self.numbering.global_index[place] for place in places))
+        index = np.append(self.numbering.global_index, -1)  # of what belongs to no unknown, -1, too
+        coo.preallocate(A, *(index[place] for place in places))
         self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
         coo.set_values(A, self.add_jacobians.out)
         return A
@@ -106,10 +109,13 @@ class System:
         """What the forms read as the values of a Function or a Constant: a view, or None if they do not read it."""
         return self._values.of(thing)
 
+    def functional(self, form, test):
+        """A Loop for a linear form that is no residual but reads the same; test: Part whose dofs are its numbers."""
+        return Loop([Contribution(form, test)], self._values, self._shared, test.size)
+
     def publish(self):
         """Copy `u` into the parts' Functions."""
-        for part in self.parts:
-            part.values[:] = self.u[part.slice]
+        self._publish()
 
     def read_given(self):
         """Read coefficients and constants again."""
@@ -159,9 +165,9 @@ class System:
         else:
             self.scaled_unknowns.put(x.array_r)
 
-    def scaled_start(self, u):
-        """Scaled owned unknowns of physical values."""
-        return u[self.order] / self.unknown_scales[: len(self.order)]
+    def scaled_start(self):
+        """Scaled owned unknowns."""
+        return self.u[self.order] / self.unknown_scales[: len(self.order)]
 
     def residual(self, x, f):
         """Scaled residual f at the scaled unknowns x."""

@@ -109,9 +109,9 @@ def _forget(simulation, forgets):
 
 def _held(simulation, forgets):
     """T_anchor after the top has rested where it is [N]."""
-    lines = simulation.problem.lines
-    place = lines.top_position(simulation.t)
-    lines.top_position = lambda t, line=0: place
+    lines, stop = simulation.problem.lines, simulation.t
+    constrain = lines.constrain
+    lines.constrain = lambda u, t: constrain(u, stop)
     for _ in simulation.advance(simulation.t + REST):
         _forget(simulation, forgets)
     return simulation.problem.anchor_tension()
