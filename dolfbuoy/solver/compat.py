@@ -85,6 +85,13 @@ def element(mesh, family, degree, size=1):
     return basix.ufl.element("Lagrange", "interval", degree, shape=shape, discontinuous=discontinuous)
 
 
+def quadrature_element(mesh, degree, size):
+    """`size` numbers at each point of the quadrature of a degree, on an interval mesh."""
+    if LEGACY:
+        return ufl.VectorElement("Quadrature", mesh.ufl_cell(), degree, dim=size, quad_scheme="default")
+    return basix.ufl.quadrature_element("interval", value_shape=(size,), degree=degree)
+
+
 def mixed_element(elements):
     """Mixed element."""
     return ufl.MixedElement(elements) if LEGACY else basix.ufl.mixed_element(elements)

@@ -1,6 +1,6 @@
 """Chains on a rubbing bed whose tops heave, against another program's table: peaks, and the whole period.
 
-Source: MoorDyn's test data (tests/Mooring/QuasiStatic, there said to be validated against OrcaFlex); tests/reference.
+Source: MoorDyn's test data (quasi-static moorings, there said to be validated against OrcaFlex); tests/reference.
 """
 
 import csv
