@@ -33,7 +33,9 @@ typedef struct {
     const double *frustum;      /* of each: heights of its ends, radii there */
     group wet, cut;
     const double *position, *quaternion, *center;
-    const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without waves */
+    const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without such a wave */
+    void (*surface)(void *, double, double, double, int, double *);  /* of an irregular sea, or NULL */
+    void *sea;
     int averaged;               /* over the disks */
     double least_tilt;
 } hull_points;
@@ -77,6 +79,12 @@ static cut cut_at(const axis *A, double zeta)
         eta = mean * *h->amplitude * cos(theta);
         slope[0] = along * c;
         slope[1] = along * s;
+    } else if (h->surface) {
+        double found[3];
+        h->surface(h->sea, x[0], x[1], R, h->averaged, found);
+        eta = found[0];
+        slope[0] = found[1];
+        slope[1] = found[2];
     }
     const double length = sqrt(1 + slope[0] * slope[0] + slope[1] * slope[1]);
     const double n[3] = {-slope[0] / length, -slope[1] / length, 1 / length};
@@ -228,12 +236,12 @@ class PointGroup:
         space = compat.function_space(mesh, compat.element(mesh, "DG", 0, 4))
         self.coefficient = fem.Function(space)
         self.at, self.weights = map(np.ascontiguousarray, compat.interval_quadrature(degree))
-        self._places = np.ascontiguousarray(4 * compat.cell_dofs(space)[self.cells], dtype=np.int32)
+        self.places = np.ascontiguousarray(4 * compat.cell_dofs(space)[self.cells], dtype=np.int32)
 
     def describe(self, group, out, count):
         """Fill in C's description.  out: for the numbers of the coefficient, count: of points in use, array of one."""
         group.points, group.at, group.weights = len(self.at), address(self.at), address(self.weights)
-        group.capacity, group.places = len(self.cells), address(self._places)
+        group.capacity, group.places = len(self.cells), address(self.places)
         group.out, group.count = address(out), address(count)
 
 
@@ -247,12 +255,13 @@ class HullPoints:
         self.frusta, self.wet, self.cut = np.array(frusta, dtype=np.float64), wet, cut
         self.averaged = averaged
 
-    def following(self, position, quaternion, center, wave, out, count):
+    def following(self, position, quaternion, center, wave, out, count, sea=None):
         """What C needs to make the points follow: its module, and the context of its function `follow`.
 
         position, quaternion, center: arrays that hold r_C, q_4 and the height of C.  wave: the arrays of amplitude,
-        wavenumber, time phase, cosine and sine of its direction; None in still water.  out, count: of a PointGroup,
-        where its numbers and the number of its points in use go.  The arrays must live as long as the context.
+        wavenumber, time phase, cosine and sine of its direction; None without a regular wave.  sea: of an irregular
+        one, the addresses of its function `surface` and of that one's context.  out, count: of a PointGroup, where its
+        numbers and the number of its points in use go.  The arrays must live as long as the context.
         """
         module = c_code.module("hull_points", _DECLARATIONS, _SOURCE)
         context = module.ffi.new("hull_points *")
@@ -263,5 +272,8 @@ class HullPoints:
         names = "amplitude", "wavenumber", "time_phase", "cos_direction", "sin_direction"
         for name, array in zip(names, wave or (), strict=False):
             setattr(context, name, address(array))
+        if sea is not None:
+            context.surface = module.ffi.cast(module.ffi.typeof(context.surface), sea[0])
+            context.sea = module.ffi.cast("void *", sea[1])
         context.averaged, context.least_tilt = self.averaged, hull.LEAST_TILT
         return module, context

@@ -54,9 +54,10 @@ class Problem:
         order, ghosts = self._order()
         numbering = Numbering(comm, max((p.offset + p.size for p in parts), default=0), order, ghosts)
         tolerance = scene.solver.step_tolerance
-        self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law)
-        if self.buoy:
-            self.buoy.follow_water(self.system)
+        noted = [self.buoy.wet_hull_form()] if self.buoy and self.buoy.hull else []
+        self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law, noted)
+        for model in self.models:
+            model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
         if self.lines and not one_sided and self.lines.elastic and not (dynamic and scene.cable.damping):

@@ -49,7 +49,7 @@ class Meter:
     @staticmethod
     def _lines(lines):
         r, _, e, v, _ = lines.kinematics()
-        c, dx, water = lines.cable, lines.dx, lines.sea.flow(r).velocity
+        c, dx, water = lines.cable, lines.dx, lines.water_at(r).velocity
         weight = cable_form.weight_in_water(c, lines.gravity, lines.sea.density)
         found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
         if e is not None:
@@ -79,8 +79,8 @@ class Meter:
         """All numbers at the present time."""
         accounts = dict.fromkeys(effect.account for effect in effects.EFFECTS)
         values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top"), 0.0)
-        if self.simulation.problem.buoy:
-            self.simulation.problem.buoy.publish_points()
+        for model in self.simulation.problem.models:
+            model.publish_points()
         for names, part, contribution in self._forms:
             b = np.zeros(part.size)
             contribution.prepare()

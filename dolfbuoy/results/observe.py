@@ -8,6 +8,7 @@ import numpy as np
 from ..model import effects
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
+from ..model.components import components_of
 from ..model.rigid import mass_properties, shape_of
 from ..model.wet_hull import SUBMERGED
 from ..solver import compat
@@ -117,7 +118,17 @@ class Observer:
         }
 
     def fixed(self):
-        """Arc lengths of nodes and cells, in order, on rank 0 (empty dict on the others and without a cable)."""
+        """Arc lengths of nodes and cells, in order, and components of an irregular sea, on rank 0 (others: nothing)."""
+        return self._along() | (self._components() if self.comm.rank == 0 else {})
+
+    def _components(self):
+        waves = self.problem.scene.waves
+        if waves is None or not waves.irregular or not self.problem.dynamic:
+            return {}
+        names = (f"wave_{name}" for name in ("amplitude", "period", "direction_deg", "phase_deg"))
+        return dict(zip(names, components_of(waves).as_rows().T, strict=True))
+
+    def _along(self):
         cable = self.problem.lines
         if cable is None:
             return {}

@@ -58,6 +58,10 @@ FRAMES = {
 FIXED = {
     "s": (("node",), "m", "unstretched arc length of the nodes"),
     "s_cell": (("cell",), "m", "unstretched arc length of the middle of each element"),
+    "wave_amplitude": (("component",), "m", "amplitude of a component of the sea"),
+    "wave_period": (("component",), "s", "its period"),
+    "wave_direction_deg": (("component",), "degree", "direction towards which it runs, from x towards y"),
+    "wave_phase_deg": (("component",), "degree", "its phase in a cos(k.x - omega t + phase)"),
 }
 #: Names that CF has for some of these; x of the body points to the fore, y to port.
 STANDARD_NAMES = {
@@ -130,22 +134,28 @@ class Record:
         """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
         import xarray as xr
 
-        rows = self._rows
-        data = {name: np.array([row[name] for row in rows]) for name in SERIES if name != "time" and name in rows[0]}
+        columns = self._columns()
+        data = {name: values for name, values in columns.items() if name in SERIES and name != "time"}
         labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in LABELS if any(k in SERIES[n][0] for n in data)}
-        time = ("time", np.array([row["time"] for row in rows]), _attributes("time"))
+        time = ("time", columns["time"], _attributes("time"))
         variables = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in data.items()}
         return xr.Dataset(variables, {"time": time} | labels, self.attributes)
+
+    def _columns(self):
+        """All rows that are not on disk yet, by name."""
+        blocks = {name: [block[name] for block in self._blocks if name in block] for name in (*SERIES, *FRAMES)}
+        return {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
 
     def flush(self):
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
         fresh = self.counts["time"] == 0
-        blocks = {name: [block[name] for block in self._blocks if name in block] for name in (*SERIES, *FRAMES)}
-        columns = {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
+        columns = self._columns()
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
-            reserve(part, _room(columns) + _length(self.attributes))
+            reserve(
+                part, _room(columns) + _length(self.attributes) + sum(v.nbytes for v in self.fixed.values()) * fresh
+            )
             with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
                 if fresh:
                     self._define(file)
@@ -192,9 +202,10 @@ class Record:
             variable[:] = labels.astype(object)
         for name, value in self.fixed.items():
             dimensions = FIXED[name][0]
-            file.createDimension(dimensions[0], len(value))
+            if dimensions[0] not in file.dimensions:
+                file.createDimension(dimensions[0], len(value))
             self._variable(file, name, dimensions)[:] = value
-        if self.fixed:
+        if any(set(FIXED[name][0]) & set(ALONG) for name in self.fixed):
             file.createDimension("frame", None)
 
     def _append(self, file, name, rows):

@@ -146,7 +146,7 @@ def _read(scene) -> dict:
 
 
 #: Keys whose text is the name of a file.
-FILES = frozenset({"cable.elements"})
+FILES = frozenset({"cable.elements", "waves.spectrum", "waves.components", "waves.elevation"})
 
 
 def _with_files(data, folder, key=""):

@@ -20,12 +20,22 @@ def schema() -> dict:
     found = _tidy(Scene.model_json_schema())
     sections = found["$defs"]
     sections["Cable"]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
+    for name in ("spectrum", "components", "elevation"):
+        _or_file(sections["Waves"]["properties"], name)
     options = {name: _option(allowed) for name, allowed in ALLOWED.items()}
     petsc = {"type": "object", "properties": options, "additionalProperties": False, "default": {}}
     petsc["description"] = sections["Solver"]["properties"]["petsc"]["description"]
     sections["Solver"]["properties"]["petsc"] = petsc
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Scene of dolfbuoy"}
     return head | found
+
+
+def _or_file(properties, name):
+    """Let a key name a file too."""
+    rule = properties[name]
+    if "anyOf" not in rule:
+        rule["anyOf"] = [{word: rule.pop(word) for word in ("type", "items", "maxItems") if word in rule}]
+    rule["anyOf"].append({"type": "string"})
 
 
 def as_text() -> str:

@@ -13,6 +13,7 @@ from petsc4py import PETSc
 from ..errors import InputError, SolveError
 from . import petsc_library
 from .callbacks import NOT_FINITE, Callbacks, Number, new_numbers
+from .rows import copies
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
@@ -117,7 +118,8 @@ class Newton:
         self.age = JacobianAge(keep_jacobian, self.numbers)
         self.direct = direct if system.comm.size == 1 else "mumps"
         self.x = system.numbering.vector()
-        self._f, self._before = self.x.duplicate(), np.zeros_like(system.u)
+        self._f, before = self.x.duplicate(), np.zeros_like(system.u)
+        self._keep_start, self._go_back = copies([(before, system.u)]), copies([(system.u, before)])
         self.snes = self._create_snes()
         self.choose_solver(self.direct)
 
@@ -126,6 +128,9 @@ class Newton:
     def _create_snes(self):
         snes = PETSc.SNES().create(self.system.comm)
         self._hand_callbacks_to(snes, self.in_c and self.system.comm.size == 1)
+        # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
+        never = (ctypes.c_int32 if PETSc.IntType == np.int32 else ctypes.c_int64)(-1)
+        petsc_library.call("SNESSetLagJacobian", ctypes.c_void_p(snes.handle), never)
         snes.setType("newtonls")
         snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
         return snes
@@ -188,8 +193,6 @@ class Newton:
     def jacobian(self, snes, x, J, P):
         """Scaled Jacobian, for SNES."""
         self.system.jacobian(x, P)
-        if J != P:
-            J.assemble()
         self._assembled()
         self.jacobians_total += 1
 
@@ -208,13 +211,13 @@ class Newton:
         return reason
 
     def _choose_matrix(self, snes):
-        """Before an iteration: SNES is to ask for a Jacobian only if the one at hand does not serve."""
+        """Before an iteration: a new Jacobian if the one at hand does not serve."""
         self.age.valid &= self._assembled_for == int(self.system.assemblies[0])  # nobody else has used the matrix
         self.age.kept = self.age.valid
-        lag = ctypes.c_int32 if PETSc.IntType == np.int32 else ctypes.c_int64
-        petsc_library.call("SNESSetLagJacobian", ctypes.c_void_p(snes.handle), lag(-1 if self.age.kept else 1))
         if not self.options.scene:  # else it chooses how its solves are checked
             self._check_linear_solves(not self.age.kept)
+        if not self.age.valid:
+            self.jacobian(snes, snes.getSolution(), self.system.A, self.system.A)
 
     def _judge(self, snes, iteration, norms):
         """The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds
@@ -250,10 +253,9 @@ class Newton:
         `u` holds the solution afterwards, or what it held before if SolveError is raised.
         """
         system = self.system
-        before = self._before
-        before[:] = system.u
+        self._keep_start()
         system.read_given()
-        iterations, reason = self._solve_as_best(before)
+        iterations, reason = self._solve_as_best()
         self.iterations_total += iterations
         self.age.judge_solve(iterations)
         self._read_solution()
@@ -263,28 +265,28 @@ class Newton:
         else:
             fault = self.fault()
         if fault:
-            system.u[:] = before
+            self._go_back()
             system.publish()
             raise SolveError(fault)
         return iterations
 
-    def _solve_as_best(self, start):
+    def _solve_as_best(self):
         """Iterations and reason: with the matrix at hand, else with new ones, else with pivoting."""
-        iterations, reason = self._run(start)
+        iterations, reason = self._run()
         if reason < 0 and self.age.keep:  # perhaps only the matrix was too old
-            more, reason = self._run_afresh(start)
+            more, reason = self._run_afresh()
             iterations += more
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.direct == "petsc":
             self.fallbacks += 1
             self.choose_solver("mumps")
-            more, reason = self._run(start)
+            more, reason = self._run()
             iterations += more
             self.choose_solver(self.direct)
         return iterations, reason
 
-    def _run(self, start):
+    def _run(self):
         self.numbers.tolerance, self.numbers.own_options = self.system.tolerance, bool(self.options.scene)
-        self.system.u[:] = start
+        self._go_back()
         self._set_start()
         try:
             self.snes.solve(None, self.x)
@@ -302,11 +304,11 @@ class Newton:
         self.system.hooks.check()  # C lets a solve end before it tells
         return self.snes.getIterationNumber(), reason
 
-    def _run_afresh(self, start):
+    def _run_afresh(self):
         """With a new matrix in every iteration."""
         self.age.keep = self.age.valid = False
         try:
-            return self._run(start)
+            return self._run()
         finally:
             self.age.keep = True
 

@@ -120,6 +120,7 @@ def test_schema_has_every_key_with_description_and_unit():
         node = SCHEMA
         for part in key.name.split("."):
             node = node.get("items", node)
+            node = next((choice for choice in node.get("anyOf", []) if "$ref" in choice), node)
             node = SCHEMA["$defs"][node["$ref"].removeprefix("#/$defs/")] if "$ref" in node else node
             node = node["properties"][part]
         assert node["description"].startswith(key.description), key.name

@@ -27,6 +27,9 @@ UNITS = {
     "m",
     "m/s",
     "m/s^2",
+    "Hz",
+    "m^2/Hz",
+    "m^2/Hz/deg",
     "m^2",
     "rad/s",
     "s",
@@ -63,7 +66,7 @@ def test_no_key_of_the_shipped_scenes_is_left_out():
 def test_every_section_is_described():
     sections = {key.name.split(".")[0] for key in KEYS if "." in key.name}
     definitions = Scene.model_json_schema()["$defs"]
-    assert len(definitions) == len(sections) + 2  # cable.top, buoy.point_masses
+    assert len(definitions) == len(sections) + 3  # cable.top, buoy.point_masses, waves.spectrum
     assert all(10 < len(section["description"]) < 130 for section in definitions.values())
 
 
