@@ -21,8 +21,9 @@ from .statics.equilibrium import solve_equilibrium
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
-#: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension.
-LONGEST_AT_TOUCHDOWN = 0.4
+#: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
+#: 1, and of higher ones (`dolfbuoy study touchdown`).
+LONGEST_AT_TOUCHDOWN = 0.3, 0.45
 
 #: What extremes are counted over [s].
 THREE_HOURS = 10800.0
@@ -335,7 +336,7 @@ def _touchdown_elements(scene, problem, report, found):
     lines, radius = problem.lines, problem.tension_at(found.s) / problem.lines.weight_per_length
     here = (lines.cell_ends[:, 0] <= found.s) & (found.s <= lines.cell_ends[:, 1])
     h = float(np.diff(lines.cell_ends[here], axis=1).max())
-    most = LONGEST_AT_TOUCHDOWN * radius
+    most = LONGEST_AT_TOUCHDOWN[scene.cable.position_degree > 1] * radius
     report.add("equilibrium: elements at the touchdown", h, "m", f"for 1 % in the top tension {most:.4g} m at most")
     if h > most:
         report.warnings.append(
@@ -349,6 +350,9 @@ def _cable_periods(scene, problem, report):
     c, cable = scene.cable, problem.lines
     added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
     T, h = cable.mean_tension(problem.system.u), np.diff(cable.cell_ends, axis=1)[:, 0]
+    if cable.bed is not None:  # what lies does not swing
+        hangs = cable.cell_ends[:, 0] >= cable.bed.lying(problem.system.u).s
+        T, h = T[hangs], h[hangs]
     if T.min() <= LEAST_TENSION * problem.typical_force:  # slack, it has no such modes
         return
     travel = float(np.sum(h * np.sqrt((c.line_density + added) / T)))
