@@ -94,7 +94,7 @@ def _solve_tension(simulation, u0):
     system, lines = simulation.system, simulation.problem.lines
     past = next(past for past in simulation.pasts if past.evolution.part is lines.part)
     past.evolution.hand_out(0, 0.0, past.series[0].rate)
-    cells = lines.T_dofs[: lines.mesh.topology.index_map(1).size_local].astype(np.int32)
+    cells = lines.T_dofs[lines.stretches].astype(np.int32)
     numbers = system.numbering.lgmap.apply(cells).reshape(cells.shape)
     system.u[:] = u0
     for _ in range(20):
