@@ -10,7 +10,7 @@ The model and the reading of the paper's ambiguous places are described in forms
 from .errors import InputError, SolveError
 from .version import __version__ as __version__
 
-__all__ = ["InputError", "SolveError", "figures", "load_scene", "simulate", "solve_static"]
+__all__ = ["InputError", "SolveError", "figures", "load_scene", "simulate", "solve_static", "statistics"]
 
 
 def __dir__():
@@ -37,4 +37,8 @@ def __getattr__(name):
         from .results import figures
 
         return figures
+    if name == "statistics":
+        from .results.ensemble import statistics
+
+        return statistics
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -14,7 +14,7 @@ from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
-from . import language
+from . import language, statistics
 from .run import advised, draw, run
 from .shared import (
     Interrupted,
@@ -250,6 +250,7 @@ def doctor():
         raise typer.Exit(1)
 
 
+statistics.add_to(app)
 language.add_to(app)
 
 

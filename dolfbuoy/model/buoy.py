@@ -13,7 +13,7 @@ from ..solver import compat
 from ..solver.fields import Fields
 from ..solver.real import real_space
 from ..solver.unknowns import Block
-from . import effects
+from . import body_c, effects
 from .evolution import Evolution
 from .numbers import Numbers
 from .rigid import mass_properties, mooring_offset, rotation_of, shape_of
@@ -53,6 +53,14 @@ class Spin(Evolution):
         along = 2 * (b * d + a * c) * x + 2 * (c * d - a * b) * y + (a * a - b * b - c * c + d * d) * z
         return np.array([along / (a * a + b * b + c * c + d * d)])
 
+    @property
+    def size(self):
+        return 1
+
+    def reader(self, u, out):
+        y = MOTION.of(u[self.part.slice])
+        return body_c.spin(y.orientation, y.angular_momentum, out)
+
     def hand_out(self, level, gamma, history):
         self.gamma.value, self.history.value = gamma, np.asarray(history).item()
         self.followed.value = 1.0
@@ -78,6 +86,7 @@ class Buoy:
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
         self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
+        self._make_unit = None
         if dynamic:
             self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
             self.spin = None  #: L_C . d, followed where something may turn the buoy
@@ -235,11 +244,10 @@ class Buoy:
 
     def accept(self, u):
         """A step was taken: the quaternion is made a unit again, and how far it was from one is remembered."""
-        q4 = MOTION.of(u[self.part.slice]).orientation
-        length = np.linalg.norm(q4)
-        drift = self.memory["quaternion_drift"]
-        drift[:] = max(drift[0], abs(length - 1))
-        q4 /= length
+        if self._make_unit is None:  # u stays in place
+            orientation = MOTION.of(u[self.part.slice]).orientation
+            self._make_unit = body_c.make_unit(orientation, self.memory["quaternion_drift"])
+        self._make_unit()
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 

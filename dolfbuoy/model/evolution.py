@@ -28,9 +28,18 @@ class Evolution:
         """In time."""
         return len(self.rates)
 
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return self.part.size
+
     def values(self, u) -> np.ndarray:
         """The unknowns among all local unknowns, a view."""
         return u[self.part.slice]
+
+    def reader(self, u, out):
+        """What puts them into the array `out`: it and the view to be copied there, or a function; u stays in place."""
+        return out, self.values(u)
 
     def hand_out(self, level, gamma, history):
         """Give the forms the rule of a derivative (0: the first)."""

@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from ..solver import compat
-from .schemes import BackwardEuler, Predictor, Series
+from .schemes import BackwardEuler, Predictor
 
 
 def make_consistent(simulation) -> None:
@@ -18,26 +18,27 @@ def make_consistent(simulation) -> None:
     right up to the square of that step.  The tension of an elastic cable is exactly that of its stretch, unless that
     tells only the mean of an element (strain = "element-average").
     """
-    u0, scheme, simulation.scheme = simulation.system.u.copy(), simulation.scheme, BackwardEuler()
+    u0, past, scheme = simulation.system.u.copy(), simulation.past, simulation.scheme
+    past.use(BackwardEuler())
     memory = [{name: values.copy() for name, values in model.items()} for model in simulation.memory]
     h = max(1e-3 * simulation.scene.time.step, 1e-5)  # not smaller: rounding in the tension grows like 1/h^2
     first = _settle(simulation, u0, h)
     second = _settle(simulation, u0, h)  # what it adds to an admissible velocity, both have added
-    for past, one, two in zip(simulation.pasts, first, second, strict=True):
-        for series, a, b in zip(past.series, one, two, strict=True):
-            series.rate, series.values[0] = (2 * x - y for x, y in zip(a, b, strict=True))
-        for series, rate in zip(past.series, past.series[1:], strict=False):
-            series.second = rate.rate
+    for series, (rate1, value1), (rate2, value2) in zip(past.series, first, second, strict=True):
+        series.rate, series.values[0][:] = 2 * rate1 - rate2, 2 * value1 - value2
+    for series, rate in zip(past.series, past.series[1:], strict=False):
+        series.second[: len(rate.rate)] = rate.rate
     lines = simulation.problem.lines
     if lines and lines.elastic and lines.mean_dofs is None:
         _solve_tension(simulation, u0)
-    for past in simulation.pasts:  # momenta: the admissible ones
-        values, lagged = past.evolution.values(u0), past.evolution.lagged
-        values[:] = np.where(lagged, past.series[0].values[0], values)
+    for evolution, place in zip(past.evolutions, past.places, strict=True):  # momenta: the admissible ones
+        values = evolution.values(u0)
+        values[:] = np.where(evolution.lagged, past.series[0].values[0][place], values)
     for model, kept in zip(simulation.memory, memory, strict=True):
         for name, values in model.items():
             values[:] = kept[name]
-    simulation.t, simulation.scheme = 0.0, scheme
+    past.use(scheme)
+    simulation.t = 0.0
     simulation.system.u[:] = u0
     simulation.problem.set_time(0.0)
 
@@ -45,33 +46,28 @@ def make_consistent(simulation) -> None:
 def _settle(simulation, u0, h):
     """Three steps of h from the positions u0 with the velocity at hand, and back; puts the forces of t = 0 into u0.
 
-    Returns [(rate, value) of each series] of each past, with which the series begin anew.  Velocities are centred at
+    Returns [(rate, value) of each series], with which the series begin anew.  Velocities are centred at
     t = 0: those of the first two steps belong to h/2 and 3 h/2, as the positions tell.  Accelerations and forces are
     extrapolated from the ends of the second and third step, because the first one is a blow.
     """
-    system = simulation.system
+    system, past = simulation.system, simulation.past
     system.u[:], simulation.t = u0, 0.0
     found = []
     for _ in range(3):
         simulation.predictor = Predictor(1)
         simulation.predictor.add(simulation.t, system.u)
         simulation.step(h)
-        known = [[(s.rate, s.values[0]) for s in past.series] for past in simulation.pasts]
+        known = [(series.rate.copy(), series.values[0].copy()) for series in past.series]
         found.append((known, system.u.copy(), simulation.end_forces))
     (known1, _, _), (known2, u2, end2), (known3, u3, end3) = found
     forces = simulation.problem.force_dofs()
     u0[forces] = 3 * u2[forces] - 2 * u3[forces]
     simulation.end_forces = {name: 3 * end2[name] - 2 * end3[name] for name in end2}
-    begin = []
-    for past, *known in zip(simulation.pasts, known1, known2, known3, strict=True):
-        begin.append([])
-        for level, series in enumerate(past.series):
-            of_step = [step[level] for step in known]
-            begin[-1].append(_at_start(of_step, series.lagged, past.evolution.values(u0)))
-            past.series[level] = Series(*reversed(begin[-1][-1]), series.lagged)
-        last = past.series[-1]
-        (_, (rate2, _), (rate3, _)) = (step[-1] for step in known)
-        last.second = np.where(last.lagged, 0.0, (rate3 - rate2) / h)
+    of_levels = zip(past.series, zip(known1, known2, known3, strict=True), strict=True)
+    begin = [_at_start(known, series.lagged, past.entries(u0)) for series, known in of_levels]
+    past.set_series([(value, rate) for rate, value in begin])
+    for series, (rate2, _), (rate3, _) in zip(past.series, known2, known3, strict=True):
+        series.second = np.where(series.lagged, 0.0, (rate3 - rate2) / h)
     return begin
 
 
@@ -83,7 +79,7 @@ def _at_start(of_step, lagged, positions):
     """
     (rate1, value1), (rate2, value2), (rate3, _) = of_step
     rate = np.where(lagged, 3 * rate2 - 2 * rate3, 1.5 * rate1 - 0.5 * rate2)
-    return rate, np.where(lagged, 1.5 * value1 - 0.5 * value2, positions)
+    return rate, np.where(lagged, 1.5 * value1 - 0.5 * value2, positions[: len(rate)])
 
 
 def _solve_tension(simulation, u0):
@@ -92,8 +88,8 @@ def _solve_tension(simulation, u0):
     Newton on the rows of the strain equation (11)_2, element by element.
     """
     system, lines = simulation.system, simulation.problem.lines
-    past = next(past for past in simulation.pasts if past.evolution.part is lines.part)
-    past.evolution.hand_out(0, 0.0, past.series[0].rate)
+    evolution = next(evolution for evolution in simulation.past.evolutions if evolution.part is lines.part)
+    evolution.hand_out(0, 0.0, simulation.past.rate_of(lines.part))
     cells = lines.T_dofs[lines.stretches].astype(np.int32)
     numbers = system.numbering.lgmap.apply(cells).reshape(cells.shape)
     system.u[:] = u0

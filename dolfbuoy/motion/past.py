@@ -1,58 +1,110 @@
-"""The past of an evolution: a series of values for the unknowns and for every derivative but the last."""
+"""The past of all that evolves: a series of values for the unknowns, and for every derivative but the last.
+
+The series of a level hold the entries of all models at once, so that a step takes as few operations for many lines and
+bodies as for one.
+"""
+
+import copy
+import itertools
 
 import numpy as np
 
+from ..solver.rows import Sums, copies
+from ..solver.unknowns import array_of
 from .schemes import Series
 
 
 class Past:
-    """Series of an `Evolution`: of the unknowns, of their first derivative if the order is two, ...
+    """Series of the evolutions of a rank: of their entries, of the first derivatives of those of second order, ...
 
+    evolutions: those of higher order first.  u: the local unknowns, an array that stays where it is.
     The rate of each series is the value of the next one.  Derivatives are rates that the scheme makes: they lag.
     """
 
-    def __init__(self, evolution):
-        self.evolution, self.series, self._rules = evolution, [], []
+    def __init__(self, evolutions, u, scheme):
+        self.evolutions, self.u, self.scheme, self.series = evolutions, u, scheme, []
+        ends = np.cumsum([0, *(evolution.size for evolution in evolutions)])
+        #: Where the entries of each evolution are.
+        self.places = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        self.order = max((evolution.order for evolution in evolutions), default=0)
+        if any(one.order < two.order for one, two in itertools.pairwise(evolutions)):
+            raise ValueError("evolutions of higher order come first")
+        self.lagged = self._of_all(lambda e: np.broadcast_to(e.lagged, e.size), bool)
+        self.sizes = [self._of_all(lambda e, k=k: e.sizes[k], order=k + 1) for k in range(self.order)]
+        for evolution in evolutions:
+            for level in range(evolution.order):
+                evolution.hand_out(level, 0.0, 0.0)
 
-    def begin(self, values, rates):
-        """As at a start: the unknowns, and their derivatives from the first one on."""
-        known, lagged = [values, *rates], self.evolution.lagged
-        self.series = [Series(known[k], known[k + 1], lagged if k == 0 else True) for k in range(self.evolution.order)]
+    def _of_all(self, get, kind=float, order=1):
+        """get(evolution) of those of this order at least, one behind the other."""
+        return np.concatenate([np.zeros(0, kind), *(get(e) for e in self.evolutions if e.order >= order)])
 
-    def prepare(self, scheme, step):
+    def entries(self, u):
+        """Values of the entries for unknowns u."""
+        return self._of_all(lambda evolution: evolution.values(u))
+
+    def begin(self, rates=()):
+        """As at a start, from the unknowns at hand.  rates: their derivatives from the first one on; the rest are 0."""
+        known = [self.entries(self.u), *rates]
+        known += [np.zeros_like(known[0])] * (self.order + 1 - len(known))
+        self.set_series([(known[k][: len(sizes)], known[k + 1][: len(sizes)]) for k, sizes in enumerate(self.sizes)])
+
+    def set_series(self, pairs):
+        """Series that begin with these (value, rate), level by level."""
+        self.series = []
+        for value, rate in pairs:
+            new = self.series[-1].new_rate[: len(value)] if self.series else None
+            self.series.append(Series(value, rate, True if self.series else self.lagged, new))
+        self._operations = None
+
+    def use(self, scheme):
+        """Go on with another scheme."""
+        self.scheme, self._operations = scheme, None
+
+    def prepare(self, step):
         """Hand the rules of a step to the forms; returns gamma of the first derivative."""
-        self._rules, first = [], 0.0
-        for k, series in enumerate(self.series):
-            scheme.begin(step, series, base=self.series[k - 1] if k else None)
-        for k, series in enumerate(self.series):
-            gamma, history = scheme.rule(step, series)
-            if k:  # the rule applied to a rate that is itself gamma x unknown + history
-                gamma, history = first ** (k + 1), first * self._rules[-1][1] + history
-            else:
-                first = gamma
-            self._rules.append((gamma, history))
-            self.evolution.hand_out(k, gamma, history)
-        return first
+        if not self.series:
+            return 1 / step
+        last = self.series[0].step
+        same = last is not None and abs(last - step) <= 1e-12 * step
+        self._kept = last, None if same else copy.deepcopy(self.state())
+        if not same:
+            for series, base in zip(self.series, [None, *self.series], strict=False):
+                self.scheme.begin(step, series, base)
+        for series in self.series:
+            series.step = step
+        if self._operations is None:
+            self._operations = Operations(self)
+        return self._operations.prepare(step)
 
-    def rates(self, u):
-        """Derivatives at the end of a step that was solved, from the first one on."""
-        values = self.evolution.values(u)
-        return [gamma * values + history for gamma, history in self._rules]
+    def find_rates(self):
+        """Derivatives at the end of a step that was solved: `new_rate` of each series."""
+        if self.series:
+            self._operations.find_rates()
 
-    def accept(self, scheme, u, rates):
-        """The step was taken."""
-        known = [self.evolution.values(u), *rates]
-        for k, series in enumerate(self.series):
-            scheme.accept(series, known[k], known[k + 1])
+    def accept(self):
+        """The step was taken; the unknowns may have been touched up since `find_rates`."""
+        if self.series:
+            self._operations.accept()
+        for series in self.series:
+            series.count_step(self.scheme.keep)
 
-    def largest_difference(self, u, rates, order):
-        """Largest difference to the extrapolated past, relative to the evolution's sizes; None without enough past."""
-        known, largest = [self.evolution.values(u), *rates], 0.0
-        for k, series in enumerate(self.series):
+    def give_up(self):
+        """Be as before `prepare`."""
+        last, kept = self._kept
+        for series in self.series:
+            series.step = last
+        if kept is not None:
+            self.restore(kept)
+
+    def largest_difference(self, order):
+        """Largest difference to the extrapolated past, relative to the entries' sizes; None without enough past."""
+        largest = 0.0
+        for series, sizes in zip(self.series, self.sizes, strict=True):
             predicted = series.extrapolated(order)
             if predicted is None:
                 return None
-            largest = max(largest, (np.abs(known[k] - predicted) / self.evolution.sizes[k]).max(initial=0.0))
+            largest = max(largest, (np.abs(series.new - predicted) / sizes).max(initial=0.0))
         return largest
 
     def forget(self):
@@ -60,27 +112,124 @@ class Past:
         for series in self.series:
             series.forget()
         for series, rate in zip(self.series, self.series[1:], strict=False):
-            series.second = rate.rate
+            series.second[: len(rate.rate)] = rate.rate
 
-    # -- what a step that is given up, and an interruption, bring back -------------------------------------------------
+    def reading(self):
+        """A function that copies the entries of the unknowns at hand to the new value of the first series."""
+        pairs, functions = [], []
+        for evolution, place in zip(self.evolutions, self.places, strict=True):
+            found = evolution.reader(self.u, self.series[0].new[place])
+            (functions if callable(found) else pairs).append(found)
+        if not functions:
+            return copies(pairs)
 
-    def kept(self):
-        """Of a step that may be given up."""
-        return [series.state() for series in self.series]
+        functions.append(copies(pairs))
 
-    def give_up(self, kept):
-        """Back to what was kept."""
-        for series, state in zip(self.series, kept, strict=True):
-            series.restore(state)
+        def read():
+            for function in functions:
+                function()
+
+        return read
+
+    def rules_of_forms(self, gammas):
+        """[(array of a Constant or Function of the forms, gamma or history that belongs there), ...]."""
+        pairs = []
+        for evolution, place in zip(self.evolutions, self.places, strict=True):
+            for k, (gamma, history) in enumerate(evolution.rates):
+                pairs += [(array_of(gamma), gammas[k : k + 1]), (array_of(history), self.series[k].history[place])]
+        return pairs
+
+    def rate_of(self, part):
+        """Present first derivative of the unknowns of a Part."""
+        return self.series[0].rate[self.place_of(part)]
+
+    def place_of(self, part):
+        """Where the unknowns of a Part are among the entries."""
+        return next(p for e, p in zip(self.evolutions, self.places, strict=True) if e.part is part)
 
     def state(self):
-        """Of a run that may be interrupted: level -> all of the series."""
-        return {str(k): vars(series) for k, series in enumerate(self.series)}
+        """Of a run that may be interrupted: level -> all of the series; nothing is copied."""
+        return {str(k): series.state() for k, series in enumerate(self.series)}
 
     def restore(self, state):
         """Be as in that state."""
         kept = state if isinstance(state, list) else [state[str(k)] for k in sorted(map(int, state))]
-        self.series = []
-        for values in kept:
-            self.series.append(Series(values["rate"], values["rate"]))
-            vars(self.series[-1]).update(values)
+        if not self.series:
+            self.set_series([(np.zeros(len(sizes)),) * 2 for sizes in self.sizes])
+        for series, of_level in zip(self.series, kept, strict=True):
+            series.restore(of_level)
+
+
+class Operations:
+    """What a step does to the series of a Past, and to what the forms read, in operations on arrays.
+
+    Their weights follow from the scheme and the step.
+    """
+
+    REMEMBERED = 100  #: steps whose weights are remembered; a step of the same size differs in its last digits
+
+    def __init__(self, past):
+        self._scheme, self._series, self._known = past.scheme, past.series, {}
+        gammas, *sums = self._of_step(1.0)
+        self._numbers, first = np.zeros(len(_flat(gammas, *sums))), len(gammas)
+        found = []
+        for of_kind in sums:
+            end = first + len(_flat((), of_kind))
+            rows = [(out, [row for _, row in terms]) for out, terms, _ in of_kind]
+            found.append(Sums(rows, self._numbers[first:end]))
+            first = end
+        self._rules, self._rates, self._updates = found
+        self._read = past.reading()
+        self._hand_out = copies(past.rules_of_forms(self._numbers))
+        self._age = copies([pair for series in self._series for pair in series.passed(past.scheme.keep)])
+
+    def _of_step(self, step):
+        """gamma of every derivative; and as (out, [(weight, row), ...], divisor) the histories, the rates, and what
+        an accepted step changes besides values and rates."""
+        gammas, rules, rates, updates, below = [], [], [], [], None
+        for k, series in enumerate(self._series):
+            gamma, history = self._scheme.formula(step)
+            rules.append((series.history, *_in(series, history)))
+            if k:  # the rule applied to a rate that is itself gamma x unknown + history
+                rules.append((series.history, [(gamma, below.history[: len(series.new)]), (1, series.history)], 1))
+                gamma **= k + 1
+            first = self._series[0].new[: len(series.new)]
+            rates.append((series.new_rate, [(gamma, first), (1, series.history)], 1))
+            updates += [(series.rows[row], *_in(series, total)) for row, total in self._scheme.updates(step)]
+            gammas.append(gamma)
+            below = series
+        return gammas, rules, rates, updates
+
+    def prepare(self, step):
+        """Histories of a step, handed to the forms; returns gamma of the first derivative."""
+        if step not in self._known:
+            if len(self._known) == self.REMEMBERED:
+                self._known.clear()
+            numbers = _flat(*self._of_step(step))
+            self._known[step] = numbers[0], np.array(numbers)
+        gamma, self._numbers[:] = self._known[step]
+        self._rules()
+        self._hand_out()
+        return gamma
+
+    def find_rates(self):
+        """Values and rates at the end of the step."""
+        self._read()
+        self._rates()
+
+    def accept(self):
+        """What was new is past."""
+        self._read()
+        self._updates()
+        self._age()
+
+
+def _in(series, total):
+    """Terms and divisor of a Sum, with the rows of a Series."""
+    return [(weight, series.rows[row]) for weight, row in total.terms], total.over
+
+
+def _flat(gammas, *sums):
+    """gamma of every derivative, and behind them the weights and the divisor of every sum."""
+    weights = [[*(weight for weight, _ in terms), over] for of_kind in sums for _, terms, over in of_kind]
+    return [*gammas, *(number for of_sum in weights for number in of_sum)]

@@ -9,8 +9,45 @@ derivative in disguise, which is why starts and changes of step are handled with
 """
 
 from math import comb, prod
+from typing import NamedTuple
 
 import numpy as np
+
+from ..solver.rows import Sums, copies
+
+#: Rows of a Series: values at t_n, t_(n-1) ..., newest first; the rate at t_n, and at t_(n-1); the second derivative at
+#: the start; an auxiliary rate; value and rate at t_(n+1); the history of its rate; room for a change.
+HELD = 5
+RATE, PREVIOUS_RATE, SECOND, AUXILIARY, NEW, NEW_RATE, HISTORY, CHANGE = range(HELD, HELD + 8)
+KEPT = NEW  # rows that last from step to step
+
+
+class Sum(NamedTuple):
+    """A linear combination of rows of a Series: the sum of weight x row, over a divisor."""
+
+    terms: tuple[tuple[float, int], ...]
+    over: float = 1.0
+
+    def of(self, rows):
+        """Its value."""
+        (weight, row), *more = self.terms
+        total = weight * rows[row]
+        for weight, row in more:
+            total = total + weight * rows[row]
+        return total / self.over
+
+
+class _Row:
+    """Attribute of a Series that is one of its rows: to set it is to copy."""
+
+    def __init__(self, place):
+        self._place = place
+
+    def __get__(self, series, owner=None):
+        return series.rows[self._place]
+
+    def __set__(self, series, value):
+        series.rows[self._place][:] = value
 
 
 class Series:
@@ -18,28 +55,55 @@ class Series:
 
     lagged: mask (or bool) of the components that are themselves rates made by the scheme (velocities, momenta).  Such
     values carry the scheme's own error, which belongs to its step; `resample` carries them over to another step.
+    new: where the value at t_(n+1) stands, if not in a row of its own.  The rows stay where they are in memory.
     """
 
-    def __init__(self, value, rate, lagged=False):
-        self.values, self.rate, self.lagged = [np.array(value)], np.array(rate), lagged
-        self.previous_rate = self.rate
-        self.second = np.zeros_like(self.rate)  # of y at the start, where it is known
-        self.auxiliary, self.step = None, None
+    rate, previous_rate = _Row(RATE), _Row(PREVIOUS_RATE)
+    second = _Row(SECOND)  # of y at the start, where it is known
+    auxiliary = _Row(AUXILIARY)
+    new, new_rate, history = _Row(NEW), _Row(NEW_RATE), _Row(HISTORY)
+
+    def __init__(self, value, rate, lagged=False, new=None):
+        self.rows = list(np.zeros((CHANGE + 1, len(value))))
+        if new is not None:
+            self.rows[NEW] = new
+        self.values, self.rate, self.previous_rate, self.lagged = [value], rate, rate, lagged
+        self.averaging, self.step = False, None  # averaging: there is an auxiliary rate
         self.steps_since_start = 0
 
-    def push(self, value, rate, keep):
-        """A new value, and its rate, one step later."""
-        self.previous_rate = self.rate
+    @property
+    def values(self):
+        """Views, as many as there are."""
+        return self.rows[: self.count]
+
+    @values.setter
+    def values(self, values):
+        self.count = len(values)
+        for row, value in zip(self.rows, np.array(values), strict=False):
+            row[:] = value
+
+    def passed(self, keep):
+        """[(to, from), ...] to be copied in this order when a step was taken; as many values are kept."""
+        rows = self.rows
+        older = [(rows[k], rows[k - 1]) for k in reversed(range(1, keep))]
+        return [(self.previous_rate, self.rate), (self.rate, self.new_rate), *older, (rows[0], self.new)]
+
+    def count_step(self, keep):
+        """A step was taken."""
         self.steps_since_start += 1
-        self.values = [np.array(value), *self.values[: keep - 1]]
-        self.rate = np.array(rate)
+        self.count = min(self.count + 1, keep)
 
     def state(self):
-        """What a step that is given up has to bring back."""
-        return self.values, self.step, self.auxiliary
+        """All that lasts from step to step; the rows are views."""
+        known = {name: getattr(self, name) for name in ("count", "averaging", "step", "steps_since_start")}
+        return known | {"rows": self.rows[:KEPT]}
 
     def restore(self, state):
-        self.values, self.step, self.auxiliary = state
+        """Be as in that state."""
+        for row, value in zip(self.rows, state["rows"], strict=False):
+            row[:] = value
+        self.count, self.averaging, self.step = state["count"], bool(state["averaging"]), state.get("step")
+        self.steps_since_start = state["steps_since_start"]
 
     def forget(self):
         """Drop the past values: as at a start, with the present value and rate.
@@ -47,9 +111,8 @@ class Series:
         An auxiliary rate stays: a start knows it less well, and generalized-alpha would ring.
         """
         self.values, self.steps_since_start = self.values[:1], 0
-        if self.auxiliary is None:
-            self.previous_rate, self.step = self.rate, None
-            self.second = np.zeros_like(self.rate)
+        if not self.averaging:
+            self.previous_rate, self.second, self.step = self.rate, 0.0, None
 
     def extrapolated(self, order):
         """Value one step ahead on the polynomial of this order; None while the past is too short."""
@@ -121,13 +184,27 @@ class Scheme:
             series.resample(step, self.order, self.lag)
         series.step = step
 
+    def formula(self, step):
+        """(gamma, history as a Sum) of the rate for a step."""
+        raise NotImplementedError
+
+    def updates(self, step):
+        """[(row, Sum), ...]: what a step that was taken changes besides values and rates."""
+        return []
+
     def rule(self, step, series):
         """(gamma, history) of the rate for the coming step."""
-        raise NotImplementedError
+        gamma, history = self.formula(step)
+        return gamma, history.of(series.rows)
 
     def accept(self, series, value, rate):
         """The step was taken."""
-        series.push(value, rate, self.keep)
+        series.new, series.new_rate = value, rate
+        for row, total in self.updates(series.step):
+            series.rows[row][:] = total.of(series.rows)
+        for to, origin in series.passed(self.keep):
+            to[:] = origin
+        series.count_step(self.keep)
 
 
 class BackwardEuler(Scheme):
@@ -135,8 +212,8 @@ class BackwardEuler(Scheme):
 
     name, order, keep, lag, error_constant = "backward-euler", 1, 3, 0.5, 0.5
 
-    def rule(self, step, series):
-        return 1 / step, -series.values[0] / step
+    def formula(self, step):
+        return 1 / step, Sum(((-1, 0),), over=step)
 
     def symbol(self):
         return [1, -1], [1]
@@ -153,14 +230,14 @@ class BDF2(Scheme):
         if shrinks and base is not None and len(base.values) >= 4:
             # Rates of the positions as they are told now.  Were the old rates carried over, the two would differ behind
             # a kink by an amount that no smaller step removes.
-            r, series.step = base.values, step
+            r, series.step = [value[: len(series.rate)] for value in base.values], step
             series.values = [(1.5 * a - 2 * b + 0.5 * c) / step for a, b, c in zip(r, r[1:], r[2:], strict=False)]
             return
         super().begin(step, series)
         series.extrapolated_past(step, 2)
 
-    def rule(self, step, series):
-        return 1.5 / step, (-2 * series.values[0] + 0.5 * series.values[1]) / step
+    def formula(self, step):
+        return 1.5 / step, Sum(((-2, 0), (0.5, 1)), over=step)
 
     def symbol(self):
         return [1.5, -2, 0.5], [1]
@@ -188,45 +265,71 @@ class GeneralizedAlpha(Scheme):
 
     def begin(self, step, series, base=None):
         ahead = self.alpha_f - self.alpha_m
-        if series.auxiliary is None:
-            series.auxiliary = series.rate + ahead * step * series.second
+        if not series.averaging:
+            series.auxiliary, series.averaging = series.rate + ahead * step * series.second, True
         elif abs(series.step - step) > 1e-12 * step:
             series.resample(step, self.order, self.lag)
             second = (series.rate - series.previous_rate) / series.step
             series.auxiliary = series.auxiliary + ahead * (step - series.step) * second
         series.step = step
 
-    def rule(self, step, series):
+    def formula(self, step):
         am, af, g = self.alpha_m, self.alpha_f, self.gamma
-        b, rate = series.auxiliary, series.rate
         slope = am / (af * g * step)
-        of_b, of_rate = (1 - am / g) / af, 1 / af - 1
-        return slope, of_b * b - of_rate * rate - slope * series.values[0]
+        return slope, Sum((((1 - am / g) / af, AUXILIARY), (1 - 1 / af, RATE), (-slope, 0)))
+
+    def updates(self, step):
+        g = self.gamma
+        change, auxiliary = ((1, NEW), (-1, 0)), ((1 / (g * step), CHANGE), (1 - 1 / g, AUXILIARY))
+        return [(CHANGE, Sum(change)), (AUXILIARY, Sum(auxiliary))]
 
     def symbol(self):
         am, af, g = self.alpha_m, self.alpha_f, self.gamma
         return np.convolve([1, -1], [am, 1 - am]), np.convolve([g, 1 - g], [af, 1 - af])
-
-    def accept(self, series, value, rate):
-        g = self.gamma
-        series.auxiliary = (value - series.values[0]) * (1 / (g * series.step)) - (1 / g - 1) * series.auxiliary
-        super().accept(series, value, rate)
 
 
 class Predictor:
     """Start of Newton: the polynomial through the last `points` solutions, extrapolated."""
 
     def __init__(self, points=3):
-        self.points, self.times, self.values = points, [], []
+        self.points, self.times, self._rows = points, [], None  # times: newest first
+
+    @property
+    def values(self):
+        """Solutions at these times, views."""
+        return [] if self._rows is None else self._rows[: len(self.times)]
 
     def add(self, t, value):
+        """A solution."""
+        if self._rows is None:
+            self._make_room(len(value))
+        self._older()
+        self._rows[0] = value
         self.times = [t, *self.times[: self.points - 1]]
-        self.values = [value.copy(), *self.values[: self.points - 1]]
+
+    def _make_room(self, size):
+        rows = self._rows = np.zeros((self.points, size))
+        self._value, self._weights = np.zeros(size), np.ones(self.points + 1)
+        counts = range(1, self.points + 1)
+        self._sums = [Sums([(self._value, rows[:n])], self._weights) for n in counts]
+        self._older = copies([(rows[1:].ravel(), rows[:-1].ravel())])
 
     def at(self, t):
-        """Value extrapolated to t."""
-        weights = [prod((t - tj) / (ti - tj) for tj in self.times if tj != ti) for ti in self.times]
-        return sum(w * v for w, v in zip(weights, self.values, strict=True))
+        """Value extrapolated to t; it stays until the next one."""
+        times, count = self.times, len(self.times)
+        self._weights[:count] = [prod([(t - tj) / (ti - tj) for tj in times if tj != ti]) for ti in times]
+        self._weights[count] = 1.0
+        self._sums[count - 1]()
+        return self._value
+
+    def state(self):
+        """For `restore`; nothing is copied."""
+        return {"times": self.times, "values": self.values}
+
+    def restore(self, state):
+        """Be as in that state."""
+        for t, value in reversed(list(zip(state["times"], state["values"], strict=True))):
+            self.add(t, value)
 
 
 def make_scheme(name, spectral_radius=0.8):

@@ -25,7 +25,6 @@ class Simulation:
         if scene.time is None:
             raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
-        self.scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         start = initial_state(scene, comm) if state is None else None
         if problem is None:
             self.problem = Problem(scene, dynamic=True, comm=comm)
@@ -34,7 +33,8 @@ class Simulation:
             problem.change(scene)
         self.system, self.newton = self.problem.system, self.problem.newton
         self.iterations, self.end_forces = 0, {}
-        self.pasts = [Past(evolution) for evolution in self.problem.evolutions()]
+        scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
+        self.past = Past(self.problem.evolutions(), self.system.u, scheme)
         self.predictor, self.control = Predictor(), self._make_control()
         if state is None:
             self._load(start)
@@ -61,7 +61,7 @@ class Simulation:
         for model in self.problem.models:
             for values in model.memory.values():
                 values[:] = 0.0
-        self.begin(start.velocities(self.problem))
+        self.begin(start.line_velocity)
         self.end_forces = start.end_forces
         if not start.at_rest:
             make_consistent(self)
@@ -69,14 +69,17 @@ class Simulation:
         self.predictor = Predictor()
         self.predictor.add(0.0, u)
 
-    def begin(self, velocities=None):
-        """Begin the past anew from the present unknowns; velocities: of the evolutions of second order, in order."""
-        velocities = iter(velocities or ())
-        for past in self.pasts:
-            values = past.evolution.values(self.system.u)
-            zero = np.zeros_like(values)
-            rates = [next(velocities, zero), zero] if past.evolution.order == 2 else [zero]
-            past.begin(values, rates)
+    def begin(self, velocity=None):
+        """Begin the past anew from the present unknowns; velocity: of the lines' unknowns, 0 if not given [m/s]."""
+        rate = np.zeros(sum(evolution.size for evolution in self.past.evolutions))
+        if velocity is not None:
+            rate[self.past.place_of(self.problem.lines.part)] = velocity
+        self.past.begin([rate])
+
+    @property
+    def scheme(self):
+        """The time scheme."""
+        return self.past.scheme
 
     @property
     def memory(self):
@@ -96,10 +99,7 @@ class Simulation:
     @property
     def line_velocity(self) -> np.ndarray:
         """Velocity of the lines' unknowns, numbered as these [m/s]."""
-        return self._past_of(self.problem.lines).series[0].rate
-
-    def _past_of(self, model):
-        return next(past for past in self.pasts if past.evolution.part is model.part)
+        return self.past.rate_of(self.problem.lines.part).copy()
 
     # -- interruption -----------------------------------------------------------------------------------------------
 
@@ -113,8 +113,8 @@ class Simulation:
             "u": self.system.u,
             "newton": self.newton.state(),
             "memory": {str(k): memory for k, memory in enumerate(filter(None, self.memory))},
-            "pasts": {str(k): past.state() for k, past in enumerate(self.pasts)},
-            "predictor": vars(self.predictor),
+            "past": self.past.state(),
+            "predictor": self.predictor.state(),
             "control": vars(self.control),
         }
 
@@ -124,13 +124,12 @@ class Simulation:
             raise InputError("The unknowns are numbered in another way than in the state: not the same dolfinx.")
         self.t, self.end_forces, self.iterations = state["t"], state.get("end_forces", {}), state["iterations"]
         self.newton.restore(state["newton"])
-        for past, kept in zip(self.pasts, _listed(state, "pasts"), strict=True):
-            past.restore(kept)
+        self.past.restore(_listed(state, "past"))
         for memory, kept in zip(filter(None, self.memory), _listed(state, "memory"), strict=True):
             for name, values in memory.items():
                 values[:] = kept[name]
         self.predictor = Predictor()
-        vars(self.predictor).update(state["predictor"])
+        self.predictor.restore(state["predictor"])
         vars(self.control).update(state["control"])
         self.problem.set_time(self.t)
         self.system.u[:] = state["u"]
@@ -138,44 +137,31 @@ class Simulation:
 
     # -- steps --------------------------------------------------------------------------------------------------------
 
-    def _prepare(self, step):
-        """Hand gamma and history of a step to the forms."""
-        gamma = 1 / step
-        for past in self.pasts:
-            gamma = past.prepare(self.scheme, step)
-        self.newton.set_scales(gamma)
-
     def step(self, h, judge=None):
         """One step of size h [s]; returns Newton's iterations.
 
         judge: called with h and the local error, says whether the step counts; None is returned if it does not.
         Raises SolveError and leaves the state as it was.
         """
-        before, kept = self.system.u.copy(), [past.kept() for past in self.pasts]
-        t = self.t + h
-        self._prepare(h)
+        before, t = self.system.u.copy(), self.t + h
+        self.newton.set_scales(self.past.prepare(h))
         self.system.u[:] = self.predictor.at(t)
         self.problem.set_time(t)
         counts = False
         try:
             iterations = self.newton.solve()
-            rates = self.rates()
-            counts = judge is None or judge(h, self._local_error(rates))
+            self.past.find_rates()
+            counts = judge is None or judge(h, self._local_error())
         finally:
             if not counts:
                 self.system.u[:] = before
-                for past, state in zip(self.pasts, kept, strict=True):
-                    past.give_up(state)
+                self.past.give_up()
         if not counts:
             return None
-        self._accept(t, rates)
+        self._accept(t)
         return iterations
 
-    def rates(self):
-        """Rates of every evolution at the end of the step that was just solved, from the first derivative on."""
-        return [past.rates(self.system.u) for past in self.pasts]
-
-    def _local_error(self, rates):
+    def _local_error(self):
         """Largest local error of position and velocity over the tolerance; None without a tolerance or without a past.
 
         Milne's device: the scheme's rule and the extrapolation of its past are of the same order, and their difference
@@ -184,23 +170,20 @@ class Simulation:
         tolerance, order = self.scene.time.tolerance, self.scheme.order
         if tolerance is None:
             return None
-        pairs = zip(self.pasts, rates, strict=True)
-        differences = [past.largest_difference(self.system.u, found, order) for past, found in pairs]
-        if any(difference is None for difference in differences):
+        largest = self.past.largest_difference(order)
+        if largest is None:
             return None
         constant = self.scheme.error_constant
         # Local errors of order p + 1 that are this small add up to about `tolerance` over a run (measured).
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
-        largest = max(differences, default=0.0)
         return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
-    def _accept(self, t, rates):
+    def _accept(self, t):
         self.end_forces = self.problem.end_forces(fresh=False)
         u = self.system.u
         for model in self.problem.models:
             model.accept(u)
-        for past, found in zip(self.pasts, rates, strict=True):
-            past.accept(self.scheme, u, found)
+        self.past.accept()
         self.predictor.add(t, u)
         self.t = t
 
@@ -222,8 +205,7 @@ class Simulation:
                 self.iterations += iterations
                 yield h, iterations
             elif control.restart:
-                for past in self.pasts:
-                    past.forget()
+                self.past.forget()
                 control.restart = False
 
     def _why(self):

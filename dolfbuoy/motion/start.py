@@ -54,10 +54,6 @@ class Start:
             state = buoy.moving_state(pose.position, pose.quaternion, pose.velocity, pose.angular_velocity)
             u[buoy.part.slice] = state
 
-    def velocities(self, problem):
-        """Of the evolutions of second order, in their order."""
-        return [self.line_velocity] if problem.lines else []
-
 
 def initial_state(scene, comm) -> Start:
     """Start of a run.  Raises InputError for what cannot be."""

@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..scene import Scene, build_scene, load_scene
 from .record import replacing, undamaged
 
-FORMAT = 2
+FORMAT = 3
 NAME = "checkpoint.npz"
 
 

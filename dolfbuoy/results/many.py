@@ -8,8 +8,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from . import style
-from .record import SERIES
-from .statistics import STATISTICS
+from .statistics import STATISTICS, described
 
 
 def collect(rows: list[dict]) -> xr.Dataset:
@@ -18,7 +17,7 @@ def collect(rows: list[dict]) -> xr.Dataset:
     data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
     for name in dict.fromkeys(name for row in rows for name in row["statistics"]):
-        _, unit, long_name = SERIES.get(name) or SERIES[name.rpartition("_")[0]]
+        unit, long_name = described(name)
         for statistic in STATISTICS:
             values = [row["statistics"].get(name, {}).get(statistic, np.nan) for row in rows]
             period = statistic == "dominant_period"

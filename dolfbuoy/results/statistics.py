@@ -1,9 +1,13 @@
 """What is said of the series of a run: extremes, mean, deviation, and the period that is largest in it."""
 
+import itertools
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
+
+from .record import SERIES
 
 #: What is said of every recorded quantity over the whole run.
 STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
@@ -19,21 +23,39 @@ def statistics(record: xr.Dataset) -> dict[str, dict[str, float]]:
     Mean and standard deviation are over time (trapezoidal rule), whatever the steps; see also `dominant_period`.
     """
     t, result = record.time.values, {}
-    weights = np.convolve(np.diff(t), [0.5, 0.5]) if len(t) > 1 else np.ones(1)
+    weights = weights_of(t)
+    for label, x, noise in columns_of(record):
+        mean = float(np.average(x, weights=weights))
+        deviation = float(np.sqrt(np.average((x - mean) ** 2, weights=weights)))
+        period = dominant_period(t, x, noise)
+        values = (float(x.min()), float(x.max()), mean, deviation, period)
+        result[label] = dict(zip(STATISTICS, values, strict=True))
+    return result
+
+
+def weights_of(t: np.ndarray) -> np.ndarray:
+    """Of instants in a mean over time, by the trapezoidal rule."""
+    return np.convolve(np.diff(t), [0.5, 0.5]) if len(t) > 1 else np.ones(1)
+
+
+def columns_of(record: xr.Dataset) -> Iterator[tuple[str, np.ndarray, float]]:
+    """Every scalar series of a record and every component of another: its label (name, or name_label such as
+    buoy_position_z), its values, and what of them may be rounding noise.  Angles turn on over 180 degrees."""
     for name, variable in record.data_vars.items():
         if variable.dims[:1] != ("time",) or name in EFFORT:
             continue
-        columns = variable.values.reshape(len(t), -1)
+        columns = variable.values.reshape(variable.shape[0], -1)
         if name in TURNING:
             columns = np.unwrap(columns, period=360, axis=0)
-        labels = [name] if variable.ndim == 1 else [f"{name}_{label}" for label in record[variable.dims[1]].values]
+        labels = itertools.product(*(record[dim].values.astype(str) for dim in variable.dims[1:]))
         for label, x in zip(labels, columns.T, strict=True):
-            mean = float(np.average(x, weights=weights))
-            deviation = float(np.sqrt(np.average((x - mean) ** 2, weights=weights)))
-            period = dominant_period(t, x, noise=1e-9 * np.abs(columns).max())
-            values = (float(x.min()), float(x.max()), mean, deviation, period)
-            result[label] = dict(zip(STATISTICS, values, strict=True))
-    return result
+            yield "_".join([name, *label]), x, 1e-9 * np.abs(columns).max()
+
+
+def described(label: str) -> tuple[str, str]:
+    """(unit, long name) of a column."""
+    name = max((name for name in SERIES if label == name or label.startswith(f"{name}_")), key=len)
+    return SERIES[name][1:]
 
 
 def dominant_period(t, x, noise=0.0) -> float:

@@ -13,6 +13,15 @@ import numpy as np
 from ..errors import InputError
 from . import compat, jit
 
+#: In front of a source whose sums are those of NumPy to the last bit: no fused multiply-add.
+EVERY_PRODUCT_ROUNDED = """
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#else
+#pragma GCC optimize("fp-contract=off")
+#endif
+"""
+
 
 @cache
 def module(name, declarations, source):

@@ -54,7 +54,7 @@ def vibration(scene):
         for _ in simulation.run():
             u = simulation.system.u
             order = np.argsort(cable.node_s)
-            x, v = (a[cable.node_dofs[order]][:, 0] for a in (u, simulation.pasts[0].series[1].values[0]))
+            x, v = (a[cable.node_dofs[order]][:, 0] for a in (u, simulation.past.series[1].values[0]))
             if M is None:
                 rows.append((simulation.t, x[-1] - L, np.nan, np.nan))
                 continue
@@ -139,7 +139,7 @@ def test_sum_is_bounded_at_zero():
         cells = np.argsort(cable.cell_ends[:, 0])
         bounded = 0
         for _ in simulation.run():
-            x, v = (a[cable.node_dofs[order]] for a in (simulation.system.u, simulation.rates()[0][0]))
+            x, v = (a[cable.node_dofs[order]] for a in (simulation.system.u, simulation.past.series[0].rate))
             h = L / len(cells)
             strain = np.linalg.norm(np.diff(x, axis=0), axis=1) / h - 1
             rate = np.diff(v[:, 0]) / h

@@ -106,8 +106,8 @@ def start(simulation, motion):
     rate, acceleration, jerk = (np.zeros_like(u) for _ in range(3))
     for array, values in zip((rate, acceleration, jerk), derivatives, strict=True):
         array[cable.node_dofs] = values
-    simulation.pasts[0].begin(u, [rate, acceleration])
-    simulation.pasts[0].series[0].second, simulation.pasts[0].series[1].second = acceleration, jerk
+    simulation.past.begin([rate, acceleration])
+    simulation.past.series[0].second, simulation.past.series[1].second = acceleration, jerk
     simulation.predictor = Predictor()
     simulation.predictor.add(0.0, u)
 
@@ -124,7 +124,7 @@ def errors(scheme, EA, count):
         for _ in range(count):
             simulation.step(END / count)
         c, u = simulation.problem.lines, simulation.system.u
-        r, v = u[c.node_dofs], simulation.pasts[0].series[0].rate[c.node_dofs]
+        r, v = u[c.node_dofs], simulation.past.series[0].rate[c.node_dofs]
         T = u[c.T_dofs]
     tiny = 1e-30
     velocity = in_space(*(x.imag / tiny for x in motion.position(c.node_s, END + 1j * tiny)))

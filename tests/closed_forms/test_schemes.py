@@ -41,7 +41,7 @@ def state(simulation):
     """(r, v, T) at the nodes and in the elements, in order from the anchor."""
     cable, u = simulation.problem.lines, simulation.system.u
     nodes, cells = np.argsort(cable.node_s), np.argsort(cable.cell_ends[:, 0])
-    velocity = simulation.pasts[0].series[0].rate
+    velocity = simulation.past.series[0].rate
     return u[cable.node_dofs[nodes]], velocity[cable.node_dofs[nodes]], u[cable.T_dofs[cells]]
 
 
@@ -107,8 +107,8 @@ def turn(simulation):
     rate, acceleration = np.zeros_like(u), np.zeros_like(u)
     rate[cable.node_dofs] = velocity(cable.node_s)
     acceleration[cable.node_dofs] = -(SPIN**2) * position(cable.node_s)
-    simulation.pasts[0].begin(u, [rate, acceleration])
-    simulation.pasts[0].series[0].second, simulation.pasts[0].series[1].second = acceleration, -(SPIN**2) * rate
+    simulation.past.begin([rate, acceleration])
+    simulation.past.series[0].second, simulation.past.series[1].second = acceleration, -(SPIN**2) * rate
     simulation.predictor = Predictor()
     simulation.predictor.add(0.0, u)
 
@@ -273,7 +273,7 @@ def tensions(scene, steps, tamper=None):
 
 def forget_acceleration(simulation):
     """Start as if at rest: what a start that solves for nothing would do."""
-    for series in (series for past in simulation.pasts for series in past.series):
+    for series in simulation.past.series:
         series.second = np.zeros_like(series.second)
         series.rate = np.zeros_like(series.rate)
         series.previous_rate = series.rate

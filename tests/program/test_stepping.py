@@ -193,7 +193,7 @@ def history(scene):
         def look():
             u, cable, buoy = simulation.system.u, simulation.problem.lines, simulation.problem.buoy
             L, nodes = scene["cable"]["length"], cable.node_dofs
-            parts = [u[nodes].ravel() / L, simulation.pasts[0].series[0].rate[nodes].ravel() / np.sqrt(9.81 * L)]
+            parts = [u[nodes].ravel() / L, simulation.past.series[0].rate[nodes].ravel() / np.sqrt(9.81 * L)]
             parts += [u[simulation.problem.buoy.part.slice] / buoy.state_sizes] if buoy else []
             times.append(simulation.t)
             rows.append(np.concatenate(parts))

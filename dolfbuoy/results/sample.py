@@ -1,0 +1,114 @@
+"""What is kept of one run for its statistics: numbers of every series, peaks and rainflow ranges of the main ones.
+
+All that counts is behind the ramp.  A sample is a plain dict, so that a store of many cases can hold it:
+
+    {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
+     "cycles": {label: [ranges, counts]}, "corners": [[x, y], ...], of the convex hull of the track of C,
+     "watch_circle": radius about the anchor}
+"""
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from ..errors import InputError
+from ..scene import Scene
+from ..scene.cable import Cable
+from ..scene.settings import ramp_of
+from .cycles import binned, crossing_period, peaks, rainflow_cycles
+from .elevation import elevation
+from .offsets import corners
+from .statistics import columns_of, weights_of
+
+#: What is said of every series; `period` is the mean time between upward crossings of the mean (nan: none).
+NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period")
+#: The elevation at a point that stays where it is, and the horizontal distance of C from the anchor, as series.
+FIXED_POINT, OFFSET = "fixed_point_elevation", "offset"
+ADDED = {
+    FIXED_POINT: ("m", "water surface at a fixed point"),
+    OFFSET: ("m", "horizontal distance of C from the anchor"),
+}
+#: Series whose peaks are kept, and whose cycles wear a line; all of these beginnings.
+PEAKED = ("tension", FIXED_POINT, "surface_elevation", "buoy_position_z", OFFSET, "cone_angle", "roll", "pitch")
+CYCLED = ("tension",)
+
+
+def sample_of(
+    record: xr.Dataset, scene: Scene, start: float | None = None, point=None, bins: int | None = None
+) -> dict:
+    """The sample of a record.
+
+    start: what comes before does not count [s]; by default the end of the ramp.  point: (x, y) of the fixed point [m];
+    by default where the buoy begins, else the anchor.  bins: of peaks and ranges, see `cycles.binned`.
+    Raises InputError if fewer than two instants are left.
+    """
+    start = ramp_of(scene) if start is None else start
+    rows = record.time.values >= start - 1e-9 * max(abs(start), 1.0)
+    if rows.sum() < 2:
+        raise InputError(f"The run ends at t = {float(record.time[-1]):g} s: behind t = {start:g} s there is nothing.")
+    late = record.isel(time=rows)
+    t = late.time.values
+    result = {"start": float(t[0]), "duration": float(t[-1] - t[0]), "series": {}, "peaks": {}, "cycles": {}}
+    for label, x, noise in [*columns_of(late), *_added(record, late, scene, point)]:
+        result["series"][label] = numbers = numbers_of(t, x, noise)
+        if label.startswith(PEAKED):
+            found = peaks(x, numbers["mean"], noise)
+            result["peaks"][label] = _listed(found, np.ones(len(found)), bins)
+        if label.startswith(CYCLED):
+            result["cycles"][label] = _listed(*rainflow_cycles(x), bins)
+    return result | _circles(late, scene)
+
+
+def numbers_of(t: np.ndarray, x: np.ndarray, noise: float = 0.0) -> dict[str, float]:
+    """NUMBERS of a series; its moments are over time (trapezoidal rule)."""
+    weights = weights_of(t)
+    mean = float(np.average(x, weights=weights))
+    deviation = math.sqrt(np.average((x - mean) ** 2, weights=weights))
+    skewness = float(np.average((x - mean) ** 3, weights=weights)) / deviation**3 if deviation > noise else math.nan
+    period = crossing_period(t, x, mean, noise)
+    return dict(zip(NUMBERS, (mean, deviation, skewness, float(x.min()), float(x.max()), period), strict=True))
+
+
+def _listed(values, counts, bins):
+    return [found.tolist() for found in binned(values, counts, bins)]
+
+
+def _added(record, late, scene, point):
+    """Series that a record does not have."""
+    if scene.waves:
+        eta = elevation(scene, late.time.values, _point(record, scene) if point is None else point)
+        yield FIXED_POINT, eta, 1e-9 * np.abs(eta).max()
+    if _has_track(late) and _anchor(scene) is not None:
+        yield OFFSET, _offset(late, scene), 1e-9 * np.abs(late.buoy_position.values).max()
+
+
+def _has_track(record):
+    """Whether there is one buoy."""
+    return "buoy_position" in record and record.buoy_position.ndim == 2
+
+
+def _track(record):
+    return record.buoy_position.values[:, :2]
+
+
+def _anchor(scene):
+    """(x, y) of the anchor, if there is one line."""
+    return scene.anchor[:2] if isinstance(scene.cable, Cable) else None
+
+
+def _offset(record, scene):
+    return np.linalg.norm(_track(record) - np.array(_anchor(scene)), axis=-1)
+
+
+def _point(record, scene):
+    if _has_track(record):
+        return _track(record)[0]
+    return _anchor(scene) or (0.0, 0.0)
+
+
+def _circles(record, scene):
+    if not _has_track(record):
+        return {}
+    found = {"corners": corners(_track(record)).tolist()}
+    return found | ({"watch_circle": float(_offset(record, scene).max())} if _anchor(scene) is not None else {})

@@ -1,0 +1,161 @@
+"""Figures of the statistics of runs: exceedance of peaks, rainflow ranges, extremes, and where the buoy goes."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+
+from .drawing import legend_above
+from .extremes import Gumbel
+from .sample import FIXED_POINT
+from .style import COLORS, PAGE, PALETTE, STYLE, legend_below, new_figure, save
+from .tables import unit_of
+
+#: Series that are drawn, those of them that are there.
+SHOWN = ("tension_top", "tension_anchor", "surface_elevation", FIXED_POINT)
+#: Sets that colours can tell apart; of more only these, the first ones, are drawn.
+MOST_SETS = len(PALETTE)
+
+
+def draw_all(statistics: xr.Dataset, folder: Path) -> list[Path]:
+    """Every figure that there is data for, as folder/NAME.png and .svg; returns the files."""
+    written = []
+    for name, draw in FIGURES.items():
+        with matplotlib.rc_context(STYLE):
+            figure = draw(statistics)
+            if figure is not None:
+                written += save(figure, Path(folder) / name)
+    return written
+
+
+def _sets(statistics):
+    return range(min(statistics.sizes["set"], MOST_SETS))
+
+
+def _panels(statistics, suffix):
+    """(figure, {series: axes}) of those of SHOWN that have a variable with this suffix; None if none has."""
+    names = [name for name in SHOWN if statistics.sizes.get(f"{name}{suffix}_number")]
+    if not names:
+        return None, {}
+    return _grid(names)
+
+
+def _grid(names):
+    """A figure with a panel for each name."""
+    rows = (len(names) + 1) // 2
+    figure = new_figure(PAGE, 0.4 + 2.4 * rows)
+    grid = figure.subplots(rows, 2, squeeze=False).ravel()
+    for spare in grid[len(names) :]:
+        spare.remove()
+    return figure, dict(zip(names, grid, strict=False))
+
+
+def _label(statistics, name):
+    """Name and unit of an axis, and the factor to that unit."""
+    unit, factor = unit_of(statistics[f"{name}_maximum"].values, statistics[f"{name}_maximum"].attrs["units"])
+    return f"{name.replace('_', ' ')} [{unit}]", factor
+
+
+def exceedance(statistics: xr.Dataset) -> Figure | None:
+    """Probability that a peak is higher, and Rayleigh's of a narrow-banded Gaussian process."""
+    figure, panels = _panels(statistics, "_peak")
+    for name, axes in panels.items():
+        text, factor = _label(statistics, name)
+        for k in _sets(statistics):
+            mine = statistics[f"{name}_peak_set"].values == k
+            peaks, share = statistics[f"{name}_peak"].values[mine], statistics[f"{name}_peak_exceedance"].values[mine]
+            axes.plot(factor * peaks, share, ".", ms=3, color=PALETTE[k], label=f"set {k}")
+            _rayleigh(axes, statistics, name, k, factor, share.min(initial=1.0))
+        axes.set(yscale="log", xlabel=text, ylabel="share of higher peaks")
+        if statistics.sizes["set"] > 1:
+            axes.legend()
+    return figure
+
+
+def _rayleigh(axes, statistics, name, k, factor, lowest):
+    mine = statistics.set_of_run.values == k
+    mean = statistics[f"{name}_mean"].values[mine].mean()
+    deviation = np.sqrt((statistics[f"{name}_standard_deviation"].values[mine] ** 2).mean())
+    share = np.geomspace(1.0, 0.5 * lowest, 100)
+    line = mean + deviation * np.sqrt(-2 * np.log(share))
+    axes.plot(factor * line, share, "-", lw=0.8, color=COLORS["ink"], alpha=0.6, label=None if k else "Rayleigh")
+
+
+def cycles(statistics: xr.Dataset) -> Figure | None:
+    """Rainflow ranges: how many cycles per hour are as large or larger."""
+    figure, panels = _panels(statistics, "_range")
+    for name, axes in panels.items():
+        text, factor = _label(statistics, name)
+        for k in _sets(statistics):
+            mine = statistics[f"{name}_range_set"].values == k
+            order = np.argsort(statistics[f"{name}_range"].values[mine])[::-1]
+            ranges = statistics[f"{name}_range"].values[mine][order]
+            hours = statistics.duration.values[statistics.set_of_run.values == k].sum() / 3600
+            number = np.cumsum(statistics[f"{name}_range_count"].values[mine][order]) / hours
+            axes.step(factor * ranges, number, where="post", color=PALETTE[k], label=f"set {k}")
+        axes.set(yscale="log", xlabel=f"range of {text}", ylabel="cycles per hour, as large or larger")
+        if statistics.sizes["set"] > 1:
+            axes.legend()
+    return figure
+
+
+def extremes(statistics: xr.Dataset) -> Figure | None:
+    """Largest values of the runs on Gumbel's paper, the line fitted to them, and the most probable one of 3 h."""
+    names = [name for name in SHOWN if f"{name}_most_probable" in statistics]
+    if not names:
+        return None
+    figure, panels = _grid(names)
+    for name, axes in panels.items():
+        text, factor = _label(statistics, name)
+        for k in _sets(statistics):
+            _gumbel_paper(axes, statistics, name, k, factor)
+        axes.set(xlabel=f"largest {text}", ylabel="-ln(-ln P)")
+    handles = panels[names[0]].get_legend_handles_labels()[0]
+    legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
+    return figure
+
+
+def _gumbel_paper(axes, statistics, name, k, factor):
+    maxima = np.sort(statistics[f"{name}_maximum"].values[statistics.set_of_run.values == k])
+    found = Gumbel(*(float(statistics[f"{name}_gumbel_{part}"][k]) for part in ("location", "scale")), len(maxima))
+    if not np.isfinite(found.location):
+        return
+    reduced = -np.log(-np.log(np.arange(1, len(maxima) + 1) / (len(maxima) + 1)))
+    axes.plot(factor * maxima, reduced, "o", ms=3, color=PALETTE[k], label=f"{len(maxima)} runs")
+    estimate, low, high = statistics[f"{name}_most_probable"].values[k]
+    rise = (estimate - found.location) / found.scale  # ln of 3 h over a run: where its most probable value is
+    ends = np.array([reduced[0], max(reduced[-1], rise)])
+    axes.plot(factor * (found.location + found.scale * ends), ends, "-", lw=0.8, color=PALETTE[k])
+    reach = factor * np.array([[estimate - low], [high - estimate]])
+    axes.errorbar(
+        factor * estimate, rise, xerr=reach, fmt="s", ms=4, mfc="none", capsize=3, color=PALETTE[k], label=_OF_3_H
+    )
+
+
+_OF_3_H = "most probable of 3 h, 95 %"
+
+
+def circle(statistics: xr.Dataset) -> Figure | None:
+    """Where C was, from above: convex hulls of its tracks, and the smallest circle of each set."""
+    if not statistics.sizes.get("corner"):
+        return None
+    figure = new_figure(PAGE / 2, PAGE / 2)
+    axes = figure.subplots()
+    for k in _sets(statistics):
+        mine = statistics.corner_set.values == k
+        axes.plot(statistics.corner_x.values[mine], statistics.corner_y.values[mine], ".", ms=3, color=PALETTE[k])
+        x, y, radius = (float(statistics[f"circle_{part}"][k]) for part in ("x", "y", "radius"))
+        axes.add_patch(Circle((x, y), radius, fill=False, lw=0.8, ec=PALETTE[k], label=f"radius {radius:.3g} m"))
+        axes.plot(x, y, "+", color=PALETTE[k], ms=5)
+    axes.set(xlabel="x of C [m]", ylabel="y of C [m]", aspect="equal")
+    axes.autoscale_view()
+    legend_above(axes, 2)
+    return figure
+
+
+#: Name of the files: what draws them; None where there is nothing to draw.
+FIGURES: dict[str, Callable] = {draw.__name__: draw for draw in (exceedance, cycles, extremes, circle)}

@@ -1,0 +1,342 @@
+"""Statistics of runs: crossings, peaks, rainflow, wear, Gumbel's distribution and its interval, circles, sets of runs.
+
+Source: ASTM E1049-85, sums and integrals by hand, scipy's fits, samples of known distributions.
+"""
+
+import collections
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import optimize, stats
+
+from dolfbuoy import InputError, load_scene, simulate, statistics
+from dolfbuoy.model.sea import elevation_at
+from dolfbuoy.results import cycles, extremes
+from dolfbuoy.results.elevation import elevation
+from dolfbuoy.results.ensemble import set_of
+from dolfbuoy.results.offsets import smallest_circle
+from dolfbuoy.results.sample import numbers_of, sample_of
+
+# -- cycles ----------------------------------------------------------------------------------------------------------
+
+
+def test_rainflow_is_that_of_astm_e1049():
+    """The example of the standard, Fig. 6: half cycles as 0.5."""
+    ranges, counts = cycles.rainflow_cycles(np.array([-2, 1, -3, 5, -1, 3, -4, 4, -2.0]))
+    found = collections.Counter()
+    for size, count in zip(ranges, counts, strict=True):
+        found[size] += count
+    assert dict(found) == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
+
+
+def test_a_series_without_turns_has_no_cycles():
+    for x in (np.full(10, 3.0), np.array([1.0])):
+        ranges, counts = cycles.rainflow_cycles(x)
+        assert len(ranges) == len(counts) == 0
+        assert cycles.equivalent_load(ranges, counts, 3.0, 100.0) == 0.0
+
+
+def test_wear_of_known_ranges():
+    """Ten cycles of 2 and half a one of 4, m = 3: 112 N^3; K = 1000; equivalent in 14 cycles: 2."""
+    ranges, counts = np.array([2.0, 4.0]), np.array([10.0, 0.5])
+    assert cycles.miner_sum(ranges, counts, 3.0, 1000.0) == pytest.approx(0.112, rel=1e-14)
+    assert cycles.equivalent_load(ranges, counts, 3.0, 14.0) == pytest.approx(2.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("exponent", [3.0, 5.0, 10.0])
+def test_bins_lose_what_they_say(exponent):
+    ranges = np.random.default_rng(3).rayleigh(size=20_000)
+    exact = np.sum(ranges**exponent)
+    for bins in (32, 64, 128):
+        values, counts = cycles.binned(ranges, np.ones(len(ranges)), bins)
+        assert len(values) <= bins
+        assert counts.sum() == len(ranges)
+        assert np.sum(counts * values) == pytest.approx(ranges.sum(), rel=1e-12)
+        lost = 1 - np.sum(counts * values**exponent) / exact
+        widest = (ranges.max() / np.median(np.repeat(ranges, 1))) ** 2  # what counts most lies above the median
+        assert 0 < lost < exponent * (exponent - 1) / 24 / bins**2 * widest
+    assert cycles.binned(ranges, 1, None)[0] is ranges
+
+
+def test_crossings_and_peaks_of_a_sinusoid():
+    """Any level; the period is interpolated, the peaks are the sampled ones."""
+    t = np.linspace(0, 30, 4001)
+    x = 2 + 1.5 * np.sin(2 * np.pi * t / 3.7 - 1.0)
+    assert cycles.crossing_period(t, x, 2.4) == pytest.approx(3.7, rel=1e-5)
+    found = cycles.peaks(x, 2.4)
+    assert len(found) == 7
+    assert found == pytest.approx(3.5, rel=1e-5)
+    assert np.isnan(cycles.crossing_period(t[:200], x[:200], 2.0))
+    assert len(cycles.peaks(1e-12 * x, 2e-12, noise=1e-9)) == 0
+
+
+def test_exceedance_of_four_peaks():
+    values, share = cycles.exceedance(np.array([1.0, 3.0, 2.0]), np.array([1.0, 1.0, 2.0]))
+    assert values.tolist() == [3.0, 2.0, 1.0]
+    assert share.tolist() == [0.2, 0.6, 0.8]
+
+
+def test_numbers_of_a_known_series():
+    """x = t^2 on uneven steps: mean 1/3, variance 4/45, third moment 16/945."""
+    t = np.linspace(0, 1, 4001) ** 1.5
+    found = numbers_of(t, t**2)
+    assert found["mean"] == pytest.approx(1 / 3, rel=1e-6)
+    assert found["standard_deviation"] == pytest.approx(math.sqrt(4 / 45), rel=1e-6)
+    assert found["skewness"] == pytest.approx(16 / 945 / (4 / 45) ** 1.5, rel=1e-5)
+    assert (found["minimum"], found["maximum"]) == (0.0, 1.0)
+
+
+# -- extremes --------------------------------------------------------------------------------------------------------
+
+
+def test_gumbel_is_the_likeliest():
+    sample = stats.gumbel_r.rvs(7.0, 2.0, size=40, random_state=5)
+    found = extremes.fit_gumbel(sample)
+    location, scale = stats.gumbel_r.fit(sample)
+    assert (found.location, found.scale) == pytest.approx((location, scale), rel=1e-5)
+    likelihood = stats.gumbel_r.logpdf(sample, found.location, found.scale).sum()
+    assert likelihood >= stats.gumbel_r.logpdf(sample, location, scale).sum() - 1e-9
+
+
+def test_the_most_probable_value_of_a_longer_time():
+    """The distribution of the largest of three runs, F^3, is at its steepest there."""
+    found = extremes.Gumbel(5.0, 2.0, 20)
+    x = np.linspace(0, 20, 200_001)
+    density = np.gradient(found.below(x) ** 3, x)
+    assert found.below(x, 3.0) == pytest.approx(found.below(x) ** 3, rel=1e-12)
+    assert found.most_probable(3.0) == pytest.approx(x[density.argmax()], abs=2e-4)
+
+
+@pytest.mark.parametrize(("runs", "times"), [(10, 1.0), (10, 9.0), (30, 3.0)])
+def test_the_interval_covers_the_truth_as_often_as_it_says(runs, times):
+    """Of 2000 samples 95 %, within three deviations of their number."""
+    generator, hits, trials = np.random.default_rng(11), 0, 2000
+    truth = 40.0 + 3.0 * math.log(times)
+    for sample in generator.gumbel(40.0, 3.0, size=(trials, runs)):
+        low, high = extremes.fit_gumbel(sample).interval(times)
+        hits += low <= truth <= high
+    share = extremes.COVERED
+    assert hits / trials == pytest.approx(share, abs=3 * math.sqrt(share * (1 - share) / trials))
+
+
+def test_too_few_or_equal_maxima_have_no_distribution():
+    with pytest.raises(InputError, match="10 seeds at least, and here are 9"):
+        extremes.fit_gumbel(np.arange(9.0))
+    with pytest.raises(InputError, match="all the same"):
+        extremes.fit_gumbel(np.full(12, 3.0))
+
+
+# -- circles ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_smallest_circle_of_any_points(seed):
+    points = np.random.default_rng(seed).normal(size=(60, 2)) * [3.0, 1.0] + [5.0, -2.0]
+    centre, radius = smallest_circle(points)
+
+    def reach(place):
+        return np.linalg.norm(points - place, axis=1).max()
+
+    assert reach(centre) == pytest.approx(radius, rel=1e-9)
+    best = optimize.minimize(reach, points.mean(axis=0), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-12})
+    assert radius == pytest.approx(best.fun, rel=1e-7)
+
+
+def test_smallest_circle_of_few_points():
+    for points, centre, radius in (
+        ([[1, 2]], (1, 2), 0),
+        ([[0, 0], [4, 0], [1, 0]], (2, 0), 2),
+        ([[0, 0], [0, 0]], (0, 0), 0),
+        ([[0, 0], [2, 0], [1, 1], [1, -1]], (1, 0), 1),
+        ([[0, 0], [1, 0], [0.5, math.sqrt(3) / 2]], (0.5, math.sqrt(3) / 6), 1 / math.sqrt(3)),
+    ):
+        found, size = smallest_circle(np.array(points, dtype=float))
+        assert tuple(found) == pytest.approx(centre, abs=1e-12)
+        assert size == pytest.approx(radius, abs=1e-12)
+
+
+# -- runs ------------------------------------------------------------------------------------------------------------
+
+SCENE = load_scene("short", time__end=1200.0, waves={"amplitude": 1.0, "ramp": 100.0, "direction_deg": 30.0})
+
+
+def narrow(seed, length=1200.0, scene=SCENE, loud_ramp=50.0):
+    """A made-up record: a Gaussian sea of variance 1, a tension that follows its square, and noise in the ramp."""
+    generator = np.random.default_rng(seed)
+    t = np.arange(0, length + 0.01, 0.2)
+    w, phase = generator.normal(1.25, 0.1, 200), generator.uniform(0, 2 * np.pi, 200)
+    x, y = (math.sqrt(2 / 200) * f(np.outer(t, w) + phase).sum(axis=1) for f in (np.cos, np.sin))
+    x[t < 100] += loud_ramp
+    data = {
+        "surface_elevation": ("time", x),
+        "tension_top": ("time", 5000 + 900 * x),
+        "buoy_position": (("time", "xyz"), np.stack([12 + 2 * x, y, 0 * x], axis=1)),
+        "newton_iterations": ("time", np.ones(len(t), dtype=int)),
+    }
+    return xr.Dataset(data, {"time": t, "xyz": list("xyz")}, attrs={"scene": scene.to_toml()})
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return [narrow(seed) for seed in range(30)]
+
+
+@pytest.fixture(scope="module")
+def found(runs):
+    return statistics(runs, exponent=4.0, constant=1e18, frequency=0.2)
+
+
+def test_the_ramp_is_left_out(runs, found):
+    """Noise in it would raise every number."""
+    assert found.start.values == pytest.approx(100.0)
+    assert found.duration.values == pytest.approx(1100.0)
+    late = runs[3].isel(time=slice(500, None))
+    assert float(found.surface_elevation_maximum[3]) == float(late.surface_elevation.max())
+    assert float(statistics(runs[3], start=300.0).duration) == pytest.approx(900.0)
+    assert float(statistics(runs[3], start=0.0).surface_elevation_maximum) > 50
+
+
+def test_moments_of_the_sea(found):
+    assert found.surface_elevation_m0.mean() == pytest.approx(1.0, abs=0.1)
+    deviation = found.surface_elevation_standard_deviation.values
+    assert found.surface_elevation_Hs.values == pytest.approx(4 * deviation)
+    assert found.surface_elevation_period.mean() == pytest.approx(2 * np.pi / math.hypot(1.25, 0.1), rel=0.01)
+    assert float(abs(found.surface_elevation_skewness).max()) < 0.3
+
+
+def test_peaks_of_a_narrow_band_are_rayleighs(found):
+    """Their exceedance, pooled over 30 runs of 200 peaks, within the scatter of shares."""
+    peaks, share = found.surface_elevation_peak.values, found.surface_elevation_peak_exceedance.values
+    assert len(peaks) > 5000
+    for level in (1.0, 2.0, 3.0):
+        expected = math.exp(-(level**2) / 2)
+        here = np.interp(-level, -peaks, share)
+        assert here == pytest.approx(expected, abs=0.02 * expected + 5 * math.sqrt(expected / len(peaks)))
+
+
+def test_most_probable_maximum_of_a_gaussian_sea(found):
+    """sqrt(2 ln N) deviations for the N crests of 3 h lies in the interval; a mean of the maxima does not."""
+    crests = 3 * 3600 / float(found.surface_elevation_period.mean())
+    estimate, low, high = found.surface_elevation_most_probable.values[0]
+    assert low < estimate < high
+    assert low < math.sqrt(2 * math.log(crests)) < high
+    assert float(found.surface_elevation_maximum.mean()) < low
+
+
+def test_wear_of_a_run(runs, found):
+    ranges, counts = cycles.rainflow_cycles(runs[0].tension_top.values[500:])
+    damage = np.sum(counts * ranges**4)
+    assert float(found.tension_top_damage[0]) == pytest.approx(damage / 1e18, rel=1e-12)
+    assert float(found.tension_top_equivalent_load[0]) == pytest.approx((damage / 220) ** 0.25, rel=1e-12)
+
+
+def test_circles_of_offsets(runs, found):
+    tracks = np.concatenate([run.buoy_position.values[500:, :2] for run in runs])
+    centre = np.array([float(found.circle_x[0]), float(found.circle_y[0])])
+    assert np.linalg.norm(tracks - centre, axis=1).max() == pytest.approx(float(found.circle_radius[0]), rel=1e-9)
+    assert float(found.watch_circle_radius[0]) == pytest.approx(np.linalg.norm(tracks, axis=1).max(), rel=1e-12)
+    assert float(found.offset_maximum.max()) == float(found.watch_circle_radius[0])
+
+
+def test_few_runs_have_no_extreme_and_say_so(runs):
+    few = statistics(runs[:9])
+    assert "tension_top_most_probable" not in few
+    assert "needs 10 seeds at least, and here are 9" in few.attrs["notes"]
+
+
+def test_runs_of_several_scenes_are_sets(runs):
+    other = load_scene(SCENE, waves__amplitude=2.0)
+    several = statistics([*runs[:10], *(narrow(100 + k, scene=other) for k in range(10)), narrow(0, 800.0)])
+    assert several.sizes["set"] == 2
+    assert several.set_of_run.values.tolist() == [0] * 10 + [1] * 10 + [0]
+    values = several.tension_top_most_probable.values[:, 0]
+    assert np.isnan(values[0])  # not all of its runs are equally long
+    assert np.isfinite(values[1])
+    assert "not equally long" in several.attrs["notes"]
+    assert "in 1 of 2 sets" in several.attrs["notes"]
+
+
+def test_a_title_does_not_make_a_set():
+    assert set_of(load_scene(SCENE, title="other")) == set_of(SCENE)
+    assert set_of(load_scene(SCENE, waves__phase_deg=3.0)) != set_of(SCENE)
+
+
+def test_a_run_within_its_ramp_is_refused():
+    with pytest.raises(InputError, match=r"run 0: The run ends at t = 80 s: behind t = 100 s there is nothing"):
+        statistics(narrow(1, 80.0))
+
+
+def test_bad_numbers_are_refused(runs):
+    for name in ("exponent", "constant", "frequency"):
+        with pytest.raises(InputError, match=f"{name} = -1"):
+            statistics(runs[0], **{name: -1.0})
+    with pytest.raises(InputError, match="no run"):
+        statistics([])
+
+
+def test_elevation_at_a_fixed_point_is_that_of_the_forms():
+    times = np.array([0.0, 3.0, 50.0, 99.0, 100.0, 123.4])
+    for point in ((0.0, 0.0), (7.0, -11.0)):
+        expected = [float(elevation_at(SCENE, t, np.array([*point, 0.0]))) for t in times]
+        assert elevation(SCENE, times, point) == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_fixed_point_of_a_regular_wave(runs):
+    """Half the square of its amplitude, over whole periods, wherever it is."""
+    record = runs[0].isel(time=slice(0, 5501))  # to t = 1100 s: 200 periods behind the ramp
+    for point in (None, (3.0, 4.0)):
+        found = statistics(record, point=point)
+        assert float(found.fixed_point_elevation_m0) == pytest.approx(0.5, rel=1e-6)
+        assert float(found.fixed_point_elevation_period) == pytest.approx(SCENE.waves.period, rel=1e-6)
+
+
+def test_a_driven_cable_has_statistics_too(tmp_path):
+    """No buoy, no waves: tensions only."""
+    rod = {
+        "cable": {"length": 3.0, "line_density": 2.0, "elements": 2, "top": {"kind": "free", "force": [1.0, 2.0, 9.0]}},
+        "time": {"end": 0.3, "step": 0.01},
+    }
+    record = simulate(rod)
+    sample = sample_of(record, load_scene(rod))
+    assert set(sample["peaks"]) == {"tension_top", "tension_anchor"}
+    assert sample["duration"] == pytest.approx(0.3)
+    assert "circle_radius" not in statistics(record)
+
+
+# -- the command -----------------------------------------------------------------------------------------------------
+
+
+def test_the_command_prints_and_writes(call, tmp_path, runs):
+    folders = []
+    for k, run in enumerate(runs[:12]):
+        folders.append(tmp_path / f"run{k}")
+        folders[-1].mkdir()
+        run.to_netcdf(folders[-1] / "results.nc")
+    arguments = [*folders, "--out", tmp_path / "st", "--exponent", "4", "--constant", "1e18", "--from", "200"]
+    code, out, err = call("statistics", *arguments)
+    assert (code, err) == (0, "")
+    for words in ("12 runs, 1000 s from t = 200 s on", "Miner sum per year", "Most probable maximum of 3 h", "Offsets"):
+        assert words in out
+    written = xr.load_dataset(tmp_path / "st" / "statistics.nc")
+    assert written.sizes["run"] == 12
+    assert f"{float(written.surface_elevation_m0.mean()):.5g}" in out
+    assert all({"units", "long_name"} <= set(written[name].attrs) for name in written if not name.endswith("_set"))
+    for name in ("exceedance", "cycles", "extremes", "circle"):
+        assert (tmp_path / "st" / f"{name}.png").stat().st_size > 5000
+
+
+def test_what_the_command_refuses(call, tmp_path, runs):
+    (tmp_path / "run").mkdir()
+    runs[0].to_netcdf(tmp_path / "run" / "results.nc")
+    for arguments, words in (
+        ([tmp_path / "nothing"], "is not the folder of a run"),
+        ([tmp_path / "run", "--point", "3"], "--point 3: must be X,Y"),
+        ([tmp_path / "run", "--exponent", "0"], "exponent = 0.0: must be a positive number"),
+        ([tmp_path / "run", "--from", "5000"], "The run ends at t = 1200 s"),
+    ):
+        code, _, err = call("statistics", *arguments, "--out", tmp_path / "st")
+        assert code == 2
+        assert words in err
+        assert err.strip().count("\n") == 0
