@@ -84,7 +84,12 @@ class System:
         self.unknown_scales[:], self.row_scales[:] = xs[self.numbering.visible], fs[self.order]
         self._row_scale.setArray(self.row_scales)
         self._unknown_scale.setArray(xs[self.order])
+        if self.numbering.shared:  # a ghost has the size that its owner gives it
+            self.numbering.read(self._unknown_scale, self._take_scales)
         return True
+
+    def _take_scales(self, values):
+        self.unknown_scales[:] = values
 
     # -- evaluation in physical values ---------------------------------------------------------------------------------
 
