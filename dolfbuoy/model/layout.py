@@ -62,15 +62,15 @@ class Layout:
         if averaged:
             Q0, mean_dofs = compat.collapse(self.space, 2)
             self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
-        self.line_of_node = self._line_at(self.node_s)
-        self.line_of_cell = self._line_at(self.cell_ends.mean(axis=1))
+        self.line_of_node = self.line_at(self.node_s)
+        self.line_of_cell = self.line_at(self.cell_ends.mean(axis=1))
         #: Dofs of r at s = 0 and s = L of each piece, empty where another rank has them.
         self.end_dofs = [tuple(self._dofs_at(n[i]) for i in (0, -1)) for n in self.nodes]
         firsts = [np.isclose(self.cell_ends[:, 0], n[0], rtol=0, atol=self._tolerance) for n in self.nodes]
         self._anchor_cell_dofs = [self.T_dofs[first].ravel() for first in firsts]
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
 
-    def _line_at(self, s):
+    def line_at(self, s):
         """Number of the piece at mesh coordinates."""
         return np.searchsorted(self.begins, s + self._tolerance, side="right") - 1
 
