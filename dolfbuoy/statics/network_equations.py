@@ -1,0 +1,305 @@
+"""Equations of a network of catenaries, and their solution from nowhere.
+
+Unknowns: position x of every free joint and the reaction R of the bed there; of every piece its tension n at the start
+as a vector and the least height d of the line above the bed.  With l(d) what lies, V_0 = n_z, V_1 = V_0 + w (L - l),
+V_l of what lies (of 0, V_0, V_1 the one between), h = |(n_x, n_y)|, T = |(h, V)|, e = T + T^2/(2 EA):
+
+    n_xy ((asinh(V_1/h) - asinh(V_0/h))/w + l/T_l + L/EA)  =  (x_end - x_start)_xy
+    z_start - d = (e_0 - e_l)/w,   z_end - d = (e_1 - e_l)/w            (and l de_l/dV_l, should V_l not be 0)
+    sum of the pieces' ends + load + R e_z = 0
+    l = 0 if d > 0, L if d < 0;   R z = 0, none of them negative         (z: heights above the bed)
+
+Lines that take no compression have a convex energy, and so has a bed without friction: there is one equilibrium (of
+slack lines only the tension is determined), and these are the equations of a saddle point, convex in x and d, concave
+in the forces and l.  One number smooths them: h^2 -> h^2 + eps^2, a compliance of eps/F^2 more, R z = eps, and
+d = eps (1/l - 1/(L - l)).  At eps = F, a typical force, all is nearly linear and Newton starts from anything; eps then
+falls to almost 0, and the state follows along the tangent.
+"""
+
+import itertools
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import spsolve
+
+from ..errors import SolveError
+
+#: Smoothing at the end, of a typical force; the compliance that goes with it is taken away before.
+LAST_EPS = 1e-13
+#: Compliance and R z at the end.
+LAST_SOFTNESS = 1e-16
+#: Smoothing that will do where slack lines allow no less.
+GOOD_EPS = 1e-6
+#: Residual in typical lengths and forces at which a state is accepted: while eps falls, and at the end.
+LOOSE, TIGHT = 1e-6, 1e-9
+TINY = 1e-40  # complex step: derivatives exact to rounding
+
+
+class Equations:
+    """Residual and Jacobian in units of a typical force and length; `solve` gives the rest in SI units."""
+
+    def __init__(self, network):
+        self.network, pieces, joints = network, network.pieces, network.joints
+        self.free = np.array([i for i, joint in enumerate(joints) if joint.free], int)
+        self.length_unit = max(piece.length for piece in pieces)
+        self.force_unit = self._typical_force()
+        self.L, self.w, EA = (
+            np.array([getattr(piece, name) for piece in pieces], float) for name in ("length", "w", "EA")
+        )
+        self.L, self.w = self.L / self.length_unit, self.w * self.length_unit / self.force_unit
+        self.compliance = self.force_unit / EA
+        self.joint = np.array([[piece.start, piece.end] for piece in pieces])
+        self.offset = np.array([[piece.start_offset, piece.end_offset] for piece in pieces], float) / self.length_unit
+        self.turned = np.diff(self._steps_from_the_lowest()[self.joint])[:, 0] < 0
+        self.joint[self.turned], self.offset[self.turned] = self._other_way(self.joint), self._other_way(self.offset)
+        self.touches = (self.w > 0) & (network.bed is not None)
+        self.bed = (network.bed or 0.0) / self.length_unit
+        self.columns = np.full(len(joints), -1)
+        self.columns[self.free] = 3 * np.arange(len(self.free))
+
+    def _steps_from_the_lowest(self):
+        """Pieces from every joint to the lowest held one: Newton is quicker if pieces start where they may lie."""
+        heights = np.array([np.inf if joint.free else joint.position[2] for joint in self.network.joints])
+        steps = np.where(heights <= heights.min() + 1e-6 * self.length_unit, 0, len(heights))
+        for _ in heights:
+            for a, b in self.joint:
+                steps[a], steps[b] = min(steps[a], steps[b] + 1), min(steps[b], steps[a] + 1)
+        return steps
+
+    def _other_way(self, ends):
+        return ends[self.turned, ::-1]
+
+    def _typical_force(self):
+        loads = [
+            np.linalg.norm(self._load(joint, np.zeros(3) if joint.position is None else joint.position)[0])
+            for joint in self.network.joints
+            if joint.free
+        ]
+        forces = [*loads, *(abs(piece.w) * piece.length for piece in self.network.pieces)]
+        stiff = [1e-2 * piece.EA for piece in self.network.pieces if np.isfinite(piece.EA)]
+        return max(forces) or min(stiff, default=1.0)
+
+    @staticmethod
+    def _load(joint, position):
+        """Net force on a joint and its derivative."""
+        if callable(joint.load):
+            return joint.load(np.asarray(position, float))
+        return np.asarray(joint.load, float), np.zeros((3, 3))
+
+    # -- unknowns ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def slices(self):
+        """Where x, n, d and R are in the vector of unknowns; the rows of their equations are in the same places."""
+        sizes = np.cumsum([0, 3 * len(self.free), 3 * len(self.L), len(self.L), len(self.free)])
+        return [slice(a, b) for a, b in itertools.pairwise(sizes)]
+
+    def split(self, y):
+        """x of all joints, n, d, R."""
+        x, n, d, R = (y[part] for part in self.slices)
+        positions = self.held.copy()
+        positions[self.free] = x.reshape(-1, 3)
+        return positions, n.reshape(-1, 3), d, R
+
+    @cached_property
+    def held(self):
+        """Positions of held joints, and the first guess of the others."""
+        known = [joint.position for joint in self.network.joints if joint.position is not None]
+        middle = np.mean(known, axis=0) if known else np.zeros(3)
+        joints = [middle if joint.position is None else joint.position for joint in self.network.joints]
+        return np.array(joints, float) / self.length_unit
+
+    def first_guess(self):
+        """Each piece carried by its two ends."""
+        y = np.zeros(self.slices[-1].stop)
+        x, n, _, R = self.slices
+        y[x] = self.held[self.free].ravel()
+        y[n][2::3] = -self.w * self.L / 2
+        y[R] = 0.0 if self.network.bed is None else 0.1
+        return y
+
+    def ends(self, positions):
+        """Positions of the pieces' ends, (pieces, 2, 3)."""
+        return positions[self.joint] + self.offset
+
+    # -- equations -----------------------------------------------------------------------------------------------------
+
+    def lying(self, d, eps):
+        """l of every piece, between 0 and L, as it follows from d."""
+        d, mu = np.where(self.touches, d, 0.0), eps
+        root = np.sqrt((d * self.L) ** 2 + 4 * mu**2)
+        less = np.where(np.real(d) > 0, d, -d)  # to the end to which it is nearer
+        small = 2 * mu * self.L / (less * self.L + 2 * mu + root)
+        return np.where(self.touches, np.where(np.real(d) > 0, small, self.L - small), 0.0)
+
+    def law(self, nx, ny, V0, d, eps, more):
+        """Of all pieces: end minus start (3 rows), the start's height, the vertical tension at the end."""
+        w, c, lying = self.w, self.compliance + more, self.lying(d, eps)
+        h2, hanging = nx**2 + ny**2 + eps**2, self.L - lying
+        V1 = V0 + w * hanging
+        Vl = np.where(np.real(V0) > 0, V0, np.where(np.real(V1) < 0, V1, 0.0))
+        T0, T1, Tl = (np.sqrt(h2 + V**2) for V in (V0, V1, Vl))
+        width = _integral_of_one_over_T(V0, V1, T0, T1, np.sqrt(h2), w, hanging) + lying / Tl + self.L * c
+        askew = lying * Vl * (1 / Tl + c)
+        rise = hanging * (V0 + V1) * (1 / (T0 + T1) + c / 2) + askew
+        drop = (V0 - Vl) * (V0 + Vl) / np.where(self.touches, w, 1.0) * (1 / (T0 + Tl) + c / 2)
+        height = d + drop - np.where(np.real(V0) > 0, askew, 0.0)
+        return np.array([nx * width, ny * width, rise, height, V1])
+
+    def evaluate(self, y, eps, more, jacobian=False):
+        """Residual, and if asked for the Jacobian."""
+        positions, n, d, R = self.split(y)
+        ends, arguments = self.ends(positions), [*n.T, d]
+        *values, V1 = self.law(*arguments, eps, more)
+        loads = [self._load(self.network.joints[i], positions[i] * self.length_unit) for i in self.free]
+        heights, over_bed = positions[self.free, 2] - self.bed, self.network.bed is not None
+        residual = np.concatenate([
+            self._balance(n, V1, R, loads).ravel(),
+            (np.transpose(values[:3]) - (ends[:, 1] - ends[:, 0])).ravel(),
+            np.where(self.touches, values[3] - (ends[:, 0, 2] - self.bed), d),
+            _pair(R, heights, more) if over_bed else R,
+        ])  # fmt: skip
+        if not jacobian:
+            return residual
+        slopes = np.array([self.law(*_stepped(arguments, k), eps, more).imag / TINY for k in range(4)])
+        pair = _pair_slopes(R, heights, more) if over_bed else (np.ones_like(R), np.zeros_like(R))
+        return residual, self._assemble(slopes, loads, *pair)
+
+    def _balance(self, n, V1, R, loads):
+        total = np.zeros_like(self.held)
+        np.add.at(total, self.joint[:, 0], n)
+        np.subtract.at(total, self.joint[:, 1], np.column_stack([n[:, :2], V1]))
+        total = total[self.free] + np.array([force for force, _ in loads]).reshape(-1, 3) / self.force_unit
+        total[:, 2] += R
+        return total
+
+    def _assemble(self, slopes, loads, by_R, by_height):
+        """slopes[k, row] of the law by n_x, n_y, n_z and d."""
+        x0, n0, d0, R0 = (part.start for part in self.slices)
+        pieces, joints = np.arange(len(self.L)), np.arange(len(self.free))
+        rows, columns, values = [], [], []
+
+        def add(row, column, value):
+            row, column, value = np.broadcast_arrays(row, column, np.asarray(value, float))
+            use = (column >= 0) & (row >= 0)
+            rows.append(row[use]), columns.append(column[use]), values.append(value[use])
+
+        start, end = (np.where(self.columns[side] < 0, -9, x0 + self.columns[side]) for side in self.joint.T)
+        n, d = n0 + 3 * pieces, d0 + pieces
+        for i in range(3):
+            add(n + i, start + i, 1.0)
+            add(n + i, end + i, -1.0)
+            add(start + i, n + i, 1.0)
+        add(end, n, -1.0)
+        add(end + 1, n + 1, -1.0)
+        for k, column in enumerate((n, n + 1, n + 2, d)):
+            for i in range(3):
+                add(n + i, column, slopes[k, i])
+            add(end + 2, column, -slopes[k, 4])
+            add(d, column, np.where(self.touches, slopes[k, 3], column == d))
+        add(d, start + 2, np.where(self.touches, -1.0, 0.0))
+        for i in range(3):
+            for k in range(3):
+                slope = np.array([derivative[i, k] for _, derivative in loads]) * self.length_unit / self.force_unit
+                add(x0 + 3 * joints + i, x0 + 3 * joints + k, slope)
+        add(x0 + 3 * joints + 2, R0 + joints, 1.0)
+        add(R0 + joints, R0 + joints, by_R)
+        add(R0 + joints, x0 + 3 * joints + 2, by_height)
+        entries = [np.concatenate(part) for part in (values, rows, columns)]
+        return sparse.csc_matrix((entries[0], (entries[1], entries[2])), shape=2 * (self.slices[-1].stop,))
+
+    # -- solution ------------------------------------------------------------------------------------------------------
+
+    def solve(self):
+        """(positions, n at the start as given, lying lengths, ends), in SI units.  Raises SolveError."""
+        y, eps = self._follow(self.first_guess())
+        positions, n, d, _ = self.split(y)
+        lying, ends = self.lying(d, eps), self.ends(positions)
+        n[self.turned, 2] += (self.w * (self.L - lying))[self.turned]
+        n[self.turned] *= -1
+        ends[self.turned] = self._other_way(ends)
+        x, lying, ends = (length * self.length_unit for length in (positions, lying, ends))
+        return x, n * self.force_unit, lying, ends
+
+    def _follow(self, y, eps=1.0, factor=0.1):
+        """State and smallest eps: Newton for an eps that falls from 1, in steps that shrink where Newton fails."""
+        y, softness = self._newton(y, eps, eps, LOOSE), eps
+        try:
+            while eps > LAST_EPS:
+                target = max(eps * factor, LAST_EPS)
+                try:
+                    y = self._newton(self._predicted(y, eps, target), target, target, LOOSE)
+                except SolveError:
+                    factor = factor**0.5
+                    if factor > 0.9:
+                        raise
+                else:
+                    eps, factor = target, max(factor**2, 0.1)
+            y, softness = self._newton(y, eps, LAST_SOFTNESS, 1e-14, accepted=TIGHT), LAST_SOFTNESS
+        except SolveError:
+            softness = eps
+            if eps > GOOD_EPS:
+                raise
+        if softness * np.abs(y[self.slices[1]]).max() > GOOD_EPS:
+            raise SolveError("no rest of the lines was found: inextensible ones are too short")
+        return y, eps
+
+    def _predicted(self, y, eps, target):
+        """Along the tangent: what is slack and what lies follows eps in proportion."""
+        _, jacobian = self.evaluate(y, eps, eps, jacobian=True)
+        small = 1e-5 * eps
+        change = (self.evaluate(y, eps + small, eps + small) - self.evaluate(y, eps - small, eps - small)) / (2 * small)
+        ahead = y - (target - eps) * spsolve(jacobian, change)
+        sizes = [np.linalg.norm(self.evaluate(state, target, target)) for state in (y, ahead)]
+        return ahead if sizes[1] < sizes[0] else y
+
+    def _newton(self, y, eps, more, enough, accepted=None, iterations=60):
+        """Newton down to a residual of `enough`; one of `accepted` will do where rounding allows no less."""
+        for _ in range(iterations):
+            residual, jacobian = self.evaluate(y, eps, more, jacobian=True)
+            norm = np.linalg.norm(residual)
+            if norm < enough:
+                return y
+            step = spsolve(jacobian, -residual)
+            better = self._search(y, step, norm, eps, more) if np.all(np.isfinite(step)) else None
+            if better is None:
+                break
+            y = better
+        if norm > (accepted or enough):
+            raise SolveError(f"no rest of the lines was found (residual {norm:.1e} at smoothing {eps:.0e})")
+        return y
+
+    def _search(self, y, step, norm, eps, more):
+        """The longest of the halved steps that makes the residual smaller; None if there is none."""
+        for halvings in range(30):
+            fraction = 0.5**halvings
+            trial = y + fraction * step
+            if np.linalg.norm(self.evaluate(trial, eps, more)) < (1 - 1e-4 * fraction) * norm:
+                return trial
+        return None
+
+
+def _stepped(arguments, k):
+    """Arguments of the law with a small imaginary part in the k-th."""
+    return [a + 1j * TINY if i == k else a.astype(complex) for i, a in enumerate(arguments)]
+
+
+def _integral_of_one_over_T(V0, V1, T0, T1, h, w, length):
+    """Integral of 1/T over a hanging length, from whichever of its two forms loses no digits."""
+    across = np.real(V0) * np.real(V1) < 0
+    x = np.where(across, 0.0, w * length / (T0 + T1))
+    small = np.abs(x) < 1e-3
+    safe = np.where(small, 0.5, x)
+    along = 2 * length / (T0 + T1) * np.where(small, 1 + x**2 / 3 + x**4 / 5, np.arctanh(safe) / safe)
+    return np.where(across, (np.arcsinh(V1 / h) - np.arcsinh(V0 / h)) / np.where(across, w, 1.0), along)
+
+
+def _pair(a, b, eps):
+    """0 where a b = eps^2 with both positive (Fischer and Burmeister, smoothed)."""
+    return a + b - np.sqrt(a**2 + b**2 + 2 * eps)
+
+
+def _pair_slopes(a, b, eps):
+    size = np.sqrt(a**2 + b**2 + 2 * eps)
+    return 1 - a / size, 1 - b / size

@@ -1,0 +1,258 @@
+"""Rest of networks of catenaries: clumps, floats, bridles, loops, slack lines, joints on the bed, found from nowhere.
+
+Source: tests/reference (mpmath and shooting, checked with MoorPy), the closed forms of single lines, balances by hand.
+"""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from helpers import reference
+
+from dolfbuoy.errors import SolveError
+from dolfbuoy.statics import catenary, on_bed
+from dolfbuoy.statics.network import Joint, Network, Piece, solve
+
+CASES = reference("bed_and_networks")["cases"]
+INF = math.inf
+
+
+def chain_of(case):
+    """Segments of a case between its anchor and its top."""
+    data = case["input"]
+    net_loads = {
+        int(i): (0.0, 0.0, (data["density"] * body["volume"] - body["mass"]) * data["gravity"])
+        for i, body in data["bodies"].items()
+    }
+    between = [Joint(free=True, load=net_loads.get(i, (0.0, 0.0, 0.0))) for i in range(len(data["segments"]) - 1)]
+    pieces = [
+        Piece(i, i + 1, part["length"], part["weight_in_water"], part["axial_stiffness"])
+        for i, part in enumerate(data["segments"])
+    ]
+    return Network([Joint(data["anchor"]), *between, Joint(data["top"])], pieces, 0.0)
+
+
+@pytest.mark.parametrize("name", ["cwc_clump_still", "s_float_still"])
+def test_clump_and_float(name):
+    case = CASES[name]
+    network, exact = chain_of(case), {key: case["exact"][key] for key in ("T_top", "H", "V_top", "length_on_bed")}
+    rest = solve(network)
+    top = rest.shapes[-1].force(network.pieces[-1].length)
+    found = {"T_top": np.linalg.norm(top), "H": np.hypot(*top[:2]), "V_top": top[2]}
+    found["length_on_bed"] = sum(shape.length_on_bed for shape in rest.shapes)
+    for key, value in found.items():
+        assert value == pytest.approx(float(exact[key]), rel=1e-11, abs=1e-9), key
+    for i, joint in enumerate(case["exact"]["joints"]):
+        x, z, T_below, T_above = (float(value) for value in joint)
+        np.testing.assert_allclose(rest.positions[i + 1], [x, 0.0, z], atol=1e-10)
+        assert rest.shapes[i].tension(network.pieces[i].length) == pytest.approx(T_below, rel=1e-11)
+        assert rest.shapes[i + 1].tension(0.0) == pytest.approx(T_above, rel=1e-11)
+
+
+def y_bridle(**changes):
+    data = CASES["y_bridle_still"]["input"]
+    ends = [(0, 3), (3, 1), (3, 2)]
+    pieces = [Piece(*ends[i], *(data[name][key] for key in ("L", "w", "EA"))) for i, name in enumerate(PARTS)]
+    held = [Joint(data[name]) for name in ("anchor", "fairlead1", "fairlead2")]
+    joint = Joint(free=True, load=(0.0, 0.0, -data["joint_net_weight"]))
+    return Network([*held, joint], [dataclasses.replace(piece, **changes) for piece in pieces])
+
+
+PARTS = ("main", "leg1", "leg2")
+
+
+def test_bridle():
+    values, network = CASES["y_bridle_still"]["values"], y_bridle()
+    rest = solve(network)
+    np.testing.assert_allclose(rest.positions[3], values["joint"], atol=1e-9)
+    for name, shape, piece in zip(PARTS, rest.shapes, network.pieces, strict=True):
+        at_joint, far = (0.0, piece.length) if name != "main" else (piece.length, 0.0)
+        assert np.hypot(*shape.force(at_joint)[:2]) == pytest.approx(values[name]["H"], rel=1e-11)
+        assert shape.tension(at_joint) == pytest.approx(values[name]["T_joint"], rel=1e-11)
+        assert shape.tension(far) == pytest.approx(values[name]["T_top" if name != "main" else "T_anchor"], rel=1e-11)
+
+
+def three_lines(offset):
+    """All three legs at one held point, from whose position the force follows."""
+    case = CASES["three_lines_fixed_point"]["input"]
+    angles = np.radians([0.0, 120.0, 240.0])
+    anchors = [Joint((520 * np.cos(angle), 520 * np.sin(angle), -100.0)) for angle in angles]
+    pieces = [Piece(i, 3, case["L"], case["w"], case["EA"]) for i in range(3)]
+    return solve(Network([*anchors, Joint(offset)], pieces, -100.0))
+
+
+def test_three_lines_and_their_stiffness():
+    values = CASES["three_lines_fixed_point"]["values"]
+    for row in values["offsets"]:
+        rest = three_lines((*row["offset"], 0.0))
+        np.testing.assert_allclose(rest.force_on(3), row["restoring_force"], rtol=1e-10, atol=1e-5)
+        tensions = [shape.tension(560.0) for shape in rest.shapes]
+        np.testing.assert_allclose(tensions, row["line_tensions"], rtol=1e-10)
+    for axis, key in ((0, "K_surge"), (2, "K_heave")):
+        step = 1e-2 * np.eye(3)[axis]
+        forces = [three_lines(k * step).force_on(3)[axis] for k in (-2, -1, 1, 2)]
+        slope = (forces[0] - 8 * forces[1] + 8 * forces[2] - forces[3]) / 12e-2
+        assert -slope == pytest.approx(values[key], rel=1e-9)
+
+
+def balance(rest, joint):
+    """Forces on a free joint that is not on the bed."""
+    return rest.force_on(joint) + np.array(rest.network.joints[joint].load)
+
+
+def check(rest, joints=()):
+    """Ends where they should be, forces in balance at `joints`, nothing below the bed; tensions are never negative."""
+    bed = -math.inf if rest.network.bed is None else rest.network.bed
+    for shape, piece, ends in zip(rest.shapes, rest.network.pieces, rest.ends, strict=True):
+        s = np.linspace(0.0, piece.length, 101)
+        np.testing.assert_allclose(shape.position(s[[0, -1]]), ends, atol=1e-7 * piece.length)
+        assert shape.position(s)[:, 2].min() > bed - 1e-7 * piece.length
+        assert shape.tension(s).min() >= 0
+    for joint in joints:
+        np.testing.assert_allclose(balance(rest, joint), 0, atol=1e-8 * max(np.abs(rest.pulls).max(), 1.0))
+
+
+def test_single_lines_are_the_closed_forms_of_one_line():
+    bed = on_bed.Bed(np.array([0.0, 0.0, 1.0]), -100.0)
+    for end, L, w, EA in (
+        ((520.0, 0.0, 0.0), 560.0, 700.0, 4e8),
+        ((400.0, 30.0, 0.0), 560.0, 700.0, 4e8),
+        ((80.0, 30.0, 0.0), 140.0, 700.0, INF),
+        ((80.0, 30.0, 0.0), 140.0, -700.0, 1e5),
+    ):
+        start = np.array([0.0, 0.0, -100.0])
+        alone = on_bed.between(start, np.array(end), L, w, EA, bed)
+        rest = solve(Network([Joint(start), Joint(end)], [Piece(0, 1, L, w, EA)], -100.0))
+        back = solve(Network([Joint(end), Joint(start)], [Piece(0, 1, L, w, EA)], -100.0))
+        s = np.linspace(0.0, L, 57)
+        np.testing.assert_allclose(rest.shapes[0].tension(s), alone.tension(s), atol=1e-9 * abs(w) * L)
+        np.testing.assert_allclose(rest.shapes[0].position(s), alone.position(s), atol=1e-7 * L)
+        np.testing.assert_allclose(back.shapes[0].tension(L - s), alone.tension(s), atol=1e-9 * abs(w) * L)
+        assert rest.shapes[0].length_on_bed == pytest.approx(alone.length_on_bed, abs=1e-7 * L)
+
+
+def test_cutting_a_line_changes_nothing():
+    """Joints without weight in the air, on the bed, and where the line lies without tension."""
+    for X in (520.0, 400.0):
+        held = [Joint((0.0, 0.0, 0.0)), Joint((X, 0.0, 100.0))]
+        whole = solve(Network(held, [Piece(0, 1, 560.0, 700.0, 4e8)], 0.0))
+        cuts = [Joint(free=True)] * 3
+        places = [(0, 2, 60.0), (2, 3, 250.0), (3, 4, 200.0), (4, 1, 50.0)]
+        parts = solve(Network([*held, *cuts], [Piece(a, b, L, 700.0, 4e8) for a, b, L in places], 0.0))
+        check(parts, joints=[4])
+        np.testing.assert_allclose(parts.force_on(1), whole.force_on(1), rtol=1e-9, atol=1e-4)
+        np.testing.assert_allclose(parts.positions[4], whole.shapes[0].position(510.0), atol=1e-6)
+
+
+def test_a_slack_leg_of_a_bridle_hangs():
+    network = y_bridle()
+    network.pieces[2] = dataclasses.replace(network.pieces[2], length=60.0)
+    rest = solve(network)
+    check(rest, joints=[3])
+    assert np.linalg.norm(rest.pulls[2]) < 0.05 * np.linalg.norm(rest.pulls[1])
+
+
+def test_inextensible_bridle_is_the_limit_of_stiff_ones():
+    limit = solve(y_bridle(EA=INF))
+    check(limit, joints=[3])
+    gaps = [np.linalg.norm(solve(y_bridle(EA=EA)).positions[3] - limit.positions[3]) for EA in (1e9, 1e10)]
+    assert gaps[0] / gaps[1] == pytest.approx(10, rel=1e-2)
+
+
+def test_sinker_and_joint_on_the_bed():
+    """A sinker that is heavier than the line can lift: the leg behind it is as if it were an anchor."""
+    joints = [Joint((0.0, 0.0, 0.0)), Joint(free=True, load=(0.0, 0.0, -2e5)), Joint((150.0, 0.0, 60.0))]
+    pieces = [Piece(0, 1, 100.0, 300.0, 1e8), Piece(1, 2, 90.0, 300.0, 1e8)]
+    rest = solve(Network(joints, pieces, 0.0))
+    check(rest)
+    assert abs(rest.positions[1, 2]) < 1e-8
+    alone = on_bed.between(*rest.ends[1], 90.0, 300.0, 1e8, on_bed.Bed(np.array([0.0, 0.0, 1.0]), 0.0))
+    assert alone.H > 1e3
+    assert np.hypot(*rest.pulls[0, :2]) == pytest.approx(alone.H, rel=1e-8)
+    np.testing.assert_allclose(rest.force_on(1)[:2], 0, atol=1e-4)
+    assert rest.shapes[0].length_on_bed == pytest.approx(100.0, abs=1e-4)
+
+
+def test_a_float_that_lands_and_rises():
+    """A float between two lines, which takes on weight."""
+
+    def loaded(force):
+        joints = [Joint((0.0, 0.0, 0.0)), Joint(free=True, load=(0.0, 0.0, force)), Joint((60.0, 0.0, 40.0))]
+        return solve(Network(joints, [Piece(0, 1, 50.0, 10.0, 1e7), Piece(1, 2, 45.0, 10.0, 1e7)], 0.0))
+
+    light, heavy = loaded(500.0), loaded(-1e4)
+    check(light, joints=[1])
+    check(heavy)
+    assert light.positions[1, 2] > 1.0
+    assert abs(heavy.positions[1, 2]) < 1e-7
+
+
+def test_line_between_two_buoys_that_goes_slack():
+    anchors = [Joint((0.0, 0.0, -50.0)), Joint((60.0, 0.0, -50.0))]
+    buoys = [Joint(free=True, load=(0.0, 0.0, 1e4))] * 2
+    for w, L in ((30.0, 90.0), (0.0, 90.0), (-30.0, 61.0), (30.0, 50.0)):
+        shared = Piece(2, 3, L, w, INF)
+        rest = solve(
+            Network([*anchors, *buoys], [Piece(0, 2, 48.0, 50.0, 1e6), Piece(1, 3, 48.0, 50.0, 1e6), shared], -50.0)
+        )
+        check(rest, joints=[2, 3])
+        np.testing.assert_allclose(rest.positions[2] + rest.positions[3] * [1, -1, -1], [60.0, 0.0, 0.0], atol=1e-7)
+    assert np.linalg.norm(rest.pulls[2]) > 1e3  # the last one is taut
+
+
+def test_loop_and_lines_lighter_than_water():
+    joints = [Joint((0.0, 0.0, 0.0)), Joint(free=True, load=(0.0, 0.0, 3e4)), Joint(free=True, load=(0.0, 0.0, -1e3))]
+    loop = solve(
+        Network(joints, [Piece(0, 1, 50.0, 100.0, INF), Piece(1, 2, 30.0, 100.0, INF), Piece(2, 0, 60.0, 100.0, INF)])
+    )
+    check(loop, joints=[1, 2])
+    np.testing.assert_allclose(loop.positions[1:], [[0, 0, 50], [0, 0, 20]], atol=1e-6)
+    wave = chain_of(CASES["lazy_wave_current"])
+    rest = solve(wave)
+    check(rest, joints=[1, 2])
+    assert rest.shapes[1].position(np.array([35.0]))[0, 2] > max(rest.positions[1, 2], rest.positions[2, 2])
+
+
+def test_fifty_legs_and_a_body_with_fairleads():
+    """The force on a body that is off its equilibrium is what turns up in its load."""
+    angles = np.arange(50) * 2 * np.pi / 50
+    legs = [
+        Piece(i + 1, 0, 560.0, 700.0, 4e8, end_offset=(5 * np.cos(a), 5 * np.sin(a), 0.0)) for i, a in enumerate(angles)
+    ]
+    anchors = [Joint((525 * np.cos(a), 525 * np.sin(a), -100.0)) for a in angles]
+    stiffness = np.diag([0.0, 0.0, 3e6])
+
+    def load(position):
+        """A moored body: a steady push, and buoyancy that follows its depth."""
+        return np.array([1e5, 0.0, 6e6]) - stiffness @ position, -stiffness
+
+    rest = solve(Network([Joint(free=True, load=load), *anchors], legs, -100.0))
+    check(rest)
+    np.testing.assert_allclose(rest.force_on(0) + load(rest.positions[0])[0], 0, atol=1e-3)
+    held = solve(Network([Joint(rest.positions[0]), *anchors], legs, -100.0))
+    np.testing.assert_allclose(held.force_on(0), rest.force_on(0), atol=1e-3)
+
+
+def test_catenary_without_bed_between_two_points():
+    end = np.array([30.0, 40.0, 20.0])
+    rest = solve(Network([Joint((0.0, 0.0, 0.0)), Joint(end)], [Piece(0, 1, 70.0, 90.0, 1e5)]))
+    exact = catenary.between(np.zeros(3), end, 70.0, 90.0, 1e5)
+    assert pytest.approx(exact.V0, rel=1e-12) == rest.shapes[0].V0
+    assert pytest.approx(exact.H, rel=1e-12) == rest.shapes[0].H
+
+
+@pytest.mark.parametrize(
+    ("joints", "pieces", "said"),
+    [
+        ([Joint((0, 0, 0)), Joint((9, 0, 0))], [Piece(0, 1, 8.0, 1.0, INF)], "piece 0: .* cannot span 9 m"),
+        (
+            [Joint((0, 0, 0)), Joint(free=True), Joint((9, 0, 0))],
+            [Piece(0, 1, 4.0, 1.0, INF), Piece(1, 2, 4.0, 1.0, INF)],
+            "inextensible ones are too short",
+        ),
+    ],
+)
+def test_what_has_no_rest(joints, pieces, said):
+    with pytest.raises(SolveError, match=said):
+        solve(Network(joints, pieces))
