@@ -16,6 +16,7 @@ _KEYS = (
     "cable.top.kind",
     "buoy.hull",
     "waves.stretching",
+    "seabed.start",
     "solver",
 )
 

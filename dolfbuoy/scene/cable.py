@@ -9,6 +9,8 @@ from .mesh_file import element_lengths
 from .quantities import (
     AddedMass,
     Angle,
+    Angles,
+    Area,
     Coefficient,
     Damping,
     Duration,
@@ -32,7 +34,7 @@ class Top(Section):
     force: ForceVector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
     amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
     period: Period | None = key("period of the motion", "s", default=None)
-    phase_deg: Angle = key("phase of the motion at t = 0", "deg", default=0.0)
+    phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
     ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
 
     @model_validator(mode="after")
@@ -59,7 +61,8 @@ class Cable(Section):
 
     length: Length = key("unstretched length", "m")
     line_density: Mass = key("mass per unstretched length", "kg/m")
-    diameter: Length | None = key("of its volume and drag; the sea needs it", "m", default=None)
+    diameter: Length | None = key("of its drag, and of its volume without area; the sea needs it", "m", default=None)
+    area: Area | None = key("cross section of its volume; absent: pi diameter^2/4", "m^2", default=None)
     axial_stiffness: Stiffness = key("EA; inf: inextensible", "N", default=math.inf)
     elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
     grading: Annotated[float, Field(ge=1e-6, le=1e6)] = key(

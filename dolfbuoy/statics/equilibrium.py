@@ -12,9 +12,12 @@ from ..model.lines import top_position
 from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
-from . import catenary
+from ..model.seabed import plane
+from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
 from .moorings import solve_network
+from .pulled import pull
+from .relaxation import relax
 
 
 def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
@@ -26,13 +29,23 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
     if scene.cable is None:
         return _free_buoy(scene, comm)
     problem = Problem(scene, dynamic=False, comm=comm)
+    rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
+    if rubs:
+        problem.lines.bed.rub(False)
     if scene.is_network:
         solve_network(problem)
     elif scene.buoy is None:
         solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
+    if rubs:
+        pull(problem)
     return problem
+
+
+def _bed(scene):
+    """The bed of the closed form, without friction."""
+    return on_bed.Bed(*plane(scene))
 
 
 # -- cable alone -------------------------------------------------------------------------------------------------------
@@ -47,7 +60,7 @@ def _cable_start(scene, w):
                 f"cable.top.force = {list(c.top.force)}: nothing pulls at this cable, which has no weight here either: "
                 "nothing determines its equilibrium; give a force, weight or a current, or take another initial.kind."
             )
-        return catenary.under_end_force(scene.anchor, c.top.force, c.length, w, c.axial_stiffness)
+        return _under_end_force(scene, c.top.force, w)
     end = top_position(c.top, 0.0)
     distance = np.linalg.norm(end - np.array(scene.anchor))
     if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
@@ -61,7 +74,14 @@ def _cable_start(scene, w):
             f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, or "
             "take another initial.kind."
         )
-    return catenary.between(scene.anchor, end, c.length, w, c.axial_stiffness)
+    ends = scene.anchor, end, c.length, w, c.axial_stiffness
+    return on_bed.between(*ends, _bed(scene)) if scene.seabed else catenary.between(*ends)
+
+
+def _under_end_force(scene, force, w):
+    """Closed-form shape under an end force, on the bed if there is one."""
+    given = scene.anchor, force, scene.cable.length, w, scene.cable.axial_stiffness
+    return on_bed.under_end_force(*given, _bed(scene)) if scene.seabed else catenary.under_end_force(*given)
 
 
 # -- buoy --------------------------------------------------------------------------------------------------------------
@@ -107,7 +127,11 @@ def _moored_buoy(problem):
     except SolveError:
         begin(problem, shape)
         _start_buoy(problem, shape, r_O, q4)
-        _continue(problem)
+        if problem.lines.bed is None:
+            _continue(problem)
+        else:
+            problem.route = "relaxation"
+            relax(problem)
 
 
 def _newton(problem):
@@ -168,21 +192,23 @@ def _hanging_start(scene, w):
         load += scene.external_force.force
     if scene.sea:
         load[:2] = _horizontal_load(scene, shape_and_mass(scene)[0])[:2]
-    shape = catenary.under_end_force(scene.anchor, load, scene.cable.length, w, scene.cable.axial_stiffness)
-    q4 = np.array([1.0, 0.0, 0.0, 0.0] if load[2] > 0 else [0.0, 1.0, 0.0, 0.0])
+    shape = _under_end_force(scene, load, w)
+    lever = scene.buoy.mooring_height - shape_and_mass(scene)[1].height
+    upright = load[2] > 0 if lever == 0 else load[2] * lever < 0  # C is where the load pulls it
+    q4 = np.array([1.0, 0.0, 0.0, 0.0] if upright else [0.0, 1.0, 0.0, 0.0])
     return shape, shape.position(np.array([scene.cable.length]))[0], q4
 
 
 def _floating_start(scene, w):
     """Upright buoy on a cable whose end force is estimated from the loads."""
     c, (hull, mass) = scene.cable, shape_and_mass(scene)
-    anchor, g = np.array(scene.anchor), scene.gravity
+    g = scene.gravity
     H_vector = _horizontal_load(scene, hull)
     H = max(float(np.hypot(*H_vector[:2])), 1e-3 * abs(w) * c.length, 1e-3 * mass.mass * g * 1e-3)
     along = H_vector / np.linalg.norm(H_vector) if np.any(H_vector) else np.array([1.0, 0.0, 0.0])
 
     def top_of(V):
-        return catenary.under_end_force(anchor, H * along + [0, 0, V], c.length, w, c.axial_stiffness)
+        return _under_end_force(scene, H * along + [0, 0, V], w)
 
     def gap(V):
         """Height of the cable's end above the mooring point of a buoy that carries V."""
