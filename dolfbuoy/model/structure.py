@@ -41,6 +41,7 @@ def _structure_of(scene):
         len(profile) if isinstance(profile, list) else profile,
         bool(scene.cable and scene.cable.diameter),
         bool(scene.cable and scene.cable.top and any(scene.cable.top.force)),
+        bool(scene.waves and scene.waves.irregular),
         scene.external_force is not None and scene.external_force.height is None,
     )
 
