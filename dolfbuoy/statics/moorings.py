@@ -63,7 +63,8 @@ def still_network(scene, network) -> still.Network:
         (low, a), (high, b) = (place(end) for end in piece.ends)
         c = piece.section
         pieces.append(still.Piece(low, high, c.length, weight_per_length(scene, c), c.axial_stiffness, a, b))
-    return still.Network(joints, pieces)
+    bed = -scene.sea.depth if scene.seabed else None
+    return still.Network(joints, pieces, bed)
 
 
 def _pulled(end):
