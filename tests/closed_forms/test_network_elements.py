@@ -95,7 +95,7 @@ def test_three_lines_on_the_bed(offset):
             "from": [520.0 * math.cos(angle), 520.0 * math.sin(angle), -100.0],
             "to": [*offset, 0.0],
             "length": float(given["L"]),
-            "elements": [[400.0, 40], [160.0, 40]],
+            "elements": [[300.0, 30], [260.0, 130]],
         }
         | line(given["w"], given["EA"])
         for name, angle in (("a", 0.0), ("b", 2 * math.pi / 3), ("c", 4 * math.pi / 3))
