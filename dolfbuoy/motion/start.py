@@ -28,7 +28,7 @@ class Start:
     angular_velocity: np.ndarray | None = None
 
     def put(self, problem, u):
-        """Into the local unknowns of a dynamic Problem."""
+        """Into the local unknowns of a dynamic Problem, and what the equilibrium left behind besides them."""
         if problem.lines:
             u[problem.lines.part.slice] = self.lines
         for attachment in problem.attachments:
@@ -36,9 +36,8 @@ class Start:
         if problem.buoy:
             pose = self.position, self.quaternion, self.velocity, self.angular_velocity
             u[problem.buoy.part.slice] = problem.buoy.moving_state(*pose)
-
-    def remember(self, problem):
-        """What the equilibrium left behind besides unknowns (where friction holds), into a dynamic Problem."""
+        for model in problem.models:
+            model.begin(u)
         for name, values in self.line_memory.items():
             problem.lines.memory[name][:] = values
 
