@@ -10,6 +10,7 @@ from .sections import Scene
 #: What else a key takes, where the message speaks only of its numbers.
 _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
+    "cable.top.phase_deg": "or one of each component",
     "current.profile": "or a table [[z, speed], ...]",
 }
 #: What is said of a key that no scene has.
