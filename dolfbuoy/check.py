@@ -15,6 +15,7 @@ from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
 from .model.lines import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
+from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
 
@@ -23,6 +24,9 @@ LEAST_TENSION = 1e-4
 #: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
 #: 1, and of higher ones (`dolfbuoy study touchdown`).
 LONGEST_AT_TOUCHDOWN = 0.3, 0.45
+
+#: What extremes are counted over [s].
+THREE_HOURS = 10800.0
 
 #: k D of a component from which on a hull of diameter D does more to it than strips know.
 SHORTEST_KD = 2
@@ -135,6 +139,7 @@ def _sea(scene, report):
             steepness = 2 * math.pi * 4 * math.sqrt(m0) / (scene.gravity * Tz**2)
             report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", "seas stay below 0.1")
         _repetition(waves, report)
+        _statistics(scene, Tz, report)
         _short_components(scene, found, report)
     if scene.current:
         _shift(scene, report)
@@ -161,6 +166,20 @@ def _repetition(waves, report):
         report.add("the sea repeats after", length, "s", "the length of the record")
     elif waves.spectrum is not None:
         report.add("the sea repeats after", math.inf, "s", "bins of equal energy have no common period")
+
+
+def _statistics(scene, Tz, report):
+    """How many components and seeds extremes of this sea need, and what one run tells of its height."""
+    crests = max(THREE_HOURS / Tz, 2.0)
+    mean, deviation = largest_crest(crests)
+    height, scatter = mean * crest_height(scene) / 4, 100 * deviation / mean
+    report.add("largest crest in 3 h", height, "m", f"+- {scatter:.2g} % from seed to seed")
+    if scene.waves.spectrum is not None:
+        needed, seeds = components_needed(crests, 0.01), seeds_needed(crests, 0.03)
+        report.add("components for 1 % of that crest", needed, "", f"3 % of it need {seeds} seeds of 3 h")
+        if scene.time and scene.time.end:
+            scatter = scatter_of_m0(spectrum_of(scene.waves), scene.time.end)
+            report.add("scatter of Hs in one run", 50 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
 
 
 def _short_components(scene, found, report):
