@@ -15,6 +15,7 @@ from ..model.sea import heading, wind_at
 from ..model.seabed import plane
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
+from .moorings import solve_network
 from .pulled import pull
 from .relaxation import relax
 
@@ -33,7 +34,9 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
     if rubs:
         problem.lines.bed.rub(False)
-    if scene.buoy is None:
+    if scene.is_network:
+        solve_network(problem)
+    elif scene.buoy is None:
         solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
