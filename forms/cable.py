@@ -24,6 +24,7 @@ class Cable(NamedTuple):
     diameter: Scalar | None = None  #: D [m]
     area: Scalar | None = None  #: A0 [m^2]
     damping: Scalar | None = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
+    compliance: Scalar | None = None  #: 1/EA [1/N], 0 where inextensible: instead of EA where not all lines are alike
 
 
 class Point(NamedTuple):
@@ -36,11 +37,18 @@ class Point(NamedTuple):
 
 def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None) -> Expr | None:
     """e = T/EA, Eq. (12), or with damping and a velocity (T - c e_t)/EA; None for an inextensible cable."""
-    if cable.EA is None:
+    if cable.EA is None and cable.compliance is None:
         return None
-    if cable.damping is None or r_t is None:
-        return T / cable.EA
-    return (T - cable.damping * strain_rate(r, r_t)) / cable.EA
+    if cable.damping is not None and r_t is not None:
+        T = T - cable.damping * strain_rate(r, r_t)
+    return T / cable.EA if cable.compliance is None else T * cable.compliance
+
+
+def elastic_energy(cable: Cable, e: Expr, T: Expr, r: Expr, r_t: Expr) -> Expr:
+    """1/2 EA e^2 per unstretched length [J/m]."""
+    if cable.compliance is None:
+        return 0.5 * cable.EA * e**2
+    return 0.5 * e * (T if cable.damping is None else T - cable.damping * strain_rate(r, r_t))
 
 
 def strain_rate(r: Expr, r_t: Expr) -> Expr:

@@ -12,6 +12,7 @@ A term is a plain UFL function of `forms/`; where it enters tells its signature:
     face(c, rho_w, strip, face)           (force, torque) on a wet face of a hull
     body(c, body)                         (force, torque) at a point of a body
     line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
+    joint(c, body, rho_w, flow, point)    force on a body at a joint
 
 c are its numbers as UFL constants: one, or several by name.
 """
@@ -23,7 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..forms import buoy, cable, hull, wind
+from ..forms import buoy, cable, hull, joint, wind
+from ..scene.network import single_scenes
 from .rigid import axis_offset
 from .sea import heading
 
@@ -58,13 +60,17 @@ class Effect:
     face: Callable | None = None
     body: Callable | None = None
     line_power: Callable | None = None
+    joint: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
     removable: bool = True
 
     def value(self, scene):
-        """Value of the key; None if the section that should hold it, or one that the effect needs, is absent."""
+        """Value of the key; None if the section that should hold it, or one that the effect needs, is absent.
+
+        scene: with one line and one buoy at most (`scene.network.single_scenes`).
+        """
         if any(getattr(scene, name) is None for name in self.needs):
             return None
         found = scene
@@ -73,9 +79,12 @@ class Effect:
         return found
 
     def called(self, scene) -> bool:
-        """Whether a scene calls for it."""
-        value = self.value(scene)
-        return value is not None and value != self.neutral
+        """Whether a scene calls for it; a network, whether any of its lines, bodies and buoys does."""
+        return any(value is not None and value != self.neutral for value in map(self.value, single_scenes(scene)))
+
+    def spared(self, scene) -> bool:
+        """Whether anything in the scene could call for it and does not."""
+        return any(value is not None and value == self.neutral for value in map(self.value, single_scenes(scene)))
 
     def given(self, scene, section) -> dict[str, Any]:
         """Its numbers by name; "" where there is only one.  section: the one that the key belongs to."""
@@ -201,6 +210,7 @@ EFFECTS: list[Effect] = [
         neutral=None,
         line=cable.normal_froude_krylov,
         strip=hull.froude_krylov,
+        joint=joint.froude_krylov,
         couple=hull.froude_krylov_couple,
         account="inertia",
         numbers=None,
@@ -261,6 +271,8 @@ EFFECTS: list[Effect] = [
         numbers=None,
         account="inertia",
     ),
+    Effect("body drag", "joint.drag_area", needs=("sea",), joint=joint.drag, account="drag"),
+    Effect("body added mass", "joint.added_mass", needs=("sea",), joint=joint.added_mass, account="inertia"),
 ]
 
 
@@ -275,6 +287,6 @@ def names(scene) -> list[str]:
     for effect in EFFECTS:
         if effect.called(scene):
             found.append(effect.name)
-        elif effect.without and effect.value(scene) is not None:
+        if effect.without and effect.spared(scene):
             found.append(effect.without)
     return found

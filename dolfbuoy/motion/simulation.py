@@ -56,6 +56,8 @@ class Simulation:
         u = self.system.u
         self.problem.set_time(0.0)
         start.put(self.problem, u)
+        if self.problem.network.joints:
+            self.system.share()
         for model in self.problem.models:
             for values in model.memory.values():
                 values[:] = 0.0

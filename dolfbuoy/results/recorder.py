@@ -25,7 +25,8 @@ class Recorder:
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
         fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
-        self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed)
+        labels = self.observer.labels()
+        self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)
         self._drift = 0.0
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
         if point is None:
