@@ -9,6 +9,7 @@ from dolfinx import fem
 from ..forms import cable as form
 from ..forms import coupling
 from ..scene.network import Piece, network_of, with_line
+from ..scene.stretching import bends_of
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
@@ -89,6 +90,7 @@ class Lines(Layout):
             area=None if dry else self._property(cross_section),
             damping=self._property(lambda c: c.damping) if any(c.damping for c in self.sections) else None,
             compliance=self._property(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
+            bends=(*self._bends(below=False), *self._bends(below=True)),
         )
         self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         self._loads, self._powers = self._called("line" if scene.sea else None), self._called("line_power")
@@ -97,6 +99,19 @@ class Lines(Layout):
             top = piece.ends[1].top
             if piece.ends[1].kind == "free" and any(top.force):
                 self.end_loads[k] = self._numbers.constant(lambda scene, _, k=k: _end_load(scene, k))
+
+    def _bends(self, below):
+        """Bends of tables T(e); a section that has fewer than others has bends that change nothing."""
+
+        def bend(section, k):
+            return (*bends_of(section.axial_stiffness, below), *[(0.0, 0.0)] * most)[k]
+
+        most = max(len(bends_of(c.axial_stiffness, below)) for c in self.sections)
+        number = self._property
+        return [
+            form.Bend(number(lambda c, k=k: bend(c, k)[0]), number(lambda c, k=k: bend(c, k)[1]), below)
+            for k in range(most)
+        ]
 
     def _alone(self, section):
         """The scene as if it had this section only."""

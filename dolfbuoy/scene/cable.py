@@ -17,11 +17,11 @@ from .quantities import (
     Mass,
     Period,
     Share,
-    Stiffness,
     Vector,
     Wrong,
 )
 from .section import Section, key
+from .stretching import AxialStiffness
 
 
 class Top(Section):
@@ -60,7 +60,9 @@ class Cable(Section):
     length: Length = key("unstretched length", "m")
     line_density: Mass = key("mass per unstretched length", "kg/m")
     diameter: Length | None = key("of its volume and drag; the sea needs it", "m", default=None)
-    axial_stiffness: Stiffness = key("EA; inf: inextensible", "N", default=math.inf)
+    axial_stiffness: AxialStiffness = key(
+        "EA; inf: inextensible; or a table [[strain, tension], ...]", "N", default=math.inf
+    )
     elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
     grading: Annotated[float, Field(ge=1e-6, le=1e6)] = key(
         "size of the last element over that of the first", "1", default=1.0

@@ -12,6 +12,7 @@ from ..model.lines import top_position
 from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
+from ..scene.stretching import TensionTable, secant
 from . import catenary
 from .continuation import begin, march, solve_cable
 
@@ -44,7 +45,7 @@ def _cable_start(scene, w):
                 f"cable.top.force = {list(c.top.force)}: nothing pulls at this cable, which has no weight here either: "
                 "nothing determines its equilibrium; give a force, weight or a current, or take another initial.kind."
             )
-        return catenary.under_end_force(scene.anchor, c.top.force, c.length, w, c.axial_stiffness)
+        return _by_hooke(c, lambda EA: catenary.under_end_force(scene.anchor, c.top.force, c.length, w, EA))
     end = top_position(c.top, 0.0)
     distance = np.linalg.norm(end - np.array(scene.anchor))
     if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
@@ -58,7 +59,16 @@ def _cable_start(scene, w):
             f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, or "
             "take another initial.kind."
         )
-    return catenary.between(scene.anchor, end, c.length, w, c.axial_stiffness)
+    return _by_hooke(c, lambda EA: catenary.between(scene.anchor, end, c.length, w, EA))
+
+
+def _by_hooke(cable, shape_of, rounds=20):
+    """Closed form with the one stiffness that a table T(e) has, roughly, where the line is pulled hardest."""
+    shape = shape_of(float(cable.axial_stiffness))
+    for _ in range(rounds if isinstance(cable.axial_stiffness, TensionTable) else 0):
+        T = float(np.max(shape.tension(np.array([0.0, cable.length]))))
+        shape = shape_of(secant(cable.axial_stiffness, T))
+    return shape
 
 
 # -- buoy --------------------------------------------------------------------------------------------------------------
