@@ -91,7 +91,7 @@ class Buoy:
             self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
             self.spin = None  #: L_C . d, followed where something may turn the buoy
         else:
-            self.relaxation = fem.Constant(self.mesh, 0.0)
+            self.relaxation, self.gauge = fem.Constant(self.mesh, 0.0), None
             self.reference = fem.Function(self.state.function_space)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         ends = ufl.Measure("ds", domain=self.mesh, subdomain_data=compat.end_tags(self.mesh, nodes[0]))
@@ -194,7 +194,7 @@ class Buoy:
         test, reference = REST_ROWS.split(self.part.test), REST.split(self.reference)
         moment, length = self._sizes()[1:3]
         inertia = fem.Constant(self.mesh, max(self.mass.inertia))
-        gauge = fem.Constant(self.mesh, moment * length)
+        gauge = self.gauge = fem.Constant(self.mesh, moment * length)
         tests = test.force, test.norm[0], test.torque
         pose = reference.position, reference.orientation
         F = body.equilibrium(

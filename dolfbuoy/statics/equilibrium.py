@@ -15,6 +15,7 @@ from ..model.sea import heading, wind_at
 from ..scene.stretching import TensionTable, secant
 from . import catenary
 from .continuation import begin, march, solve_cable
+from .moorings import solve_network
 
 
 def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
@@ -26,7 +27,9 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
     if scene.cable is None:
         return _free_buoy(scene, comm)
     problem = Problem(scene, dynamic=False, comm=comm)
-    if scene.buoy is None:
+    if scene.is_network:
+        solve_network(problem)
+    elif scene.buoy is None:
         solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
