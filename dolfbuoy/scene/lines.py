@@ -48,32 +48,30 @@ class Body(Section):
     added_mass: Coefficient = key("C_A, of the mass of water that it displaces", "1", default=0.0)
 
 
-Material = create_model(
-    "Material", __base__=Section, __doc__="What a piece of line is made of.", **_absent(Cable, PHYSICAL)
-)
+class Material(create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))):
+    """What a piece of line is made of."""
 
 
 class _Piece(Section):
-    """Of one material."""
-
     material: str | None = key("name of a [material.NAME], whose keys hold where these are absent", default=None)
 
 
-Segment = create_model(
-    "Segment",
-    __base__=_Piece,
-    __doc__="A piece of a cable, of one material.",
-    **_absent(Cable, (*SIZE, *PHYSICAL)),
-    body=(Body | None, None),
-)
+class Segment(
+    create_model("_Segment", __base__=_Piece, **_absent(Cable, (*SIZE, *PHYSICAL)), body=(Body | None, None))
+):
+    """A piece of a cable, of one material."""
+
 
 _Line = create_model(
     "_Line",
     __base__=_Piece,
     **{
         "name": (Name | None, key("name of the cable; several need one each", default=None)),
-        "from": (Place | None, key("lower end, s = 0: [x, y, z], a joint or a buoy; absent: the anchor", default=None)),
-        "to": (Place | None, key("upper end: [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", default=None)),
+        "from": (
+            Place | None,
+            key("lower end, s = 0: [x, y, z], a joint or a buoy; absent: the anchor", "m", default=None),
+        ),
+        "to": (Place | None, key("upper end: [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)),
         "segments": (list[Segment] | None, key("pieces from the lower end on, instead of length", default=None)),
     },
     **_absent(Cable, Cable.model_fields),

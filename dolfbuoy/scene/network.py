@@ -117,7 +117,8 @@ class _Resolver:
     def network(self):
         pieces = []
         for number, (name, line) in enumerate(self.cables.items()):
-            sections = sections_of(line, self.scene.material or {}, f"cable.{name}")
+            key = f"cable.{name}" if isinstance(self.scene.cable, list) and len(self.cables) > 1 else "cable"
+            sections = sections_of(line, self.scene.material or {}, key)
             ends = self._low(name, line), self._high(name, line)
             pieces += self._chain(number, name, line, sections, ends)
         for name in self.joints:
@@ -222,7 +223,8 @@ def _section(keys, place):
         where = ".".join([place, *map(str, first["loc"])])
         cause = first.get("ctx", {}).get("error")
         if first["type"] == "missing":
-            raise Missing(where, Cable.model_fields[first["loc"][0]].description) from None
+            info = Cable.model_fields[first["loc"][0]]
+            raise Missing(where, f"{info.description} [{info.json_schema_extra['unit']}]") from None
         if isinstance(cause, Missing):
             raise Missing(f"{where}.{cause.key}", cause.why) from None
         if isinstance(cause, Wrong):

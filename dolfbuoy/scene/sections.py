@@ -208,7 +208,7 @@ GENERAL = frozenset(Line.model_fields) - frozenset(Cable.model_fields)
 
 def _form(value):
     """Whether a value of the key cable or buoy is a list of tables, or a table."""
-    return LIST if isinstance(value, list) else TABLE
+    return LIST if isinstance(value, list) and value else TABLE
 
 
 def _form_of_cable(value):
