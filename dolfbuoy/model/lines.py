@@ -23,10 +23,15 @@ from .sea import SeaState, ramp
 def top_position(top, t):
     """r_bnd(t) of the scene's section cable.top, fixed or prescribed [m]."""
     position = np.array(top.position)
-    if top.kind == "prescribed":
-        angle = 2 * math.pi * t / top.period + math.radians(top.phase_deg)
-        position += (ramp(t, top.ramp) * math.sin(angle)) * np.array(top.amplitude)
-    return position
+    if top.kind != "prescribed":
+        return position
+    if top.motion:
+        start = top.path(0.0)
+        return position + start + ramp(t, top.ramp) * (top.path(t) - start)
+    if top.velocity:
+        return position + ramp(t, top.ramp) * t * np.array(top.velocity)
+    angle = 2 * math.pi * t / top.period + math.radians(top.phase_deg)
+    return position + (ramp(t, top.ramp) * math.sin(angle)) * np.array(top.amplitude)
 
 
 def sections_of(scene):

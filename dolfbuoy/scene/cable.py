@@ -1,9 +1,12 @@
 """The sections [cable] and [cable.top]."""
 
 import math
+from functools import cached_property
+from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from .mesh_file import element_lengths
 from .quantities import (
@@ -15,13 +18,29 @@ from .quantities import (
     ForceVector,
     Length,
     Mass,
+    Missing,
     Period,
     Share,
     Vector,
+    VelocityVector,
     Wrong,
+    finite_numbers,
 )
 from .section import Section, key
 from .stretching import AxialStiffness
+
+MOST_ROWS = 100_000
+
+
+def _in_order(rows):
+    if any(b[0] <= a[0] for a, b in pairwise(rows)):
+        raise ValueError("must hold rows of growing time")
+    return rows
+
+
+_coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+_Row = Annotated[tuple[_coordinate, _coordinate, _coordinate, _coordinate], BeforeValidator(finite_numbers(4))]
+Motion = Annotated[list[_Row], Field(min_length=2, max_length=MOST_ROWS), AfterValidator(_in_order)]
 
 
 class Top(Section):
@@ -34,20 +53,44 @@ class Top(Section):
     period: Period | None = key("period of the motion", "s", default=None)
     phase_deg: Angle = key("phase of the motion at t = 0", "deg", default=0.0)
     ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
+    velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
+    motion: Motion | None = key("rows [t, x, y, z] from position, or a file of them", "s, m", default=None)
 
     @model_validator(mode="after")
     def _complete(self):
         if self.kind != "free" and self.position is None:
             raise Wrong("kind", self.kind, "needs a position")
-        if self.kind == "prescribed" and (self.amplitude is None or self.period is None):
-            raise Wrong("kind", self.kind, "needs amplitude and period")
-        for name in ("amplitude", "period", "ramp"):
+        if self.kind == "prescribed":
+            self.check_motion()
+        for name in (*MOTION, "ramp"):
             if self.kind != "prescribed" and getattr(self, name):
                 raise Wrong(name, getattr(self, name), "goes with kind 'prescribed' only")
         if self.kind != "free" and self.force != (0.0, 0.0, 0.0):
             raise Wrong("force", self.force, "goes with kind 'free' only")
         return self
 
+    def check_motion(self):
+        """Raises Wrong or Missing unless one motion is given, of three kinds."""
+        given = [name for name in ("amplitude", "velocity", "motion") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise Wrong(given[1], getattr(self, given[1]), f"does not go with {given[0]}: give one of them")
+        if (self.period is None) != (self.amplitude is None):
+            raise Missing("amplitude" if self.amplitude is None else "period", "a motion needs both")
+        if not given:
+            raise Wrong("kind", self.kind, "needs amplitude and period, a velocity or a motion")
+
+    @cached_property
+    def path(self):
+        """t -> displacement [m]: smooth, and at rest before the first and after the last row of `motion`."""
+        from scipy.interpolate import CubicSpline
+
+        rows = np.array(self.motion)
+        spline = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped")
+        return lambda t: spline(np.clip(t, *rows[[0, -1], 0]))
+
+
+#: Keys of which one says how an end is moved.
+MOTION = ("amplitude", "period", "velocity", "motion")
 
 MOST_ELEMENTS = 10_000_000
 MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..errors import SolveError
 from ..model.feasible import shape_and_mass
+from ..model.lines import top_position
 from ..model.material import weight_per_length
 from ..model.problem import Problem
 from ..model.rigid import mooring_offset
@@ -70,7 +71,7 @@ def still_network(scene, network) -> still.Network:
     def place(end):
         """(number of the joint, offset of the end from it)."""
         if end.name is None:
-            joints.append(still.Joint(position=end.top.position) if end.held else _pulled(end))
+            joints.append(_held(end) if end.held else _pulled(end))
             return len(joints) - 1, still.ORIGIN
         if end.name not in number:
             number[end.name] = len(joints)
@@ -86,6 +87,10 @@ def still_network(scene, network) -> still.Network:
     return still.Network(joints, pieces)
 
 
+def _held(end):
+    return still.Joint(position=top_position(end.top, 0.0))
+
+
 def _pulled(end):
     return still.Joint(free=True, load=end.top.force)
 
@@ -95,7 +100,7 @@ def _joint(scene, network, end):
     if end.kind == "buoy":
         return still.Joint(free=True, load=_Floating(with_buoy(scene, end.name)))
     if end.held:
-        return still.Joint(position=end.top.position)
+        return _held(end)
     body, weight = network.bodies.get(end.name), 0.0
     if body is not None:
         displaced = scene.sea.density * body.volume if scene.sea else 0.0
