@@ -17,6 +17,7 @@ from .evolution import Evolution
 from .layout import Layout
 from .material import cross_section, weight_per_length
 from .numbers import Numbers, Properties
+from .parting import Parting
 from .sea import SeaState, ramp
 
 
@@ -62,6 +63,8 @@ class Lines(Layout):
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
         self._material()
+        self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
+        self.memory |= self.parting.memory if self.parting else {}
         if dynamic:
             self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
             self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
@@ -171,7 +174,10 @@ class Lines(Layout):
         tests, cable, dx = ufl.split(test), self.cable, self.dx
         r, T, e, _, r_tt = self.kinematics()
         v, q = tests[:2]
-        F = form.tension_term(r, T, e, v) * dx + form.strain_equation(r, e, q, self.section.strain_form) * dx
+        strain = form.strain_equation(r, e, q, self.section.strain_form)
+        if self.parting is not None:
+            strain = self.parting.strain_equation(strain, T, q)
+        F = form.tension_term(r, T, e, v) * dx + strain * dx
         F -= ufl.inner(form.weight_in_water(cable, self.gravity, self.sea.density), v) * dx
         if self.mean_dofs is not None:
             F += form.mean_strain_equation(T, ufl.split(self.w)[2], tests[2]) * dx
@@ -202,10 +208,12 @@ class Lines(Layout):
 
     def set_time(self, t):
         """Advance the sea."""
+        self.t = t
         self.sea.set_time(t)
 
-    def accept(self, u):
-        """A step was taken: nothing is left behind."""
+    def accept(self, u) -> bool:
+        """A step was taken; whether the equations are others now."""
+        return self.parting is not None and self.parting.accept(u, self.t)
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 

@@ -181,8 +181,9 @@ class Simulation:
     def _accept(self, t):
         self.end_forces = self.problem.end_forces(fresh=False)
         u = self.system.u
-        for model in self.problem.models:
-            model.accept(u)
+        changed = [model.accept(u) for model in self.problem.models]
+        if any(changed):
+            self.newton.forget()
         self.past.accept()
         self.predictor.add(t, u)
         self.t = t

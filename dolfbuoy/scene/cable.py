@@ -92,6 +92,25 @@ class Top(Section):
 #: Keys of which one says how an end is moved.
 MOTION = ("amplitude", "period", "velocity", "motion")
 
+
+class FailsAt(Section):
+    """When the cable parts: at a time, or where its tension is largest once that is reached."""
+
+    time: Duration | None = key("time at which it parts", "s", default=None)
+    tension: Annotated[float, Field(gt=0, le=1e10)] | None = key("tension at which it parts", "N", default=None)
+    at: Annotated[float, Field(ge=0, le=1e5)] | None = key(
+        "where it parts at the time; absent: at its upper end", "m", default=None
+    )
+
+    @model_validator(mode="after")
+    def _one(self):
+        if (self.time is None) == (self.tension is None):
+            raise Missing("time", "or tension, and not both")
+        if self.at is not None and self.time is None:
+            raise Wrong("at", self.at, "goes with a time only: at a tension it parts where that is largest")
+        return self
+
+
 MOST_ELEMENTS = 10_000_000
 MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run
 Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share], BeforeValidator(element_lengths)]
@@ -121,6 +140,7 @@ class Cable(Section):
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
     slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
     damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
+    fails_at: FailsAt | None = None
     top: Top | None = None
 
     @model_validator(mode="after")
