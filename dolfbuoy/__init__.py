@@ -10,7 +10,9 @@ The model and the reading of the paper's ambiguous places are described in forms
 from .errors import InputError, SolveError
 from .version import __version__ as __version__
 
-__all__ = ["InputError", "SolveError", "figures", "load_scene", "simulate", "solve_static", "statistics"]
+#: What `api` offers at first use.
+_OF_API = ("modes", "offsets", "simulate", "solve_static", "stiffness")
+__all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
 
 def __dir__():
@@ -23,7 +25,7 @@ def __getattr__(name):
         from .scene import load_scene
 
         return load_scene
-    if name in ("simulate", "solve_static"):
+    if name in _OF_API:
         try:
             from . import api
         except ImportError as error:

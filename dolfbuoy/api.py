@@ -1,4 +1,4 @@
-"""The Python interface: `load_scene`, `solve_static`, `simulate`."""
+"""The Python interface: `load_scene`, `solve_static`, `simulate`, `modes`, `stiffness`, `offsets`, `response`."""
 
 import tempfile
 from pathlib import Path
@@ -6,16 +6,23 @@ from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
-from .errors import InputError
+from .errors import InputError, SolveError
+from .linear.linearisation import linearise
+from .linear.natural import lowest_modes
+from .linear.stiffness import condensed, mooring_stiffness
 from .motion.simulation import Simulation
 from .parallel import interruption
 from .results import checkpoint
 from .results import folder as folders
 from .results import record as results
+from .results.mode_record import dataset_of_modes
 from .results.observe import Observer, attributes
+from .results.offset_record import Rows
 from .results.recorder import Recorder
+from .results.stiffness_record import dataset_of_stiffness
 from .scene import Scene, load_scene
 from .statics.equilibrium import solve_equilibrium
+from .statics.offsets import rests
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,6 +66,74 @@ def _equilibrium(scene, comm):
     if comm.rank != 0:
         return results.nothing()
     return results.dataset_of(values, fixed, info, observer.labels())
+
+
+def modes(
+    scene: "Scene | str | Path | dict", number=10, out=None, comm=MPI.COMM_WORLD, direction_deg=0.0, **overrides
+) -> "xr.Dataset":
+    """Natural modes about the equilibrium in the mean current, wind and external force, the slowest first.
+
+    number: of modes, a pair of conjugates once; fewer if there are not as many.  out: folder for modes.nc.
+    direction_deg: of surge and roll, from x.  Returns eigenvalues, damping, names and shapes (complete on rank 0).
+    Raises InputError for an impossible scene, or for a state with a line that is slack or kinked; SolveError if the
+    equilibrium or the modes are not found.
+    """
+    scene = load_scene(scene, **overrides)
+    found = linearise(scene, comm)
+    try:
+        dataset = dataset_of_modes(found, lowest_modes(found, number, direction_deg))
+    finally:
+        found.destroy()
+    if out is not None:
+        folders.keep(out, "modes", scene, dataset, comm)
+    return dataset
+
+
+def stiffness(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, **overrides) -> "xr.Dataset":
+    """Restoring matrices (6, 6) about C at the equilibrium: of the mooring, of the hull, and of both.
+
+    Forces [N] and torques [N m] that hold a displacement of 1 m or a turn of 1 rad, in world axes.  out: folder for
+    stiffness.nc.  Raises InputError for an impossible scene or one without a buoy, SolveError if the equilibrium is not
+    found or a line is slack.
+    """
+    scene = load_scene(scene, **overrides)
+    if scene.buoy is None:
+        raise InputError("A restoring matrix is that of a buoy: the scene needs [buoy].")
+    found = linearise(scene, comm)
+    try:
+        every = condensed(found)
+        dataset = dataset_of_stiffness(found.problem, every.bodies, every.stiffness, mooring_stiffness(found, every))
+    finally:
+        found.destroy()
+    if out is not None:
+        folders.keep(out, "stiffness", scene, dataset, comm)
+    return dataset
+
+
+def offsets(
+    scene: "Scene | str | Path | dict", sizes, directions_deg, load="force", out=None, comm=MPI.COMM_WORLD, **overrides
+) -> "xr.Dataset":
+    """Equilibria under a growing horizontal load from many sides: positions, tensions, and what goes slack or under.
+
+    load: "force" [N], added to the scene's external force, or "current" [m/s], in its place.  out: folder for
+    offsets.nc.  Returns what a record says of an equilibrium over directions and sizes (complete on rank 0); where
+    there is none, `found` is False.  Raises InputError for an impossible scene or one without a moored buoy.
+    """
+    scene = load_scene(scene, **overrides)
+    rows = Rows(load)
+    for rest in rests(scene, load, sizes, directions_deg, comm):
+        rows.add(rest)
+        interruption.check()
+    try:
+        at_rest = _equilibrium(scene, comm)
+    except SolveError:
+        at_rest = {}
+    if comm.rank != 0:
+        return results.nothing()
+    dataset = rows.dataset(at_rest["buoy_position"].values if "buoy_position" in at_rest else None)
+    if out is not None:
+        folders.keep(out, "offsets", scene, dataset)
+    return dataset
 
 
 def simulate(

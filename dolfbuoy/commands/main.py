@@ -14,7 +14,7 @@ from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
-from . import language, statistics
+from . import language, linear, statistics, sweep
 from .run import advised, draw, run
 from .shared import (
     Interrupted,
@@ -187,52 +187,6 @@ def plot(
 
 
 @app.command()
-def sweep(
-    scene: SceneArgument,
-    assign: SetOption = None,
-    vary: Annotated[
-        list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")
-    ] = None,
-    table: Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")] = None,
-    folder: out_option("results/sweep-NAME") = None,
-):
-    """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
-    loaded = load(scene, assign)
-    from mpi4py import MPI
-
-    from ..studies.sweep import sweep as run_all
-
-    folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
-    try:
-        dataset = run_all(loaded, vary or [], table, folder, say_warnings)
-    except BaseException:
-        if interruption.received():
-            left = f"; finished cases are in {folder}" if any((folder / "cases").glob("*.json")) else ""
-            raise Interrupted(f"Interrupted{left}, and the same command goes on.") from None
-        raise
-    if dataset is not None:
-        _show_sweep(dataset, folder)
-    done = dataset is not None and bool((dataset.status == "done").any())
-    if not ranks.told(MPI.COMM_WORLD, done):
-        raise typer.Exit(1)
-
-
-def _show_sweep(dataset, folder):
-    """Its cases and the largest of their main quantities."""
-    keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
-    shown = [n for n in ("tension_top_maximum", "tension_anchor_maximum", "cone_angle_maximum") if n in dataset]
-    units = {n: unit_of(dataset[n].values, dataset[n].attrs["units"]) for n in shown}
-    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} [{units[n][0]}]" for n in shown]
-    names = [key.replace("_", " ") for key in keys]  # words may be wrapped
-    result = table_of(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *names, *titles, "status")
-    for i in range(dataset.sizes["case"]):
-        row = dataset.isel(case=i)
-        values = [f"{units[n][1] * row[n].item():.5g}" for n in shown]
-        result.add_row(*(str(row[k].item()) for k in keys), *values, row.status.item())
-    out.print(result)
-
-
-@app.command()
 def doctor():
     """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
     from .doctor import examine, installed
@@ -250,7 +204,9 @@ def doctor():
         raise typer.Exit(1)
 
 
+linear.add_to(app)
 statistics.add_to(app)
+sweep.add_to(app)
 language.add_to(app)
 
 

@@ -102,8 +102,17 @@ class Bodies:
         """Advance the sea."""
         self.sea.set_time(t)
 
+    def begin(self, u):
+        """Memory as at the start of a run: there is none."""
+
     def accept(self, u):
         """A step was taken: nothing is left behind."""
+
+    def hold(self, u, h):
+        """In statics on a sea bed the lines alone are held."""
+
+    def let_go(self):
+        """They were not held."""
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 

@@ -242,12 +242,26 @@ class Buoy:
         """Advance the sea."""
         self.sea.set_time(t)
 
+    def begin(self, u):
+        """Memory as at the start of a run."""
+        self.memory["quaternion_drift"][:] = 0.0
+
     def accept(self, u):
         """A step was taken: the quaternion is made a unit again, and how far it was from one is remembered."""
         if self._make_unit is None:  # u stays in place
             orientation = MOTION.of(u[self.part.slice]).orientation
             self._make_unit = body_c.make_unit(orientation, self.memory["quaternion_drift"])
         self._make_unit()
+
+    # -- relaxation, in statics ----------------------------------------------------------------------------------------
+
+    def hold(self, u, h):
+        """Inertia of a step of h [s] from rest in the pose of u."""
+        self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2
+
+    def let_go(self):
+        """No inertia."""
+        self.relaxation.value = 0.0
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 

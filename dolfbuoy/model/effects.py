@@ -13,6 +13,7 @@ A term is a plain UFL function of `forms/`; where it enters tells its signature:
     body(c, body)                         (force, torque) at a point of a body
     line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
     joint(c, body, rho_w, flow, point)    force on a body at a joint
+    bed(mu, contact)                      force of the sea bed per unstretched metre of a line, or on a joint's body
 
 c are its numbers as UFL constants: one, or several by name.
 """
@@ -24,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..forms import buoy, cable, hull, joint, wind
+from ..forms import buoy, cable, hull, joint, seabed, wind
 from ..scene.network import single_scenes
 from .rigid import axis_offset
 from .sea import heading
@@ -61,6 +62,7 @@ class Effect:
     body: Callable | None = None
     line_power: Callable | None = None
     joint: Callable | None = None
+    bed: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
@@ -274,6 +276,29 @@ EFFECTS: list[Effect] = [
     ),
     Effect("body drag", "joint.drag_area", needs=("sea",), joint=joint.drag, account="drag"),
     Effect("body added mass", "joint.added_mass", needs=("sea",), joint=joint.added_mass, account="inertia"),
+    Effect(
+        "sea bed",
+        "seabed",
+        neutral=None,
+        needs=("sea",),
+        bed=seabed.support,
+        account="bed",
+        numbers=None,
+        drawn={
+            "seabed.stiffness": Drawn(1e2, 1e9),
+            "seabed.damping_ratio": Drawn(1e-3, 1e1, zero=True),
+            "seabed.stick_length": Drawn(1e-4, 1e1),
+        },
+    ),
+    Effect(
+        "bed friction",
+        "seabed.friction",
+        needs=("sea",),
+        bed=seabed.friction,
+        account="friction",
+        numbers={"": lambda scene, _: scene.seabed.friction},
+        drawn={"seabed.friction": Drawn(1e-3, 1e1)},
+    ),
 ]
 
 

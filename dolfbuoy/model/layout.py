@@ -51,6 +51,7 @@ class Layout:
     def _numbering(self, averaged):
         """Where the dofs of w sit on the mesh: nodes of r, cells of T."""
         V, r_dofs = compat.collapse(self.space, 0)
+        self.positions = V  #: the space of r
         Q, T_dofs = compat.collapse(self.space, 1)
         self.node_s = V.tabulate_dof_coordinates()[:, 0].copy()
         self.node_dofs = np.asarray(r_dofs).reshape(-1, 3)

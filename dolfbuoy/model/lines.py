@@ -14,25 +14,18 @@ from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
+from .held import HeldEnds, motion_of
 from .layout import Layout
 from .material import cross_section, weight_per_length
 from .numbers import Numbers, Properties
 from .parting import Parting
-from .sea import SeaState, ramp
+from .sea import SeaState
+from .seabed import Seabed
 
 
 def top_position(top, t):
     """r_bnd(t) of the scene's section cable.top, fixed or prescribed [m]."""
-    position = np.array(top.position)
-    if top.kind != "prescribed":
-        return position
-    if top.motion:
-        start = top.path(0.0)
-        return position + start + ramp(t, top.ramp) * (top.path(t) - start)
-    if top.velocity:
-        return position + ramp(t, top.ramp) * t * np.array(top.velocity)
-    angle = 2 * math.pi * t / top.period + math.radians(top.phase_deg)
-    return position + (ramp(t, top.ramp) * math.sin(angle)) * np.array(top.amplitude)
+    return np.array(motion_of(top)(t))
 
 
 def sections_of(scene):
@@ -58,13 +51,14 @@ class Lines(Layout):
         self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
         super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section))
-        self.scene, self.dynamic = scene, dynamic
+        self.scene, self.dynamic, self._held = scene, dynamic, None
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
         self._material()
         self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
         self.memory |= self.parting.memory if self.parting else {}
+        self._lay_on_bed()
         if dynamic:
             self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
             self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
@@ -83,8 +77,8 @@ class Lines(Layout):
 
     def _measure(self):
         mu = self.section.position_degree
-        degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
-        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": degree})
+        self._degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
+        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
 
     def _material(self):
         scene, dry = self.scene, not self.section.diameter
@@ -121,6 +115,15 @@ class Lines(Layout):
             for k in range(most)
         ]
 
+    def _lay_on_bed(self):
+        """The sea bed, and what relaxes lines in statics on it: at H = 0 they are singular."""
+        self.bed = self.relaxation = None
+        if self.scene.seabed:
+            self.bed = Seabed(self, self._numbers.constant, self._property, self.positions, self._degree)
+            self.memory |= self.bed.memory
+            if not self.dynamic:
+                self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
+
     def _alone(self, section):
         """The scene as if it had this section only."""
         return with_line(self.scene, section) if self.scene.is_network else self.scene
@@ -141,7 +144,7 @@ class Lines(Layout):
         """Take the numbers of another scene of the same structure."""
         self.scene, self.network = scene, network_of(scene)
         self.sections = [piece.section for piece in self.pieces]
-        self.section = self.sections[0]
+        self.section, self._held = self.sections[0], None
         self._numbers.change(scene)
         self._properties.change()
         self.sea.change(scene)
@@ -187,6 +190,11 @@ class Lines(Layout):
         if forces:
             f = sum(forces[1:], forces[0])
             F -= ufl.inner(form.stretched(cable, e, f), v) * dx
+        if self.bed is not None:
+            for _, force in self.bed.forces():
+                F -= ufl.inner(force, v) * dx
+        if self.relaxation is not None:
+            F += form.inertia(cable, self.relaxation * (r - ufl.split(self.reference)[0]), v) * dx
         return F
 
     def end_residuals(self, test):
@@ -211,9 +219,26 @@ class Lines(Layout):
         self.t = t
         self.sea.set_time(t)
 
+    def begin(self, u):
+        """Memory as at the start of a run."""
+        if self.bed is not None:
+            self.bed.begin(u)
+
     def accept(self, u) -> bool:
         """A step was taken; whether the equations are others now."""
+        if self.bed is not None:
+            self.bed.accept(u)
         return self.parting is not None and self.parting.accept(u, self.t)
+
+    # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
+
+    def hold(self, u, h):
+        """Inertia of a step of h [s] from rest in the positions of u."""
+        self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2
+
+    def let_go(self):
+        """No inertia."""
+        self.relaxation.value = 0.0
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 
@@ -224,9 +249,10 @@ class Lines(Layout):
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        for piece, end, dofs in self.held_ends():
-            if len(dofs):
-                u[dofs] = top_position(self.pieces[piece].ends[end].top, t)
+        if self._held is None:
+            held = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
+            self._held = HeldEnds([(dofs, _motion(top)) for dofs, top in held])
+        self._held.put(u, t)
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""
@@ -260,6 +286,11 @@ class Lines(Layout):
             compliance=1 / stiffness[mine],
             rest=1 / np.minimum(stiffness[mine], 0.1 * force),  # measured: the fewest iterations
         )
+
+
+def _motion(top):
+    """Of an end that is held, or its position [m]."""
+    return motion_of(top) if top.kind == "prescribed" else top.position
 
 
 def _end_load(scene, piece):

@@ -4,7 +4,9 @@ import math
 
 
 def cross_section(cable) -> float | None:
-    """A0 [m^2] of a section [cable]; None without a diameter."""
+    """A0 [m^2] of a section [cable]; None without area and diameter."""
+    if cable.area is not None:
+        return cable.area
     return math.pi * cable.diameter**2 / 4 if cable.diameter else None
 
 

@@ -11,6 +11,7 @@ from ..parallel.ranks import combined, told
 from ..scene.network import attached_ends, network_of, with_buoy
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
+from ..solver.rows import smallest
 from ..solver.system import System
 from ..solver.tension_only import TensionOnly
 from ..solver.unknowns import Block, Part
@@ -67,16 +68,16 @@ class Problem:
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
         if self.lines and not one_sided and self.lines.elastic and not (dynamic and self.lines.cable.damping):
+            of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
+            self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
             self.newton.fault = self._inside_out
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _inside_out(self):
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
-        c = self.lines
-        T = self.system.u.take(c.T_dofs if c.mean_dofs is None else c.mean_dofs)
-        smallest = combined(self.comm, T.min(initial=0.0), MPI.MIN)
-        stretch = 1 + smallest / self._softest() if smallest < 0 else 1.0
+        T = combined(self.comm, self._smallest_tension(), MPI.MIN)
+        stretch = 1 + T / self._softest() if T < 0 else 1.0
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
 
     def _softest(self):
@@ -291,6 +292,13 @@ class Problem:
         mine = self.lines.anchor_tension(self.system.u, self.network.first_of(cable))
         values = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
         return next(v for v in values if not np.isnan(v))
+
+    def tension_at(self, s, line=0) -> float:
+        """Mean of T on the element of a line at arc length s [N], on every rank."""
+        begins, ends = (self.lines.cell_ends - self.lines.begins[line]).T
+        here = (self.lines.line_of_cell == line) & (begins <= s) & (s <= ends)
+        mine = self.lines.mean_tension(self.system.u)[here].max(initial=-np.inf)
+        return combined(self.comm, float(mine), MPI.MAX)
 
     def destroy(self):
         """Give PETSc's objects back."""

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from ..forms import sea, wind
 from ..solver.compat import point_in_space
+from ..solver.unknowns import array_of
 from .evaluate import at_points, value
 from .numbers import Numbers
 
@@ -130,6 +131,7 @@ class SeaState:
         self.wave = self.current = None
         if with_waves and scene.waves:
             self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
+            self._numbers_of_wave = array_of(self._amplitude), array_of(self._time_phase)
             self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
         if scene.current:
             self.current = _current(scene, self._number, self._speed)
@@ -163,7 +165,8 @@ class SeaState:
 
     def set_wave(self, amplitude, time_phase):
         """Amplitude a [m] and phase - omega t [rad] of the wave."""
-        self._amplitude.value, self._time_phase.value = amplitude, time_phase
+        a, phase = self._numbers_of_wave
+        a[0], phase[0] = amplitude, time_phase
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""

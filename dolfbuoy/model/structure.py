@@ -17,6 +17,7 @@ _KEYS = (
     "cable.top.kind",
     "buoy.hull",
     "waves.stretching",
+    "seabed.start",
     "solver",
 )
 

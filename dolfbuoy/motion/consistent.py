@@ -62,7 +62,7 @@ def _settle(simulation, u0, h):
     (known1, _, _), (known2, u2, end2), (known3, u3, end3) = found
     forces = simulation.problem.force_dofs()
     u0[forces] = 3 * u2[forces] - 2 * u3[forces]
-    simulation.end_forces = {name: 3 * end2[name] - 2 * end3[name] for name in end2}
+    simulation.set_end_forces({name: 3 * end2[name] - 2 * end3[name] for name in end2})
     of_levels = zip(past.series, zip(known1, known2, known3, strict=True), strict=True)
     begin = [_at_start(known, series.lagged, past.entries(u0)) for series, known in of_levels]
     past.set_series([(value, rate) for rate, value in begin])

@@ -27,7 +27,8 @@ class Meter:
     The powers are those of the effects that the scene calls for (`model.effects`), each in the account that its
     declaration names.  drag: f . v_rel, never positive.  stream: f . v_water of the same forces, what moving water
     does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull (the cable's is in its weight).  damping: what
-    stays in the material of the cable, and what radiated waves take.  outer: wind, external force, rotational damping.
+    stays in the material of the cable, and what radiated waves take.  bed: what the dampers of the sea bed take (its
+    springs are elastic).  friction: of the bed.  outer: wind, external force, rotational damping.
     top: of a prescribed end.
     """
 
@@ -59,7 +60,10 @@ class Meter:
         for effect, force in lines.water_forces():
             f = cable_form.stretched(c, e, force)
             found += _powers(effect.account, f, v, water, dx)
-        return found + [(effect.account, power, dx) for effect, power in lines.material_powers()]
+        found += [(effect.account, power, dx) for effect, power in lines.material_powers()]
+        if lines.bed is not None:
+            found += [(account, value, dx) for account, value in lines.bed.powers()]
+        return found
 
     @staticmethod
     def _bodies(bodies):

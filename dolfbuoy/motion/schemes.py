@@ -8,12 +8,12 @@ Constraints hold at t_(n+1).  The problem is a differential-algebraic system of 
 derivative in disguise, which is why starts and changes of step are handled with care here.
 """
 
-from math import comb, prod
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
 
-from ..solver.rows import Sums, copies
+from ..solver.rows import Extrapolation, copies
 
 #: Rows of a Series: values at t_n, t_(n-1) ..., newest first; the rate at t_n, and at t_(n-1); the second derivative at
 #: the start; an auxiliary rate; value and rate at t_(n+1); the history of its rate; room for a change.
@@ -292,35 +292,34 @@ class Predictor:
     """Start of Newton: the polynomial through the last `points` solutions, extrapolated."""
 
     def __init__(self, points=3):
-        self.points, self.times, self._rows = points, [], None  # times: newest first
+        self.points, self.count = points, 0
+
+    @property
+    def times(self):
+        """Of the solutions, newest first."""
+        return self._times[: self.count]
 
     @property
     def values(self):
         """Solutions at these times, views."""
-        return [] if self._rows is None else self._rows[: len(self.times)]
+        return self._rows[: self.count]
 
     def add(self, t, value):
         """A solution."""
-        if self._rows is None:
+        if self.count == 0:
             self._make_room(len(value))
-        self._older()
-        self._rows[0] = value
-        self.times = [t, *self.times[: self.points - 1]]
+        self._make_older()
+        self._times[0], self._rows[0] = t, value
+        self.count = min(self.count + 1, self.points)
 
     def _make_room(self, size):
-        rows = self._rows = np.zeros((self.points, size))
-        self._value, self._weights = np.zeros(size), np.ones(self.points + 1)
-        counts = range(1, self.points + 1)
-        self._sums = [Sums([(self._value, rows[:n])], self._weights) for n in counts]
-        self._older = copies([(rows[1:].ravel(), rows[:-1].ravel())])
+        times, rows = self._times, self._rows = np.zeros(self.points), np.zeros((self.points, size))
+        self._make_older = copies([(times[1:], times[:-1]), (rows[1:].ravel(), rows[:-1].ravel())])
+        self._extrapolations = [Extrapolation(times[:n], rows[:n]) for n in range(1, self.points + 1)]
 
     def at(self, t):
         """Value extrapolated to t; it stays until the next one."""
-        times, count = self.times, len(self.times)
-        self._weights[:count] = [prod([(t - tj) / (ti - tj) for tj in times if tj != ti]) for ti in times]
-        self._weights[count] = 1.0
-        self._sums[count - 1]()
-        return self._value
+        return self._extrapolations[self.count - 1](t)
 
     def state(self):
         """For `restore`; nothing is copied."""

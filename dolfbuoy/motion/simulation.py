@@ -6,6 +6,7 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..parallel.ranks import combined
+from ..solver.rows import picked, traced
 from .consistent import make_consistent
 from .past import Past
 from .schemes import GeneralizedAlpha, Predictor, make_scheme
@@ -32,7 +33,7 @@ class Simulation:
             self.problem = problem
             problem.change(scene)
         self.system, self.newton = self.problem.system, self.problem.newton
-        self.iterations, self.end_forces = 0, {}
+        self.iterations, self._read_end_forces = 0, self._reader_of_end_forces()
         scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
         self.predictor, self.control = Predictor(), self._make_control()
@@ -59,10 +60,10 @@ class Simulation:
         if self.problem.network.joints:
             self.system.share()
         for model in self.problem.models:
-            for values in model.memory.values():
-                values[:] = 0.0
+            model.begin(u)
+        start.remember(self.problem)
         self.begin(start.line_velocity)
-        self.end_forces = start.end_forces
+        self.set_end_forces(start.end_forces)
         if not start.at_rest:
             make_consistent(self)
         self.system.publish()
@@ -75,6 +76,32 @@ class Simulation:
         if velocity is not None:
             rate[self.past.place_of(self.problem.lines.part)] = velocity
         self.past.begin([rate])
+
+    def _reader_of_end_forces(self):
+        """A function that brings `latest_end_forces` up to date after a solve."""
+
+        def find():
+            forces = self.problem.end_forces(fresh=False)
+            return np.concatenate([np.zeros(0), *(force.ravel() for force in forces.values())])
+
+        flat, place = find(), 0
+        self.latest_end_forces = {}  #: `end_forces` in arrays that stay in place
+        for name, force in self.problem.end_forces(fresh=False).items():
+            self.latest_end_forces[name] = flat[place : place + force.size].reshape(force.shape)
+            place += force.size
+        if self.comm.size > 1:
+            return lambda: np.copyto(flat, find())
+        return picked(traced(find, [self.system.u, self.system.last_residual]), flat)
+
+    @property
+    def end_forces(self) -> dict[str, np.ndarray]:
+        """Forces that hold the ends of the cable [N], by their names in a record; empty without one."""
+        return {name: force.copy() for name, force in self.latest_end_forces.items()}
+
+    def set_end_forces(self, forces):
+        """Take these."""
+        for name, force in forces.items():
+            self.latest_end_forces[name][:] = force
 
     @property
     def scheme(self):
@@ -122,7 +149,8 @@ class Simulation:
         """Be where a Simulation of the same scene was, on the same rank of as many.  Raises InputError if it cannot."""
         if not np.array_equal(state["places"], self.problem.places()):
             raise InputError("The unknowns are numbered in another way than in the state: not the same dolfinx.")
-        self.t, self.end_forces, self.iterations = state["t"], state.get("end_forces", {}), state["iterations"]
+        self.t, self.iterations = state["t"], state["iterations"]
+        self.set_end_forces(state.get("end_forces", {}))
         self.newton.restore(state["newton"])
         self.past.restore(_listed(state, "past"))
         for memory, kept in zip(filter(None, self.memory), _listed(state, "memory"), strict=True):
@@ -179,7 +207,7 @@ class Simulation:
         return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
     def _accept(self, t):
-        self.end_forces = self.problem.end_forces(fresh=False)
+        self._read_end_forces()
         u = self.system.u
         changed = [model.accept(u) for model in self.problem.models]
         if any(changed):

@@ -38,6 +38,7 @@ class Start:
 
     at_rest: bool = True
     lines: np.ndarray | None = None
+    line_memory: dict[str, np.ndarray] = field(default_factory=dict)
     line_velocity: np.ndarray | None = None
     end_forces: dict[str, np.ndarray] = field(default_factory=dict)
     moorings: list[np.ndarray] = field(default_factory=list)
@@ -53,6 +54,11 @@ class Start:
             pose = self.poses[name]
             state = buoy.moving_state(pose.position, pose.quaternion, pose.velocity, pose.angular_velocity)
             u[buoy.part.slice] = state
+
+    def remember(self, problem):
+        """What the equilibrium left behind besides unknowns (where friction holds), into a dynamic Problem."""
+        for name, values in self.line_memory.items():
+            problem.lines.memory[name][:] = values
 
 
 def initial_state(scene, comm) -> Start:
@@ -87,6 +93,7 @@ def _from_equilibrium(problem) -> Start:
     start = Start()
     if problem.lines:
         start.lines = u[problem.lines.part.slice].copy()
+        start.line_memory = {name: values.copy() for name, values in problem.lines.memory.items()}
         start.line_velocity = np.zeros_like(start.lines)
         start.end_forces = problem.end_forces()
     start.moorings = [u[attachment.slice].copy() for attachment in problem.attachments]
@@ -105,7 +112,7 @@ def _from_shape(scene, comm) -> Start:
     start.poses = {name: Pose(*pose) for name, pose in poses.items()}
     if scene.initial.kind == "equilibrium":
         held = _from_equilibrium(solve_equilibrium(with_buoys_held(scene, poses), comm))
-        start.lines, start.end_forces = held.lines, held.end_forces
+        start.lines, start.line_memory, start.end_forces = held.lines, held.line_memory, held.end_forces
     else:
         problem = Problem(scene, dynamic=False, comm=comm)
         start.lines = np.zeros(problem.lines.part.size)

@@ -9,8 +9,10 @@ import hashlib
 import json
 import shutil
 import tempfile
+import time as clock
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
 from mpi4py import MPI
@@ -20,6 +22,7 @@ from rich.progress import Progress
 from .. import forms, meshes
 from ..errors import InputError, SolveError
 from . import interruption
+from .store import SUFFIX, Store, Writer
 
 
 def evaluate_all(
@@ -27,62 +30,166 @@ def evaluate_all(
 ) -> list[dict] | None:
     """[{**case, **evaluate(case)}, ...] in the order of the cases; None on all ranks but 0.
 
-    A case that was finished before is read from `folder`/cases.  With `mpirun -n N` the others are spread over the
-    ranks, which share the folder: each takes the next case that no other has taken, until none is left.
-    structure(case): what decides which forms are compiled; one case of each is evaluated first, by one rank, so that no
-    two ranks compile the same form at once.  What one rank raises is raised by all.
+    See `compute`, which does the work.
     """
-    comm, store = MPI.COMM_WORLD, Path(folder) / "cases"
-    files = [store / f"{key(case)}.json" for case in cases]
-    missing, claims = comm.bcast(_prepared(store, files) if comm.rank == 0 else None)
-    first = {structure(cases[i]): i for i in reversed(missing)} if structure else {}
-    pioneers = sorted(first.values())
+    compute(evaluate, cases, folder, structure)
+    return None if MPI.COMM_WORLD.rank != 0 else rows_of(cases, folder)
+
+
+def rows_of(cases: list[dict], folder: Path, missing: dict | None = None) -> list[dict]:
+    """[{**case, **result}, ...] from the store in a folder; missing: the result of a case that has none."""
+    store = store_in(folder)
+    found = [store.result(key(case)) or missing for case in cases]
+    return [{**case, **result} for case, result in zip(cases, found, strict=True)]
+
+
+def store_in(folder: Path) -> Store:
+    """What a folder holds of this program."""
+    return Store(Path(folder) / "cases", fingerprint())
+
+
+def compute(
+    evaluate: Callable[[dict], dict],
+    cases: list[dict],
+    folder: Path,
+    structure: Callable | None = None,
+    part: str = "",
+    again: Callable[[dict], bool] = lambda result: False,
+    executor=None,
+    failed: Callable[[Exception], dict] | None = None,
+    say: Callable[[list[str]], None] = lambda sentences: None,
+) -> None:
+    """Evaluate the cases that have no result yet and put these into `folder`/cases, each at once; collective.
+
+    With `mpirun -n N` they are spread over the ranks, which share the folder: each takes the next case that no other
+    has taken, until none is left.  structure(case): what decides which forms are compiled; one case of each is
+    evaluated first, by one rank, so that no two ranks compile the same form at once.  What one rank raises is raised by
+    all.
+    part: a folder of the store for what this process adds; no other process may add there.  again(result): whether a
+    case that has this result is computed once more.  executor: of concurrent.futures, or one whose futures have `done`,
+    `result` and `cancel`; it evaluates, and rank 0 writes.  failed(error): the result of a case that the executor could
+    not bring to an end; without it the error is raised.  say: called with what is wrong with the store.
+    """
+    comm, store = MPI.COMM_WORLD, Path(folder) / "cases" / part
+    missing, attempts, claims = comm.bcast(_prepared(folder, store, cases, again, say) if comm.rank == 0 else None)
+    pioneers = _first_of_each(structure, cases, missing) if structure and executor is None else []
     followers = [i for i in missing if i not in set(pioneers)]
+    writer = Writer(store / f"rank-{comm.rank}{SUFFIX}", fingerprint())
+
+    def keep(i, result):
+        writer.add(key(cases[i]), result, attempts[i])
+
     try:
+        if executor is not None:
+            work = missing if comm.rank == 0 else []
+            _raise_together(comm, _evaluate_elsewhere, executor, evaluate, cases, work, keep, failed)
+            return
         for indices, workers in ((pioneers, 1), (followers, comm.size)):
             work = indices if comm.rank < workers else []
-            _raise_together(comm, _evaluate_share, evaluate, cases, files, work, claims)
+            share = _claimed(work, claims) if comm.size > 1 else work
+            _raise_together(comm, _evaluate_share, evaluate, cases, share, keep, claims, len(work))
     finally:
+        writer.close()
         if comm.rank == 0:
             shutil.rmtree(claims, ignore_errors=True)
-    if comm.rank != 0:
-        return None
-    return [{**case, **json.loads(file.read_text())} for case, file in zip(cases, files, strict=True)]
 
 
-def _prepared(store, files):
-    """Numbers of the cases without a file, one of each that comes twice, and a folder for claims."""
+def _prepared(folder, store, cases, again, say):
+    """Numbers of the cases without a result, one of each that comes twice, their attempts, and a folder for claims."""
+    known = store_in(folder)
+    if known.damaged:
+        say(known.damaged)
+    missing = {}
+    for i, case in enumerate(cases):
+        result = known.result(key(case))
+        if result is None or again(result):
+            missing.setdefault(key(case), i)
     store.mkdir(parents=True, exist_ok=True)
-    missing = {file: i for i, file in reversed(list(enumerate(files))) if not _whole(file)}
-    return sorted(missing.values()), Path(tempfile.mkdtemp(prefix="claims-", dir=store))
+    claims = Path(tempfile.mkdtemp(prefix="claims-", dir=store))
+    return sorted(missing.values()), {i: known.attempt(name) for name, i in missing.items()}, claims
 
 
-def _whole(file):
-    """Whether a file holds a result; one that was damaged does not count."""
-    try:
-        return isinstance(json.loads(file.read_text()), dict)
-    except (OSError, ValueError, RecursionError):
-        return False
+def _first_of_each(structure, cases, missing):
+    """The first case of each structure."""
+    return sorted({structure(cases[i]): i for i in reversed(missing)}.values())
 
 
-def _evaluate_share(evaluate, cases, files, indices, claims):
-    """Evaluate those of the indices that no other rank has claimed; rank 0 shows how many are done by all."""
-    progress = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not indices)
-    with progress:
-        task = progress.add_task("cases", total=len(indices))
-        for i in indices:
-            if (claims / "failed").exists():  # on another rank
-                break
-            if not _claim(claims / str(i)):
-                continue
+def _evaluate_share(evaluate, cases, share, keep, claims, total):
+    """Evaluate cases one by one; rank 0 shows how many are done by all."""
+    with _progress(total) as advance:
+        for i in share:
             try:
                 result = evaluate(cases[i])
                 interruption.check()
-                write_json(files[i], result)
+                keep(i, result)
             except BaseException:
                 _claim(claims / "failed")
                 raise
-            progress.update(task, completed=sum(files[k].is_file() for k in indices))
+            advance(claims)
+
+
+def _claimed(indices, claims) -> Iterator[int]:
+    """Those that no other rank has claimed, until one of them fails."""
+    for i in indices:
+        if (claims / "failed").exists():
+            return
+        if _claim(claims / str(i)):
+            yield i
+
+
+def _evaluate_elsewhere(executor, evaluate, cases, indices, keep, failed):
+    """Let an executor evaluate; without the executor there is no going on."""
+    waiting = {executor.submit(evaluate, cases[i]): i for i in indices}
+    with _progress(len(indices)) as advance:
+        try:
+            for future in _finished(waiting):
+                try:
+                    result = future.result()
+                except Exception as error:
+                    if failed is None or isinstance(error, BrokenExecutor):
+                        raise
+                    result = failed(error)
+                keep(waiting[future], result)
+                interruption.check()
+                advance()
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def _finished(futures: Iterable) -> Iterator:
+    """Futures as they come to an end."""
+    waiting = list(futures)
+    while waiting:
+        done = [future for future in waiting if future.done()]
+        yield from done
+        if done:
+            waiting = [future for future in waiting if future not in set(done)]
+        else:
+            clock.sleep(0.02)
+
+
+class _progress:
+    """A bar on rank 0, called after each case; with the folder of claims it counts those of all ranks, now and then."""
+
+    def __init__(self, total):
+        self._bar = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not total)
+        self._total, self._done, self._looked = total, 0, 0.0
+
+    def __enter__(self):
+        self._bar.__enter__()
+        self._task = self._bar.add_task("cases", total=self._total)
+        return self
+
+    def __call__(self, claims=None):
+        self._done += 1
+        if MPI.COMM_WORLD.size > 1 and claims is not None and clock.monotonic() > self._looked + 0.5:
+            self._done = sum(1 for _ in claims.iterdir())
+            self._looked = clock.monotonic()
+        self._bar.update(self._task, completed=self._done)
+
+    def __exit__(self, *exception):
+        return self._bar.__exit__(*exception)
 
 
 def _claim(path):

@@ -5,8 +5,13 @@ another error; then the note tells.
 """
 
 import signal
+from contextlib import contextmanager
 
-_received = False
+_received = _held = False
+
+
+class TimeUp(KeyboardInterrupt):
+    """An interruption that was announced: a time limit is reached."""
 
 
 def listen() -> None:
@@ -25,8 +30,20 @@ def ignore() -> None:
 
 def _interrupt(signum, frame):
     global _received
-    _received = True
-    raise KeyboardInterrupt
+    first, _received = not _received, True
+    if not (_held and first):
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def held():
+    """Inside, the first of them is only noted, so that what is being done can be brought to a good end."""
+    global _held
+    _held = True
+    try:
+        yield
+    finally:
+        _held = False
 
 
 def received() -> bool:

@@ -21,24 +21,27 @@ from ..errors import InputError
 from ..parallel.ranks import told
 from ..scene import load_scene
 from . import checkpoint
-from .record import replacing, verify
+from .record import replacing, save, verify
 
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
 #: What each kind of result consists of, the record first; a run has figures too.
-FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME), "static": ("static.nc", "static.toml")}
+FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
+FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in ("static", "modes", "stiffness", "offsets", "response")}
 DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
-_OWN = re.compile(r"(results|static)\.nc|(scene|static)\.toml|checkpoint\.npz|(figures|paraview)/\w+\.\w+")
+_OWN = re.compile(
+    "|".join(re.escape(name) for names in FILES.values() for name in names) + r"|(figures|paraview)/\w+\.\w+"
+)
 
 
 @contextmanager
-def claimed(path, comm=MPI.COMM_SELF):
+def claimed(path, comm=MPI.COMM_SELF, shared=False):
     """Make a folder, and be the only process, or the only group of ranks, that writes in it.
 
-    Collective; the lock is that of rank 0 and ends with its process.  Raises InputError if there is another, or if
-    nothing can be written there.
+    Collective; the lock is that of rank 0 and ends with its process.  shared: others that share it may write too.
+    Raises InputError if there is another, or if nothing can be written there.
     """
-    lock = _on_root(comm, _lock, Path(path))
+    lock = _on_root(comm, _lock, Path(path), shared)
     try:
         yield
     finally:
@@ -60,7 +63,7 @@ def _on_root(comm, function, *arguments):
     return result
 
 
-def _lock(path):
+def _lock(path, shared):
     try:
         path.mkdir(parents=True, exist_ok=True)
         lock = os.open(path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
@@ -69,7 +72,7 @@ def _lock(path):
     except OSError as error:
         raise InputError(f"{path} cannot hold results: {error.strerror}; take another folder.") from None
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
         os.close(lock)
         raise InputError(f"{path} is in use by another run: wait for its end, or take another folder.") from None
@@ -169,11 +172,24 @@ def finish(path, kind: str) -> None:
     _write(Path(path), manifest)
 
 
-def enlist(path, files: Iterable[Path]) -> None:
+def keep(path, kind: str, scene, dataset, comm=MPI.COMM_SELF) -> None:
+    """Write a result that takes no time, in the place of the former one of its kind; collective, saved by rank 0.
+
+    Raises InputError if a file of the user's would be replaced, OSError.
+    """
+    with claimed(path, comm):
+        holds(path, kind, scene, True, comm)
+        if comm.rank == 0:
+            begin(path, kind, scene)
+            save(dataset, Path(path) / FILES[kind][0])
+            finish(path, kind)
+
+
+def enlist(path, files: Iterable[Path], kind: str = "run") -> None:
     """Note files that are about to be drawn.  Raises InputError if one is there that is the user's."""
     path = Path(path)
     manifest = _manifest(path)
-    entry = manifest.setdefault("run", {"files": []})
+    entry = manifest.setdefault(kind, {"files": []})
     names = [file.relative_to(path).as_posix() for file in files]
     for name in names:
         _check_own(path, name, entry)

@@ -1,30 +1,89 @@
 """What is recorded of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
 
+import itertools
 import math
 import time as clock
 
 import numpy as np
-from mpi4py import MPI
 
 from ..model import effects
-from ..parallel.ranks import combined, told
+from ..model.attachment import FIELDS
+from ..model.buoy import MOTION, REST
+from ..model.rigid import mass_properties, shape_of
+from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
-from ..solver.unknowns import Contribution, Part
+from ..solver.rows import picked, traced
+from ..solver.unknowns import Part
 from ..version import __version__
 
 
 class Observer:
-    """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0."""
+    """Reads the recorded quantities from a solved Problem.  Collective; values are complete on rank 0.
 
-    def __init__(self, problem):
+    end_forces: by name, arrays that are up to date whenever `note` is called.
+    """
+
+    def __init__(self, problem, end_forces=None):
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
-        self._wet = {}
+        self._masses = np.array([mass_properties(b, shape_of(b)).mass for b in self.network.buoys.values()])
+        self._wet, self._lying = {}, np.zeros((len(self.network.cables), 4))
         for name, buoy in problem.buoys.items():
             if problem.scene.sea:
                 form = buoy.wet_hull_form()
-                part = Part("wet hull", _function_of(form), 0)
-                self._wet[name] = part, Contribution(form, part)
+                self._wet[name] = problem.system.functional(form, Part("wet hull", _function_of(form), 0))
+        sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
+        for name, entries in sources.items():
+            self._places[name] = slice(self.width, self.width + len(entries))
+            self.width += len(entries)
+        self._row = np.zeros(self.width)
+        self._pick = picked([entry for entries in sources.values() for entry in entries], self._row)
+
+    def _sources(self, end_forces):
+        """What is noted at an instant, by name: where its numbers stand, as `picked` has them; 0 on other ranks."""
+        problem, u, found, root = self.problem, self.problem.system.u, {}, self.comm.rank == 0
+        for name, force in end_forces.items():
+            found[name] = _all_of(force, root)
+        if problem.lines:
+            found["tension_anchor"] = _joined(map(self._tension_at, range(len(self.network.cables))))
+            if problem.lines.bed is not None:
+                found["bed"] = _all_of(self._lying, root)
+        if self.network.buoys:
+            fields = MOTION if problem.dynamic else REST
+            mine = [problem.buoys.get(name) for name in self.network.buoys]
+            states = [u[buoy.part.slice] if buoy else np.zeros(fields.size) for buoy in mine]
+            found["buoy"] = _joined(map(_all_of, states))
+            if problem.scene.sea:
+                wet = [self._wet[name].out if name in self._wet else np.zeros(SUBMERGED) for name in self.network.buoys]
+                found["water"] = _joined(map(_all_of, wet))
+        if problem.attachments:
+            found["mooring"] = _joined(_all_of(u[a.slice], a.buoy is not None) for a in problem.attachments)
+        if self.network.joints:
+            found["joint"] = _joined(map(self._place_of, self.network.joints))
+        return found
+
+    def _tension_at(self, cable):
+        """Entries of T_h(0) of a cable."""
+        problem, u, piece = self.problem, self.problem.system.u, self.network.first_of(cable)
+
+        def tension():
+            return problem.lines.anchor_tension(u, piece)
+
+        return traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
+
+    def _place_of(self, joint):
+        """Entries of the place of a joint, from the first end there."""
+        lines = self.problem.lines
+        ends = (
+            (k, i)
+            for k, piece in enumerate(self.network.pieces)
+            for i, end in enumerate(piece.ends)
+            if end.name == joint
+        )
+        piece, end = next(ends)
+        if not lines.owns_end(piece, end):
+            return _all_of(np.zeros(3))
+        return [(self.problem.system.u, int(dof), 1.0) for dof in lines.end_dofs[piece][end]]
 
     def labels(self) -> dict[str, np.ndarray]:
         """Labels of the dimensions that this record has beside those of all: names of several cables, of joints, ..."""
@@ -38,73 +97,78 @@ class Observer:
         return {name: np.array(names) for name, names in found.items()}
 
     def values(self, end_forces):
-        """Quantities of this instant, names as in results.SERIES (without time and solver).
+        """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
+        row, values = self.note(), dict(end_forces)
+        if "end_tension" in values:
+            values["tension_top"] = length(values["end_tension"])
+        return values if row is None else values | self.values_of(row.copy())
 
-        end_forces: of the Simulation, or of the Problem at rest.
-        """
-        problem, values = self.problem, dict(end_forces)
-        if problem.lines:
-            values["tension_top"] = _length(end_forces["end_tension"])
-            values["tension_anchor"] = _one_or_all([problem.anchor_tension(k) for k in range(len(self.network.cables))])
-        buoys = [
-            told(self.comm, self._buoy_values(name) if name in problem.buoys else None, rank)
-            for name, rank in problem.buoy_ranks.items()
-        ]
-        if buoys:
-            values |= {name: _one_or_all([buoy[name] for buoy in buoys]) for name in buoys[0]}
-        if problem.attachments:
-            values |= self._attachments()
-        if self.network.joints:
-            values["joint_position"] = self._joints()
+    def note(self):
+        """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
+        if self._wet:
+            self.problem.system.read_given()
+            for wet in self._wet.values():
+                wet()
+        if "bed" in self._places:
+            self._note_bed()
+        self._pick()
+        if self.comm.size == 1:
+            return self._row
+        total = np.zeros_like(self._row)
+        self.comm.Reduce(self._row, total)
+        return total if self.comm.rank == 0 else None
+
+    def _note_bed(self):
+        """What of each cable lies, and where its uppermost piece that does leaves the bed."""
+        bed, u = self.problem.lines.bed, self.problem.system.u
+        for cable, row in enumerate(self._lying):
+            pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)
+            found = [bed.lying(u, piece) for piece in pieces]
+            last = next((one for one in reversed(found) if one.length > 0), found[-1])
+            row[:] = sum(one.length for one in found), *last.touchdown
+
+    def values_of(self, rows):
+        """Quantities at instants (..., numbers of `note`), names as in results.SERIES (without time and solver)."""
+        noted = {name: rows[..., place] for name, place in self._places.items()}
+        values = {}
+        for name in ("anchor_force", "end_tension"):
+            if name in noted:
+                values[name] = _each(noted[name], 3)
+        if "tension_anchor" in noted:
+            values["tension_anchor"] = _each(noted["tension_anchor"], 1)[..., 0]
+        if "end_tension" in values:
+            values["tension_top"] = length(values["end_tension"])
+        if "bed" in noted:
+            bed = _each(noted["bed"], 4)
+            values["length_on_bed"], values["touchdown"] = bed[..., 0], bed[..., 1:]
+        if "buoy" in noted:
+            fields = MOTION if self.problem.dynamic else REST
+            y = fields.of(_each(noted["buoy"], fields.size))
+            values |= {"buoy_position": y.position, "buoy_orientation": y.orientation}
+            values["cone_angle"] = cone_angle(y.orientation)
+            values["roll"], values["pitch"], values["yaw"] = roll_pitch_yaw(y.orientation)
+            if self.problem.dynamic:
+                values |= {"linear_momentum": y.momentum, "angular_momentum": y.angular_momentum}
+        if "mooring" in noted:
+            values["mooring_point"], values["mooring_force"] = FIELDS.of(_each(noted["mooring"], FIELDS.size))
+        if "water" in noted:
+            values |= self._wet_hull(_each(noted["water"], SUBMERGED), y.position)
+        if "joint" in noted:
+            values["joint_position"] = noted["joint"].reshape(*noted["joint"].shape[:-1], -1, 3)
         return values
 
-    def _attachments(self):
-        found = []
-        for attachment in self.problem.attachments:
-            mine = [x.copy() for x in attachment.of(self.problem.system.u)] if attachment.buoy else None
-            found.append(told(self.comm, mine, attachment.rank))
-        points, forces = zip(*found, strict=True)
-        return {"mooring_point": _one_or_all(points), "mooring_force": _one_or_all(forces)}
-
-    def _joints(self):
-        """Places of the joints, from an end there of each."""
-        n, u, found = self.network, self.problem.system.u, []
-        ends = {
-            end.name: (k, i) for k, piece in reversed(list(enumerate(n.pieces))) for i, end in enumerate(piece.ends)
-        }
-        for name in n.joints:
-            piece, end = ends[name]
-            here = self.problem.lines.owns_end(piece, end)
-            mine = u[self.problem.lines.end_dofs[piece][end]] if here else np.zeros(3)
-            found.append(mine)
-        return combined(self.comm, np.array(found), MPI.SUM)
-
-    def _buoy_values(self, name):
-        problem, u, buoy = self.problem, self.problem.system.u, self.problem.buoys[name]
-        y = buoy.fields.of(u[buoy.part.slice])
-        values = {"buoy_position": y.position.copy(), "buoy_orientation": y.orientation.copy()}
-        values["cone_angle"] = cone_angle(y.orientation)
-        values["roll"], values["pitch"], values["yaw"] = roll_pitch_yaw(y.orientation)
-        if problem.dynamic:
-            values |= {"linear_momentum": y.momentum.copy(), "angular_momentum": y.angular_momentum.copy()}
-        if name in self._wet:
-            values |= self._wet_hull(buoy, y.position, *self._wet[name])
-        return values
-
-    def _wet_hull(self, buoy, position, part, form):
-        b = np.zeros(7)
-        buoy.part.values[:] = self.problem.system.u[buoy.part.slice]
-        buoy.publish_points()
-        form.prepare()
-        form.add_to_vector(b)
-        mass, length = b[0], b[4]
-        dry = mass <= 1e-9 * buoy.mass.mass
+    def _wet_hull(self, b, position):
+        """Of the numbers of `Buoy.wet_hull_form`."""
+        mass, wet = b[..., 0], b[..., 4]
+        dry = mass <= 1e-9 * (self._masses if len(self._masses) > 1 else self._masses[0])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            center, diameter = b[..., 1:4] / mass[..., None], b[..., 5] / wet
         return {
             "displaced_mass": mass,
-            "buoyancy_center": b[1:4] / mass if not dry else position.copy(),
-            "submerged_length": length,
-            "submerged_diameter": b[5] / length if not dry else 0.0,
-            "surface_elevation": b[6],
+            "buoyancy_center": np.where(dry[..., None], position, center),
+            "submerged_length": wet,
+            "submerged_diameter": np.where(dry, 0.0, diameter),
+            "surface_elevation": b[..., 6],
         }
 
     def fixed(self):
@@ -161,14 +225,19 @@ class Observer:
         return np.concatenate(parts) if parts is not None else None
 
 
-def _one_or_all(values):
-    """The only one of several, or an array of all."""
-    return values[0] if len(values) == 1 else np.array(values)
+def _all_of(array, here=True):
+    """Entries for `picked` of all numbers of an array; zeros if it is not here."""
+    array = array.ravel() if here else np.zeros(array.size)
+    return [(array, k, 1.0) for k in range(array.size)]
 
 
-def _length(vectors):
-    """Of a vector, or of each of several."""
-    return float(np.linalg.norm(vectors)) if vectors.ndim == 1 else np.linalg.norm(vectors, axis=1)
+def _joined(lists):
+    return list(itertools.chain.from_iterable(lists))
+
+
+def _each(flat, size):
+    """Of numbers (..., n size) those of each of n things, (..., n, size), or (..., size) if there is only one."""
+    return flat if flat.shape[-1] == size else flat.reshape(*flat.shape[:-1], -1, size)
 
 
 def _function_of(form):
@@ -178,40 +247,49 @@ def _function_of(form):
     return fem.Function(form.arguments()[0].ufl_function_space())
 
 
-def cone_angle(q4) -> float:
-    """Angle between the vertical and the axis R(q4) e3 [deg], accurate near 0 and 180."""
-    a, b, c, d = map(float, q4)
-    across = 2 * math.hypot(b * d + a * c, c * d - a * b)
-    return math.degrees(math.atan2(across, a * a - b * b - c * c + d * d))
+def length(vectors):
+    """Of vectors (..., 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def cone_angle(q4):
+    """Angle between the vertical and the axis R(q4) e3 [deg] for q4 (..., 4), accurate near 0 and 180."""
+    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
+    across = 2 * np.hypot(b * d + a * c, c * d - a * b)
+    return np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d))
 
 
 #: Distance of the pitch from 90 degrees, halved [rad], below which roll and yaw are one turn.
 LOCKED = 1e-8
 
 
-def roll_pitch_yaw(q4) -> tuple[float, float, float]:
-    """Turns about e1, e2, e3 of the body [deg] that make an orientation: first the yaw, then the pitch, then the roll.
+def roll_pitch_yaw(q4):
+    """Turns about e1, e2, e3 of the body [deg] that make orientations (..., 4): first the yaw, the pitch, the roll.
 
     R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  With the pitch at 90 or -90 only
     the difference or sum of yaw and roll has a meaning: then the roll is 0.  From sum and difference of the half
     angles, of which q_4 has products, so that nothing is lost near those pitches.
     """
-    a, b, c, d = map(float, q4)
-    sum_size, difference_size = math.hypot(a - c, d + b), math.hypot(a + c, d - b)
-    half_sum, half_difference = math.atan2(d + b, a - c), math.atan2(d - b, a + c)
-    pitch = math.pi / 2 - 2 * math.atan2(sum_size, difference_size)
-    if sum_size <= LOCKED * difference_size:
-        half_sum = half_difference
-    elif difference_size <= LOCKED * sum_size:
-        half_difference = half_sum
+    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
+    sum_size, difference_size = np.hypot(a - c, d + b), np.hypot(a + c, d - b)
+    half_sum, half_difference = np.arctan2(d + b, a - c), np.arctan2(d - b, a + c)
+    pitch = math.pi / 2 - 2 * np.arctan2(sum_size, difference_size)
+    no_sum = sum_size <= LOCKED * difference_size
+    no_difference = ~no_sum & (difference_size <= LOCKED * sum_size)
+    half_sum, half_difference = (
+        np.where(no_sum, half_difference, half_sum),
+        np.where(no_difference, half_sum, half_difference),
+    )
     roll, yaw = _one_turn(half_sum - half_difference), _one_turn(half_sum + half_difference)
-    return roll, math.degrees(pitch), yaw
+    return roll, np.degrees(pitch), yaw
 
 
 def _one_turn(angle):
-    """An angle [rad] in degrees, -180 < x <= 180."""
-    x = math.remainder(math.degrees(angle), 360)
-    return 180.0 if x == -180 else x
+    """Angles [rad] in degrees, -180 < x <= 180."""
+    x = np.degrees(angle)
+    x = x - 360 * np.round(x / 360)
+    return np.where(x == -180, 180.0, x)
 
 
 def attributes(problem) -> dict:

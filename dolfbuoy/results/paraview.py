@@ -39,6 +39,17 @@ def export(folder: str | Path) -> list[Path]:
     return files
 
 
+def write_series(name: Path, times, meshes, announce) -> list[Path]:
+    """Write meshes as name_0000.vtu and so on, with name.pvd that lists them; announce: told the files before."""
+    paths = [name.parent / f"{name.name}_{i:04d}.vtu" for i in range(len(meshes))]
+    collection = name.parent / f"{name.name}.pvd"
+    announce([*paths, collection])
+    name.parent.mkdir(exist_ok=True)
+    for path, mesh in zip(paths, meshes, strict=True):
+        mesh.write(path)
+    return [*paths, _write_collection(collection, times, paths)]
+
+
 def still(scene) -> set[str]:
     """What does not move: one mesh is enough."""
     return {"bed"} if scene.waves else {"bed", "water"}

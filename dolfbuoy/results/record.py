@@ -31,6 +31,8 @@ SERIES = {
     "tension_anchor": ((), "N", "tension at the anchor, T_h(0)"),
     "anchor_force": (("xyz",), "N", "force that holds the lower end of the cable, s = 0"),
     "end_tension": (("xyz",), "N", "force that holds the upper end of the cable, T_bnd"),
+    "length_on_bed": ((), "m", "unstretched length of the cable on the sea bed"),
+    "touchdown": (("xyz",), "m", "where the cable leaves the sea bed towards its upper end; nan if nothing lies"),
     "buoy_position": (("xyz",), "m", "position of the buoy's centre of mass, r_C"),
     "buoy_orientation": (("quaternion",), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),
     "linear_momentum": (("xyz",), "kg m s-1", "linear momentum of the buoy, p"),
@@ -63,6 +65,7 @@ FIXED = {
 }
 #: What comes once for each of several cables, buoys or attachments: the dimension in front of the others.
 PER = dict.fromkeys(("tension_top", "tension_anchor", "anchor_force", "end_tension"), "cable")
+PER |= dict.fromkeys(("length_on_bed", "touchdown"), "cable")
 PER |= dict.fromkeys(("mooring_point", "mooring_force"), "attachment")
 PER |= dict.fromkeys(
     (
@@ -130,23 +133,34 @@ class Record:
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
         self.labels = LABELS | (labels or {})
         self.counts = {"time": 0, "frame": 0}
-        self._rows: list[dict] = []
+        self._blocks: list[dict] = []
         self._started = clock.monotonic()
 
     @property
     def pending(self) -> bool:
         """Whether anything that was added is not on disk yet."""
-        return bool(self._rows)
+        return bool(self._blocks)
 
     def add(self, values):
-        """One more row of each of the named values; on disk after the next `flush`."""
-        self._rows.append(values)
+        """More rows of each of the named values, (rows, ...) each; on disk after the next `flush`."""
+        self._blocks.append({name: np.array(rows) for name, rows in values.items()})
+
+    def series(self) -> "xr.Dataset":
+        """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
+        import xarray as xr
+
+        rows = self._rows
+        data = {name: np.array([row[name] for row in rows]) for name in SERIES if name != "time" and name in rows[0]}
+        labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in LABELS if any(k in SERIES[n][0] for n in data)}
+        time = ("time", np.array([row["time"] for row in rows]), _attributes("time"))
+        variables = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in data.items()}
+        return xr.Dataset(variables, {"time": time} | labels, self.attributes)
 
     def flush(self):
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
         fresh = self.counts["time"] == 0
-        columns = {name: [row[name] for row in self._rows if name in row] for name in (*SERIES, *FRAMES)}
-        columns = {name: np.array(values) for name, values in columns.items() if values}
+        blocks = {name: [block[name] for block in self._blocks if name in block] for name in (*SERIES, *FRAMES)}
+        columns = {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
@@ -161,8 +175,8 @@ class Record:
                 file.setncatts({k: v for k, v in self.attributes.items() if k not in known or known[k] != v})
             seal(part)
         for axis in self.counts:
-            self.counts[axis] += sum(axis in row for row in self._rows)
-        self._rows.clear()
+            self.counts[axis] += len(columns.get(axis, ()))
+        self._blocks.clear()
 
     def take_up(self, counts):
         """Go on with the record on disk, cut back to `counts` rows.  Raises InputError if it is shorter."""

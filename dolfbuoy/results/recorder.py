@@ -10,28 +10,34 @@ from . import checkpoint
 from .observe import Observer, attributes
 from .record import Record
 
+ROWS = 1024  # instants that are noted before quantities are made of them
+
 
 class Recorder:
     """Writes record and checkpoint of a Simulation, step by step; collective, the files belong to rank 0.
 
-    Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.
+    Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.  late:
+    the first time only after such a pause.
     """
 
     pause, share = 1.0, 0.02
 
-    def __init__(self, simulation, folder, point=None):
+    def __init__(self, simulation, folder, point=None, late=False):
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
-        self.observer = Observer(simulation.problem)
+        self.observer = Observer(simulation.problem, simulation.latest_end_forces)
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
         fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
         labels = self.observer.labels()
         self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)
         self._drift = 0.0
+        self._end, self._tolerance = scene.time.end, 1e-6 * scene.time.step
+        self._rows, self._count = np.zeros((ROWS, 3 + self.observer.width)), 0
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
         if point is None:
             self.add(0.0, 0)
-            self.save()
+            if not late:
+                self.save()
         else:
             self._next_frame = point.next_frame
             if self.root:
@@ -39,17 +45,33 @@ class Recorder:
 
     def add(self, step, iterations):
         """The present state."""
-        sim = self.simulation
-        values = {"time": sim.t, "time_step": step, "newton_iterations": iterations}
-        values |= self.observer.values(sim.end_forces)
-        tolerance = 1e-6 * sim.scene.time.step
-        if sim.problem.lines and (sim.t >= self._next_frame - tolerance or sim.t >= sim.scene.time.end - tolerance):
-            values |= {"frame": sim.t} | self.observer.frame(sim.line_velocity)
-            self._next_frame = self.interval * (np.floor((sim.t + tolerance) / self.interval) + 1)
+        sim, noted = self.simulation, self.observer.note()
         if self.root:
-            self.record.add(values)
+            row = self._rows[self._count]
+            row[0], row[1], row[2], row[3:] = sim.t, step, iterations, noted
+            self._count += 1
+            if self._count == ROWS:
+                self._make_values()
+        if sim.t >= self._next_frame - self._tolerance or sim.t >= self._end - self._tolerance:
+            self._add_frame()
         if told(sim.comm, clock.monotonic() > self._next_save):
             self.save()
+
+    def _make_values(self):
+        """Quantities of all instants that were noted go to the record."""
+        rows, self._count = self._rows[: self._count], 0
+        if len(rows) == 0:
+            return
+        values = {"time": rows[:, 0], "time_step": rows[:, 1], "newton_iterations": rows[:, 2]}
+        self.record.add(values | self.observer.values_of(rows[:, 3:]))
+
+    def _add_frame(self):
+        sim = self.simulation
+        self._next_frame = self.interval * (np.floor((sim.t + self._tolerance) / self.interval) + 1)
+        if sim.problem.lines:
+            values = self.observer.frame(sim.line_velocity)
+            if self.root:
+                self.record.add({name: [value] for name, value in ({"frame": sim.t} | values).items()})
 
     def save(self):
         """Bring all rows to the disk, then the state after the last one."""
@@ -66,10 +88,11 @@ class Recorder:
 
     def close(self):
         """Bring what is left to the disk.  No checkpoint: a step may have been broken off in the middle."""
-        if self.root and self.record.pending:
+        if self.root and (self._count or self.record.pending):
             self._flush()
 
     def _flush(self):
+        self._make_values()
         sim = self.simulation
         self.record.attributes |= {
             "failed_steps": sim.control.failed,

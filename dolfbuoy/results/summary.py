@@ -22,6 +22,10 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
         force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
         extremes("force at the anchor", force, *force_unit(force))
         extremes("uplift at the anchor", uplift, *force_unit(force))
+    if "length_on_bed" in record:
+        extremes("length on the sea bed", record.length_on_bed, "m")
+        if np.isfinite(record.touchdown).any():
+            extremes("x of the touchdown", record.touchdown.sel(xyz="x").dropna("time"), "m")
     if "buoy_position" in record:
         for axis in "xyz":
             extremes(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m")
@@ -72,9 +76,9 @@ def warnings(record, scene) -> list[str]:
     if "cable_tension" in record:
         found += _compressed(record, scene) + _unresolved_fold(record, scene)
         lowest = float(record.cable_position.sel(xyz="z").min())
-        if scene.sea and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
+        if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
             depth = -scene.sea.depth - lowest
-            found.append(f"The cable dipped up to {depth:.3g} m below the sea bed, which this model does not know.")
+            found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
     if record.attrs.get("failed_steps"):
         found.append(f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones.")
     return found

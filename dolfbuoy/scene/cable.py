@@ -1,17 +1,17 @@
 """The sections [cable] and [cable.top]."""
 
 import math
-from functools import cached_property
 from itertools import pairwise
 from typing import Annotated, Literal
 
-import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from .mesh_file import element_lengths
 from .quantities import (
     AddedMass,
     Angle,
+    Angles,
+    Area,
     Coefficient,
     Damping,
     Duration,
@@ -51,7 +51,7 @@ class Top(Section):
     force: ForceVector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
     amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
     period: Period | None = key("period of the motion", "s", default=None)
-    phase_deg: Angle = key("phase of the motion at t = 0", "deg", default=0.0)
+    phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
     ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
     velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
     motion: Motion | None = key("rows [t, x, y, z] from position, or a file of them", "s, m", default=None)
@@ -78,15 +78,6 @@ class Top(Section):
             raise Missing("amplitude" if self.amplitude is None else "period", "a motion needs both")
         if not given:
             raise Wrong("kind", self.kind, "needs amplitude and period, a velocity or a motion")
-
-    @cached_property
-    def path(self):
-        """t -> displacement [m]: smooth, and at rest before the first and after the last row of `motion`."""
-        from scipy.interpolate import CubicSpline
-
-        rows = np.array(self.motion)
-        spline = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped")
-        return lambda t: spline(np.clip(t, *rows[[0, -1], 0]))
 
 
 #: Keys of which one says how an end is moved.
@@ -121,7 +112,8 @@ class Cable(Section):
 
     length: Length = key("unstretched length", "m")
     line_density: Mass = key("mass per unstretched length", "kg/m")
-    diameter: Length | None = key("of its volume and drag; the sea needs it", "m", default=None)
+    diameter: Length | None = key("of its drag, and of its volume without area; the sea needs it", "m", default=None)
+    area: Area | None = key("cross section of its volume; absent: pi diameter^2/4", "m^2", default=None)
     axial_stiffness: AxialStiffness = key(
         "EA; inf: inextensible; or a table [[strain, tension], ...]", "N", default=math.inf
     )

@@ -61,6 +61,7 @@ Gravity = _between(0, 1e3)  # m/s^2
 Coefficient = _between(0, 1e4)
 AddedMass = _between(-1e4, 1e4)
 Angle = _between(-1e6, 1e6)  # deg
+BedStiffness = _up_to(1e12, 1e-9)  # Pa/m
 Duration = _between(0, 1e9)  # s
 Period = _up_to(1e9)  # s
 Step = _up_to(1e9, 1e-9)  # s
@@ -98,6 +99,9 @@ VelocityVector = _vector(_between(-1e3, 1e3))  # m/s, rad/s
 _part = _between(-1e6, 1e6)
 Quaternion = Annotated[tuple[_part, _part, _part, _part], _finite_numbers(4)]
 Pair = Annotated[tuple[Height, Height], _finite_numbers(2)]
+_rise = _between(-10, 10)
+Slope = Annotated[tuple[_rise, _rise], _finite_numbers(2)]
+Angles = Annotated[tuple[Angle, Angle, Angle], _finite_numbers(3)]  # of each component
 Rows = Annotated[list[Pair], Field(max_length=10_000)]
 Share = Annotated[tuple[Length, _between(1, 1e7)], _finite_numbers(2)]  # of a cable, and its elements
 

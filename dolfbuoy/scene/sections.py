@@ -40,6 +40,7 @@ from .quantities import (
     Wavelength,
     Wrong,
 )
+from .seabed import Seabed
 from .section import Section, key
 
 
@@ -238,6 +239,7 @@ class Scene(Section):
     current: Current | None = None
     wind: Wind | None = None
     external_force: ExternalForce | None = None
+    seabed: Seabed | None = None
     initial: Initial = Initial()
     time: Time | None = None
     solver: Solver = Solver()
@@ -254,6 +256,10 @@ class Scene(Section):
         need("current", "sea", "without it there is no water")
         if self.waves is not None and self.gravity == 0 and self.waves.wavelength is None:
             raise Missing("waves.wavelength", "without gravity no dispersion relation gives it")
+        need("seabed", "sea", "its depth says where the bed is")
+        need("seabed", "cable", "it carries lines")
+        if self.seabed is not None and self.gravity == 0:
+            raise Wrong("gravity", self.gravity, "does not go with [seabed]: nothing would lie on it")
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
         if self.is_network:

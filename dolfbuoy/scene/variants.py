@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
-from .reading import DEEPEST, NO_SECTION, parse
+from .reading import DEEPEST, NO_SECTION, NO_TABLE, parse
 from .sentences import UNKNOWN
 
 MOST_CASES = 100_000
@@ -23,7 +23,7 @@ def parse_vary(text: str) -> tuple[str, list]:
     if key.count(".") >= DEEPEST:
         raise InputError(f"--vary {key[:50]}...: must have {DEEPEST} names in its key at most.")
     if ":" in values:
-        return key, _range(text, values.split(":"))
+        return key, _range(f"--vary {text}", values.split(":"))
     try:
         return key, parse(f"values = [{values}]")["values"]
     except ValueError as error:  # bare words, or a list that is none
@@ -35,16 +35,29 @@ def parse_vary(text: str) -> tuple[str, list]:
     return key, [parse_assignment(f"{key}={value}")[1] for value in found]
 
 
+def numbers_of(option: str, text: str) -> list[float]:
+    """`a,b,c` or `start:stop:step` (stop included) of an option in numbers.  Raises InputError."""
+    if ":" in text:
+        return [float(number) for number in _range(f"{option} {text}", text.split(":"))]
+    try:
+        found = [float(part) for part in text.split(",")]
+    except ValueError:
+        found = [math.nan]
+    if not all(map(math.isfinite, found)):
+        raise InputError(f"{option} {text}: must be numbers with commas, or start:stop:step.")
+    return found
+
+
 def _range(text, parts):
     try:
         start, stop, step = (float(part) for part in parts)
         count = math.floor((stop - start) / step + 1e-9) + 1
     except (ValueError, ZeroDivisionError, OverflowError):
-        raise InputError(f"--vary {text}: a range must be start:stop:step in finite numbers, step not zero.") from None
+        raise InputError(f"{text}: a range must be start:stop:step in finite numbers, step not zero.") from None
     if count > MOST_CASES:
-        raise InputError(f"--vary {text}: the range must hold {MOST_CASES} values at most, not {count:.3g}.")
+        raise InputError(f"{text}: the range must hold {MOST_CASES} values at most, not {count:.3g}.")
     if count < 1:
-        raise InputError(f"--vary {text}: the range is empty.")
+        raise InputError(f"{text}: the range is empty.")
     values = [float(f"{start + i * step:.12g}") for i in range(count)]  # 0.3, not 0.30000000000000004
     return [int(v) for v in values] if all(part.strip().lstrip("+-").isdigit() for part in parts) else values
 
@@ -86,5 +99,5 @@ def check_known(scene: Scene, key: str) -> None:
     try:
         build_scene(scene.to_dict(), {key: scene.to_dict()})
     except InputError as error:
-        if UNKNOWN in str(error) or NO_SECTION in str(error):
+        if any(words in str(error) for words in (UNKNOWN, NO_SECTION, NO_TABLE)):
             raise InputError(f"--vary {key}: {error}") from None

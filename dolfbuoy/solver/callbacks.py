@@ -73,6 +73,19 @@ class Callbacks:
         petsc_library.call("SNESSetJacobian", snes, A, A, jacobian, context)
         petsc_library.call("SNESSetConvergenceTest", snes, converged, context, None)
 
+    def exchange_with(self, x, n):
+        """Two functions: u of the System -> the n scaled unknowns in PETSc's vector x, and back.  Raise PETSc.Error."""
+        library, context, vector = self._library.lib, self._context, self._cast(x.handle)
+
+        def checked(error):
+            if error:
+                raise PETSc.Error(error)
+
+        return (
+            lambda: checked(library.set_start(context, vector, n)),
+            lambda: checked(library.read_solution(context, vector)),
+        )
+
     def _petsc(self):
         functions = self._new("petsc")
         for name, _ in self._library.ffi.typeof("petsc").fields:

@@ -85,6 +85,8 @@ typedef struct {
 int residual(void *snes, void *x, void *f, void *context);
 int jacobian(void *snes, void *x, void *J, void *P, void *context);
 int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context);
+int set_start(const newton *context, void *x, ptrdiff_t n);
+int read_solution(const newton *context, void *x);
 """
 
 _SOURCE = """
@@ -101,14 +103,30 @@ static double larger(double a, double b)
     return b > a ? b : a;
 }
 
-/* Scaled unknowns x -> u, and the sum there; means nothing once a Python function has failed. */
-static int add_up_at(const newton *N, const sum *S, void *x)
+/* Scaled unknowns x -> u. */
+int read_solution(const newton *N, void *x)
 {
     const double *values;
     const scaled *u = &N->unknowns;
     TRY(N->petsc->VecGetArrayRead(x, &values));
     N->put(values, u->scale, u->places, u->n, u->tied, u->to, u->ties, u->values);
-    TRY(N->petsc->VecRestoreArrayRead(x, &values));
+    return N->petsc->VecRestoreArrayRead(x, &values);
+}
+
+/* u -> the n scaled unknowns x. */
+int set_start(const newton *N, void *x, ptrdiff_t n)
+{
+    double *values;
+    TRY(N->petsc->VecGetArray(x, &values));
+    for (ptrdiff_t k = 0; k < n; ++k)
+        values[k] = N->unknowns.values[N->unknowns.places[k]] / N->unknowns.scale[k];
+    return N->petsc->VecRestoreArray(x, &values);
+}
+
+/* The sum at scaled unknowns x; means nothing once a Python function has failed. */
+static int add_up_at(const newton *N, const sum *S, void *x)
+{
+    TRY(read_solution(N, x));
     if (!*N->failed)
         N->add_up(S->hooks, S->integrals, S->count, S->values, S->work, S->out, S->length);
     return 0;

@@ -19,8 +19,8 @@ class Fields:
         self._tuple = namedtuple("State", self.names)
 
     def of(self, array):
-        """Views of an array (size,) by name: `.position` and so on."""
-        return self._tuple(*(array[self.slices[name]] for name in self.names))
+        """Views of an array (..., size) by name: `.position` and so on."""
+        return self._tuple(*[array[..., place] for place in self.slices.values()])
 
     def split(self, vector):
         """UFL vectors by name, of a UFL vector with `size` components."""

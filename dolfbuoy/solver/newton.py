@@ -112,7 +112,7 @@ class Newton:
         self.age = JacobianAge(keep_jacobian, self.numbers)
         self.direct = direct if system.comm.size == 1 else "mumps"
         self.x = system.numbering.vector()
-        self._f = self.x.duplicate()
+        self._f, self._before = self.x.duplicate(), np.zeros_like(system.u)
         self.snes = self._create_snes()
         self.choose_solver(self.direct)
 
@@ -129,7 +129,10 @@ class Newton:
         if in_c:
             self._callbacks = Callbacks(self.system, self.numbers)
             self._callbacks.hand_to(snes, self._f, self.system.A)
+            self._set_start, self._read_solution = self._callbacks.exchange_with(self.x, len(self.system.order))
         else:
+            self._set_start = lambda: self.x.setArray(self.system.scaled_start())
+            self._read_solution = lambda: self.system.put(self.x)
             snes.setFunction(self.residual, self._f)
             snes.setJacobian(self.jacobian, self.system.A)
             snes.setConvergenceTest(self.converged)
@@ -237,12 +240,13 @@ class Newton:
         `u` holds the solution afterwards, or what it held before if SolveError is raised.
         """
         system = self.system
-        before = system.u.copy()
+        before = self._before
+        before[:] = system.u
         system.read_given()
         iterations, reason = self._solve_as_best(before)
         self.iterations_total += iterations
         self.age.judge_solve(iterations)
-        system.put(self.x)
+        self._read_solution()
         system.publish()
         if reason < 0 and not self._stalled_at_rounding(reason):
             fault = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
@@ -271,7 +275,7 @@ class Newton:
     def _run(self, start):
         self.numbers.tolerance, self.numbers.own_options = self.system.tolerance, bool(self.options.scene)
         self.system.u[:] = start
-        self.x.setArray(self.system.scaled_start(start))
+        self._set_start()
         try:
             self.snes.solve(None, self.x)
             reason = self.snes.getConvergedReason()

@@ -12,6 +12,7 @@ import ufl
 
 from . import compat, coo
 from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
+from .rows import copies
 from .unknowns import Contribution, Values
 
 
@@ -34,8 +35,9 @@ class System:
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [c.ufl_form for c in (*self.residuals, *self.jacobians)])
         self.u = self._values.unknowns
+        self._publish = copies([(part.values, self.u[part.slice]) for part in parts])
         self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
-        shared = Shared(self.hooks, self.coordinates, self.counts)
+        shared = self._shared = Shared(self.hooks, self.coordinates, self.counts)
         self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
         self.add_jacobians = Loop(self.jacobians, self._values, shared, spare=len(self.order))
         self._b = self.add_residuals.out
@@ -112,10 +114,13 @@ class System:
         """What the forms read as the values of a Function or a Constant: a view, or None if they do not read it."""
         return self._values.of(thing)
 
+    def functional(self, form, test):
+        """A Loop for a linear form that is no residual but reads the same; test: Part whose dofs are its numbers."""
+        return Loop([Contribution(form, test)], self._values, self._shared, test.size)
+
     def publish(self):
         """Copy `u` into the parts' Functions."""
-        for part in self.parts:
-            part.values[:] = self.u[part.slice]
+        self._publish()
 
     def read_given(self):
         """Read coefficients and constants again."""
@@ -168,13 +173,13 @@ class System:
     def share(self):
         """Give every unknown in `u` that another one stands for, here or on another rank, the value of that one."""
         x = self.numbering.vector()
-        x.setArray(self.scaled_start(self.u))
+        x.setArray(self.scaled_start())
         self.put(x)
         x.destroy()
 
-    def scaled_start(self, u):
-        """Scaled owned unknowns of physical values."""
-        return u[self.order] / self.unknown_scales[: len(self.order)]
+    def scaled_start(self):
+        """Scaled owned unknowns."""
+        return self.u[self.order] / self.unknown_scales[: len(self.order)]
 
     def residual(self, x, f):
         """Scaled residual f at the scaled unknowns x."""

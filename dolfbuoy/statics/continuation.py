@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import SolveError
 from ..model.problem import Problem
 from . import catenary
+from .relaxation import laid_out, relax
 
 #: A compressed element counts if its T is below this part of the largest tension.
 ROUNDING = 1e-9
@@ -102,6 +103,8 @@ def ways(problem, shape):
         problem.iterations += problem.newton.solve()
 
     yield "newton", newton
+    if problem.lines.bed is not None:
+        yield "relaxation", lambda: relax(problem, None if cable.top.kind == "free" else laid_out(problem.lines))
     if scene.current is not None:
         yield "current", lambda: march(problem, lambda x: problem.lines.sea.scale_current(x))
     if cable.slack == "compressive":

@@ -12,10 +12,13 @@ from ..model.lines import top_position
 from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
+from ..model.seabed import plane
 from ..scene.stretching import TensionTable, secant
-from . import catenary
+from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
 from .moorings import solve_network
+from .pulled import pull
+from .relaxation import relax
 
 
 def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
@@ -27,13 +30,23 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
     if scene.cable is None:
         return _free_buoy(scene, comm)
     problem = Problem(scene, dynamic=False, comm=comm)
+    rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
+    if rubs:
+        problem.lines.bed.rub(False)
     if scene.is_network:
         solve_network(problem)
     elif scene.buoy is None:
         solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
+    if rubs:
+        pull(problem)
     return problem
+
+
+def _bed(scene):
+    """The bed of the closed form, without friction."""
+    return on_bed.Bed(*plane(scene))
 
 
 # -- cable alone -------------------------------------------------------------------------------------------------------
@@ -48,7 +61,7 @@ def _cable_start(scene, w):
                 f"cable.top.force = {list(c.top.force)}: nothing pulls at this cable, which has no weight here either: "
                 "nothing determines its equilibrium; give a force, weight or a current, or take another initial.kind."
             )
-        return _by_hooke(c, lambda EA: catenary.under_end_force(scene.anchor, c.top.force, c.length, w, EA))
+        return _by_hooke(c, lambda EA: _under_end_force(scene, c.top.force, w, EA))
     end = top_position(c.top, 0.0)
     distance = np.linalg.norm(end - np.array(scene.anchor))
     if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
@@ -62,7 +75,8 @@ def _cable_start(scene, w):
             f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, or "
             "take another initial.kind."
         )
-    return _by_hooke(c, lambda EA: catenary.between(scene.anchor, end, c.length, w, EA))
+    ends, bed = (scene.anchor, end, c.length, w), _bed(scene) if scene.seabed else None
+    return _by_hooke(c, lambda EA: on_bed.between(*ends, EA, bed) if bed else catenary.between(*ends, EA))
 
 
 def _by_hooke(cable, shape_of, rounds=20):
@@ -72,6 +86,13 @@ def _by_hooke(cable, shape_of, rounds=20):
         T = float(np.max(shape.tension(np.array([0.0, cable.length]))))
         shape = shape_of(secant(cable.axial_stiffness, T))
     return shape
+
+
+def _under_end_force(scene, force, w, EA=None):
+    """Closed-form shape under an end force, on the bed if there is one."""
+    c = scene.cable
+    given = scene.anchor, force, c.length, w, float(c.axial_stiffness) if EA is None else EA
+    return on_bed.under_end_force(*given, _bed(scene)) if scene.seabed else catenary.under_end_force(*given)
 
 
 # -- buoy --------------------------------------------------------------------------------------------------------------
@@ -117,7 +138,11 @@ def _moored_buoy(problem):
     except SolveError:
         begin(problem, shape)
         _start_buoy(problem, shape, r_O, q4)
-        _continue(problem)
+        if problem.lines.bed is None:
+            _continue(problem)
+        else:
+            problem.route = "relaxation"
+            relax(problem)
 
 
 def _newton(problem):
@@ -178,21 +203,23 @@ def _hanging_start(scene, w):
         load += scene.external_force.force
     if scene.sea:
         load[:2] = _horizontal_load(scene, shape_and_mass(scene)[0])[:2]
-    shape = catenary.under_end_force(scene.anchor, load, scene.cable.length, w, scene.cable.axial_stiffness)
-    q4 = np.array([1.0, 0.0, 0.0, 0.0] if load[2] > 0 else [0.0, 1.0, 0.0, 0.0])
+    shape = _under_end_force(scene, load, w)
+    lever = scene.buoy.mooring_height - shape_and_mass(scene)[1].height
+    upright = load[2] > 0 if lever == 0 else load[2] * lever < 0  # C is where the load pulls it
+    q4 = np.array([1.0, 0.0, 0.0, 0.0] if upright else [0.0, 1.0, 0.0, 0.0])
     return shape, shape.position(np.array([scene.cable.length]))[0], q4
 
 
 def _floating_start(scene, w):
     """Upright buoy on a cable whose end force is estimated from the loads."""
     c, (hull, mass) = scene.cable, shape_and_mass(scene)
-    anchor, g = np.array(scene.anchor), scene.gravity
+    g = scene.gravity
     H_vector = _horizontal_load(scene, hull)
     H = max(float(np.hypot(*H_vector[:2])), 1e-3 * abs(w) * c.length, 1e-3 * mass.mass * g * 1e-3)
     along = H_vector / np.linalg.norm(H_vector) if np.any(H_vector) else np.array([1.0, 0.0, 0.0])
 
     def top_of(V):
-        return catenary.under_end_force(anchor, H * along + [0, 0, V], c.length, w, c.axial_stiffness)
+        return _under_end_force(scene, H * along + [0, 0, V], w)
 
     def gap(V):
         """Height of the cable's end above the mooring point of a buoy that carries V."""

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.model.hydrostatics import float_upright
-from dolfbuoy.modes.periods import buoy_periods
 from dolfbuoy.results.summary import remaining_amplitude
 from dolfbuoy.statics.equilibrium import shape_and_mass
 

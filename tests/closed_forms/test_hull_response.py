@@ -12,12 +12,12 @@ from mpi4py import MPI
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.errors import InputError
+from dolfbuoy.linear.linearisation import linearise
+from dolfbuoy.linear.periods import buoy_periods
+from dolfbuoy.linear.response import force, responses, small_waves
 from dolfbuoy.model.buoy import MOTION
 from dolfbuoy.model.feasible import shape_and_mass
 from dolfbuoy.model.hydrostatics import float_upright
-from dolfbuoy.modes.linearisation import linearise
-from dolfbuoy.modes.periods import buoy_periods
-from dolfbuoy.modes.response import force, responses, small_waves
 
 HULL = reference("hull")
 RHO, G = 1025.0, 9.81

@@ -12,7 +12,7 @@ from scipy.linalg import eigvals
 from scipy.special import jn_zeros
 
 from dolfbuoy import load_scene
-from dolfbuoy.modes.linearisation import linearise
+from dolfbuoy.linear.linearisation import linearise
 
 CHAIN = {"gravity": 9.81, "cable": {"length": 3.0, "line_density": 2.0, "top": {"kind": "free"}}}
 

@@ -65,6 +65,27 @@ SCENES = {
         "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.5, 0.0, -2.0]]},
         "time": {"end": 0.4, "step": 0.01},
     },
+    "line on a sloping bed": {
+        "sea": {"depth": 20.0},
+        "cable": merged(
+            MOORED["cable"],
+            length=40.0,
+            elements=9,
+            slack="tension-only",
+            position_degree=2,
+            tension_degree=1,
+            top={
+                "kind": "prescribed",
+                "position": [29.0, 3.0, -2.0],
+                "amplitude": [0.8, 0.5, 1.5],
+                "period": 3.0,
+                "phase_deg": [20.0, -40.0, 0.0],
+                "ramp": 0.3,
+            },
+        ),
+        "seabed": {"friction": 0.6, "slope": [0.05, -0.1], "start": "pulled"},
+        "time": {"end": 0.4, "step": 0.01},
+    },
     "buoy without cable": {
         "sea": MOORED["sea"],
         "buoy": MOORED["buoy"],

@@ -3,8 +3,6 @@
 Source: the scenes that the same changes written by hand give.
 """
 
-import json
-
 import pytest
 
 from dolfbuoy.check import check
@@ -69,11 +67,17 @@ def test_a_sweep_of_which_nothing_runs_is_exit_code_1(call, tmp_path):
 
 def test_a_damaged_result_of_a_case_is_computed_again(tmp_path):
     first = sweep(LINE, ["cable.line_density=1,2"], None, tmp_path)
-    kept = sorted((tmp_path / "cases").glob("*.json"))
-    for file, garbage in zip(kept, (b"\xff\x00garbage", b"[1, 2"), strict=True):
-        file.write_bytes(garbage)
-    assert sweep(LINE, ["cable.line_density=1,2"], None, tmp_path).equals(first)
-    assert all(json.loads(file.read_text())["status"] == "done" for file in kept)
+    (file,) = (tmp_path / "cases").glob("*.jsonl")
+    one, two = file.read_bytes().splitlines(keepends=True)
+    for content in (b"\xff\x00garbage", b"[1, 2\n" + two, one.replace(b"done", b"dane") + two, one + two[:-5]):
+        file.write_bytes(content)
+        said = []
+        assert sweep(LINE, ["cable.line_density=1,2"], None, tmp_path, said.extend).equals(first)
+        assert file.read_bytes().count(b'"status":"done"') == file.read_bytes().count(b"\n") == 2
+        torn = b"\n" not in content[-1:]
+        assert [sentence for sentence in said if "damaged" in sentence] == (
+            [] if torn else [f"{file} has 1 damaged line; what they held is computed again."]
+        )
 
 
 def test_a_whole_result_of_a_case_is_not_computed_again(tmp_path):

@@ -80,7 +80,8 @@ def write_free_buoy(folder, times):
             "cone_angle": math.degrees(beta),
         }
         values["buoy_orientation"] = np.array([math.cos(beta / 2), 0.0, math.sin(beta / 2), 0.0])
-        record.add(values | {"surface_elevation": 0.0})
+        values["surface_elevation"] = 0.0
+        record.add({name: [value] for name, value in values.items()})
     record.flush()
     return folder
 
@@ -171,7 +172,7 @@ def test_paraview_cable_of_higher_degree_has_its_tension_on_every_piece(tmp_path
     s = np.linspace(0, 5, 7)
     record = results.Record(tmp_path / "results.nc", {}, {"s": s, "s_cell": np.array([1.25, 3.75])})
     shape = np.outer(s, [0.0, 0.6, -0.8])
-    record.add({"time": 0.0, "frame": 0.0, "cable_position": shape, "cable_tension": np.array([70.0, 20.0])})
+    record.add({"time": [0.0], "frame": [0.0], "cable_position": [shape], "cable_tension": [np.array([70.0, 20.0])]})
     record.flush()
     mesh = meshio.read(export(tmp_path)[0])
     np.testing.assert_array_equal(mesh.cell_data["tension [N]"][0], [70, 70, 70, 20, 20, 20])

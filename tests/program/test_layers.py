@@ -18,15 +18,15 @@ LAYERS = (
     ("commands",),
     ("studies",),
     ("api", "check"),
-    ("results", "motion", "modes"),
+    ("results", "motion", "linear"),
     ("statics",),
     ("model",),
     ("solver", "scene"),
     ("parallel",),
     ("forms", "meshes", "scenes", "errors", "version"),
 )
-#: Within a line: what a scheme leaves of a motion stands in the summary of a run; modes begin where a run does.
-BESIDE = {("results", "motion"), ("modes", "motion")}
+#: Within a line: what a scheme leaves of a motion stands in the summary of a run; linear motions begin where runs do.
+BESIDE = {("results", "motion"), ("linear", "motion")}
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 ROOT = "dolfbuoy"  # the package itself: its version, and the interface at first use
 PLACES = {ROOT: dolfbuoy, f"{ROOT}.forms": dolfbuoy.forms, f"{ROOT}.meshes": dolfbuoy.meshes}

@@ -28,6 +28,12 @@ TIME = {"end": 0.6, "step": 0.02, "output_every": 0.1}
 SCENES = {
     "moored buoy": merged(MOORED, cable__elements=6, waves__ramp=0.2, time=TIME),
     "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},
+    "on a bed": {
+        "sea": MOORED["sea"],
+        "cable": merged(MOORED["cable"], length=30.0, elements=6, top=TOP | {"ramp": 0.2}),
+        "seabed": {"friction": 0.6},
+        "time": TIME,
+    },
     "buoy": {
         "sea": MOORED["sea"],
         "buoy": MOORED["buoy"],

@@ -11,7 +11,7 @@ from mpi4py import MPI
 from dolfbuoy import load_scene
 from dolfbuoy.model import body_c
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.solver.rows import MOST, Sums, copies
+from dolfbuoy.solver.rows import MOST, Extrapolation, Sums, copies, picked, smallest, traced
 
 RANDOM = np.random.default_rng(17)
 SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "step": 0.02})
@@ -42,6 +42,19 @@ def test_copies_one_after_the_other():
     np.testing.assert_array_equal(array, [3, 1, 2, 2, 3])
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, MOST])
+def test_extrapolation(count):
+    """Exact for polynomials, and as in Python."""
+    times, powers = np.sort(RANDOM.uniform(-1.0, 1.0, count)), np.arange(count)
+    coefficients = RANDOM.standard_normal((count, 70))
+    rows = np.array([t**powers @ coefficients for t in times])
+    extrapolate = Extrapolation(times, rows)
+    found = extrapolate(1.5).copy()
+    np.testing.assert_allclose(found, 1.5**powers @ coefficients, rtol=0, atol=1e-8 * np.abs(found).max())
+    extrapolate.in_c = False
+    np.testing.assert_array_equal(extrapolate(1.5), found)
+
+
 def states(scene):
     """All that is kept after every step of a run."""
     simulation, found = Simulation(scene, MPI.COMM_SELF), []
@@ -59,6 +72,7 @@ def test_same_run(scheme, tolerance, monkeypatch):
     in_c = states(scene)
     used, in_python = [], Sums.in_python
     monkeypatch.setattr(Sums, "in_c", False)
+    monkeypatch.setattr(Extrapolation, "in_c", False)
     monkeypatch.setattr(Sums, "in_python", lambda self: (used.append(True), in_python(self)))
     np.testing.assert_array_equal(in_c, states(scene))
     assert len(used) > 3 * len(in_c)
@@ -83,3 +97,29 @@ def test_numbers_of_a_body():
         farthest = max(farthest, abs(length - 1))
         assert drift == farthest
     simulation.problem.destroy()
+
+
+def test_numbers_picked_out():
+    """Copies with either sign are found by their places, what comes from elsewhere stays as it is."""
+    a, b = RANDOM.standard_normal(7), RANDOM.standard_normal(4)
+    before = a.copy(), b.copy()
+
+    def function():
+        return np.concatenate([-a[2:4], b[::-1], [8.0, -0.5], a[:1]])
+
+    out, entries = np.zeros(9), traced(function, [a, b])
+    np.testing.assert_array_equal(a, before[0])
+    np.testing.assert_array_equal(b, before[1])
+    pick = picked(entries, out)
+    for array in (a, b):
+        array += 1.0
+    pick()
+    np.testing.assert_array_equal(out, function())
+    with pytest.raises(ValueError, match="no copy"):
+        traced(lambda: 2 * a, [a, b])
+
+
+def test_smallest():
+    values = np.array([3.0, -2.0, 5.0, -7.0])
+    assert smallest(values, np.array([[0, 1], [2, 1]]), 0.0)() == -2.0
+    assert smallest(values, np.array([0, 2]), 0.0)() == 0.0

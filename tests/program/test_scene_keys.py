@@ -23,6 +23,7 @@ UNITS = {
     "kg m^2",
     "kg/m",
     "kg/m^3",
+    "Pa/m",
     "m",
     "m/s",
     "m/s^2",
@@ -82,6 +83,7 @@ HELD = {
     "cable": {"length": 22.0, "line_density": 27.6, "diameter": 0.08, "top": {"kind": "free"}},
     "waves": {"amplitude": 1.0, "period": 5.0},
     "current": {"speed": 1.0},
+    "seabed": {},
     "time": {"end": 1.0, "step": 0.1},
 }
 FLOATING = {

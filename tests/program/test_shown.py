@@ -483,7 +483,7 @@ def test_units_of_the_record():
     units = {
         "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
-        "cable_position s s_cell",
+        "cable_position s s_cell length_on_bed touchdown",
         "s": "time time_step frame",
         "m s-1": "cable_velocity",
         "kg": "displaced_mass",

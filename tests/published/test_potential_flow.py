@@ -12,8 +12,8 @@ from helpers import REFERENCE, reference
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.modes.potential_flow import read_capytaine
-from dolfbuoy.modes.response import responses
+from dolfbuoy.linear.potential_flow import read_capytaine
+from dolfbuoy.linear.response import responses
 
 RHO = 1025.0
 PERIODS = [5.0, 6.0, 8.0, 12.0, 20.0]

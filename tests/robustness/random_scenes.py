@@ -41,13 +41,15 @@ OWN = {
     "cable.length": size(0.1, 5000),
     "cable.line_density": size(1e-3, 1e4),
     "cable.diameter": size(1e-4, 3.0),
+    "cable.area": st.one_of(st.none(), size(1e-8, 10.0)),
     "cable.elements": st.integers(1, 8),
     "cable.grading": size(0.2, 5.0),
     "cable.anchor": vector(1e-2, 1e4),
     "cable.top.force": vector(1e-6, 1e9),
     "cable.top.amplitude": vector(1e-6, 1e2),
     "cable.top.period": size(1e-3, 1e4),
-    "cable.top.phase_deg": ANGLE,
+    "cable.top.phase_deg": st.one_of(ANGLE, st.tuples(ANGLE, ANGLE, ANGLE).map(list)),
+    "seabed.slope": st.tuples(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5)).map(list),
     "cable.top.ramp": size(1e-3, 1e3, zero=True),
     "buoy.mass": size(0.1, 1e7),
     "buoy.center_of_mass": st.floats(-5, 30),
@@ -92,7 +94,7 @@ STRUCTURAL = {
     "title", "cable.top.kind", "cable.top.position", "cable.position_degree", "cable.tension_degree", "cable.strain",
     "cable.strain_form", "cable.slack", "cable.tangential_froude_krylov", "buoy.hull", "buoy.inertia",
     "buoy.point_masses", "buoy.point_masses.mass", "buoy.point_masses.height", "waves.stretching", "current.profile",
-    "initial.kind", "initial.points", "time.end",
+    "initial.kind", "initial.points", "time.end", "seabed.start",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
@@ -120,6 +122,7 @@ FIXED, FREE = {"top": {"kind": "fixed"}}, {"top": {"kind": "free", "force": ANY}
 MOVED = {"top": {"kind": "prescribed", "amplitude": ANY, "period": ANY, "phase_deg": ANY, "ramp": ANY}}
 WAVES = dict.fromkeys(("amplitude", "period", "direction_deg", "phase_deg", "ramp"), ANY)
 CURRENT = {"speed": ANY, "direction_deg": ANY}
+BED = dict.fromkeys(("friction", "stiffness", "damping_ratio", "stick_length", "slope"), ANY)
 WIND = dict.fromkeys(("speed_10m", "direction_deg", "drag_coefficient", "area", "height", "air_density"), ANY)
 BODY = {"mass": ANY, "mooring_height": ANY}
 LOADED_BODY = (
@@ -137,6 +140,11 @@ STRUCTURES = {
         "cable": BARE | ELASTIC | {"position_degree": 3, "tension_degree": 1, "strain_form": "energy"} | FIXED
     },
     "tension-only": {"sea": SEA, "cable": LOADED | ELASTIC | {"slack": "tension-only"} | FIXED},
+    "on a bed": {"sea": SEA, "cable": LOADED | ELASTIC | {"area": ANY} | MOVED, "seabed": BED},
+    "rope on a bed": {
+        "sea": SEA, "cable": LOADED | ELASTIC | {"slack": "tension-only"} | FIXED, "seabed": BED | {"start": "pulled"},
+    },
+    "moored on a bed": {"sea": SEA, "cable": LOADED | ELASTIC, "buoy": BODY, "waves": WAVES, "seabed": BED},
     "rope released": {"cable": BARE | {"slack": "tension-only"} | FREE, "initial": {"kind": "polyline"}},
     "damped": {"cable": BARE | ELASTIC | {"damping": ANY} | MOVED},
     "hanging free": {"cable": BARE | FREE | {"anchor": ANY}},

@@ -3,7 +3,6 @@
 Source: single runs, series with known statistics.
 """
 
-import json
 import signal
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from mpi_helpers import needs_mpirun, start
 from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.results.statistics import dominant_period, statistics
 from dolfbuoy.scene.variants import cases_of, parse_vary
+from dolfbuoy.studies import one_case
 from dolfbuoy.studies import sweep as sweeping
 from dolfbuoy.studies.sweep import check_wavelength, sweep
 
@@ -27,6 +27,11 @@ ROD = {
     "time": {"end": 0.2, "step": 0.01},
 }
 VARY = ["cable.line_density=1,2", "gravity=5:9:4"]
+
+
+def computed_twice(case, **how):
+    """In place of `evaluate`, where nothing is left to do."""
+    raise AssertionError(f"{case['changes']} is computed again")
 
 
 # -- what is asked for -----------------------------------------------------------------------------------------------
@@ -212,7 +217,7 @@ def test_sweep_equals_single_runs(swept):
 
 def test_a_finished_sweep_computes_nothing(swept, monkeypatch):
     folder, dataset = swept
-    monkeypatch.setattr(sweeping, "evaluate", None)
+    monkeypatch.setattr(sweeping, "evaluate", computed_twice)
     xr.testing.assert_identical(sweep(ROD, VARY, None, folder), dataset)
 
 
@@ -220,7 +225,7 @@ def test_a_longer_sweep_computes_only_what_is_new(swept, monkeypatch):
     folder, dataset = swept
     seen = []
     whole = sweeping.evaluate
-    monkeypatch.setattr(sweeping, "evaluate", lambda case: (seen.append(case["changes"]), whole(case))[1])
+    monkeypatch.setattr(sweeping, "evaluate", lambda case, **how: (seen.append(case["changes"]), whole(case))[1])
     longer = sweep(ROD, ["cable.line_density=1,2,3", VARY[1]], None, folder)
     assert seen == [{"cable.line_density": 3, "gravity": g} for g in (5, 9)]
     xr.testing.assert_equal(longer.isel(case=slice(4)), dataset)
@@ -228,14 +233,14 @@ def test_a_longer_sweep_computes_only_what_is_new(swept, monkeypatch):
 
 def test_a_failing_case_does_not_stop_the_others(tmp_path, monkeypatch):
     """Refused values, a solve that fails, and any other error; all are kept, and said."""
-    whole = sweeping.simulate
+    whole = one_case.run
 
-    def crash(scene, **options):
+    def crash(scene, *options):
         if scene.gravity == 4.0:
             raise ZeroDivisionError("of the test")
-        return whole(scene, **options)
+        return whole(scene, *options)
 
-    monkeypatch.setattr(sweeping, "simulate", crash)
+    monkeypatch.setattr(one_case, "run", crash)
     table = tmp_path / "cases.csv"
     hopeless = '"{snes_max_it = 1, snes_linesearch_max_it = 1}",1e-300'
     table.write_text(
@@ -248,7 +253,7 @@ def test_a_failing_case_does_not_stop_the_others(tmp_path, monkeypatch):
     assert "cable.length = -3" in status[1]
     assert "DIVERGED" in status[2]
     assert list(np.isfinite(dataset.tension_top_mean.values)) == [True, False, False, False, True]
-    monkeypatch.setattr(sweeping, "evaluate", None)  # failed cases are not repeated either
+    monkeypatch.setattr(sweeping, "evaluate", computed_twice)  # failed cases are not repeated either
     xr.testing.assert_identical(sweep(ROD, [], table, tmp_path), dataset)
 
 
@@ -319,7 +324,7 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background shell ignores it
     )
     deadline = time.monotonic() + 120
-    while not list((tmp_path / "cases").glob("*.json")):
+    while not list((tmp_path / "cases").glob("*.jsonl")):
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < deadline
         time.sleep(0.005)
@@ -328,11 +333,12 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
     assert process.returncode == 130
     assert "Interrupted" in err
     assert "Traceback" not in err
-    finished = {path: path.stat().st_mtime_ns for path in (tmp_path / "cases").glob("*.json")}
-    assert 1 <= len(finished) < 4
-    assert all(json.loads(path.read_text())["status"] == "done" for path in finished)
+    (file,) = (tmp_path / "cases").glob("*.jsonl")
+    finished = file.read_bytes()
+    assert 1 <= finished.count(b'"status":"done"') == finished.count(b"\n") < 4
     done = sweep(tmp_path / "rod.toml", VARY, None, tmp_path)
-    assert all(path.stat().st_mtime_ns == stamp for path, stamp in finished.items())
+    assert file.read_bytes().startswith(finished)
+    assert file.read_bytes().count(b"\n") == 4
     xr.testing.assert_equal(done, dataset)
 
 
@@ -360,4 +366,4 @@ def test_a_lost_interruption_is_noticed(tmp_path, monkeypatch):
     monkeypatch.setattr(interruption, "_received", True)
     with pytest.raises(KeyboardInterrupt):
         sweep(ROD, ["cable.length=1,2"], None, tmp_path)
-    assert not list((tmp_path / "cases").glob("*.json"))
+    assert not list((tmp_path / "cases").glob("*.jsonl"))

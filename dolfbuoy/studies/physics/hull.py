@@ -1,6 +1,6 @@
 """How a hull floats and rides small waves: hydrostatics, natural periods and response, moored and free.
 
-The response is that of the equations linearised about the equilibrium, `modes.response`.  Runs in time in small waves
+The response is that of the equations linearised about the equilibrium, `linear.response`.  Runs in time in small waves
 check it at a few periods; potential flow stands beside it where its coefficients are given.
 """
 
@@ -12,12 +12,12 @@ import numpy as np
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
+from ...linear.linearisation import linearise
+from ...linear.periods import natural_periods
+from ...linear.potential_flow import read_capytaine
+from ...linear.response import LARGEST_KR, response, small_waves
 from ...model.feasible import shape_and_mass
 from ...model.hydrostatics import float_upright
-from ...modes.linearisation import linearise
-from ...modes.periods import natural_periods
-from ...modes.potential_flow import read_capytaine
-from ...modes.response import LARGEST_KR, response, small_waves
 from ...scene import Scene, load_scene, settings
 from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium

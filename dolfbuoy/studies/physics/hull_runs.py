@@ -6,10 +6,10 @@ import numpy as np
 from mpi4py import MPI
 
 from ...errors import SolveError
+from ...linear.motions import Motions, motions
+from ...linear.response import small_waves
 from ...model.feasible import shape_and_mass
 from ...model.sea import heading, wavenumber
-from ...modes.motions import Motions, motions
-from ...modes.response import small_waves
 from ...motion.simulation import Simulation
 from ...scene.sections import Initial, Time
 
@@ -21,7 +21,7 @@ AMPLITUDE = 1e-3
 
 
 def measured_motions(scene, period, direction_deg=0.0) -> Motions:
-    """Complex motions per metre of amplitude, as `modes.response.response` has them, from a run from rest with BDF2."""
+    """Complex motions per metre of amplitude, as `linear.response` has them, from a run from rest with BDF2."""
     amplitude = AMPLITUDE * shape_and_mass(scene)[0].max_diameter
     waves = small_waves(scene, period, direction_deg, amplitude).model_copy(update={"ramp": GROWING * period})
     end = (GROWING + SETTLING + FITTED) * period

@@ -6,14 +6,16 @@ The state of a buoy is of first order in time: its inertia stands in E, that of 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from mpi4py import MPI
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, vstack
 
 from ..model.problem import Problem
 from ..motion.start import initial_state
 from ..scene.sections import Initial
+from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
 
 @dataclass
@@ -29,6 +31,29 @@ class Linearisation:
     K: csr_matrix
     E: csr_matrix
     M: csr_matrix
+
+    @cached_property
+    def whole(self) -> tuple[csr_matrix, csr_matrix, csr_matrix]:
+        """K, E and M with the rows of all ranks, on every rank; collective at first use."""
+        comm = self.problem.comm
+        if comm.size == 1:
+            return self.K, self.E, self.M
+        return tuple(csr_matrix(vstack(comm.allgather(A))) for A in (self.K, self.E, self.M))
+
+    @cached_property
+    def bodies(self) -> list[Body]:
+        """The buoys, on every rank; collective at first use."""
+        return bodies_of(self.problem, self.u)
+
+    @cached_property
+    def holds(self) -> list[Hold]:
+        """Where lines hold on buoys, on every rank; collective at first use."""
+        return holds_of(self.problem, self.u)
+
+    @cached_property
+    def lines(self) -> list[LineNodes]:
+        """The lines, on every rank; collective at first use."""
+        return lines_of(self.problem, self.u)
 
     def destroy(self):
         """Give PETSc's objects back."""

@@ -1,0 +1,134 @@
+"""`dolfbuoy sweep`: many variants of a scene, at once or in parts that a cluster runs, and how far they are."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from ..errors import InputError
+from ..parallel import interruption, ranks
+from ..results.tables import unit_of
+from .shared import Interrupted, SceneArgument, SetOption, load, out, out_option, rank, say_warnings, table_of
+
+VaryOption = Annotated[list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")]
+TableOption = Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")]
+PartOption = Annotated[
+    str | None, typer.Option("--part", metavar="I/N", help="Every N-th case from the I-th on, beside other parts.")
+]
+StatusOption = Annotated[bool, typer.Option("--status", help="Say how far it is, and run nothing.")]
+CollectOption = Annotated[bool, typer.Option("--collect", help="Make sweep.nc of what is there, and run nothing.")]
+RetryOption = Annotated[Literal["failed"] | None, typer.Option("--retry", help="Run cases that failed once more.")]
+LimitOption = Annotated[
+    float | None,
+    typer.Option("--time-limit", min=0.0, help="Leave the running case with a checkpoint after so many seconds."),
+]
+
+
+def sweep(
+    scene: SceneArgument,
+    assign: SetOption = None,
+    vary: VaryOption = None,
+    table: TableOption = None,
+    folder: out_option("results/sweep-NAME") = None,
+    part: PartOption = None,
+    status: StatusOption = False,
+    collect: CollectOption = False,
+    retry: RetryOption = None,
+    limit: LimitOption = None,
+):
+    """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
+    if status and collect:
+        raise InputError("--status: says how far the sweep is, --collect writes what is there: give one of them.")
+    if collect and part is not None:
+        raise InputError("--collect: is about all parts: leave out --part.")
+    loaded = load(scene, assign)
+    from ..studies import sweep as study
+
+    folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
+    chosen = None if part is None else study.Part.parse(part)
+    planned = study.plan(loaded, vary or [], table)
+    if status:
+        _show_status(study.status(planned, folder, chosen), folder, chosen)
+        return
+    if collect:
+        _end(study.collected(planned, folder) if rank() == 0 else None, folder)
+        return
+    how = {"say": say_warnings, "retry": retry is not None, "limit": limit}
+    try:
+        if chosen is None:
+            dataset = study.sweep(loaded, vary or [], table, folder, **how)
+        else:
+            study.run_part(planned, folder, chosen, **how)
+    except interruption.TimeUp:
+        raise Interrupted(f"Stopped at the time limit; {_what_is_left(folder)}") from None
+    except BaseException:
+        if interruption.received():
+            raise Interrupted(f"Interrupted; {_what_is_left(folder)}") from None
+        raise
+    if chosen is None:
+        _end(dataset, folder)
+    elif rank() == 0:
+        _show_status(study.status(planned, folder, chosen), folder, chosen)
+
+
+def _what_is_left(folder):
+    left = any((folder / "cases").rglob("*.jsonl"))
+    return f"{f'finished cases are in {folder}, and ' if left else ''}the same command goes on."
+
+
+def _end(dataset, folder):
+    """Show the cases; exit code 1 if none is done."""
+    from mpi4py import MPI
+
+    if dataset is not None:
+        _show(dataset, folder)
+    done = dataset is not None and bool((dataset.status == "done").any())
+    if not ranks.told(MPI.COMM_WORLD, done):
+        raise typer.Exit(1)
+
+
+def _show(dataset, folder):
+    """Its cases and the largest of their main quantities."""
+    keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
+    shown = [n for n in ("tension_top_maximum", "tension_anchor_maximum", "cone_angle_maximum") if n in dataset]
+    units = {n: unit_of(dataset[n].values, dataset[n].attrs["units"]) for n in shown}
+    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} [{units[n][0]}]" for n in shown]
+    names = [key.replace("_", " ") for key in keys]  # words may be wrapped
+    result = table_of(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *names, *titles, "status")
+    for i in range(min(dataset.sizes["case"], MOST_ROWS)):
+        row = dataset.isel(case=i)
+        values = [f"{units[n][1] * row[n].item():.5g}" for n in shown]
+        result.add_row(*(str(row[k].item()) for k in keys), *values, row.status.item())
+    out.print(result)
+    if dataset.sizes["case"] > MOST_ROWS:
+        out.print(f"... and {dataset.sizes['case'] - MOST_ROWS} more", highlight=False)
+
+
+#: Cases that are printed.
+MOST_ROWS = 1000
+
+
+def _show_status(found, folder, part):
+    """Numbers of cases, what failed, and how long the rest takes."""
+    shown = table_of(f"{folder}{f', {part}' if part else ''}", "cases", "number", "remark")
+    shown.add_row("all", str(found["cases"]), "")
+    shown.add_row("done", str(found["done"]), f"{found['seconds']:.3g} s each" if found["done"] else "")
+    shown.add_row("failed", str(found["failed"]), "run again with --retry failed" if found["failed"] else "")
+    left = found["missing"] * found["seconds"] / 3600
+    begun = f"{found['begun']} of the sweep have begun; " if found["begun"] else ""
+    rest = f"about {left:.2g} h of one core" if found["done"] and found["missing"] else ""
+    shown.add_row("missing", str(found["missing"]), f"{begun}{rest}")
+    out.print(shown)
+    if found["reasons"]:
+        shown = table_of("\nWhy cases failed", "number", "status of them")
+        for reason, number in sorted(found["reasons"].items(), key=lambda item: -item[1]):
+            shown.add_row(str(number), reason)
+        out.print(shown)
+    say_warnings(found["damaged"])
+    if found["foreign"]:
+        say_warnings([f"{found['foreign']} results are of another version of dolfbuoy, and do not count."])
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make it a command of an application."""
+    app.command()(sweep)

@@ -1,0 +1,139 @@
+"""Where buoys and lines stand among all unknowns of a linearised scene; the same on all ranks."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..model.attachment import FIELDS
+from ..model.buoy import MOTION, Buoy
+from ..model.rigid import rotation_of
+
+
+class Body(NamedTuple):
+    """A buoy: its 13 places, and C [m], unit quaternion, mass [kg], inertia about C in world axes [kg m^2] at rest."""
+
+    name: str
+    places: np.ndarray
+    position: np.ndarray
+    orientation: np.ndarray
+    mass: float
+    inertia: np.ndarray
+
+    @property
+    def at(self):
+        """Places by the names of the state."""
+        return MOTION.of(self.places)
+
+    def motion(self, x) -> np.ndarray:
+        """Change of C and rotation vector (6, ...) in a vector, or columns, of all unknowns."""
+        return np.concatenate([x[self.at.position], 4 * half_turns(self.orientation).T @ x[self.at.orientation]])
+
+    def poses(self) -> np.ndarray:
+        """Columns (13, 6): changes of the state by the six motions of C and about it, momenta of speeds as large."""
+        columns = np.zeros((13, 6))
+        columns[MOTION.slices["position"], :3] = np.eye(3)
+        columns[MOTION.slices["momentum"], :3] = self.mass * np.eye(3)
+        columns[MOTION.slices["orientation"], 3:] = half_turns(self.orientation)
+        columns[MOTION.slices["angular_momentum"], 3:] = self.inertia
+        return columns
+
+
+class Hold(NamedTuple):
+    """A line's end on a buoy: the buoy's name, lever from C [m] and force T_O [N] at rest, places of T_O."""
+
+    body: str
+    lever: np.ndarray
+    force: np.ndarray
+    force_places: np.ndarray
+
+
+class LineNodes(NamedTuple):
+    """Nodes of a line in order: arc length [m], positions (n, 3) at rest [m], their places (n, 3), -1 where held."""
+
+    name: str
+    s: np.ndarray
+    positions: np.ndarray
+    places: np.ndarray
+
+    def moved(self, x) -> np.ndarray:
+        """Changes of the positions (n, 3) in a vector of all unknowns."""
+        return np.where(self.places >= 0, x[self.places], 0.0)
+
+    @property
+    def tangents(self) -> np.ndarray:
+        """Unit vectors (n - 1, 3) of the pieces between the nodes."""
+        pieces = np.diff(self.positions, axis=0)
+        return pieces / np.linalg.norm(pieces, axis=1, keepdims=True)
+
+    @property
+    def heading(self) -> np.ndarray | None:
+        """Horizontal unit vector from the first node to the last; None if one is above the other."""
+        chord = (self.positions[-1] - self.positions[0]) * [1.0, 1.0, 0.0]
+        length = np.linalg.norm(chord)
+        return chord / length if length > 1e-3 * self.s[-1] else None
+
+    def directions(self, ahead) -> np.ndarray:
+        """Unit vectors (3, n, 3) at the nodes: along the line, across it in its vertical plane, and out of that.
+
+        ahead: of that plane, where the line is vertical.
+        """
+        pieces = self.tangents
+        t = np.concatenate([pieces[:1], pieces[1:] + pieces[:-1], pieces[-1:]])
+        t /= np.linalg.norm(t, axis=1, keepdims=True)
+        aside = np.cross([0.0, 0.0, 1.0], ahead if self.heading is None else self.heading)
+        out = aside - (t @ aside)[:, None] * t
+        out /= np.linalg.norm(out, axis=1, keepdims=True)
+        return np.stack([t, np.cross(out, t), out])
+
+
+def half_turns(q4) -> np.ndarray:
+    """Columns (4, 3): change of a unit quaternion by a small turn about each axis of the world, 1/2 (0, e_i) o q_4."""
+    w, v = q4[0], np.asarray(q4[1:])
+    return 0.5 * np.column_stack([np.concatenate([[-v @ e], w * e + np.cross(e, v)]) for e in np.eye(3)])
+
+
+def bodies_of(problem, u) -> list[Body]:
+    """The buoys of a dynamic Problem, whose local unknowns at rest are u."""
+    number, mine = problem.system.numbering.global_index, []
+    for model in (model for model in problem.models if isinstance(model, Buoy)):
+        state = MOTION.of(u[model.part.slice])
+        R = rotation_of(state.orientation)
+        inertia = R @ np.diag(model.mass.inertia) @ R.T
+        places = np.array(number[model.part.slice], dtype=int)
+        mine.append(
+            Body(_name(model), places, state.position.copy(), state.orientation.copy(), model.mass.mass, inertia)
+        )
+    found = [body for bodies in problem.comm.allgather(mine) for body in bodies]
+    return sorted(found, key=lambda body: body.places[0])
+
+
+def holds_of(problem, u) -> list[Hold]:
+    """Where lines hold on buoys."""
+    mine = []
+    for attachment in (attachment for attachment in problem.attachments if attachment.buoy):
+        buoy, at = attachment.buoy, attachment.of(u)
+        lever = at.point - MOTION.of(u[buoy.part.slice]).position
+        places = FIELDS.of(problem.system.numbering.global_index[attachment.slice]).force
+        mine.append(Hold(_name(buoy), lever, at.force.copy(), places.astype(int)))
+    return [hold for holds in problem.comm.allgather(mine) for hold in holds]
+
+
+def _name(buoy):
+    return getattr(buoy, "name", "buoy")
+
+
+def lines_of(problem, u) -> list[LineNodes]:
+    """The lines of a Problem, whose local unknowns at rest are u."""
+    lines, number = problem.lines, problem.system.numbering.global_index
+    if lines is None:
+        return []
+    mine = slice(lines.owned_nodes)
+    dofs = lines.node_dofs[mine]
+    parts = problem.comm.allgather((lines.line_of_node[mine], lines.node_s[mine], u[dofs], number[dofs].astype(int)))
+    line, s, positions, places = (np.concatenate(part) for part in zip(*parts, strict=True))
+    order = np.argsort(s, kind="stable")
+    found = []
+    for k, described in enumerate(lines.lines):
+        rows = order[line[order] == k]
+        found.append(LineNodes(described.name, s[rows] - lines.begins[k], positions[rows], places[rows]))
+    return found

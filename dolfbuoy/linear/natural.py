@@ -1,0 +1,130 @@
+"""Natural modes of a scene about its equilibrium, the slowest first, each named by what moves in it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+
+from ..errors import InputError
+from ..solver.quadratic import lowest_pairs
+from .linearisation import Linearisation
+from .moving import Moving, named
+from .unit_quaternions import UnitQuaternions
+
+#: A line with less tension than this part of the forces of its scene is slack; one that turns by more than this between
+#: two pieces [deg] is kinked.
+LEAST_TENSION, KINK = 1e-6, 90.0
+#: Drifts that differ by less than this part are the same.
+ALIKE = 1e-3
+#: Roots that differ by less than this part are one, whose vectors may be combined.
+SAME = 1e-7
+#: Growth below this part of |lambda| is rounding.
+ROUNDING = 1e-7
+
+
+@dataclass
+class Mode:
+    """x exp(lambda t): `root` is lambda [1/s], `vector` x among all unknowns, the largest displacement 1 m or 1 rad.
+
+    kind: "oscillates", "creeps" (overdamped: lambda < 0), "drifts" (0: nothing holds it), "leaves" (lambda > 0) or
+    "grows".  residual: backward error of the pair.  shares: of the kinetic energy, by what moves.
+    """
+
+    root: complex
+    vector: np.ndarray
+    residual: float
+    kind: str
+    shares: dict[str, float]
+    name: str
+
+    @property
+    def omega(self) -> float:
+        """|lambda| [rad/s]."""
+        return abs(self.root)
+
+    @property
+    def damping_ratio(self) -> float:
+        """-Re(lambda)/|lambda|; nan where lambda = 0."""
+        return -self.root.real / abs(self.root) if self.root else np.nan
+
+    @property
+    def period(self) -> float:
+        """2 pi/|lambda| [s] of what oscillates, else nan."""
+        return 2 * np.pi / abs(self.root) if self.root.imag else np.nan
+
+
+def lowest_modes(found: Linearisation, number=10, direction_deg=0.0) -> list[Mode]:
+    """The `number` modes of smallest |lambda|, or all that there are; collective, the same on all ranks.
+
+    direction_deg: of surge and roll, from x.  Raises InputError for a state about which there is no linear motion,
+    SolveError if the solver fails.
+    """
+    check_smooth(found)
+    comm = found.problem.comm
+    quaternions = UnitQuaternions(found.bodies, found.K.shape[1])
+    first = comm.exscan(found.K.shape[0]) or 0
+    matrices = quaternions.without_lengths(first, found.K, found.E, found.M)
+    pairs = lowest_pairs(comm, *matrices, number + 6 * len(found.bodies))
+    moving = Moving(found, direction_deg)
+    drifting = _drifting(moving, quaternions.as_they_were(pairs.vectors[:, pairs.zero]))
+    unheld = pairs.residuals_at_zero(quaternions.exchanged(drifting))
+    modes = [_mode(moving, 0j, x, residual) for x, residual in zip(drifting.T, unheld, strict=True)]
+    shown = np.flatnonzero(~pairs.zero)
+    roots, vectors = pairs.roots[shown], quaternions.as_they_were(pairs.vectors[:, shown])
+    for same in _clusters(roots):
+        vectors[:, same] = moving.separated(vectors[:, same])
+    for root, x, residual in zip(roots, vectors.T, pairs.residuals[shown], strict=True):
+        modes.append(_mode(moving, complex(root), x, residual))
+    return modes[:number]
+
+
+def _drifting(moving, vectors):
+    """Columns of one drift each, from the vectors with lambda = 0: what nothing holds has two, which are one."""
+    vectors = moving.at_rest(np.hstack([vectors.real, vectors.imag]))
+    motions = moving.motions(vectors)
+    if not motions.size:
+        return vectors[:, :0]
+    left, values, right = np.linalg.svd(motions, full_matrices=False)
+    count = int(np.count_nonzero(values > ALIKE * values[0]))
+    leading = qr(left[:, :count].T, pivoting=True)[2][:count]  # each drift without the leading motion of the others
+    return vectors @ (right[:count].T / values[:count]) @ np.linalg.inv(left[leading, :count])
+
+
+def _clusters(roots):
+    """Where several roots that follow each other are one."""
+    apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
+    return [rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1]
+
+
+def _mode(moving, root, vector, residual):
+    vector = moving.sized(vector)
+    shares = moving.shares(vector)
+    return Mode(root, vector, float(residual), _kind(root), shares, named(shares, moving.half_waves(vector)))
+
+
+def _kind(root):
+    if root.imag == 0:
+        return "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
+    return "grows" if root.real > ROUNDING * abs(root) else "oscillates"
+
+
+def check_smooth(found: Linearisation) -> None:
+    """Refuse a line that is slack or kinked at rest.  Raises InputError with one sentence."""
+    problem = found.problem
+    if problem.lines is None:
+        return
+    smallest = problem.smallest_tension()
+    if smallest <= LEAST_TENSION * problem.typical_force:
+        raise InputError(
+            f"At rest a line is slack (smallest tension {smallest:.3g} N): its equations have no slope there, and "
+            "small motions no modes."
+        )
+    for line in found.lines:
+        cosines = (line.tangents[1:] * line.tangents[:-1]).sum(axis=1)
+        if cosines.min(initial=1.0) < np.cos(np.radians(KINK)):
+            s = line.s[1 + int(cosines.argmin())]
+            raise InputError(
+                f"At rest the {line.name} is kinked at s = {s:.4g} m, where it turns by "
+                f"{np.degrees(np.arccos(np.clip(cosines.min(), -1, 1))):.0f} degrees from one piece to the next: its "
+                "fold is finer than its elements, and its modes would be those of the elements; take more of them."
+            )

@@ -1,0 +1,70 @@
+"""Restoring matrices of buoys about C: what lines and hull answer to a small displacement of a buoy at rest.
+
+K of the linearised equations has in the rows of the momenta minus the forces and torques about C.  All other unknowns
+follow the buoys' poses: S = K_bb - K_bi K_ii^-1 K_ib.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csc_matrix, diags
+from scipy.sparse.linalg import splu
+
+from ..errors import SolveError
+from .layout import Body
+from .linearisation import Linearisation
+
+
+@dataclass
+class Condensed:
+    """Six motions of every buoy (columns, body after body), and what follows them at rest.
+
+    stiffness (6 b, 6 b): forces and torques about C that hold them, N/m, N, N m by pairs of rows and columns.
+    followers (unknowns, 6 b): all unknowns, the buoys' momenta zero.
+    """
+
+    bodies: list[Body]
+    stiffness: np.ndarray
+    followers: np.ndarray
+
+
+def condensed(found: Linearisation) -> Condensed:
+    """Of all buoys together; the same on all ranks.  Raises SolveError if the lines have no stiffness of their own."""
+    K, bodies = csc_matrix(found.whole[0]), found.bodies
+    n, columns = K.shape[0], 6 * len(bodies)
+    followers, rows = np.zeros((n, columns)), []
+    for i, body in enumerate(bodies):
+        pose = body.poses()
+        pose[[*range(3, 6), *range(10, 13)]] = 0.0  # at rest
+        followers[body.places, 6 * i : 6 * i + 6] = pose
+        rows += [*body.at.momentum, *body.at.angular_momentum]
+    inner = np.setdiff1d(np.arange(n), np.concatenate([body.places for body in bodies]) if bodies else [])
+    if len(inner) and columns:
+        followers[inner] = -_solved(K[np.ix_(inner, inner)], K[inner] @ followers)
+    return Condensed(bodies, K[np.array(rows, dtype=int)] @ followers, followers)
+
+
+def _solved(A, b):
+    """A^-1 b in equilibrated rows and columns."""
+    rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
+    A = diags(rows) @ A
+    columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
+    try:
+        x = columns[:, None] * splu(csc_matrix(A @ diags(columns))).solve(rows[:, None] * b)
+    except RuntimeError:
+        x = np.full_like(b, np.nan)
+    if not np.isfinite(x).all():
+        raise SolveError("the lines are slack or kinked: held at their ends they have no stiffness of their own")
+    return x
+
+
+def mooring_stiffness(found: Linearisation, every: Condensed) -> np.ndarray:
+    """(6 b, 6 b): the part of the stiffness that lines have, by their forces and by the levers these have about C."""
+    total = np.zeros_like(every.stiffness)
+    for hold in found.holds:
+        i = 6 * [body.name for body in every.bodies].index(hold.body)
+        change, turned = every.followers[hold.force_places], np.zeros((3, total.shape[1]))
+        turned[:, i + 3 : i + 6] = np.column_stack([np.cross(e, hold.lever) for e in np.eye(3)])
+        total[i : i + 3] -= change
+        total[i + 3 : i + 6] -= np.cross(turned, hold.force, axis=0) + np.cross(hold.lever, change, axisb=0, axisc=0)
+    return total

@@ -1,0 +1,63 @@
+"""Ends of lines whose positions are given as functions of time."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from .sea import ramp
+
+
+def motion_of(top) -> Callable[[float], list[float]]:
+    """r_bnd(t) [m] of a scene's section cable.top, fixed or prescribed."""
+    position = list(map(float, top.position))
+    if top.kind != "prescribed":
+        return lambda t: position
+    if top.motion:
+        return _along_rows(np.array(position), np.array(top.motion), top.ramp)
+    if top.velocity:
+        return lambda t: [r + ramp(t, top.ramp) * t * v for r, v in zip(position, top.velocity, strict=True)]
+    phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
+    axes = list(zip(position, map(float, top.amplitude), map(math.radians, phases), strict=True))
+    period, duration = top.period, top.ramp
+
+    def motion(t):
+        angle, size = 2 * math.pi * t / period, ramp(t, duration)
+        return [place + size * math.sin(angle + phase) * amplitude for place, amplitude, phase in axes]
+
+    return motion
+
+
+def _along_rows(position, rows, duration):
+    """Displacements [t, x, y, z], joined smoothly, at rest before the first and after the last row."""
+    path, ends = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped"), rows[[0, -1], 0]
+    start = path(np.clip(0.0, *ends))
+
+    def motion(t):
+        return position + start + ramp(t, duration) * (path(np.clip(t, *ends)) - start)
+
+    return motion
+
+
+class HeldEnds:
+    """Puts the positions of all ends that are held into the unknowns, in one go.
+
+    ends: [(three dofs, motion), ...]; a motion is a function of time, or a position [m].
+    """
+
+    def __init__(self, ends):
+        self._dofs = np.concatenate([np.zeros(0, int), *(dofs for dofs, _ in ends)])
+        self._positions, self._moved = np.zeros(len(self._dofs)), []
+        for k, (_, motion) in enumerate(ends):
+            place = slice(3 * k, 3 * k + 3)
+            if callable(motion):
+                self._moved.append((place, motion))
+            else:
+                self._positions[place] = motion
+
+    def put(self, u, t):
+        """At time t, into the local unknowns u."""
+        for place, motion in self._moved:
+            self._positions[place] = motion(t)
+        u[self._dofs] = self._positions

@@ -1,0 +1,231 @@
+"""The sea bed under the lines: how hard it is, where their friction holds on, and what lies on it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from ..forms import seabed as form
+from ..solver import compat
+from . import effects
+from .material import weight_per_length
+
+
+class Grip(NamedTuple):
+    """Numbers of the contact of a metre of a line, or of a body (`forms.seabed.Contact`)."""
+
+    stiffness: float  #: k [N/m]
+    damping: float  #: c [N s/m]
+    sag: float  #: delta [m]
+    stick: float  #: k_t [N/m]
+
+
+class Lying(NamedTuple):
+    """What of a line lies on the bed."""
+
+    length: float  #: unstretched [m]
+    s: float  #: arc length at which it leaves the bed towards s = L [m]; -inf if nothing lies
+    touchdown: np.ndarray  #: that point [m]; nan if nothing lies
+    sag: float  #: deepest penetration [m]
+
+
+def plane(scene) -> tuple[np.ndarray, float]:
+    """(n, d) of the bed n . x = d, n upwards."""
+    a, b = scene.seabed.slope
+    normal = np.array([-a, -b, 1.0]) / math.sqrt(1 + a * a + b * b)
+    return normal, -scene.sea.depth * float(normal[2])
+
+
+def largest_sag(scene) -> float:
+    """How deep the heaviest line or body may sink under its own weight [m]: it costs 1.2 sag/depth of a tension."""
+    return min(1e-4 * scene.sea.depth, 0.01)
+
+
+def stick_length(scene) -> float:
+    """Way on which friction builds up [m]."""
+    return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
+
+
+def grip_of_line(scene, section, sections) -> Grip:
+    """Of a line; sections: those of all lines, of which the heaviest says how hard the bed is."""
+    pressure = scene.seabed.stiffness
+    if pressure is None:
+        pressure = max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)
+    return _grip(scene, _load(scene, section), section.line_density, pressure * section.diameter)
+
+
+def grip_of_body(scene, mass, volume) -> Grip:
+    """Of a body at a joint, with its mass [kg] and volume [m^3]."""
+    weight = max(abs(mass - scene.sea.density * volume), 1e-3 * mass) * scene.gravity
+    return _grip(scene, weight, mass, weight / largest_sag(scene))
+
+
+def _load(scene, section):
+    """What a metre of a line presses with [N/m]; not nothing, for what hardly sinks or floats."""
+    return max(abs(weight_per_length(scene, section)), 1e-3 * section.line_density * scene.gravity)
+
+
+def _grip(scene, weight, mass, stiffness):
+    bed = scene.seabed
+    damping = 2 * bed.damping_ratio * math.sqrt(stiffness * mass)
+    return Grip(stiffness, damping, weight / stiffness, bed.friction * weight / stick_length(scene))
+
+
+def contact(normal, level, grip, x, x_t=None, held=None) -> form.Contact:
+    """`forms.seabed.Contact` at x [m] with velocity x_t; grip: a Grip of UFL scalars; held: r_a, None without friction.
+
+    For a joint's body: p and f_t of it are forces [N] with the Grip of `grip_of_body`.
+    """
+    slide = None if held is None else x - held
+    speed = None if x_t is None else ufl.dot(normal, x_t)
+    return form.Contact(normal, form.gap(normal, level, x), *grip[:3], speed, grip.stick, slide)
+
+
+class Points:
+    """Points of the quadrature on the owned cells of lines.
+
+    s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.
+    """
+
+    def __init__(self, lines, positions, degree):
+        self._nodes = compat.cell_dofs(positions)
+        ends = lines.node_s[self._nodes]  # the first two nodes of a cell are its ends
+        first, size = ends[:, :1], ends[:, 1:2] - ends[:, :1]
+        xi, _ = compat.interval_quadrature(degree)
+        self.s, self.line = first + xi * size, lines.line_of_cell
+        power = np.arange(ends.shape[1])
+        self._basis = xi[:, None] ** power @ np.linalg.inv(((ends[0] - first[0]) / size[0])[:, None] ** power)
+
+    def of(self, values):
+        """Values at the points, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
+        return self._basis @ values[self._nodes]
+
+
+class Seabed:
+    """Contact of `Lines` with the bed.
+
+    number, per_line: make UFL numbers, as `numbers.Numbers.constant` and for each line; positions: the space of r;
+    degree: of the quadrature.  `held`: r_a, the places where friction holds on to the points of the quadrature, a
+    Function; None without friction, and in statics unless the line is taken as pulled.
+    """
+
+    def __init__(self, lines, number, per_line, positions, degree):
+        self.lines = lines
+        self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
+        self.grip = Grip(*(per_line(self._part(name)) for name in Grip._fields))
+        self.friction = number(lambda scene, _: scene.seabed.friction)
+        rubs = lines.scene.seabed.friction > 0 and (lines.dynamic or lines.scene.seabed.start == "pulled")
+        self.held = self.points = None
+        if rubs:
+            self.points = Points(lines, positions, degree)
+            element = compat.quadrature_element(lines.mesh, degree, 3)
+            self.held = fem.Function(compat.function_space(lines.mesh, element))
+            self._place = compat.cell_dofs(self.held.function_space)
+        self.memory = {"bed_holds": self.held.x.array} if rubs else {}
+        terms = effects.called_by(lines.scene, "bed")
+        self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
+        cells = compat.cell_dofs(positions)
+        self._nodes = np.take_along_axis(cells, np.argsort(lines.node_s[cells], axis=1), axis=1)
+
+    def _part(self, name):
+        return lambda section: getattr(grip_of_line(self.lines.scene, section, self.lines.sections), name)
+
+    # -- forms ---------------------------------------------------------------------------------------------------------
+
+    def contact(self) -> form.Contact:
+        """At the points of the lines."""
+        r, _, _, r_t, _ = self.lines.kinematics()
+        return contact(self.normal, self.level, self.grip, r, r_t, self.held)
+
+    def forces(self):
+        """[(effect, force per unstretched length [N/m] as UFL)]."""
+        at = self.contact()
+        return [(effect, effect.bed(self.friction, at)) for effect in self.terms]
+
+    def powers(self):
+        """[(account, energy [J/m] or power [W/m] per unstretched length)] for balances."""
+        at, (_, _, _, r_t, _) = self.contact(), self.lines.kinematics()
+        power = {form.support: form.damping_power(at)}
+        if self.held is not None:
+            power[form.friction] = ufl.inner(form.friction(self.friction, at), r_t)
+        return [("elastic", form.spring_energy(at)), *((effect.account, power[effect.bed]) for effect in self.terms)]
+
+    # -- memory --------------------------------------------------------------------------------------------------------
+
+    @property
+    def holds(self):
+        """Places (cells, points, 3) where friction holds on."""
+        return self.held.x.array.reshape(-1, 3)[self._place]
+
+    def hold(self, places):
+        """Let it hold on at others."""
+        self.held.x.array.reshape(-1, 3)[self._place] = places
+
+    def begin(self, u):
+        """Friction holds on where the line is, and does not pull yet."""
+        if self.held is not None:
+            self.hold(self.points.of(u[self.lines.node_dofs]))
+
+    def accept(self, u):
+        """A step was taken: where friction pulls more than it can, it slides after the line."""
+        if self.held is None:
+            return
+        lines, n, mu = self.lines, self.normal.value, float(self.friction.value)
+        r = self.points.of(u[lines.node_dofs])
+        speed = 0.0
+        if lines.dynamic:
+            speed = (lines.gamma_v.value * r + self.points.of(lines.history_v.x.array[lines.node_dofs])) @ n
+        k, c, sag, stick = self._grips
+        below = np.maximum(-self.gap(r), 0.0)
+        p = np.maximum(k * below - c * np.minimum(below / sag, 1.0) * speed, 0.0)
+        slide = r - self.holds
+        slide -= (slide @ n)[..., None] * n
+        pull = stick * np.sqrt((slide * slide).sum(axis=-1))
+        share = np.minimum(1.0, mu * p / np.maximum(pull, 1e-300))
+        self.hold(r - share[..., None] * slide)
+
+    @property
+    def _grips(self):
+        """Numbers of the contact in every cell, arrays (cells, 1)."""
+        scene, sections = self.lines.scene, self.lines.sections
+        grips = np.array([grip_of_line(scene, section, sections) for section in sections])
+        return grips[self.points.line].T[:, :, None]
+
+    def rub(self, on):
+        """Let friction act in statics, or not."""
+        self.friction.value = self.lines.scene.seabed.friction if on else 0.0
+
+    # -- numbers -------------------------------------------------------------------------------------------------------
+
+    def gap(self, x):
+        """Distance of points (..., 3) from the bed [m]."""
+        return x @ self.normal.value - self.level.value
+
+    def lying(self, u, line=0) -> Lying:
+        """What of a line lies, on every rank; the gap is taken as linear between nodes."""
+        lines = self.lines
+        nodes = self._nodes[lines.line_of_cell == line]
+        r = u[lines.node_dofs]
+        g = self.gap(r)
+        a, b = nodes[:, :-1].ravel(), nodes[:, 1:].ravel()
+        touching = np.minimum(g[a], g[b]) < 0
+        a, b = a[touching], b[touching]
+        share = _share_below(g[a], g[b])
+        sizes = lines.node_s[b] - lines.node_s[a]
+        last = int(np.argmax(lines.node_s[b])) if len(b) else None
+        mine = Lying(float(share @ sizes), -np.inf, np.full(3, np.nan), max(-float(g[nodes].min(initial=0.0)), 0.0))
+        if last is not None:
+            x = share[last] if g[a[last]] < 0 else 1.0
+            s = lines.node_s[a[last]] + x * sizes[last] - lines.begins[line]
+            mine = mine._replace(s=float(s), touchdown=(1 - x) * r[a[last]] + x * r[b[last]])
+        every = [mine] if lines.comm.size == 1 else lines.comm.allgather(mine)
+        farthest = max(every, key=lambda one: one.s)
+        return farthest._replace(length=sum(one.length for one in every), sag=max(one.sag for one in every))
+
+
+def _share_below(first, last):
+    """Part of an interval on which a linear function that is negative at one end or both is negative."""
+    low, high = np.minimum(first, last), np.maximum(first, last)
+    return np.where(high <= 0, 1.0, low / np.minimum(low - high, -1e-300))

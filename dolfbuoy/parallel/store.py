@@ -1,0 +1,102 @@
+"""Results of cases on disk: lines that are only ever added, in one file of each process that computes.
+
+A line is a checksum and a JSON object {"key", "program", "attempt", "result"}; of a key the latest attempt counts.  A
+process that is killed leaves at most one torn line at the end of its file, which counts for nothing and is cut off by
+the next one that writes there.  A line that is damaged counts for nothing too: its case is computed again.
+"""
+
+import json
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+
+SUFFIX = ".jsonl"
+_KEYS = {"key", "program", "attempt", "result"}
+
+
+class Store:
+    """What the files below a folder hold of one program; read once, when it is made.
+
+    entries: key -> entry.  damaged: sentences about files with damaged lines.  foreign: results of another program.
+    """
+
+    def __init__(self, folder: Path, program: str):
+        self.folder, self.program = Path(folder), program
+        self.entries: dict[str, dict] = {}
+        self.damaged: list[str] = []
+        self.foreign = 0
+        for file in sorted(self.folder.rglob(f"*{SUFFIX}")):
+            self._read(file)
+
+    def result(self, key: str) -> dict | None:
+        """Of a case; None if it has none."""
+        entry = self.entries.get(key)
+        return entry and entry["result"]
+
+    def _read(self, file):
+        bad = 0
+        for entry in _lines(file):
+            if entry is None:
+                bad += 1
+            elif entry["program"] != self.program:
+                self.foreign += 1
+            elif entry["attempt"] >= self.entries.get(entry["key"], entry)["attempt"]:
+                self.entries[entry["key"]] = entry
+        if bad:
+            lines = "1 damaged line" if bad == 1 else f"{bad} damaged lines"
+            self.damaged.append(f"{file} has {lines}; what they held is computed again.")
+
+    def attempt(self, key: str) -> int:
+        """Number of the next attempt at a case."""
+        return self.entries[key]["attempt"] + 1 if key in self.entries else 0
+
+
+class Writer:
+    """Adds results to one file of a store; no other process may write there."""
+
+    def __init__(self, file: Path, program: str):
+        self._path, self._program, self._file = file, program, None
+
+    def add(self, key: str, result: dict, attempt: int = 0) -> None:
+        """Bring a result to the disk.  Raises OSError."""
+        if self._file is None:
+            self._open()
+        self._file.write(_line({"key": key, "program": self._program, "attempt": attempt, "result": result}))
+        self._file.flush()
+
+    def _open(self):
+        """Without lines that are torn or damaged, which leave by one atomic step."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        old = self._path.read_bytes().splitlines(keepends=True) if self._path.exists() else []
+        good = [line for line in old if line.endswith(b"\n") and _entry(line)]
+        if len(good) < len(old):
+            part = self._path.with_suffix(".part")
+            part.write_bytes(b"".join(good))
+            part.replace(self._path)
+        self._file = open(self._path, "ab")  # noqa: SIM115  # until `close`
+
+    def close(self) -> None:
+        """Nothing is added any more."""
+        if self._file is not None:
+            self._file.close()
+
+
+def _line(entry):
+    text = json.dumps(entry, separators=(",", ":")).encode()
+    return b"%08x %s\n" % (zlib.crc32(text), text)
+
+
+def _lines(file) -> Iterator[dict | None]:
+    """Entries of a file, None for a damaged one; a torn line at the end is left out."""
+    with open(file, "rb") as lines:
+        for line in lines:
+            if line.endswith(b"\n"):
+                yield _entry(line)
+
+
+def _entry(line):
+    checksum, _, text = line.rstrip(b"\n").partition(b" ")
+    if checksum != b"%08x" % zlib.crc32(text):
+        return None
+    entry = json.loads(text)
+    return entry if isinstance(entry, dict) and entry.keys() >= _KEYS else None

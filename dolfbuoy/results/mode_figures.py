@@ -1,0 +1,206 @@
+"""Figures and ParaView files of natural modes: every shape from the side and from ahead, and moving."""
+
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from ..meshes import HullShape
+from ..model.rigid import mass_properties, rotation_of
+from ..model.sea import heading
+from .folder import enlist
+from .mode_record import KINDS
+from .paraview import cable_meshes, hull_meshes, write_series
+from .style import COLORS, PAGE, STYLE, files_of, legend_below, new_figure, save
+
+#: Largest displacement in a picture, as a part of its largest extent; turns look at most this large [rad].
+SHOWN, TURNED = 0.12, 0.25
+#: How the phases rest, 0, 180 and 90 degrees are drawn.
+PHASE_STYLES = {
+    "at rest": {"color": "#999999", "lw": 0.8},
+    "at its largest": {"color": COLORS["blue"], "lw": 0.9},
+    "half a period later": {"color": COLORS["blue"], "lw": 0.9, "ls": "--"},
+    "a quarter before": {"color": COLORS["orange"], "lw": 0.7},
+}
+#: Instants of an animated period.
+PHASES = 16
+
+
+def mode_shape(dataset, number: int, scene, direction_deg=0.0) -> Figure:
+    """Shape of mode `number` (from 1) over the rest position: at its largest, half a period later, and in between.
+
+    Left in the vertical plane of a direction [deg], right across it; displacements are enlarged as the title says.
+    """
+    mode = dataset.isel(mode=number - 1)
+    factor = _factor(dataset, mode)
+    poses = [_Pose(dataset, mode, scene, factor * z) for z in (0, 1, -1, 1j)]
+    views = [heading(direction_deg), np.cross([0.0, 0.0, 1.0], heading(direction_deg))]
+    boxes = _boxes([np.concatenate([curve for pose in poses for curve in pose.curves(view)]) for view in views])
+    widths = [float(np.ptp(box[0])) for box in boxes]
+    height = min(max((PAGE - 1.2) * float(np.ptp(boxes[0][1])) / sum(widths), 1.6), 4.5)
+    with matplotlib.rc_context(STYLE):
+        figure = new_figure(PAGE, height + 1.1)
+        panels = figure.subplots(1, 2, sharey=True, width_ratios=widths)
+        for axes, view, box, name in zip(panels, views, boxes, ("ahead", "aside"), strict=True):
+            for pose, (label, style) in zip(poses, PHASE_STYLES.items(), strict=True):
+                pose.draw(axes, view, label, **style)
+            if scene.sea is not None and box[1][1] > 0:
+                axes.axhline(0, color=COLORS["sky"], lw=1.0, zorder=0.5)
+            axes.set(xlim=box[0], ylim=box[1], xlabel=f"{name} [m]", aspect="equal")
+            axes.locator_params(axis="x", nbins=5)
+        panels[0].set_ylabel("z [m]")
+        legend_below(figure, 0.25, 4, panels[0].get_legend_handles_labels()[0])
+        figure.suptitle(
+            f"{number}: {mode.name.item()}, {_said(mode)}; {factor:.3g} times the shape of modes.nc", size=8
+        )
+    return figure
+
+
+def _boxes(seen):
+    """((left, right), (low, high)) of both views, with the same heights and some room; none is very narrow."""
+    points = np.concatenate(seen)
+    low, high = points[:, 1].min(), points[:, 1].max()
+    least = max(0.3 * (high - low), max(np.ptp(view[:, 0]) for view in seen) / 4)
+    boxes, room = [], 0.05 * max(high - low, least)
+    for view in seen:
+        middle, half = (view[:, 0].min() + view[:, 0].max()) / 2, max(np.ptp(view[:, 0]), least) / 2 + room
+        boxes.append(((middle - half, middle + half), (low - room, high + room)))
+    return boxes
+
+
+def _said(mode):
+    if mode.kind.item() == "oscillates":
+        return f"period {mode.period.item():.4g} s, damping ratio {mode.damping_ratio.item():.3g}"
+    return KINDS[mode.kind.item()]
+
+
+def _factor(dataset, mode):
+    """How much a shape is enlarged: of the extent of what is shown, but turns not beyond TURNED."""
+    places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
+    places = np.concatenate(places)
+    extent = np.ptp(places, axis=0).max() or 1.0
+    moved = [np.abs(mode[n].values).max() for n in ("cable_position", "buoy_position") if n in mode]
+    turned = np.abs(mode.buoy_rotation.values).max() if "buoy_rotation" in mode else 0.0
+    return min(SHOWN * extent / max(*moved, 1e-12), TURNED / max(turned, 1e-12))
+
+
+class _Pose:
+    """What is seen of a mode at one phase: rest + Re(z x)."""
+
+    def __init__(self, dataset, mode, scene, z):
+        def moved(name):
+            real, imaginary = mode[name].values
+            return z.real * real - z.imag * imaginary
+
+        self.nodes, self.hulls = None, []
+        if "cable_position" in mode:
+            positions = dataset.rest_cable_position.values + moved("cable_position")
+            line = dataset.get("cable_of_node")
+            starts = [] if line is None else np.flatnonzero(np.diff(line.values)) + 1
+            self.nodes = np.split(positions, starts)
+        if "buoy_position" in mode:
+            at_rest = (dataset.rest_buoy_position.values, dataset.rest_buoy_orientation.values)
+            centers = np.reshape(at_rest[0] + moved("buoy_position"), (-1, 3))
+            turns = np.reshape(moved("buoy_rotation"), (-1, 3))
+            for center, q4, turn in zip(centers, np.reshape(at_rest[1], (-1, 4)), turns, strict=True):
+                self.hulls.append(_outline(scene, center, rotation_vector(turn) @ rotation_of(q4)))
+
+    def curves(self, view):
+        """Lines and outlines as they are seen along a horizontal direction, (n, 2) each."""
+        lines = [np.column_stack([nodes @ view, nodes[:, 2]]) for nodes in self.nodes or []]
+        return lines + [outline(view) for outline in self.hulls]
+
+    def draw(self, axes, view, label, **style):
+        for curve in self.curves(view):
+            axes.plot(*curve.T, label=label, **style)
+            label = None
+
+
+def rotation_vector(turn) -> np.ndarray:
+    """Rotation matrix of a rotation vector [rad]."""
+    angle = np.linalg.norm(turn)
+    half = turn / angle * np.sin(angle / 2) if angle else np.zeros(3)
+    return rotation_of([np.cos(angle / 2), *half])
+
+
+def _outline(scene, center, R):
+    """view -> the silhouette of a buoy's hull, or its axis if it has none."""
+    buoy = scene.buoy
+    shape = HullShape(tuple(buoy.hull)) if buoy.hull else None
+    height = mass_properties(buoy, shape).height
+    stations = np.array(buoy.hull) if shape else np.array([[buoy.mooring_height, 0.0], [height, 0.0]])
+    axis = R[:, 2]
+
+    def seen(view):
+        aside = view - (view @ axis) * axis
+        aside /= np.linalg.norm(aside) or 1.0
+        middle = center + (stations[:, :1] - height) * axis
+        sides = [middle + sign * stations[:, 1:] / 2 * aside for sign in (1, -1)]
+        points = np.concatenate([sides[0], sides[1][::-1], sides[0][:1]])
+        return np.column_stack([points @ view, points[:, 2]])
+
+    return seen
+
+
+def draw_modes(folder, dataset, scene, paraview=True, direction_deg=0.0) -> list[Path]:
+    """Figure of each mode in folder/figures, and an animated period in folder/paraview; returns the files."""
+    folder, written = Path(folder), []
+    for number in dataset.mode.values.tolist():
+        name = folder / "figures" / f"mode_{number:02d}"
+        enlist(folder, files_of(name), "modes")
+        name.parent.mkdir(exist_ok=True)
+        written += save(mode_shape(dataset, number, scene, direction_deg), name)
+        if paraview:
+            written += _animate(folder, dataset, number, scene)
+    return written
+
+
+def _animate(folder, dataset, number, scene):
+    """A period of the mode as meshes of cable and hull, over a time of one period, or of 1 s for what has none."""
+    mode, written = dataset.isel(mode=number - 1), []
+    period = mode.period.item() if np.isfinite(mode.period.item()) else 1.0
+    record = _as_a_run(dataset, mode, _factor(dataset, mode), period)
+    for kind, make in (("cable", cable_meshes), ("hull", hull_meshes)):
+        of_instant = make(record, scene)
+        if of_instant is not None:
+            meshes = [of_instant(i, t) for i, t in enumerate(record.time.values)]
+            target = folder / "paraview" / f"mode_{number:02d}_{kind}"
+            written += write_series(target, record.time.values, meshes, lambda files: enlist(folder, files, "modes"))
+    return written
+
+
+def _as_a_run(dataset, mode, factor, period):
+    """A record of a run in which the system does nothing but this."""
+    import xarray as xr
+
+    times = period * np.arange(PHASES) / PHASES
+    z = factor * np.exp(2j * np.pi * np.arange(PHASES) / PHASES)
+
+    def moved(name):
+        real, imaginary = mode[name].values
+        shape = (-1, *[1] * real.ndim)
+        return z.real.reshape(shape) * real - z.imag.reshape(shape) * imaginary
+
+    data = {"time": ("time", times)}
+    if "cable_position" in mode:
+        data["frame"] = ("frame", times)
+        data["cable_position"] = (
+            ("frame", "node", "xyz"),
+            dataset.rest_cable_position.values + moved("cable_position"),
+        )
+        data["cable_tension"] = (("frame", "cell"), moved("cable_tension"))
+        data["s"] = ("node", dataset.s.values)
+    if "buoy_position" in mode and mode.buoy_position.ndim == 2:
+        q4 = dataset.rest_buoy_orientation.values
+        turned = [_turned(q4, turn) for turn in moved("buoy_rotation")]
+        data["buoy_position"] = (("time", "xyz"), dataset.rest_buoy_position.values + moved("buoy_position"))
+        data["buoy_orientation"] = (("time", "quaternion"), np.array(turned))
+    return xr.Dataset(data)
+
+
+def _turned(q4, turn):
+    """A unit quaternion after a rotation vector in the world frame."""
+    angle = np.linalg.norm(turn)
+    w, v = np.cos(angle / 2), (np.sin(angle / 2) / angle if angle else 0.0) * turn
+    return np.concatenate([[w * q4[0] - v @ q4[1:]], w * q4[1:] + q4[0] * v + np.cross(v, q4[1:])])

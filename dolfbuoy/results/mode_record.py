@@ -1,0 +1,124 @@
+"""Natural modes as a dataset, modes.nc: eigenvalues, names, and shapes named as the frames of a run."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .observe import Observer, attributes
+from .record import FIXED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PARTS = ("real", "imaginary")
+#: What is said of a mode of each kind, where a period would stand.
+KINDS = {
+    "oscillates": "",
+    "creeps": "overdamped: creeps back",
+    "drifts": "nothing holds it",
+    "leaves": "unstable: leaves",
+    "grows": "unstable: grows",
+}
+UNITS = {
+    "eigenvalue": ("1/s", "lambda of x exp(lambda t)"),
+    "omega": ("rad s-1", "|lambda|"),
+    "period": ("s", "2 pi/|lambda| of what oscillates"),
+    "damping_ratio": ("1", "-Re(lambda)/|lambda|"),
+    "residual": ("1", "backward error of the eigenpair"),
+    "name": ("", "what moves, by its share of the kinetic energy"),
+    "kind": ("", "oscillates, creeps (overdamped), drifts (lambda = 0), leaves or grows (unstable)"),
+    "cable_position": ("m", "displacement of the cable's nodes, in order from the anchor"),
+    "cable_tension": ("N", "change of the mean tension of each element, in order from the anchor"),
+    "buoy_position": ("m", "displacement of the buoy's centre of mass"),
+    "buoy_rotation": ("rad", "rotation vector of the buoy"),
+    "rest_cable_position": ("m", "position of the cable's nodes at rest"),
+    "rest_buoy_position": ("m", "position of the buoy's centre of mass at rest"),
+    "rest_buoy_orientation": ("1", "orientation of the buoy at rest, q_4 = (q0, q), body to world"),
+    "s": ("m", "unstretched arc length of the nodes"),
+    "s_cell": ("m", "unstretched arc length of the middle of each element"),
+}
+
+
+def dataset_of_modes(found, modes) -> "xr.Dataset":
+    """The modes of a linearised scene (`linear.natural`), complete on rank 0.  Collective.
+
+    A shape is the real part of x exp(lambda t) at t = 0 and, as imaginary part, minus that a quarter period later; its
+    largest displacement is 1 m, or the largest turn 1 rad.
+    """
+    import xarray as xr
+
+    data = _numbers(modes) | _lines(found, modes) | _bodies(found.bodies, modes)
+    labels = {"mode": np.arange(1, len(modes) + 1), "part": list(PARTS), "xyz": list("xyz")}
+    labels["quaternion"] = ["q0", "q1", "q2", "q3"]
+    if len(found.bodies) > 1:
+        labels["buoy"] = [body.name for body in found.bodies]
+    made = {name: (dims, values, _said(name)) for name, (dims, values) in data.items()}
+    used = {dim for dims, *_ in made.values() for dim in dims}
+    coordinates = {name: values for name, values in labels.items() if name in used}
+    return xr.Dataset(made, coordinates, attributes(found.problem)).set_coords([n for n in FIXED if n in made])
+
+
+def _said(name):
+    unit, long_name = UNITS.get(name, ("", name))
+    return {"units": unit, "long_name": long_name} if unit else {"long_name": long_name}
+
+
+def _parts(values):
+    """(mode, part, ...) of complex (mode, ...)."""
+    return np.stack([np.real(values), np.imag(values)], axis=1)
+
+
+def _numbers(modes):
+    roots = np.array([mode.root for mode in modes], dtype=complex)
+    found = {"eigenvalue": (("mode", "part"), _parts(roots))}
+    for name in ("omega", "period", "damping_ratio", "residual"):
+        found[name] = (("mode",), np.array([getattr(mode, name) for mode in modes], dtype=float))
+    for name in ("name", "kind"):
+        found[name] = (("mode",), np.array([getattr(mode, name) for mode in modes], dtype=object))
+    shares = list(dict.fromkeys(name for mode in modes for name in mode.shares))
+    for name in shares:
+        key = f"share_{name.replace(' ', '_')}"
+        found[key] = (("mode",), np.array([mode.shares[name] for mode in modes]))
+    return found
+
+
+def _lines(found, modes):
+    """Displacements and tensions of the lines' nodes and elements, by the Observer that records frames."""
+    problem = found.problem
+    if problem.lines is None:
+        return {}
+    observer, numbering = Observer(problem), problem.system.numbering
+    fixed, frames = observer.fixed(), []
+    shapes = [part for mode in modes for part in (mode.vector.real, mode.vector.imag)]
+    for values in [found.u, *(_local(numbering, shape) for shape in shapes)]:
+        problem.system.u[:] = values
+        frames.append(observer.frame())
+    problem.system.u[:] = found.u
+    if problem.comm.rank != 0:
+        return {}
+    made = {name: (FIXED[name][0], values) for name, values in fixed.items() if name in FIXED}
+    made["rest_cable_position"] = (("node", "xyz"), frames[0]["cable_position"])
+    for name, dims in (("cable_position", ("node", "xyz")), ("cable_tension", ("cell",))):
+        values = np.array([frame[name] for frame in frames[1:]])
+        made[name] = (("mode", "part", *dims), values.reshape(len(modes), 2, *values.shape[1:]))
+    return made
+
+
+def _local(numbering, values):
+    """Values of all unknowns among those of this rank; 0 of what is given."""
+    index = numbering.global_index
+    return np.where(index >= 0, values[index], 0.0)
+
+
+def _bodies(bodies, modes):
+    if not bodies:
+        return {}
+    motions = np.array([[body.motion(mode.vector) for body in bodies] for mode in modes])
+    several = ("buoy",) if len(bodies) > 1 else ()
+    pick = (lambda x, axis: x) if several else (lambda x, axis: np.take(x, 0, axis))
+    return {
+        "buoy_position": (("mode", "part", *several, "xyz"), pick(_parts(motions[..., :3]), 2)),
+        "buoy_rotation": (("mode", "part", *several, "xyz"), pick(_parts(motions[..., 3:]), 2)),
+        "rest_buoy_position": ((*several, "xyz"), pick(np.array([body.position for body in bodies]), 0)),
+        "rest_buoy_orientation": ((*several, "quaternion"), pick(np.array([b.orientation for b in bodies]), 0)),
+    }

@@ -1,0 +1,69 @@
+"""Figure of offset curves: offset and top tension over the load, and where C goes, from above."""
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from .style import COLORS, PAGE, STYLE, legend_below, new_figure
+from .tables import force_unit
+
+#: How states that are no good are marked.
+MARKS = {"slack": ("x", "line slack"), "under": ("v", "buoy under water")}
+
+
+def offset_curves(dataset, anchor=None) -> Figure:
+    """Offset along the load and top tension over its size, and the watch circles; slack and drowned states are marked.
+
+    anchor: (x, y) of a mark in the plan view [m].
+    """
+    load = dataset.slack.dims[1]
+    sizes, directions = dataset[load].values, dataset.direction.values
+    unit, factor = force_unit(sizes) if load == "force" else ("m/s", 1.0)
+    title = f"{'force' if load == 'force' else 'current at the surface'} [{unit}]"
+    with matplotlib.rc_context(STYLE):
+        figure = new_figure(PAGE, 3.1)
+        left, middle, right = figure.subplots(1, 3)
+        colours = matplotlib.colormaps["plasma"](np.linspace(0, 0.9, len(directions)))
+        tension, scale = force_unit(dataset.tension_top.values)
+        for i, colour in enumerate(colours):
+            one = dataset.isel(direction=i)
+            _curve(left, factor * sizes, one.offset_along.values, one, colour)
+            _curve(middle, factor * sizes, scale * one.tension_top.values, one, colour)
+        left.set(xlabel=title, ylabel="offset of C along the load [m]")
+        middle.set(xlabel=title, ylabel=f"tension at the upper end [{tension}]")
+        _plan(right, dataset, sizes, directions, colours, anchor)
+        handles = _legend(dataset, directions, colours)
+        legend_below(figure, 0.25, len(handles), handles)
+    return figure
+
+
+def _curve(axes, x, y, one, colour):
+    axes.plot(x, y, ".-", color=colour, ms=3)
+    for name, (mark, _) in MARKS.items():
+        bad = one[name].values.astype(bool)
+        axes.plot(x[bad], y[bad], mark, color=COLORS["red"], ms=5, ls="none")
+
+
+def _plan(axes, dataset, sizes, directions, colours, anchor):
+    x, y = (dataset.buoy_position.sel(xyz=name).values for name in "xy")
+    whole = len(directions) > 2 and np.ptp(np.diff([*directions, directions[0] + 360])) < 1e-6
+    for j in range(len(sizes)):
+        ring = [*range(len(directions)), *([0] if whole else [])]
+        axes.plot(x[ring, j], y[ring, j], color="#bbbbbb", lw=0.6)
+    for i, colour in enumerate(colours):
+        axes.plot(x[i], y[i], ".-", color=colour, ms=3)
+    if anchor is not None:
+        axes.plot(*anchor, "s", color=COLORS["ink"], ms=4)
+    axes.set(xlabel="x [m]", ylabel="y [m]")
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def _legend(dataset, directions, colours):
+    """Some of the directions, and the marks that there are."""
+    shown = range(0, len(directions), -(-len(directions) // 4))
+    found = [Line2D([], [], color=colours[i], marker=".", label=f"towards {directions[i]:g}°") for i in shown]
+    for name, (mark, words) in MARKS.items():
+        if dataset[name].values.any():
+            found.append(Line2D([], [], color=COLORS["red"], marker=mark, ls="none", label=words))
+    return found

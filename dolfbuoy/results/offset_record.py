@@ -1,0 +1,114 @@
+"""Offset curves as a dataset, offsets.nc: what is recorded of an equilibrium, over directions and sizes of a load."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..model.feasible import shape_and_mass
+from .observe import Observer, attributes
+from .record import dataset_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: A line with less tension than this part of the forces of its scene is slack; a buoy with less than this part of its
+#: volume above the water is under it.
+LEAST_TENSION, LEAST_FREEBOARD = 1e-4, 1e-6
+UNITS = {
+    "force": ("N", "horizontal force, added to the scene's"),
+    "current": ("m s-1", "speed of the current at the surface"),
+}
+TOWARDS = ("degree", "direction of the load, from x towards y")
+SAID = {
+    "found": ("1", "whether there is an equilibrium"),
+    "slack": ("1", "whether some of the line is slack"),
+    "under": ("1", "whether the buoy is drawn under the water"),
+    "smallest_tension": ("N", "smallest mean tension of an element"),
+    "offset": ("m", "horizontal distance of C from its place at rest in the scene as it is"),
+    "offset_along": ("m", "the part of it along the load"),
+}
+
+
+class Rows:
+    """Collects equilibria (`statics.offsets.Rest`) one after the other; collective."""
+
+    def __init__(self, load):
+        self.load, self._observer, self._rows, self.attributes = load, None, [], {}
+
+    def add(self, rest):
+        """One more; its Problem may change afterwards."""
+        row = {"found": rest.problem is not None, "slack": False, "under": False}
+        if rest.problem is not None:
+            row |= self._values(rest.problem)
+        self._rows.append((rest.direction, rest.size, row))
+
+    def _values(self, problem):
+        if self._observer is None or self._observer.problem is not problem:
+            self._observer, self.attributes = Observer(problem), attributes(problem)
+        smallest = problem.smallest_tension()
+        values = self._observer.values(problem.end_forces())
+        slack = smallest <= LEAST_TENSION * problem.typical_force
+        return values | {"smallest_tension": smallest, "slack": slack, "under": _is_under(problem.scene, values)}
+
+    def dataset(self, at_rest) -> "xr.Dataset":
+        """All of them on rank 0; at_rest: r_C without the load [m], or None."""
+        import xarray as xr
+
+        shapes = {name: np.shape(value) for _, _, row in self._rows for name, value in row.items()}
+        directions = list(dict.fromkeys(direction for direction, _, _ in self._rows))
+        sizes = list(dict.fromkeys(size for _, size, _ in self._rows))
+        data = {}
+        for name, shape in shapes.items():
+            values = [row.get(name, np.full(shape, np.nan)) for _, _, row in self._rows]
+            data[name] = np.reshape(values, (len(directions), len(sizes), *shape))
+        described = dataset_of({n: np.zeros(s) for n, s in shapes.items() if n not in SAID}, {}, self.attributes)
+        variables = {n: (("direction", self.load, *described[n].dims), data[n], described[n].attrs) for n in described}
+        for name in (n for n in SAID if n in data):
+            variables[name] = (("direction", self.load), data[name], _attributes(SAID[name]))
+        made = xr.Dataset(variables, attrs=self.attributes)
+        made = made.assign_coords({k: described[k] for k in described.coords})
+        made["direction"] = (
+            "direction",
+            directions,
+            _attributes(TOWARDS),
+        )
+        made[self.load] = (self.load, sizes, _attributes(UNITS[self.load]))
+        return _with_offsets(made, at_rest) if "buoy_position" in made and at_rest is not None else made
+
+
+def _attributes(said):
+    return {"units": said[0], "long_name": said[1]}
+
+
+def _is_under(scene, values):
+    if scene.sea is None or "displaced_mass" not in values:
+        return False
+    volume = shape_and_mass(scene)[0].volume()
+    return bool(values["displaced_mass"] >= (1 - LEAST_FREEBOARD) * scene.sea.density * volume)
+
+
+def _with_offsets(made, at_rest):
+    dx, dims = made.buoy_position.values - at_rest, made.buoy_position.dims[:-1]
+    angle = np.radians(made.direction.values).reshape(-1, *[1] * (len(dims) - 1))
+    made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), _attributes(SAID["offset"]))
+    along = dx[..., 0] * np.cos(angle) + dx[..., 1] * np.sin(angle)
+    made["offset_along"] = (dims, along, _attributes(SAID["offset_along"]))
+    return made
+
+
+def sentences(dataset) -> list[str]:
+    """What is not as it should be, a line for each kind and direction."""
+    load, found = dataset.slack.dims[1], []
+    unit = UNITS[load][0].replace(" s-1", "/s")
+    for direction in dataset.direction.values:
+        one = dataset.sel(direction=direction)
+        for bad, words in (
+            (one.slack.values, "some of the line is slack"),
+            (one.under.values, "the buoy is drawn under the water"),
+            (~one.found.values.astype(bool), "no equilibrium was found"),
+        ):
+            sizes = one[load].values[np.asarray(bad, dtype=bool)]
+            if len(sizes):
+                reach = f"{sizes[0]:g}" if len(sizes) == 1 else f"{sizes[0]:g} to {sizes[-1]:g}"
+                found.append(f"Towards {direction:g} degrees, at {reach} {unit}: {words}.")
+    return found

@@ -1,0 +1,197 @@
+"""The quadratic eigenvalue problem (K + lambda E + lambda^2 M) x = 0 of sparse rows, with SLEPc.
+
+K may be singular, for what nothing holds has lambda = 0: about a shift of 0 a solver then "converges" to pairs that are
+none, and says nothing.  So the shift is real and negative.  Before that rows and columns are equilibrated, and time is
+counted in units of the shift, so that it is -1.  SLEPc's real numbers know no complex shift, and need none: the lowest
+modes lie about a small one.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+from scipy.linalg import eig
+from scipy.sparse import csr_matrix, diags
+
+from ..errors import SolveError
+
+#: Backward error that every pair has to have, normwise, in equilibrated rows and columns.
+RESIDUAL = 1e-8
+#: An eigenvalue below this part of the shift is zero: rounding splits a double zero to about sqrt(1e-16) of it.
+ZERO = 1e-5
+#: The shift is moved until it is this part of the smallest eigenvalue that is not zero, or between these parts.
+PART, PARTS = 0.2, (0.02, 2.0)
+#: Relative accuracy of an eigenvalue that is computed with all the others.
+ACCURACY = 1e-6
+#: Size of the companion form up to which all its eigenvalues are computed at once.
+DENSE = 240
+
+
+class Pairs(NamedTuple):
+    """roots (m,) with Im >= 0, by rising |lambda|; vectors (unknowns, m); residuals (m,); zero (m,): which are 0.
+
+    problem: whose they are.
+    """
+
+    roots: np.ndarray
+    vectors: np.ndarray
+    residuals: np.ndarray
+    zero: np.ndarray
+    problem: "Quadratic"
+
+    def residuals_at_zero(self, vectors):
+        """Backward errors of vectors (unknowns, k) with lambda = 0."""
+        return self.problem.residuals(np.zeros(vectors.shape[1]), vectors / self.problem.columns[:, None])
+
+
+class Quadratic:
+    """K, E and M in equilibrium at the shift -speed: scipy's matrices (rows of this rank, all unknowns)."""
+
+    def __init__(self, comm, K, E, M, speed):
+        self.comm, self.speed = comm, speed
+        self.rows, self.columns = _equilibrated(comm, abs(K) + speed * abs(E) + speed**2 * abs(M))
+        left, right = diags(self.rows), diags(self.columns)
+        self.K, self.E, self.M = (left @ A @ right for A in (K, speed * E, speed**2 * M))
+        self.norms = [np.sqrt(comm.allreduce(float(abs(A).power(2).sum()))) for A in (self.K, self.E, self.M)]
+
+    def pairs(self, count):
+        """Eigenvalues next to -1, `count` or more, their vectors, and the distance up to which none is missing."""
+        size = 2 * self.K.shape[1]
+        if size <= max(DENSE, 4 * count):
+            return *self._all_pairs(), np.inf
+        roots, vectors = self._nearest_pairs(count)
+        return roots, vectors, np.abs(roots + 1).max()
+
+    def _all_pairs(self):
+        """Of mu = 1/(lambda + 1) of the companion form in (x, lambda x).
+
+        Infinite eigenvalues have mu = 0; rounding makes them large ones, since with constraints they are defective, of
+        index 3.  Such a mu moves by more than itself with the rounding of the matrix, and that tells them.  (A double
+        zero is defective too, and moves by the root of the rounding only.)
+        """
+        K, E, M = (self._whole(A) for A in (self.K, self.E, self.M))
+        n = len(K)
+        first = -np.linalg.solve(K - E + M, np.hstack([E - M, M]))
+        inverse = np.vstack([first, np.hstack([np.eye(n), np.zeros((n, n))]) - first])
+        mu, left, right = eig(inverse, left=True, right=True)
+        cosines = np.abs((left.conj() * right).sum(axis=0))  # both have unit length
+        uncertain = np.finfo(float).eps * np.linalg.norm(inverse) / np.maximum(cosines, 1e-300)
+        known = (uncertain < ACCURACY * np.abs(mu)) | (np.abs(mu - 1) < ZERO)
+        return 1 / mu[known] - 1, right[:n, known]
+
+    def _whole(self, A):
+        return np.vstack(self.comm.allgather(A.toarray()))
+
+    def _nearest_pairs(self, count):
+        from slepc4py import SLEPc
+
+        matrices = [self._petsc(A) for A in (self.K, self.E, self.M)]
+        solver = SLEPc.PEP().create(self.comm)
+        try:
+            solver.setOperators(matrices)
+            solver.setProblemType(SLEPc.PEP.ProblemType.GENERAL)
+            solver.setType(SLEPc.PEP.Type.TOAR)
+            solver.setTarget(-1.0)
+            solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
+            solver.setDimensions(count)
+            solver.setTolerances(1e-12, 500)
+            self._invert(solver.getST(), SLEPc)
+            solver.solve()
+            return self._read(solver, matrices[0])
+        except PETSc.Error as error:
+            raise SolveError(f"the modes were not found: SLEPc's error {error.ierr}.") from None
+        finally:
+            for item in (solver, *matrices):
+                item.destroy()
+
+    @staticmethod
+    def _invert(transformation, SLEPc):
+        transformation.setType(SLEPc.ST.Type.SINVERT)
+        ksp = transformation.getKSP()
+        ksp.setType("preonly")
+        ksp.getPC().setType("lu")
+        ksp.getPC().setFactorSolverType("mumps")
+
+    def _petsc(self, A):
+        A = csr_matrix(A)
+        A.sort_indices()
+        n, N = A.shape
+        pattern = A.indptr.astype(PETSc.IntType), A.indices.astype(PETSc.IntType), A.data
+        made = PETSc.Mat().createAIJ(((n, N), (n, N)), csr=pattern, comm=self.comm)
+        made.assemble()
+        return made
+
+    def _read(self, solver, A):
+        roots, vectors, (real, imaginary) = [], [], (A.createVecRight(), A.createVecRight())
+        for i in range(solver.getConverged()):
+            roots.append(solver.getEigenpair(i, real, imaginary))
+            parts = [np.concatenate(self.comm.allgather(v.array_r.copy())) for v in (real, imaginary)]
+            vectors.append(parts[0] + 1j * parts[1])
+        real.destroy()
+        imaginary.destroy()
+        if not roots:
+            raise SolveError("the modes were not found: SLEPc's solver did not converge.")
+        return np.array(roots), np.array(vectors).T
+
+    def residuals(self, roots, vectors):
+        """Backward errors |(K + lambda E + lambda^2 M) x| over the sum of the terms' norms times |x|."""
+        r = self.K @ vectors + (self.E @ vectors) * roots + (self.M @ vectors) * roots**2
+        squares = self.comm.allreduce((np.abs(r) ** 2).sum(axis=0))
+        sizes = self.norms[0] + np.abs(roots) * self.norms[1] + np.abs(roots) ** 2 * self.norms[2]
+        return np.sqrt(squares) / (sizes * np.linalg.norm(vectors, axis=0))
+
+
+def lowest_pairs(comm, K, E, M, count) -> Pairs:
+    """The `count` eigenvalues of smallest |lambda|, or all that are finite; K, E, M: this rank's rows.
+
+    Collective; the same on all ranks.  Of a pair of conjugates the one with Im > 0 stands for both.  Raises SolveError
+    if the solver fails, or for a pair whose residual is above RESIDUAL.
+    """
+    problem = _about_the_lowest(comm, K, E, M)
+    roots, vectors = _lowest(problem, count)
+    residuals = problem.residuals(roots, vectors)
+    if residuals.max(initial=0.0) > RESIDUAL:
+        raise SolveError(f"a mode was found with a residual of {residuals.max():.2g}, above {RESIDUAL:g}.")
+    return Pairs(problem.speed * roots, problem.columns[:, None] * vectors, residuals, np.abs(roots) < ZERO, problem)
+
+
+def _about_the_lowest(comm, K, E, M):
+    """The problem with a shift of the size of the smallest eigenvalue that is not zero."""
+    speed = 1.0
+    for _ in range(8):
+        problem = Quadratic(comm, K, E, M, speed)
+        sizes = np.abs(problem.pairs(6)[0])
+        lowest = sizes[sizes > ZERO].min(initial=np.inf)
+        if PARTS[0] <= 1 / lowest <= PARTS[1] or lowest == np.inf:
+            break
+        speed *= PART * lowest
+    return problem
+
+
+def _lowest(problem, count):
+    """Roots and vectors by rising |lambda|, none left out: what is within a distance of -1 is within one less of 0."""
+    wanted = 2 * count + 8
+    while True:
+        roots, vectors, distance = problem.pairs(wanted)
+        chosen = np.flatnonzero((roots.imag >= 0) & (np.abs(roots) <= distance - 1))
+        if len(chosen) >= count or distance == np.inf:
+            break
+        wanted *= 2
+    chosen = chosen[np.argsort(np.abs(roots[chosen]), kind="stable")][:count]
+    return roots[chosen], vectors[:, chosen]
+
+
+def _equilibrated(comm, A, sweeps=8):
+    """Factors of rows and columns that bring the largest entry of each near 1 (Ruiz)."""
+    A = csr_matrix(A)
+    rows, columns = np.ones(A.shape[0]), np.ones(A.shape[1])
+    for _ in range(sweeps):
+        scaled = (diags(rows) @ A @ diags(columns)).tocoo()
+        in_row, in_column = np.zeros(len(rows)), np.zeros(len(columns))
+        np.maximum.at(in_row, scaled.row, scaled.data)
+        np.maximum.at(in_column, scaled.col, scaled.data)
+        comm.Allreduce(MPI.IN_PLACE, in_column, MPI.MAX)
+        rows /= np.sqrt(np.where(in_row > 0, in_row, 1.0))
+        columns /= np.sqrt(np.where(in_column > 0, in_column, 1.0))
+    return rows, columns

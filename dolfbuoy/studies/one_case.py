@@ -1,0 +1,127 @@
+"""One case of a sweep: run, with a checkpoint if it takes long, and reduced to what is kept of it."""
+
+import json
+import math
+import shutil
+import time as clock
+from pathlib import Path
+
+import xarray as xr
+from mpi4py import MPI
+
+from ..errors import InputError
+from ..motion.simulation import Simulation
+from ..parallel import interruption
+from ..parallel.cases import key
+from ..results import checkpoint
+from ..results import folder as folders
+from ..results.record import read
+from ..results.recorder import Recorder
+from ..results.sample import sample_of
+from ..results.statistics import statistics
+from ..scene import build_scene
+
+#: Bins of the peaks and ranges that are kept of a case.
+BINS = 64
+
+
+def evaluate(case: dict, running: str | None = None, deadline: float = math.inf) -> dict:
+    """Run one case on this rank alone; a case that fails is a result too, with its reason.
+
+    running: folder in which the case can be taken up again.  deadline: of time.time(); behind it the case is
+    stopped.  Raises interruption.TimeUp then, KeyboardInterrupt when it is interrupted.
+    """
+    begin = clock.monotonic()
+    try:
+        scene = build_scene(json.loads(case["scene"]), case["changes"])
+        record = run(scene, running and Path(running) / key(case), deadline)
+        found = {"status": "done", "statistics": statistics(record), "sample": _sample(record, scene)}
+    except Exception as error:  # whatever it is, the others go on
+        found = failed(error)
+    return found | {"seconds": clock.monotonic() - begin}
+
+
+def failed(error: Exception) -> dict:
+    """The result of a case that failed."""
+    return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
+
+
+def _sample(record, scene):
+    """With seven digits of its peaks and ranges; None for a run that ends in its ramp."""
+    try:
+        sample = sample_of(record, scene, bins=BINS)
+    except InputError:
+        return None
+    for kept in ("peaks", "cycles"):
+        sample[kept] = {name: [[float(f"{x:.7g}") for x in v] for v in pair] for name, pair in sample[kept].items()}
+    return sample
+
+
+def run(scene, folder: Path | None = None, deadline: float = math.inf) -> xr.Dataset:
+    """The series of a run on this rank alone, from its checkpoint if one is in the folder, which is removed at the end.
+
+    When it is interrupted between two steps, or the deadline is over, it leaves a checkpoint.
+    """
+    if clock.time() > deadline:
+        raise interruption.TimeUp
+    point = _taken_up(folder)
+    if point is None:
+        _remove(folder)
+    simulation = Simulation(scene, MPI.COMM_SELF, state=point and point.states[0])
+    try:
+        recorder = _CaseRecorder(simulation, folder, point)
+        with interruption.held():
+            for step, iterations in simulation.run():
+                recorder.add(step, iterations)
+                if interruption.received() or clock.time() > deadline:
+                    recorder.save()
+                    raise KeyboardInterrupt if interruption.received() else interruption.TimeUp
+        record = recorder.finished()
+    except Exception:
+        _remove(folder)
+        raise
+    finally:
+        simulation.problem.destroy()
+    _remove(folder)
+    return record
+
+
+def _taken_up(folder):
+    """The checkpoint in a folder; None if there is none that can be read."""
+    if folder is None or not (folder / checkpoint.NAME).is_file():
+        return None
+    try:
+        point = checkpoint.load(folder, 1)
+        folders.go_on(folder, point.scene)
+        return point
+    except InputError:
+        return None
+
+
+def _remove(folder):
+    if folder is not None:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+class _CaseRecorder(Recorder):
+    """Writes nothing of a case that takes no longer than a pause, and nothing at all without a folder."""
+
+    def __init__(self, simulation, folder, point):
+        super().__init__(simulation, folder or Path(), point, late=True)
+        self._somewhere = folder is not None
+
+    def save(self):
+        if not self._somewhere:
+            self._next_save = math.inf
+            return
+        if not self.folder.is_dir():
+            self.folder.mkdir(parents=True)
+            folders.begin(self.folder, "run", self.simulation.scene)
+        super().save()
+
+    def finished(self):
+        """The record of the whole run."""
+        if self.record.counts["time"] == 0:
+            return self.record.series()
+        self.close()
+        return read(self.folder / "results.nc")

@@ -1,0 +1,78 @@
+"""The sea bed, a plane n . x = d: a spring with a damper that fades in, and friction that remembers where it holds.
+
+Per unstretched metre of a line, or of a body as a whole, with the gap g = n . r - d and <-g> = max(-g, 0):
+
+    p   = max(k <-g> - c min(<-g>/delta, 1) n . r_t, 0)
+    f_t = -k_t u min(1, mu p/(k_t |u|)),     u = (I - n n)(r - r_a)
+
+delta is the sag under its own weight.  A damper that is there at once on contact makes Newton fail; this one grows with
+the penetration.  Friction is a spring from the place r_a where the line holds on, which slides when the spring pulls
+more than mu p: at the end of each step r_a := r - u min(1, mu p/(k_t |u|)).  At rest it holds for ever.
+"""
+
+from typing import NamedTuple
+
+from ufl import dot, max_value, min_value, sqrt
+
+from .kinds import Expr, Scalar
+
+#: Length below which |u| is rounded off [m]: the spring is linear there anyway.
+SMOOTHING_LENGTH = 1e-9
+
+
+class Contact(NamedTuple):
+    """A point on or over the bed, and what it presses with: per metre of a line, or of a body."""
+
+    normal: Expr  #: n, upwards
+    gap: Expr  #: g [m]
+    stiffness: Scalar  #: k [N/m]
+    damping: Scalar  #: c [N s/m]
+    sag: Scalar  #: delta [m]
+    speed: Expr | None = None  #: n . r_t [m/s]; None in statics
+    stick: Scalar | None = None  #: k_t [N/m]; None without friction
+    displacement: Expr | None = None  #: r - r_a [m]
+
+    @property
+    def penetration(self) -> Expr:
+        """<-g> [m]."""
+        return max_value(-self.gap, 0.0)
+
+
+def gap(normal: Expr, level: Scalar, x: Expr) -> Expr:
+    """g = n . x - d [m]."""
+    return dot(normal, x) - level
+
+
+def pressure(contact: Contact) -> Expr:
+    """p [N]: never negative, the bed does not hold back."""
+    spring = contact.stiffness * contact.penetration
+    if contact.speed is None:
+        return spring
+    faded = contact.damping * min_value(contact.penetration / contact.sag, 1.0)
+    return max_value(spring - faded * contact.speed, 0.0)
+
+
+def support(_: None, contact: Contact) -> Expr:
+    """p n [N]."""
+    return pressure(contact) * contact.normal
+
+
+def friction(mu: Scalar, contact: Contact) -> Expr:
+    """f_t [N]."""
+    n, d = contact.normal, contact.displacement
+    u = d - dot(n, d) * n
+    size = sqrt(dot(u, u) + SMOOTHING_LENGTH**2)
+    return -min_value(contact.stick, mu * pressure(contact) / size) * u
+
+
+# -- energy ------------------------------------------------------------------------------------------------------------
+
+
+def spring_energy(contact: Contact) -> Expr:
+    """1/2 k <-g>^2 [J]."""
+    return 0.5 * contact.stiffness * contact.penetration**2
+
+
+def damping_power(contact: Contact) -> Expr:
+    """(p - k <-g>) n . r_t [W], never positive."""
+    return (pressure(contact) - contact.stiffness * contact.penetration) * contact.speed

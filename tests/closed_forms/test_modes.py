@@ -1,0 +1,146 @@
+"""Natural modes: strings, chains, rods, hanging bodies, catenaries, Irvine's theory; names, kinds, refusals.
+
+Source: closed forms and exact linearised catenaries of tests/reference (mpmath, Galerkin and shooting).
+"""
+
+import math
+
+import numpy as np
+import pytest
+from helpers import rates, reference
+from mpi4py import MPI
+
+from dolfbuoy import load_scene
+from dolfbuoy.linear.linearisation import linearise
+from dolfbuoy.linear.natural import lowest_modes
+from dolfbuoy.solver.quadratic import Quadratic
+from dolfbuoy.statics import catenary
+
+CASES = reference("modes")
+HIGH = {"position_degree": 4, "tension_degree": 3}
+
+
+def modes_of(scene, number=10):
+    found = linearise(load_scene(scene), MPI.COMM_SELF)
+    try:
+        modes = lowest_modes(found, number)
+    finally:
+        found.destroy()
+    assert max(mode.residual for mode in modes) < 1e-8
+    return modes
+
+
+def omegas(modes, *words):
+    """Of the modes whose name has one of these words in it."""
+    return [mode.omega for mode in modes if any(word in mode.name for word in words)]
+
+
+def taut(line_density, T, EA, length, elements=8, **cable):
+    """A string without weight between two points, stretched to the tension T."""
+    top = {"kind": "fixed", "position": [length * (1 + T / EA), 0.0, 0.0]}
+    body = {"line_density": line_density, "length": length, "axial_stiffness": EA, "elements": elements, "top": top}
+    return {"gravity": 0.0, "cable": body | HIGH | cable}
+
+
+def test_string():
+    """Every transverse frequency twice, longitudinal ones apart; names count the half waves."""
+    case, exact = CASES["string_dry"]["input"], CASES["string_dry"]["expected"]["omega"]
+    modes = modes_of(taut(case["rho0"], case["T"], case["EA"], case["L"], elements=6), 9)
+    transverse, axial = omegas(modes, "plane")[:6], omegas(modes, "axial")
+    np.testing.assert_allclose(transverse, np.repeat(exact["transverse"], 2), rtol=1e-6)
+    np.testing.assert_allclose(axial, exact["longitudinal"][: len(axial)], rtol=1e-6)
+    for n in (1, 2, 3):
+        assert {f"cable in plane {n}", f"cable out of plane {n}"} <= {mode.name for mode in modes}
+    assert all(mode.kind == "oscillates" and abs(mode.damping_ratio) < 1e-9 for mode in modes)
+
+
+def test_kelvin_voigt():
+    """lambda of the longitudinal modes of a damped string, far above the others: with a shift of their size."""
+    case, exact = CASES["kelvin_voigt"]["input"], CASES["kelvin_voigt"]["expected"]["lambda"]
+    string = taut(case["rho0"], case["T"], case["EA"], case["L"], damping=case["c"], elements=6)
+    found = linearise(load_scene(string), MPI.COMM_SELF)
+    problem = Quadratic(MPI.COMM_SELF, found.K, found.E, found.M, 400.0)
+    found.destroy()
+    roots, vectors, _ = problem.pairs(len(found.K.indptr))
+    assert problem.residuals(roots, vectors).max() < 1e-8
+    for real, imaginary in exact:
+        nearest = 400.0 * roots[np.abs(400.0 * roots - complex(real, imaginary)).argmin()]
+        assert nearest == pytest.approx(complex(real, imaginary), rel=1e-6)
+
+
+def hanging(case, **more):
+    top = {"kind": "free"}
+    return {"cable": {"length": case["L"], "line_density": case.get("rho0", 1.3), "top": top} | more}
+
+
+def test_chain():
+    case, exact = CASES["chain_dry"]["input"], CASES["chain_dry"]["expected"]["omega"]
+    modes = modes_of(hanging(case, elements=16, **HIGH))
+    np.testing.assert_allclose([mode.omega for mode in modes], np.repeat(exact, 2), rtol=1e-6)
+    assert [mode.name for mode in modes] == [f"cable transverse {n}" for n in (1, 1, 2, 2, 3, 3, 4, 4, 5, 5)]
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_rods(count):
+    """Inextensible P1-P0 elements are rigid rods: so many modes in each plane, and no more."""
+    case, exact = CASES[f"rods_{count}"]["input"], CASES[f"rods_{count}"]["expected"]["omega"]
+    modes = modes_of(hanging(case, elements=count))
+    np.testing.assert_allclose([mode.omega for mode in modes], np.repeat(exact, 2), rtol=1e-6)
+
+
+def test_chain_with_body():
+    case, exact = CASES["chain_with_body"]["input"], CASES["chain_with_body"]["expected"]["omega"]
+    body = {"mass": case["mass"], "center_of_mass": 0.0, "mooring_height": case["C_below_mooring"]}
+    cable = {"length": case["L"], "line_density": case["rho0"], "elements": 8} | HIGH
+    scene = {"buoy": body | {"inertia": [case["I_transverse"], 5.0]}, "cable": cable}
+    modes = modes_of(scene, 9)
+    assert (modes[0].name, modes[0].kind, modes[0].omega) == ("yaw", "drifts", 0.0)
+    np.testing.assert_allclose([mode.omega for mode in modes[1:]], np.repeat(exact, 2), rtol=1e-6)
+    assert sum(modes[1].shares.values()) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("name", ["catenary_sagging_95", "catenary_deep_70", "catenary_short_in_water"])
+def test_catenary(name):
+    """In plane and out of it."""
+    case, exact = CASES[name]["input"], CASES[name]["expected"]
+    rho, top = case["rho"], {"kind": "fixed", "position": [case["X"], 0.0, case["Z"]]}
+    cable = {"length": case["L"], "line_density": rho, "axial_stiffness": float(case["EA"]), "top": top} | HIGH
+    scene = {"cable": cable | {"elements": 16, "anchor": [0.0, 0.0, 0.0]}}
+    if "ma" in case:  # as much of water as takes the rest of the weight
+        area = (rho - case["w"] / 9.81) / 1025.0
+        scene["sea"] = {"depth": 100.0, "density": 1025.0}
+        scene["cable"] |= {"diameter": math.sqrt(4 * area / math.pi), "added_mass": case["ma"] / (1025.0 * area)}
+        scene["cable"] |= {"anchor": [0.0, 0.0, -100.0]}
+        top["position"] = [case["X"], 0.0, case["Z"] - 100.0]
+    modes = modes_of(scene, 9)
+    for way in ("in plane", "out of plane"):
+        found = omegas(modes, way)[:4]
+        np.testing.assert_allclose(found, exact[way.replace(" ", "_")][: len(found)], rtol=1e-6)
+        assert len(found) >= 3
+
+
+def parabolic(lambda2, sag):
+    """A shallow cable with sag/span and Irvine's lambda^2 = (m g l/H)^2 l/(H L_e/EA), and l sqrt(m/H) of it."""
+    span, weight = 100.0, 9.81
+    H = weight * span / (8 * sag)
+    EA = lambda2 * H * (1 + 8 * sag**2) / (weight * span / H) ** 2
+    length = span * (1 + 8 / 3 * sag**2) / (1 + H / EA)
+    top = {"kind": "fixed", "position": [span, 0.0, 0.0]}
+    cable = {"length": length, "line_density": 1.0, "axial_stiffness": EA, "elements": 24, "top": top} | HIGH
+    shape = catenary.between([0, 0, 0], top["position"], length, weight, EA)
+    assert pytest.approx(shape.H, rel=0.02) == H
+    return {"cable": cable}, span * math.sqrt(1.0 / shape.H)
+
+
+@pytest.mark.parametrize("lambda2", [20, 100])
+def test_irvine(lambda2):
+    """The exact model tends to the parabolic theory like (sag/span)^2."""
+    exact = CASES[f"irvine_{lambda2}"]["expected"]
+    exact = np.sort([*exact["Omega_symmetric"][:2], *exact["Omega_antisymmetric"][:1]])
+    sags, errors = [0.04, 0.02, 0.01], []
+    for sag in sags:
+        scene, unit = parabolic(lambda2, sag)
+        found = unit * np.array(omegas(modes_of(scene, 12), "in plane", "axial")[:3])
+        errors.append(np.abs(found / exact - 1).max())
+    assert errors[-1] < 2e-3
+    assert np.all(rates(errors, 1 / np.array(sags)) > 1.6)

@@ -1,0 +1,100 @@
+"""Offset curves: a buoy on a catenary and on a taut line, by closed forms and by MoorPy; what is said of bad states.
+
+Source: Irvine's catenary with hydrostatics of a cylinder, written here; MoorPy 1.3 (PyPI).
+"""
+
+import math
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from scipy.optimize import brentq
+
+import dolfbuoy
+from dolfbuoy import InputError
+from dolfbuoy.results.offset_figures import offset_curves
+from dolfbuoy.results.offset_record import sentences
+from dolfbuoy.statics import catenary
+
+RHO, G, DEPTH, D, MASS, Z_C = 1025.0, 9.81, 40.0, 2.0, 2500.0, 0.6
+AREA = math.pi * D**2 / 4
+SIZES, DIRECTIONS = [0.0, 500.0, 2000.0, 6000.0], [0.0, 90.0, 200.0]
+
+
+def moored(w, length, EA, diameter=0.04):
+    """A cylinder that is held at C: it stays upright, and the line's pull acts on its draft only."""
+    cable = {"length": length, "line_density": w / G + RHO * math.pi * diameter**2 / 4, "diameter": diameter}
+    cable |= {"axial_stiffness": EA, "elements": 16, "position_degree": 3, "tension_degree": 2}
+    buoy = {"hull": [[0.0, D], [4.0, D]], "mass": MASS, "center_of_mass": Z_C, "mooring_height": Z_C}
+    return {"sea": {"depth": DEPTH, "density": RHO}, "cable": cable, "buoy": buoy}
+
+
+def exact(w, length, EA, H):
+    """(horizontal distance of C from the anchor, top tension) under a horizontal force H."""
+
+    def shape(V):
+        return catenary.under_end_force([0, 0, -DEPTH], [H, 0, V], length, w, EA)
+
+    def gap(V):
+        draft = (MASS + V / G) / (RHO * AREA)
+        return shape(V).position(np.array([length]))[0, 2] - (Z_C - draft)
+
+    V = brentq(gap, w * length * 0.2, RHO * G * AREA * 4 - MASS * G)
+    return shape(V).position(np.array([length]))[0, 0], math.hypot(H, V)
+
+
+@pytest.mark.parametrize(("w", "length", "EA"), [(80.0, 43.0, 5e5), (0.5, 39.0, 4e4)], ids=["catenary", "taut"])
+def test_closed_form(w, length, EA):
+    """From every side alike, continuation included."""
+    sizes = SIZES[1:]
+    found = dolfbuoy.offsets(moored(w, length, EA), sizes, DIRECTIONS, comm=MPI.COMM_SELF)
+    radius = np.hypot(*(found.buoy_position.sel(xyz=name).values for name in "xy"))
+    for j, H in enumerate(sizes):
+        distance, tension = exact(w, length, EA, H)
+        np.testing.assert_allclose(radius[:, j], distance, rtol=2e-4)
+        np.testing.assert_allclose(found.tension_top.values[:, j], tension, rtol=2e-4)
+    assert found.found.values.all()
+    assert not found.slack.values.any()
+    if length < DEPTH:  # at rest right above the anchor
+        np.testing.assert_allclose(found.offset_along, found.offset, rtol=1e-6)
+        np.testing.assert_allclose(found.offset, radius, rtol=1e-3)
+    assert sentences(found) == []
+
+
+def test_moorpy():
+    """A fairlead that MoorPy holds where C comes to rest is pulled as here."""
+    moorpy = pytest.importorskip("moorpy", reason="MoorPy is not installed (extra peers)")
+    w, length, EA = 80.0, 43.0, 5e5
+    found = dolfbuoy.offsets(moored(w, length, EA), SIZES[1:], [30.0], comm=MPI.COMM_SELF)
+    for j in range(len(SIZES) - 1):
+        system = moorpy.System(depth=DEPTH, rho=RHO, g=G)
+        diameter = 0.04
+        kind = {"name": "line", "d_vol": diameter, "m": w / G + RHO * math.pi * diameter**2 / 4, "EA": EA, "w": w}
+        system.lineTypes["line"] = kind
+        system.addPoint(1, [0, 0, -DEPTH])
+        system.addPoint(1, found.mooring_point.values[0, j].tolist())
+        system.addLine(length, "line", pointA=1, pointB=2)
+        system.initialize()
+        pull = -system.pointList[1].getForces(lines_only=True)
+        np.testing.assert_allclose(found.end_tension.values[0, j], pull, rtol=2e-3, atol=2.0)
+
+
+def test_slack_and_under_and_none():
+    """A light line goes slack where the load goes; a strong current draws the buoy under; all is said and drawn."""
+    light = moored(0.0, 43.0, 1e6)
+    light["current"] = {"speed": 0.5}
+    light["cable"]["normal_drag"] = light["buoy"]["normal_drag"] = 1.0
+    drowned = dolfbuoy.offsets(light, [0.5, 3.0, 6.0], [0.0], "current", comm=MPI.COMM_SELF)
+    assert drowned.under.values[0].tolist() == [False, True, True] or drowned.under.values[0, -1]
+    said = sentences(drowned)
+    assert any("drawn under" in sentence and "Towards 0 degrees" in sentence for sentence in said), said
+    figure = offset_curves(drowned, (0.0, 0.0))
+    assert len(figure.axes) == 3
+    assert any(text.get_text() == "buoy under water" for text in figure.legends[0].get_texts())
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="moored buoy"):
+        dolfbuoy.offsets("driven", [1.0], [0.0])
+    with pytest.raises(InputError, match="moored buoy"):
+        dolfbuoy.offsets("free-buoy", [1.0], [0.0])

@@ -1,0 +1,113 @@
+"""Restoring matrices: against differences of equilibria, a catenary's closed form, and hydrostatics.
+
+Source: equilibria of `static` under small loads, Irvine's catenary, rho g A and GM of a cylinder.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from dynamics_helpers import MOORED, merged
+from mpi4py import MPI
+from scipy.spatial.transform import Rotation
+
+import dolfbuoy
+from dolfbuoy import InputError, load_scene, solve_static
+from dolfbuoy.results.stiffness_record import notes
+from dolfbuoy.statics import catenary
+
+#: Loads: force [N] and height above the keel at which they act [m].
+LOADS = [((2.0, 0.0, 0.0), None), ((0.0, 2.0, 0.0), None), ((0.0, 0.0, 5.0), None)]
+LOADS += [((0.5, 0.0, 0.0), 4.0), ((0.0, 0.5, 0.0), 4.0)]
+
+
+def at_rest(scene, force, height):
+    """r_C and orientation under a force; "external_force" of the scene must be absent."""
+    loaded = merged(scene, external_force={"force": list(force)} | ({} if height is None else {"height": height}))
+    record = solve_static(load_scene(loaded), comm=MPI.COMM_SELF)
+    w, *v = record.buoy_orientation.values
+    return record.buoy_position.values, Rotation.from_quat([*v, w]), record
+
+
+@pytest.mark.parametrize("current", [None, {"speed": 0.8, "direction_deg": 25.0}], ids=["still", "current"])
+def test_against_differences_of_equilibria(current):
+    """K dx = dF, with the torque of a force that acts above C; yaw, which nothing holds, does not count."""
+    scene = {key: value for key, value in MOORED.items() if key not in ("waves", "time", "external_force", "current")}
+    base = {"force": [900.0, 300.0, 0.0]}
+    scene |= {"current": current} if current else {"wind": None}
+    scene = {key: value for key, value in scene.items() if value is not None}
+    K = dolfbuoy.stiffness(merged(scene, external_force=base), comm=MPI.COMM_SELF).total.values
+    for step, height in LOADS:
+        sides = []
+        for sign in (1, -1):
+            force = np.array(base["force"]) + sign * np.array(step)
+            sides.append(_pose(scene, force, height, base["force"], sign * np.array(step)))
+        (a, R_a, F_a), (b, R_b, F_b) = sides
+        dF = (F_a - F_b) / 2
+        dx = np.concatenate([a - b, (R_a * R_b.inv()).as_rotvec()]) / 2
+        size = np.abs(K) @ np.abs(dx)
+        assert np.all(np.abs(K @ dx - dF)[:5] < 2e-4 * size[:5]), (step, height, K @ dx, dF)
+
+
+def _pose(scene, force, height, base, step):
+    """Equilibrium under the base force at C and a step at a height; forces at two places, as one and a torque."""
+    if height is None:
+        r, R, _ = at_rest(scene, force, None)
+        return r, R, np.concatenate([step, np.zeros(3)])
+    total, share = np.array(force), None
+    body = load_scene(merged(scene, external_force={"force": list(base)}))
+    mass = dolfbuoy.model.rigid.mass_properties(body.buoy, dolfbuoy.model.rigid.shape_of(body.buoy))
+    share = np.linalg.norm(step) / np.linalg.norm(total)  # one force at a height of its own makes the same torque
+    r, R, _ = at_rest(scene, total, mass.height + share * (height - mass.height) * np.sign(step @ total))
+    lever = R.as_matrix()[:, 2] * (share * (height - mass.height) * np.sign(step @ total))
+    return r, R, np.concatenate([step, np.cross(lever, total)])
+
+
+def test_catenary():
+    """The mooring's block of forces and displacements, mooring at C: differences of the closed form."""
+    length, w, EA, depth = 60.0, 80.0, 5e5, 40.0
+    scene = {
+        "sea": {"depth": depth},
+        "cable": {"length": length, "line_density": w / 9.81 + 1025 * math.pi * 0.04**2 / 4, "diameter": 0.04}
+        | {"axial_stiffness": EA, "elements": 24, "position_degree": 4, "tension_degree": 3},
+        "buoy": {"hull": [[0.0, 2.0], [2.0, 2.0]], "mass": 2500.0, "center_of_mass": 0.6, "mooring_height": 0.6},
+        "external_force": {"force": [3000.0, 1000.0, 0.0]},
+    }
+    found = dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF)
+    record = solve_static(scene, comm=MPI.COMM_SELF)
+    r, exact, h = record.mooring_point.values, np.zeros((3, 3)), 1e-4
+    for i, e in enumerate(np.eye(3)):
+        pulls = []
+        for sign in (1, -1):
+            shape = catenary.between([0, 0, -depth], r + sign * h * e, length, w, EA)
+            pulls.append(shape.H * shape.along + [0, 0, float(shape.vertical(length))])
+        exact[:, i] = (pulls[0] - pulls[1]) / (2 * h)  # T_bnd pulls the end, and its reaction the buoy back
+    np.testing.assert_allclose(found.mooring.values[:3, :3], exact, atol=1e-5 * np.abs(exact).max())
+    np.testing.assert_allclose(found.mooring.values[:3, 3:], 0, atol=1e-6 * np.abs(exact).max())
+
+
+def test_floating_cylinder():
+    """rho g A in heave, weight times GM in roll and pitch, nothing else."""
+    D, mass, z_C = 2.4, 3000.0, 0.5
+    scene = {"sea": {"depth": 50.0}, "buoy": {"hull": [[0, D], [3, D]], "mass": mass, "center_of_mass": z_C}}
+    found = dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF)
+    area = math.pi * D**2 / 4
+    draft = mass / (1025 * area)
+    GM = draft / 2 + D**4 * math.pi / 64 / (area * draft) - z_C
+    exact = np.diag([0, 0, 1025 * 9.81 * area, mass * 9.81 * GM, mass * 9.81 * GM, 0])
+    np.testing.assert_allclose(found.hull.values, exact, atol=1e-6 * exact.max())
+    assert np.abs(found.mooring.values).max() == 0
+    np.testing.assert_allclose(np.sort(found.hull_eigenvalue.values)[-1], exact[2, 2], rtol=1e-6)
+
+
+def test_what_is_said():
+    """An inextensible taut line holds rigidly; what flows has no potential; a cable alone has no matrix."""
+    rigid = merged(MOORED, cable__axial_stiffness=math.inf, cable__length=18.9, cable__elements=4)
+    rigid["cable"]["line_density"] = 5.3
+    rigid = {key: value for key, value in rigid.items() if key not in ("current", "external_force", "waves", "time")}
+    said = " ".join(notes(dolfbuoy.stiffness(rigid, comm=MPI.COMM_SELF), load_scene(rigid)))
+    assert "holds rigidly" in said
+    flowing = {key: value for key, value in MOORED.items() if key not in ("waves", "time")}
+    assert "not symmetric" in " ".join(notes(dolfbuoy.stiffness(flowing, comm=MPI.COMM_SELF), load_scene(flowing)))
+    with pytest.raises(InputError, match=r"needs \[buoy\]"):
+        dolfbuoy.stiffness("driven")

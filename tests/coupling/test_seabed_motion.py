@@ -1,0 +1,258 @@
+"""Lines that move on a sea bed: friction that holds, energy, momentum, steps that are given up.
+
+Source: balances of momentum and energy; the state of rest itself.
+"""
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from dynamics_helpers import merged, running
+from mpi4py import MPI
+
+from dolfbuoy import load_scene, simulate
+from dolfbuoy.errors import SolveError
+from dolfbuoy.model.problem import Problem
+from dolfbuoy.motion.energy import STORED, Meter
+from dolfbuoy.solver.real import real_space
+from dolfbuoy.solver.unknowns import Contribution, Part
+
+CHAIN = {
+    "sea": {"depth": 20.0},
+    "cable": {
+        "length": 60.0,
+        "line_density": 40.0,
+        "diameter": 0.09,
+        "area": 0.005,
+        "axial_stiffness": 5e5,
+        "elements": 16,
+        "added_mass": 1.0,
+        "normal_drag": 1.4,
+        "tangential_drag": 0.3,
+        "top": {
+            "kind": "prescribed",
+            "position": [52.0, 0.0, 0.0],
+            "amplitude": [0.6, 0.3, 1.0],
+            "phase_deg": [40.0, 100.0, 0.0],
+            "period": 6.0,
+            "ramp": 3.0,
+        },
+    },
+    "seabed": {"friction": 0.7},
+    "time": {"end": 6.0, "step": 0.02, "scheme": "bdf2"},
+}
+PAIRS = [{"position_degree": mu, "tension_degree": nu} for mu, nu in ((1, 0), (2, 1), (3, 2))]
+LAWS = ["compressive", "tension-only"]
+SCHEMES = ["backward-euler", "bdf2", "generalized-alpha"]
+
+
+def still(scene):
+    """The scene with its top at rest."""
+    top = {"kind": "fixed", "position": scene["cable"]["top"]["position"]}
+    return scene | {"cable": scene["cable"] | {"top": top}}
+
+
+@pytest.mark.parametrize("slack", LAWS)
+@pytest.mark.parametrize("pair", PAIRS, ids=str)
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_every_pair_law_and_scheme_moves(pair, slack, scheme):
+    """No step fails, the touchdown travels, and something slides."""
+    radius = {"spectral_radius": 0.0} if scheme == "generalized-alpha" else {}
+    scene = merged(CHAIN, cable=merged(CHAIN["cable"], slack=slack, **pair), time__end=3.0, time__scheme=scheme)
+    scene["time"] |= radius
+    with running(scene) as simulation:
+        lines, bed = simulation.problem.lines, simulation.problem.lines.bed
+        held, lying = bed.holds, []
+        for _ in simulation.run():
+            lying.append(bed.lying(simulation.system.u).length)
+        assert simulation.control.failed == 0
+        assert np.ptp(lying) > 1.0
+        lies = bed.gap(bed.points.of(simulation.system.u[lines.node_dofs])) < 0
+        assert np.abs(bed.holds - held)[lies].max() > 0.01
+
+
+@pytest.mark.parametrize("slack", LAWS)
+def test_friction_holds_for_a_minute(slack):
+    """At rest the tension that friction holds does not relax to the frictionless one."""
+    scene = still(merged(CHAIN, cable__slack=slack, seabed__start="pulled", time={"end": 60.0, "step": 0.1}))
+    run = simulate(scene)
+    free = simulate(merged(scene, seabed={"friction": 0.7, "start": "frictionless"}, time__end=0.0))
+    loose = float(free.tension_anchor[0])
+    assert float(run.tension_anchor[0]) < 0.8 * loose
+    for tension in (run.tension_anchor.values, run.tension_top.values):
+        assert np.abs(tension - tension[0]).max() < 1e-5 * loose
+
+
+def test_friction_holds_after_a_motion():
+    """What a storm leaves: the top comes to rest, and the tension on the bed stays what it was then."""
+    scene = merged(CHAIN, cable__slack="tension-only", time={"end": 0.0, "step": 0.02, "scheme": "backward-euler"})
+    with running(scene) as simulation:
+        for _ in simulation.advance(4.5):
+            pass
+        lines = simulation.problem.lines
+        place = lines.top_position(simulation.t)
+        constrain, stop = lines.constrain, simulation.t
+        lines.constrain = lambda u, t: constrain(u, stop)
+        for _ in simulation.advance(40.0):
+            pass
+        first = simulation.problem.anchor_tension()
+        for _ in simulation.advance(60.0):
+            pass
+        assert simulation.problem.anchor_tension() == pytest.approx(first, rel=1e-4)
+    frictionless = simulate(still(merged(scene, cable__top__position=place.tolist(), seabed=None, time__end=0.0)))
+    assert abs(first - float(frictionless.tension_anchor[0])) > 0.05 * first
+
+
+def work_of(scene):
+    """(work of every kind, change of what is stored, turnover of the top) over a run, by the trapezoidal rule [J]."""
+    with running(scene) as simulation:
+        meter = Meter(simulation)
+        old, t = meter.read(), 0.0
+        first, work, turnover = old, {name: 0.0 for name in old if name not in STORED}, 0.0
+        for _ in simulation.run():
+            new, h = meter.read(), simulation.t - t
+            for name in work:
+                work[name] += 0.5 * h * (old[name] + new[name])
+            turnover += 0.5 * h * (abs(old["top"]) + abs(new["top"]))
+            old, t = new, simulation.t
+    return work, {name: old[name] - first[name] for name in STORED}, turnover
+
+
+@pytest.mark.parametrize("scheme", ["backward-euler", "bdf2"])
+def test_energy(scheme):
+    """Work put in is stored or dissipated, by friction and contact too; the rest falls with the step, at order 1.
+
+    The bed is soft and the line damped, so that these steps resolve what happens at a touchdown.
+    """
+    soft = merged(CHAIN, cable__damping=1e4, seabed__stiffness=2e5, seabed__stick_length=0.05)
+    defects = []
+    for step in (0.01, 0.005, 0.0025):
+        work, stored, turnover = work_of(merged(soft, time={"step": step, "scheme": scheme, "end": 6.0}))
+        assert work["friction"] < -1e-3 * turnover
+        assert work["bed"] < -1e-3 * turnover
+        defects.append(abs(sum(stored.values()) - sum(work.values())) / turnover)
+    assert np.all(np.log2(np.divide(defects[:-1], defects[1:])) > 0.85)
+    assert defects[-1] < 5e-4
+
+
+def test_energy_at_the_step_of_the_scene():
+    """On the bed that the sag rule gives, without damping of the line."""
+    work, stored, turnover = work_of(CHAIN)
+    assert abs(sum(stored.values()) - sum(work.values())) < 1e-3 * turnover
+    assert work["friction"] < -2e-3 * turnover
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_momentum(scheme):
+    """Anchor, top, weight, bed and friction are the rate of momentum of the line at every step, to rounding."""
+    dry = {"added_mass": 0.0, "normal_drag": 0.0, "tangential_drag": 0.0, "position_degree": 2, "tension_degree": 1}
+    scene = merged(CHAIN, cable=CHAIN["cable"] | dry, time={"end": 0.0, "step": 0.02, "scheme": scheme})
+    with running(scene) as simulation:
+        lines, c = simulation.problem.lines, simulation.problem.lines.section
+        order = np.argsort(lines.node_s)
+        h = c.length / c.elements
+        weights = np.zeros(2 * c.elements + 1)
+        for k in range(c.elements):
+            weights[2 * k : 2 * k + 3] += h * np.array([1, 4, 1]) / 6
+        meter = BedForce(simulation)
+        largest = 0.0
+        for _ in range(40):
+            held = lines.memory["bed_holds"].copy()
+            simulation.step(0.02)
+            bed = meter.read(held)
+            a = lines.gamma_a.value * simulation.system.u[lines.part.slice] + lines.history_a.x.array
+            rate = c.line_density * weights @ a[lines.node_dofs[order]]
+            outside = sum(simulation.end_forces.values()) + bed - [0, 0, lines.weight_per_length * c.length]
+            assert np.abs(outside - rate).max() < 1e-8 * np.abs(bed).max()
+            largest = max(largest, np.abs(rate).max())
+        assert largest > 100
+        assert np.abs(bed[:2]).max() > 10
+
+
+class BedForce:
+    """Force of bed and friction on the line [N], as they act in the equations of a step: at what friction held then."""
+
+    def __init__(self, simulation):
+        lines, self.simulation = simulation.problem.lines, simulation
+        test = ufl.TestFunction(real_space(lines.mesh, 3))
+        total = sum(ufl.inner(force, test) * lines.dx for _, force in lines.bed.forces())
+        self.part = Part("bed", fem.Function(test.ufl_function_space()), 0)
+        self.contribution = Contribution(total, self.part)
+
+    def read(self, held):
+        b, memory = np.zeros(3), self.simulation.problem.lines.memory["bed_holds"]
+        after = memory.copy()
+        memory[:] = held
+        self.contribution.prepare()
+        self.contribution.add_to_vector(b)
+        memory[:] = after
+        return b
+
+
+def test_a_step_that_is_given_up_leaves_the_memory(monkeypatch):
+    """Rejected by its error, or not solved: friction holds where it held."""
+    with running(merged(CHAIN, time__end=4.0)) as simulation:
+        for _ in simulation.advance(3.0):
+            pass
+        memory = simulation.problem.lines.memory["bed_holds"]
+        before, u = memory.copy(), simulation.system.u.copy()
+        assert simulation.step(0.02, judge=lambda h, error: False) is None
+        np.testing.assert_array_equal(memory, before)
+
+        def fails():
+            raise SolveError("DIVERGED_MAX_IT")
+
+        with monkeypatch.context() as broken:
+            broken.setattr(simulation.newton, "solve", fails)
+            with pytest.raises(SolveError):
+                simulation.step(0.02)
+        np.testing.assert_array_equal(memory, before)
+        np.testing.assert_array_equal(simulation.system.u, u)
+        simulation.step(0.02)
+        assert np.abs(memory - before).max() > 1e-4
+
+
+def test_adaptive_steps():
+    """Near the tension of small equal steps, with a touchdown that travels."""
+    scene = merged(CHAIN, time__end=4.5, cable__damping=1e4)
+    fine = simulate(merged(scene, time__step=0.002))
+    run = simulate(merged(scene, time__tolerance=1e-3))
+    assert np.ptp(run.time_step.values[1:]) > 1e-3
+    error = np.abs(np.interp(fine.time, run.time, run.tension_top) - fine.tension_top).max()
+    assert error < 0.02 * float(np.ptp(fine.tension_top.values))
+
+
+def test_jacobian_on_the_bed():
+    """Against central differences, with points that press, sink, rise, stick and slide."""
+    problem = Problem(load_scene(merged(CHAIN, cable=merged(CHAIN["cable"], **PAIRS[1]))), True, MPI.COMM_SELF)
+    lines, system, rng = problem.lines, problem.system, np.random.default_rng(8)
+    lines.set_shape(
+        system.u,
+        lambda s: np.column_stack([0.98 * s, 0.1 * np.sin(s), -20.0 + 0.004 * np.sin(0.7 * s)]),
+        lambda s: 3e3 + 100 * np.cos(s),
+    )
+    problem.set_time(0.3)
+    r = system.u[lines.part.slice].copy()
+    held = lines.bed.points.of(r[lines.node_dofs])
+    lines.bed.hold(held + 0.03 * rng.normal(size=held.shape))
+    lines.gamma_v.value, lines.gamma_a.value = 20.0, 400.0
+    lines.history_v.x.array[:] = -20.0 * r + rng.uniform(-0.3, 0.3, len(r))
+    lines.history_a.x.array[:] = -400.0 * r
+    system.publish()
+    system.assemble_jacobian()
+    start, direction = system.u.copy(), np.zeros(system.size)
+    direction[system.order] = rng.uniform(-1, 1, len(system.order)) * system.unknown_scales[: len(system.order)]
+    x, y = system.A.createVecs()
+    x.setArray(direction[system.order])
+    system.A.mult(x, y)
+
+    def residual(size):
+        system.u[:] = start + size * direction
+        system.publish()
+        return system.evaluate()[system.order].copy()
+
+    size = 1e-8
+    change = (residual(size) - residual(-size)) / (2 * size)
+    assert np.abs(change - y.array).max() < 1e-5 * np.abs(change).max()
+    assert lines.bed.lying(start).length > 10
+    problem.destroy()

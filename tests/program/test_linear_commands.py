@@ -1,0 +1,147 @@
+"""`modes`, `stiffness` and `offsets`: what they print and write, from the command line, from Python, on several ranks.
+
+Source: what README and the interface promise.
+"""
+
+import numpy as np
+import pytest
+import xarray as xr
+from mpi4py import MPI
+from mpi_helpers import needs_mpirun, start_scenes
+
+import dolfbuoy
+from dolfbuoy import InputError
+from dolfbuoy.results.mode_figures import mode_shape
+from dolfbuoy.scene import load_scene
+
+FEW = ["--set", "cable.elements=6"]
+
+
+def test_modes_prints_and_writes(call, tmp_path):
+    """A table, modes.nc with the names of the interface, a figure and a moving mesh of every mode."""
+    code, out, _ = call("modes", "short", *FEW, "--number", 4, "--out", tmp_path)
+    assert code == 0
+    for text in ("sway", "surge", "nothing holds it", "damping ratio", "residual"):
+        assert text in out
+    found = xr.load_dataset(tmp_path / "modes.nc")
+    assert found.eigenvalue.dims == ("mode", "part")
+    assert found.cable_position.dims == ("mode", "part", "node", "xyz")
+    root = found.eigenvalue.values[1:] @ [1, 1j]
+    np.testing.assert_allclose(found.omega.values[1:], np.abs(root))
+    np.testing.assert_allclose(found.damping_ratio.values[1:], -root.real / np.abs(root))
+    assert np.isnan(found.damping_ratio.values[0])
+    assert found.residual.values.max() < 1e-8
+    shapes = [found.cable_position, found.buoy_position, found.buoy_rotation]
+    largest = np.max([np.abs(s.values[:, 0]).reshape(4, -1).max(axis=1) for s in shapes], axis=0)
+    np.testing.assert_allclose(largest, 1)
+    for n in range(1, 5):
+        assert (tmp_path / "figures" / f"mode_{n:02d}.png").stat().st_size > 5000
+        assert (tmp_path / "paraview" / f"mode_{n:02d}_hull.pvd").is_file()
+    again = call("modes", tmp_path / "modes.toml", "--number", 2, "--no-paraview", "--out", tmp_path)
+    assert again[0] == 0
+    assert not (tmp_path / "figures" / "mode_03.png").exists()
+
+
+def test_a_file_of_the_user_stays(call, tmp_path):
+    (tmp_path / "modes.nc").write_text("mine")
+    code, _, err = call("modes", "hanging-chain", "--no-plot", "--out", tmp_path)
+    assert code == 2
+    assert "would be replaced" in err
+    assert (tmp_path / "modes.nc").read_text() == "mine"
+
+
+def test_a_figure_is_enlarged_and_says_so():
+    found = dolfbuoy.modes("hanging-chain", 3, comm=MPI.COMM_SELF)
+    figure = mode_shape(found, 3, load_scene("hanging-chain"))
+    assert "cable transverse 2" in figure._suptitle.get_text()
+    rest, largest, later, _ = (line.get_xydata() for line in figure.axes[0].lines)
+    np.testing.assert_allclose((largest + later) / 2, rest, atol=1e-12)
+    aside = figure.axes[1].lines[1].get_xydata() - figure.axes[1].lines[0].get_xydata()
+    assert np.abs([*(largest - rest), *aside]).max() > 0.1 * np.ptp(rest)
+
+
+def test_stiffness_prints_and_writes(call, tmp_path):
+    code, out, _ = call("stiffness", "short", *FEW, "--out", tmp_path)
+    assert code == 0
+    for text in ("mooring", "hull", "tau_z", "Eigenvalues of the symmetric parts"):
+        assert text in out
+    found = xr.load_dataset(tmp_path / "stiffness.nc")
+    np.testing.assert_allclose(found.total, found.mooring + found.hull, rtol=1e-12, atol=1e-6)
+
+
+def test_offsets_prints_and_writes(call, tmp_path):
+    options = ["--force", "0:1000:500", "--directions", "0,360,90", "--out", tmp_path]
+    code, out, _ = call("offsets", "short", *FEW, *options)
+    assert code == 0
+    assert "offset [m]" in out
+    found = xr.load_dataset(tmp_path / "offsets.nc")
+    assert found.direction.values.tolist() == [0.0, 90.0]  # 360 is 0
+    assert found.force.values.tolist() == [0.0, 500.0, 1000.0]
+    assert (tmp_path / "figures" / "offsets.png").is_file()
+    np.testing.assert_allclose(found.offset.values[:, 0], 0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["short"], "and not both"),
+        (["short", "--force", "1", "--current", "1"], "and not both"),
+        (["short", "--force", "a"], "--force a: must be numbers"),
+        (["short", "--force", "0:1:0"], "--force 0:1:0: a range"),
+        (["driven", "--force", "1"], "moored buoy"),
+    ],
+)
+def test_offsets_refuses(call, tmp_path, options, words):
+    code, _, err = call("offsets", *options, "--out", tmp_path)
+    assert code == 2
+    assert words in err.replace("\n", " ")
+
+
+def test_slack_and_kinked_states_have_no_modes():
+    """A rope without load or weight, and a fold finer than its elements."""
+    top = {"kind": "fixed", "position": [0.5, 0.0, 0.0]}
+    slack = {"cable": {"length": 1.0, "line_density": 1.0, "elements": 8, "axial_stiffness": 1e3, "top": top}}
+    slack["cable"] |= {"slack": "tension-only"}
+    folded = {"cable": slack["cable"] | {"top": {"kind": "fixed", "position": [0.001, 0.0, 0.0]}}}
+    with pytest.raises(InputError, match=r"slack|kinked"):
+        dolfbuoy.modes(folded, comm=MPI.COMM_SELF)
+    assert dolfbuoy.modes(slack, comm=MPI.COMM_SELF).sizes["mode"] == 10
+
+
+SCRIPT = """
+import json, sys
+import dolfbuoy
+
+for name, scene in json.load(open(sys.argv[1])).items():
+    dolfbuoy.modes(scene, 8, out=name)
+    dolfbuoy.stiffness(scene, out=name) if "buoy" in scene else None
+"""
+ALIKE = {
+    "moored": load_scene("short", cable__elements=30).to_dict(),
+    "inextensible": load_scene("short", cable__elements=24, cable__axial_stiffness=None).to_dict(),
+    "averaged": load_scene("driven", cable__strain="element-average", cable__position_degree=2).to_dict(),
+    "tension-only": load_scene("driven", cable__slack="tension-only").to_dict(),
+}
+for _scene in ALIKE.values():
+    _scene.pop("waves", None)
+
+
+@pytest.mark.mpi
+@needs_mpirun
+def test_ranks_find_the_same(tmp_path):
+    """SLEPc on two ranks, and on one.
+
+    The derivative of the hull's loads in its height has the error of their quadrature, 1e-5: it differs with rounding.
+    """
+    process = start_scenes(2, ALIKE, tmp_path, SCRIPT)
+    assert process.returncode == 0, process.stderr
+    for name, scene in ALIKE.items():
+        alone, shared = dolfbuoy.modes(scene, 8, comm=MPI.COMM_SELF), xr.load_dataset(tmp_path / name / "modes.nc")
+        scatter = 1e-4 if "buoy" in scene else 1e-8
+        roots = [found.eigenvalue.values @ [1, 1j] for found in (shared, alone)]
+        np.testing.assert_allclose(*roots, rtol=scatter, atol=1e-8, err_msg=name)
+        assert shared.residual.values.max() < 1e-8
+        if "buoy" in scene:
+            matrix = dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF).total
+            shared = xr.load_dataset(tmp_path / name / "stiffness.nc").total
+            np.testing.assert_allclose(shared, matrix, rtol=1e-3, atol=1e-4 * np.abs(matrix.values).max())
