@@ -48,25 +48,31 @@ class Point(NamedTuple):
     acceleration: Expr | None = None
 
 
+def elastic_tension(cable: Cable, T: Expr, r: Expr | None, r_t: Expr | None) -> Expr:
+    """T without what the damping carries, T - c e_t; T itself without damping or in statics."""
+    if cable.damping is None or r_t is None:
+        return T
+    return T - cable.damping * strain_rate(r, r_t)
+
+
 def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None) -> Expr | None:
-    """e = T/EA, Eq. (12), or of a table; with damping and a velocity of T - c e_t; None for an inextensible cable."""
+    """e of the elastic tension: T/EA, Eq. (12), or that of a table; None for an inextensible cable."""
     if cable.EA is None and cable.compliance is None:
         return None
-    if cable.damping is not None and r_t is not None:
-        T = T - cable.damping * strain_rate(r, r_t)
+    T = elastic_tension(cable, T, r, r_t)
     e = T / cable.EA if cable.compliance is None else T * cable.compliance
     return e + sum(bend.change * bend.beyond(T) for bend in cable.bends) if cable.bends else e
 
 
 def elastic_energy(cable: Cable, e: Expr, T: Expr, r: Expr, r_t: Expr) -> Expr:
-    """Integral of T de per unstretched length, 1/2 EA e^2 by Hooke's law [J/m]."""
-    if cable.bends:
-        T = T if cable.damping is None else T - cable.damping * strain_rate(r, r_t)
-        compliance = 1 / cable.EA if cable.compliance is None else cable.compliance
-        return T * e - 0.5 * (compliance * T**2 + sum(b.change * b.beyond(T) ** 2 for b in cable.bends))
-    if cable.compliance is None:
+    """Integral of the elastic tension over e per unstretched length, 1/2 EA e^2 by Hooke's law [J/m]."""
+    if cable.compliance is None and not cable.bends:
         return 0.5 * cable.EA * e**2
-    return 0.5 * e * (T if cable.damping is None else T - cable.damping * strain_rate(r, r_t))
+    T = elastic_tension(cable, T, r, r_t)
+    if not cable.bends:
+        return 0.5 * e * T
+    compliance = 1 / cable.EA if cable.compliance is None else cable.compliance
+    return T * e - 0.5 * (compliance * T**2 + sum(b.change * b.beyond(T) ** 2 for b in cable.bends))
 
 
 def strain_rate(r: Expr, r_t: Expr) -> Expr:
