@@ -11,7 +11,7 @@ from .errors import InputError, SolveError
 from .version import __version__ as __version__
 
 #: What `api` offers at first use.
-_OF_API = ("modes", "offsets", "simulate", "solve_static", "stiffness")
+_OF_API = ("modes", "offsets", "simulate", "solve_static", "stiffness", "wave_components")
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
 

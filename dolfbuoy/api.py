@@ -1,4 +1,5 @@
-"""The Python interface: `load_scene`, `solve_static`, `simulate`, `modes`, `stiffness`, `offsets`, `response`."""
+"""The Python interface: `load_scene`, `solve_static`, `simulate`, `modes`, `stiffness`, `offsets`, `response`,
+`wave_components`."""
 
 import tempfile
 from pathlib import Path
@@ -10,6 +11,7 @@ from .errors import InputError, SolveError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes
 from .linear.stiffness import condensed, mooring_stiffness
+from .model.components import components_of
 from .motion.simulation import Simulation
 from .parallel import interruption
 from .results import checkpoint
@@ -172,6 +174,22 @@ def simulate(
         if folders.holds(out, "run", scene, overwrite, comm):
             return _read(Path(out) / "results.nc", comm)
         return _drive(scene, Path(out), comm, progress)
+
+
+def wave_components(scene: "Scene | str | Path | dict", **overrides) -> "xr.Dataset":
+    """The components that a scene's waves are made of, eta = sum a cos(k.x - omega t + phase), over `component`.
+
+    amplitude [m], period [s] (as `waves.period_seen_from` says), direction_deg (towards, from x), phase_deg.
+    Raises InputError for an impossible scene or one without waves.
+    """
+    import xarray as xr
+
+    scene = load_scene(scene, **overrides)
+    if scene.waves is None:
+        raise InputError("waves: must be given, this scene has none.")
+    units = {"amplitude": "m", "period": "s", "direction_deg": "degree", "phase_deg": "degree"}
+    values = zip(units, components_of(scene.waves).as_rows().T, strict=True)
+    return xr.Dataset({name: ("component", array, {"units": units[name]}) for name, array in values})
 
 
 def _drive(scene, folder, comm, progress, point=None):

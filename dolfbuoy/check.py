@@ -7,18 +7,24 @@ import numpy as np
 
 from .linear.periods import buoy_periods
 from .linear.response import LARGEST_KR
+from .model.airy import AirySum
+from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
 from .model.effects import names as effects_of
 from .model.feasible import check_feasible, hanging_weight, pull_upright, shape_and_mass, spare_buoyancy
 from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
 from .model.material import cross_section, weight_per_length
-from .model.sea import dispersion_wavenumber, wavenumber
+from .model.sea import crest_height, main_propagation, wavenumber
+from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
 #: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension.
 LONGEST_AT_TOUCHDOWN = 0.4
+
+#: k D of a component from which on a hull of diameter D does more to it than strips know.
+SHORTEST_KD = 2
 
 
 @dataclass
@@ -55,7 +61,8 @@ def derived(scene) -> Report:
     if scene.buoy and scene.sea and scene.gravity:
         _buoy(scene, report)
     if scene.waves:
-        _waves(scene, report)
+        _sea(scene, report)
+        _waves(_main_wave(scene), report)
     return report
 
 
@@ -111,6 +118,80 @@ def _moored(scene, report):
     report.add(f"draft {how}", moored.draft, "m")
     report.add(f"GM {how}", moored.GM, "m", lever)
     return moored.GM
+
+
+def _sea(scene, report):
+    """What the components of an irregular sea add up to, and what a current makes of the periods."""
+    waves = scene.waves
+    if waves.irregular:
+        found = components_of(waves)
+        m0, m2 = found.moment(0), found.moment(2)
+        Tz = 2 * math.pi * math.sqrt(m0 / m2)
+        report.add("significant wave height Hs", 4 * math.sqrt(m0), "m", f"of {len(found.amplitude)} components")
+        report.add("mean period Tz = 2 pi sqrt(m0/m2)", Tz, "s", f"shortest {2 * math.pi / max(found.frequency):.3g} s")
+        _cut(scene, report)
+        if scene.gravity:
+            steepness = 2 * math.pi * 4 * math.sqrt(m0) / (scene.gravity * Tz**2)
+            report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", "seas stay below 0.1")
+        _repetition(waves, report)
+        _short_components(scene, found, report)
+    if scene.current:
+        _shift(scene, report)
+
+
+def _cut(scene, report):
+    """What the band leaves out of a spectrum."""
+    spectrum = spectrum_of(scene.waves)
+    if spectrum is None:
+        return
+    band = band_of(scene.waves, spectrum)
+    for n in (0, 2):
+        cut = 1 - spectrum.moment(n, *band) / spectrum.moment(n)
+        remark = f"outside {2 * math.pi / band[1]:.3g} ... {2 * math.pi / max(band[0], 1e-9):.3g} s"
+        if n == 2 and isinstance(scene.waves.spectrum, str):  # its tail carries m4 = inf
+            remark += "; most of it in ripples"
+        report.add(f"cut off of m{n}", 100 * cut, "%", remark)
+
+
+def _repetition(waves, report):
+    if waves.elevation is not None:
+        times = [t for t, _ in waves.elevation]
+        length = (times[-1] - times[0]) * len(times) / (len(times) - 1)
+        report.add("the sea repeats after", length, "s", "the length of the record")
+    elif waves.spectrum is not None:
+        report.add("the sea repeats after", math.inf, "s", "bins of equal energy have no common period")
+
+
+def _short_components(scene, found, report):
+    """Components for which Morison's equation and strips are not meant."""
+    if scene.buoy is None or scene.buoy.hull is None:
+        return
+    diameter = shape_and_mass(scene)[0].max_diameter
+    k = AirySum.of(scene).wavenumber
+    count = int(np.sum(k * diameter > SHORTEST_KD))
+    report.add(f"components with k D > {SHORTEST_KD}", count, "", f"of {len(k)}, shorter than {math.pi:.3g} diameters")
+
+
+def _shift(scene, report):
+    """One sentence on who sees the periods."""
+    seen, period = scene.waves.period_seen_from, scene.waves.main_period
+    found = main_propagation(scene)
+    shift = found.wavenumber * current_felt(scene, found.wavenumber, scene.waves.direction_deg)
+    who = {
+        None: f"not counted: {period:.4g} s is seen from the water and the ground; see waves.period_seen_from",
+        "water": f"{period:.4g} s is seen from the water, {2 * math.pi / abs(found.at_ground):.4g} s from the ground",
+        "ground": f"{period:.4g} s is seen from the ground, {2 * math.pi / abs(found.in_water):.4g} s from the water",
+    }[seen]
+    report.add("shift of omega by the current", 100 * shift / found.in_water, "%", who)
+
+
+def _main_wave(scene):
+    """The scene, its irregular sea as a regular wave of Hs and the main period."""
+    waves = scene.waves
+    if not waves.irregular:
+        return scene
+    kept = {name: getattr(waves, name) for name in ("direction_deg", "period_seen_from")}
+    return scene.model_copy(update={"waves": Waves(height=crest_height(scene), period=waves.main_period, **kept)})
 
 
 def _waves(scene, report):

@@ -59,7 +59,7 @@ def elevation(wave: Wave, x: Expr) -> Expr:
     return wave.amplitude * cos(phase(wave, x))
 
 
-def stretched(wave: Wave, z: Expr, eta: Expr) -> Expr:
+def stretched(wave: "Wave | Samples", z: Expr, eta: Expr) -> Expr:
     """Height at which the linear kinematics are read for a point at height z under the elevation eta.
 
     "wheeler" maps [-h, eta] onto [-h, 0], "vertical" reads everything above z = 0 at z = 0, "none"
@@ -99,6 +99,78 @@ def wave_flow(wave: Wave, x: Expr) -> Flow:
         -wave.amplitude * k * behind * heading,
         _gradient(wave, wave.frequency * rate * k * Sc * in_phase, wave.frequency * rate * k * Ss * behind),
         _gradient(wave, -rate * k * Sc * behind, rate * k * Ss * in_phase),
+    )
+
+
+class Samples(NamedTuple):
+    """A sum of waves at a place near x, in numbers: what `sampled_flow` continues from there to x.
+
+    numbers: `PLACE` where they are taken, and there elevation, slope, and in linear theory velocity and acceleration
+    with their derivatives; SMALL of them, or LARGE with second derivatives too.
+    """
+
+    numbers: Expr
+    depth: Scalar  #: h [m]
+    stretching: str = "wheeler"
+
+
+#: Numbers of a sample: (x, y, stretched z); eta; its slope; v; grad v; a; grad a; second derivatives of eta, v and a.
+#: Gradients of potential flow as xx, xy, yy, xz, yz, the next as xxx, xxy, xyy, yyy, xxz, xyz, yyz.
+PLACE, ETA, SLOPE, V, GRAD_V, A, GRAD_A, CURVATURE, GRAD2_V, GRAD2_A = 0, 3, 4, 6, 9, 14, 17, 22, 25, 32
+SMALL, LARGE = 22, 39
+
+
+def sampled_flow(samples: Samples, x: Expr, z: Expr | None = None) -> Flow:
+    """Waves at x by Taylor's formula in (x, y, stretched z): at the place of the sample exact, with its derivatives.
+
+    z: the stretched height if the samples' own elevation is not what stretches it.
+    """
+    s = samples.numbers
+    large = s.ufl_shape[0] == LARGE
+    dx, dy = x[0] - s[0], x[1] - s[1]
+    eta = s[ETA] + s[SLOPE] * dx + s[SLOPE + 1] * dy
+    slope = [s[SLOPE], s[SLOPE + 1]]
+    if large:
+        xx, xy, yy = (s[CURVATURE + i] for i in range(3))
+        turned = xx * dx + xy * dy, xy * dx + yy * dy
+        eta += 0.5 * (turned[0] * dx + turned[1] * dy)  # the wind looks at it from beside
+        slope = [slope[0] + turned[0], slope[1] + turned[1]]
+    d = as_vector([dx, dy, (stretched(samples, x[2], eta) if z is None else z) - s[2]])
+    velocity, acceleration = (
+        as_vector([s[n + i] for i in range(3)]) + dot(_symmetric([s[g + i] for i in range(5)]), d)
+        for n, g in ((V, GRAD_V), (A, GRAD_A))
+    )
+    places = (GRAD_A, GRAD2_A if large else None), (GRAD_V, GRAD2_V if large else None)
+    gradients = (_gradient_near(s, *pair, d) for pair in places)
+    return Flow(eta, velocity, acceleration, as_vector([*slope, 0.0]), *gradients)
+
+
+def _symmetric(g: Sequence[Expr]) -> Expr:
+    """Symmetric tensor without trace from xx, xy, yy, xz, yz."""
+    xx, xy, yy, xz, yz = g
+    return as_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
+
+
+def _gradient_near(s: Expr, place: int, second: int | None, d: Expr) -> Expr:
+    """A gradient of a sample, continued by the distance d with its derivatives if there are any."""
+    g = [s[place + i] for i in range(5)]
+    if second is None:
+        return _symmetric(g)
+    xxx, xxy, xyy, yyy, xxz, xyz, yyz = (s[second + i] for i in range(7))
+    rows = (xxx, xxy, xxz), (xxy, xyy, xyz), (xyy, yyy, yyz), (xxz, xyz, -xxx - xyy), (xyz, yyz, -xxy - yyy)
+    return _symmetric([part + dot(as_vector(row), d) for part, row in zip(g, rows, strict=True)])
+
+
+def sampled_average(samples: Sequence[Samples], x: Expr) -> Flow:
+    """`averaged_over_disk` of samples: of the plain ones, of those weighted for means, of those for first moments."""
+    plain = sampled_flow(samples[0], x)
+    z = stretched(samples[0], x[2], plain.elevation)
+    mean, moment = (sampled_flow(weighted, x, z) for weighted in samples[1:])
+    return plain._replace(
+        elevation=mean.elevation,
+        acceleration=mean.acceleration,
+        slope=moment.slope,
+        acceleration_gradient=moment.acceleration_gradient,
     )
 
 
@@ -174,13 +246,21 @@ def relative(own: Expr | None, water: Expr | None) -> Expr | None:
     return -water if own is None else own - water
 
 
-def flow(x: Expr, wave: Wave | None = None, current: Current | None = None) -> Flow:
+def flow(x: Expr, wave: "Wave | Samples | None" = None, current: Current | None = None) -> Flow:
     """The undisturbed water at x: v_a = v_w + v_c.  An absent part is None, not zero (elevation None: still water)."""
-    water = Flow(None, None, None) if wave is None else wave_flow(wave, x)
-    if current is not None:
-        stream = current(x)
-        water = water._replace(velocity=stream if water.velocity is None else water.velocity + stream)
-    return water
+    if wave is None:
+        water = Flow(None, None, None)
+    else:
+        water = wave_flow(wave, x) if isinstance(wave, Wave) else sampled_flow(wave, x)
+    return with_current(water, x, current)
+
+
+def with_current(waves: Flow, x: Expr, current: Current | None) -> Flow:
+    """Waves and, if there is one, a current: v_a = v_w + v_c."""
+    if current is None:
+        return waves
+    stream = current(x)
+    return waves._replace(velocity=stream if waves.velocity is None else waves.velocity + stream)
 
 
 def linear_below(x: Expr, x0: Scalar, value: Expr) -> Expr:

@@ -72,7 +72,8 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None) -> Linearisation:
     """
     calm = scene.model_copy(update={"waves": None, "initial": Initial()} | ({} if scene.cable else _DRIFT))
     start = initial_state(calm, comm)
-    flat = waves and waves.model_copy(update={"amplitude": 0.0, "height": None})
+    regular = waves if waves and not waves.irregular else None
+    flat = regular and regular.model_copy(update={"amplitude": 0.0, "height": None})
     problem = Problem(calm.model_copy(update={"waves": flat}), dynamic=True, comm=comm)
     problem.set_time(0.0)
     start.put(problem, problem.system.u)

@@ -8,9 +8,10 @@ from mpi4py import MPI
 from ..forms import joint as form
 from ..scene.network import network_of, with_body
 from ..solver import compat
-from ..solver.unknowns import Block
+from ..solver.unknowns import Block, array_of
 from . import effects
 from .evolution import Evolution
+from .kinematics import on_points
 from .numbers import Numbers, Properties
 from .sea import SeaState
 
@@ -32,6 +33,11 @@ class Bodies:
         which = np.floor(compat.cell_ends(self.mesh).mean(axis=1)).astype(int)
         self.dofs[which] = 3 * cells[:, None] + np.arange(3)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
+        self._sampled, self._publish = [], None
+        if self.sea.kinematics is not None:
+            self._sampled = [
+                self.sea.kinematics.add(on_points(self.mesh, self.state, 3 * cells[:, None] + np.arange(3)))
+            ]
         self.memory: dict[str, np.ndarray] = {}
         self._numbers = Numbers(self.mesh, scene, lambda scene: _bodies_of(scene)[0])
         self._properties = Properties(self._numbers, _bodies_of, which)
@@ -72,9 +78,24 @@ class Bodies:
     def water_forces(self):
         """[(effect, force [N] as UFL)] of what the scene calls for."""
         r, r_t, r_tt = self.kinematics()
-        flow, point = self.sea.flow(r), form.Point(r_t, r_tt)
+        flow, point = self.water_at(r), form.Point(r_t, r_tt)
         found = [(e, e.joint(c, self.body, self.sea.density, flow, point)) for e, c in self._loads]
         return [(effect, force) for effect, force in found if force is not None]
+
+    def water_at(self, r):
+        """Undisturbed water at the bodies."""
+        return self.sea.flow(r, *self._sampled)
+
+    def follow_water(self, system):
+        """An irregular sea follows the unknowns of a System."""
+        if self.sea.kinematics is not None:
+            self.sea.kinematics.follow(system)
+
+    def publish_points(self):
+        """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
+        if self.sea.kinematics is not None:
+            self._publish = self._publish or self.sea.kinematics.into_functions(array_of)
+            self._publish()
 
     @property
     def dx(self):

@@ -15,6 +15,7 @@ from ..solver.real import real_space
 from ..solver.unknowns import Block
 from . import body_c, effects
 from .evolution import Evolution
+from .kinematics import on_cells
 from .numbers import Numbers
 from .rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from .sea import SeaState
@@ -94,11 +95,27 @@ class Buoy:
             self.relaxation, self.gauge = fem.Constant(self.mesh, 0.0), None
             self.reference = fem.Function(self.state.function_space)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
+        self._above, self._beside = [], {}
+        if self.sea.kinematics is not None:
+            self._waves_at_points(np.flatnonzero(compat.cell_ends(self.mesh)[:, 0] == nodes[0]))
         ends = ufl.Measure("ds", domain=self.mesh, subdomain_data=compat.end_tags(self.mesh, nodes[0]))
         self.at_once = ends(1)  #: the measure of equations that belong to no place
         self._constants()
         terms = [pair for where in ("strip", "face") for pair in self._called(where)]
         self.hull = WetHull(self.mesh, scene, self.shape, self.sea, self.center, terms) if wet else None
+
+    def _waves_at_points(self, first):
+        """Where an irregular sea is wanted besides the hull; first: the cell of the measure `at_once`."""
+        self._above.append(self.sea.kinematics.add(on_cells(self.mesh, first)))
+        for effect in (e for e in effects.called_by(self.scene, "body") if e.looks_at):
+            height = np.array([effect.looks_at(self.scene)])
+            points = on_cells(self.mesh, first, height, np.zeros((1, 1), np.int32))
+            self._beside[effect.name] = self.sea.kinematics.add(points)
+
+    def _seen_by(self, effect, state):
+        """The body with the water where a term looks at it."""
+        points = self._beside.get(effect.name)
+        return state if points is None else state._replace(flow=lambda x: self.sea.flow(x, points))
 
     def _called(self, where):
         """[(effect, its constants)] of what the scene calls for."""
@@ -125,6 +142,8 @@ class Buoy:
         self.scene, self.section = scene, scene.buoy
         self.mass = mass_properties(self.section, self.shape)
         self._numbers.change(scene)
+        for effect in (e for e in effects.EFFECTS if e.name in self._beside):
+            self._beside[effect.name].source[:] = effect.looks_at(scene)
         self.sea.change(scene)
 
     # -- forms ------------------------------------------------------------------------------------------------------
@@ -141,12 +160,16 @@ class Buoy:
             motion = hull.body_motion(
                 R, self.M, self.inertia, y.momentum, rates.momentum, y.angular_momentum, rates.angular_momentum
             )
-        return body.Body(y.position, y.orientation, self.sea.flow, motion)
+        return body.Body(y.position, y.orientation, self.water_above, motion)
+
+    def water_above(self, x):
+        """Undisturbed water at C, or near the surface above it."""
+        return self.sea.flow(x, *self._above)
 
     def point_loads(self, state, attachments=()) -> list[Load]:
         """Weight, lines, and every effect that acts at a point of the body."""
         loads = [Load(None, self.M * self.gravity, None, self.at_once)]
-        loads += [Load(e.account, *e.body(c, state), self.at_once) for e, c in self._body_terms]
+        loads += [Load(e.account, *e.body(c, self._seen_by(e, state)), self.at_once) for e, c in self._body_terms]
         loads += [Load(None, *attachment.load(state), self.at_once) for attachment in attachments]
         return [load for load in loads if load.force is not None or load.torque is not None]
 
@@ -216,7 +239,7 @@ class Buoy:
     def wet_hull_form(self):
         """Linear form of `WetHull.submerged` and, last, the elevation above C."""
         state = self.kinematics()
-        form, eta = self.hull.submerged(state), self.sea.flow(state.position).elevation
+        form, eta = self.hull.submerged(state), self.water_above(state.position).elevation
         test = form.arguments()[0]
         return form if eta is None else form + self.one * eta * test[SUBMERGED - 1] * self.at_once
 

@@ -47,7 +47,8 @@ class Effect:
     key: of the scene, `neutral` its value without the effect (None: the section is absent).  needs: sections without
     which the effect is not there.  without: name of what is there instead.  numbers: name -> (scene, section of the
     key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
-    balance.  drawn: key -> Drawn.  removable: whether a scene makes sense without it.
+    balance.  looks_at: scene -> height above the keel where a term of a body looks at the water; None: at C or the
+    surface above it.  drawn: key -> Drawn.  removable: whether a scene makes sense without it.
     """
 
     name: str
@@ -64,6 +65,7 @@ class Effect:
     joint: Callable | None = None
     bed: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
+    looks_at: Callable | None = None
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
     removable: bool = True
@@ -223,6 +225,10 @@ EFFECTS: list[Effect] = [
             "waves.period": Drawn(0.1, 1e3),
             "waves.wavelength": Drawn(0.1, 1e4),
             "waves.ramp": Drawn(1e-3, 1e3, zero=True),
+            "waves.significant_height": Drawn(1e-6, 1e2, zero=True),
+            "waves.peak_period": Drawn(0.1, 1e3),
+            "waves.gamma": Drawn(1, 10, even=True),
+            "waves.spreading": Drawn(0.1, 1e3),
         },
     ),
     Effect(
@@ -236,6 +242,7 @@ EFFECTS: list[Effect] = [
         "wind",
         neutral=None,
         body=wind.wind_load,
+        looks_at=lambda scene: scene.wind.height,
         numbers={
             "speed": lambda scene, _: scene.wind.speed_10m,
             "drag_coefficient": lambda scene, _: scene.wind.drag_coefficient,

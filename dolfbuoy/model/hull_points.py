@@ -20,12 +20,12 @@ ZETA, RADIUS, LENGTH, TAPER = range(4)  #: numbers of a point: on the axis, R, w
 
 _DECLARATIONS = """
 typedef struct {
-    int points;                 /* of a cell */
-    const double *at;           /* where they are on [0, 1] */
-    int capacity;               /* cells */
-    const int *places;          /* of the numbers of every point, cell by cell */
+    int points;                 /* of a piece */
+    const double *at, *weights; /* where they are on [0, 1] */
+    int capacity;               /* points */
+    const int *places;          /* of the numbers of every point */
     double *out;
-    int *count;                 /* cells that are used, from the first on */
+    int *count;                 /* points in use, from the first on */
 } group;
 
 typedef struct {
@@ -33,7 +33,9 @@ typedef struct {
     const double *frustum;      /* of each: heights of its ends, radii there */
     group wet, cut;
     const double *position, *quaternion, *center;
-    const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without waves */
+    const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without such a wave */
+    void (*surface)(void *, double, double, double, int, double *);  /* of an irregular sea, or NULL */
+    void *sea;
     int averaged;               /* over the disks */
     double least_tilt;
 } hull_points;
@@ -45,7 +47,7 @@ _SOURCE = """
 #include <math.h>
 #include <stddef.h>
 
-#define FAR 3.0  /* cells: roots beyond do no harm */
+#define FAR 3.0  /* pieces: roots beyond do no harm */
 
 typedef struct {
     const hull_points *h;
@@ -77,6 +79,12 @@ static cut cut_at(const axis *A, double zeta)
         eta = mean * *h->amplitude * cos(theta);
         slope[0] = along * c;
         slope[1] = along * s;
+    } else if (h->surface) {
+        double found[3];
+        h->surface(h->sea, x[0], x[1], R, h->averaged, found);
+        eta = found[0];
+        slope[0] = found[1];
+        slope[1] = found[2];
     }
     const double length = sqrt(1 + slope[0] * slope[0] + slope[1] * slope[1]);
     const double n[3] = {-slope[0] / length, -slope[1] / length, 1 / length};
@@ -118,7 +126,7 @@ static double root(const axis *A, int side, double a, double b, cut ca, cut cb, 
     return z;
 }
 
-/* Where the level vanishes, the cell being [0, 1] and the level linear: a bound of what is nearest on each side. */
+/* Where the level vanishes, the piece being [0, 1] and the level linear: a bound of what is nearest on each side. */
 static void bound(double fa, double fb, double *left, double *right)
 {
     const double t = fa == fb ? INFINITY : fa / (fa - fb);
@@ -128,13 +136,13 @@ static void bound(double fa, double fb, double *left, double *right)
         *right = fmin(*right, fmax(t, 1));
 }
 
-/* The points of one cell between the heights a and b: where disks are cut, even in an angle that takes the roots out
+/* The points of one piece between the heights a and b: where disks are cut, even in an angle that takes the roots out
    of what is integrated, at the heights where the surface begins and ends to cut the frustum. */
 static void place(const axis *A, const group *g, double a, double b, cut ca, cut cb, int is_cut)
 {
     const double taper = fabs((A->frustum[3] - A->frustum[2]) / (A->frustum[1] - A->frustum[0]));
     double first = M_PI / 2, last = first;
-    if (*g->count == g->capacity)
+    if (*g->count + g->points > g->capacity)
         return;
     if (is_cut) {
         double left = -FAR, right = 1 + FAR;
@@ -147,13 +155,13 @@ static void place(const axis *A, const group *g, double a, double b, cut ca, cut
     for (int q = 0; q < g->points; ++q) {
         const double u = g->at[q], theta = first + 2 * u * delta;
         const double t = even ? u : sin(first + u * delta) / mean * sin(u * delta) / sin(delta);
-        double *point = g->out + g->places[*g->count * g->points + q];
+        double *point = g->out + g->places[*g->count + q];
         point[0] = a + (b - a) * t;
         point[1] = radius(A->frustum, point[0]);
-        point[2] = (b - a) * (even ? 1 : sin(theta) / mean * delta / sin(delta));
+        point[2] = (b - a) * g->weights[q] * (even ? 1 : sin(theta) / mean * delta / sin(delta));
         point[3] = taper;
     }
-    ++*g->count;
+    *g->count += g->points;
 }
 
 /* A frustum in what is wet and what is cut; ca, cb: at its ends. */
@@ -190,7 +198,7 @@ static void divide(const axis *A, cut ca, cut cb)
 /* For who looks at all cells: points that count for nothing. */
 static void clear(const group *g, double center)
 {
-    for (int k = *g->count * g->points; k < g->capacity * g->points; ++k) {
+    for (int k = *g->count; k < g->capacity; ++k) {
         double *point = g->out + g->places[k];
         point[0] = center;
         point[1] = 1;
@@ -216,44 +224,44 @@ void follow(void *context, double *values)
 
 
 class PointGroup:
-    """Points on some cells of the length 1 of a mesh.
+    """Points, each on a cell of the length 1 of a mesh: a piece of the axis has those of Gauss's rule of `degree`.
 
     coefficient: a Function of four numbers, ZETA, RADIUS, LENGTH and TAPER.  To integrate over the axis is to integrate
-    LENGTH over the `cells`, with Gauss's rule of `degree`.  linear: the numbers are linear on each cell and stand at
-    its ends, else at every point (two different rules of points in one form are more than FFCx 0.5 can take).
+    LENGTH over the `cells`, with one point.  (One cell with many points would be the same to FFCx; but cells are done
+    several at a time, `solver.lanes`.)
     """
 
-    def __init__(self, mesh, cells, degree, linear):
-        self.mesh, self.cells, self.degree = mesh, np.array(cells, dtype=np.int32), degree
-        element = compat.element(mesh, "DG", 1, 4) if linear else compat.quadrature_element(mesh, degree, 4)
-        space = compat.function_space(mesh, element)
+    def __init__(self, mesh, cells, degree):
+        self.mesh, self.cells = mesh, np.array(cells, dtype=np.int32)
+        space = compat.function_space(mesh, compat.element(mesh, "DG", 0, 4))
         self.coefficient = fem.Function(space)
-        self.at = np.array([0.0, 1.0]) if linear else np.ascontiguousarray(compat.interval_quadrature(degree)[0])
-        self._places = np.ascontiguousarray(4 * compat.cell_dofs(space)[self.cells], dtype=np.int32)
+        self.at, self.weights = map(np.ascontiguousarray, compat.interval_quadrature(degree))
+        self.places = np.ascontiguousarray(4 * compat.cell_dofs(space)[self.cells], dtype=np.int32)
 
     def describe(self, group, out, count):
-        """Fill in C's description.  out: takes the numbers of the coefficient, count: of cells in use, array of one."""
-        group.points, group.at = len(self.at), address(self.at)
-        group.capacity, group.places = len(self.cells), address(self._places)
+        """Fill in C's description.  out: for the numbers of the coefficient, count: of points in use, array of one."""
+        group.points, group.at, group.weights = len(self.at), address(self.at), address(self.weights)
+        group.capacity, group.places = len(self.cells), address(self.places)
         group.out, group.count = address(out), address(count)
 
 
 class HullPoints:
     """The points of a hull: `wet` where its disks are all wet, `cut` where the surface cuts them.
 
-    frusta: [(height, height, radius, radius)], each with a cell of either kind.  averaged: waves over the disks.
+    frusta: [(height, height, radius, radius)], each with points of either kind.  averaged: waves over the disks.
     """
 
     def __init__(self, frusta, wet, cut, averaged=False):
         self.frusta, self.wet, self.cut = np.array(frusta, dtype=np.float64), wet, cut
         self.averaged = averaged
 
-    def following(self, position, quaternion, center, wave, out, count):
+    def following(self, position, quaternion, center, wave, out, count, sea=None):
         """What C needs to make the points follow: its module, and the context of its function `follow`.
 
         position, quaternion, center: arrays that hold r_C, q_4 and the height of C.  wave: the arrays of amplitude,
-        wavenumber, time phase, cosine and sine of its direction; None in still water.  out, count: of a PointGroup,
-        where its numbers and the number of its cells in use go.  The arrays must live as long as the context.
+        wavenumber, time phase, cosine and sine of its direction; None without a regular wave.  sea: of an irregular
+        one, the addresses of its function `surface` and of that one's context.  out, count: of a PointGroup, where its
+        numbers and the number of its points in use go.  The arrays must live as long as the context.
         """
         module = c_code.module("hull_points", _DECLARATIONS, _SOURCE)
         context = module.ffi.new("hull_points *")
@@ -264,5 +272,8 @@ class HullPoints:
         names = "amplitude", "wavenumber", "time_phase", "cos_direction", "sin_direction"
         for name, array in zip(names, wave or (), strict=False):
             setattr(context, name, address(array))
+        if sea is not None:
+            context.surface = module.ffi.cast(module.ffi.typeof(context.surface), sea[0])
+            context.sea = module.ffi.cast("void *", sea[1])
         context.averaged, context.least_tilt = self.averaged, hull.LEAST_TILT
         return module, context

@@ -10,11 +10,13 @@ from ..forms import cable as form
 from ..forms import coupling
 from ..scene.network import Piece, network_of, with_line
 from ..scene.stretching import bends_of
+from ..solver import compat
 from ..solver.tension_only import OneSidedRows
-from ..solver.unknowns import Block
+from ..solver.unknowns import Block, array_of
 from . import effects
 from .evolution import Evolution
 from .held import HeldEnds, motion_of
+from .kinematics import on_line
 from .layout import Layout
 from .material import cross_section, weight_per_length
 from .numbers import Numbers, Properties
@@ -58,6 +60,7 @@ class Lines(Layout):
         self._material()
         self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
         self.memory |= self.parting.memory if self.parting else {}
+        self._sampled, self._publish = self._waves_at_points(), None
         self._lay_on_bed()
         if dynamic:
             self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
@@ -163,9 +166,36 @@ class Lines(Layout):
     def water_forces(self):
         """[(effect, force per stretched length [N/m] as UFL)] of what the scene calls for."""
         r, _, _, r_t, r_tt = self.kinematics()
-        flow, point = self.sea.flow(r), form.Point(form.tangent(r), r_t, r_tt)
+        flow, point = self.water_at(r), form.Point(form.tangent(r), r_t, r_tt)
         found = [(e, e.line(c, self.cable, self.sea.density, flow, point)) for e, c in self._loads]
         return [(effect, force) for effect, force in found if force is not None]
+
+    def _waves_at_points(self):
+        """Where an irregular sea is wanted; empty without one."""
+        if self.sea.kinematics is None:
+            return []
+        cells = self.mesh.topology.index_map(1).size_local
+        V, dofs = compat.collapse(self.space, 0)
+        blocks = compat.cell_dofs(V)[:cells]
+        places = np.asarray(dofs).reshape(-1, 3)[blocks]
+        degree = self.dx.metadata()["quadrature_degree"]
+        points = on_line(self.mesh, degree, self.w, (places, self.node_s[blocks]))
+        return [self.sea.kinematics.add(points)]
+
+    def water_at(self, r):
+        """Undisturbed water at the position r of the lines, at the points of `dx`."""
+        return self.sea.flow(r, *self._sampled)
+
+    def follow_water(self, system):
+        """An irregular sea follows the unknowns of a System."""
+        if self.sea.kinematics is not None:
+            self.sea.kinematics.follow(system)
+
+    def publish_points(self):
+        """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
+        if self.sea.kinematics is not None:
+            self._publish = self._publish or self.sea.kinematics.into_functions(array_of)
+            self._publish()
 
     def material_powers(self):
         """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""

@@ -62,9 +62,10 @@ class Problem:
         size = max((p.offset + p.size for p in parts), default=0)
         numbering = Numbering(comm, size, *Joining(self).numbers())
         tolerance = scene.solver.step_tolerance
-        self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law)
-        for buoy in self.buoys.values():
-            buoy.follow_water(self.system)
+        noted = [buoy.wet_hull_form() for buoy in self.buoys.values() if buoy.hull]
+        self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law, noted)
+        for model in self.models:
+            model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
         if self.lines and not one_sided and self.lines.elastic and not (dynamic and self.lines.cable.damping):

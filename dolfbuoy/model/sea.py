@@ -5,39 +5,25 @@ import math
 import numpy as np
 import ufl
 from dolfinx import fem
-from scipy.optimize import brentq
 
 from ..forms import sea, wind
 from ..solver.compat import point_in_space
 from ..solver.unknowns import array_of
+from .airy import AirySum, ramp
+from .components import Propagation, components_of, propagation
 from .evaluate import at_points, value
+from .kinematics import Kinematics
 from .numbers import Numbers
 
 
-def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:
-    """k [1/m] with omega^2 = g k tanh(k h)."""
-    deep = (2 * math.pi / period) ** 2 / gravity  # kh tanh(kh) = deep h: k is between deep and deep / tanh(deep h)
-    if deep * depth > 30:
-        return deep
-    return brentq(
-        lambda k: gravity * k * math.tanh(k * depth) - deep * gravity,
-        deep,
-        deep / math.tanh(deep * depth) * (1 + 1e-12),
-        xtol=1e-16,
-        rtol=1e-15,
-    )
+def main_propagation(scene) -> Propagation:
+    """Of the scene's regular wave, or of the main period of its sea."""
+    return propagation(scene, scene.waves.main_period, scene.waves.direction_deg)
 
 
 def wavenumber(scene) -> float:
-    """k of the scene's wave: 2 pi / wavelength if that is given, else from dispersion."""
-    if scene.waves.wavelength is not None:
-        return 2 * math.pi / scene.waves.wavelength
-    return dispersion_wavenumber(scene.waves.period, scene.sea.depth, scene.gravity)
-
-
-def ramp(t: float, duration: float) -> float:
-    """Smooth start: (1 - cos(pi t/duration))/2, then 1."""
-    return 0.5 * (1 - math.cos(math.pi * t / duration)) if t < duration else 1.0
+    """k of the scene's wave: 2 pi / wavelength if that is given, else from dispersion; of the main period of a sea."""
+    return main_propagation(scene).wavenumber
 
 
 def heading(direction_deg: float) -> np.ndarray:
@@ -56,7 +42,7 @@ def amplitude(scene, t) -> float:
 
 def time_phase(scene, t) -> float:
     """phase - omega t of the scene's wave [rad]."""
-    return math.radians(scene.waves.phase_deg) - 2 * math.pi / scene.waves.period * t
+    return math.radians(scene.waves.phase_deg) - main_propagation(scene).at_ground * t
 
 
 def _wave(scene, number, amplitude, time_phase):
@@ -64,7 +50,7 @@ def _wave(scene, number, amplitude, time_phase):
     return sea.Wave(
         amplitude=amplitude,
         wavenumber=number(wavenumber),
-        frequency=number(lambda scene: 2 * math.pi / scene.waves.period),
+        frequency=number(lambda scene: main_propagation(scene).in_water),
         time_phase=time_phase,
         cos_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[0])),
         sin_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[1])),
@@ -90,14 +76,24 @@ def _current(scene, number, speed):
     )
 
 
+def crest_height(scene) -> float:
+    """Amplitude of a scene's wave, significant height of its sea, 0 without waves [m]."""
+    if scene.waves is None:
+        return 0.0
+    return 4 * math.sqrt(components_of(scene.waves).moment(0)) if scene.waves.irregular else scene.waves.size
+
+
 def elevation_at(scene, t, points) -> np.ndarray:
     """Elevation of a scene's water in numbers [m] at points (..., 3)."""
+    if scene.waves and scene.waves.irregular:
+        return AirySum.of(scene).elevation(t, points)
     return _at_points(_flow(scene, t).elevation, points, ())
 
 
 def velocity_at(scene, t, points) -> np.ndarray:
     """Velocity (..., 3) of a scene's undisturbed water in numbers [m/s] at points (..., 3)."""
-    return _at_points(_flow(scene, t).velocity, points, (3,))
+    stream = _at_points(_flow(scene, t).velocity, points, (3,))
+    return stream + AirySum.of(scene).flow(t, points)[0] if scene.waves and scene.waves.irregular else stream
 
 
 def _at_points(expression, points, shape):
@@ -105,13 +101,15 @@ def _at_points(expression, points, shape):
 
 
 def _flow(scene, t):
-    """The water of forms.sea at `compat.point_in_space`."""
+    """The water of forms.sea at `compat.point_in_space`, without irregular waves."""
 
     def number(get):
         found = get(scene)
         return ufl.as_vector(found.tolist()) if isinstance(found, np.ndarray) else found
 
-    wave = _wave(scene, number, amplitude(scene, t), time_phase(scene, t)) if scene.waves else None
+    wave = None
+    if scene.waves and not scene.waves.irregular:
+        wave = _wave(scene, number, amplitude(scene, t), time_phase(scene, t))
     return sea.flow(point_in_space(), wave, _current(scene, number, number) if scene.current else None)
 
 
@@ -127,9 +125,13 @@ class SeaState:
 
     def __init__(self, mesh, scene, with_waves=True):
         self._mesh, self._numbers, self._speeds = mesh, Numbers(mesh, scene), []
+        self.kinematics = None  #: of an irregular sea
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
         self.wave = self.current = None
-        if with_waves and scene.waves:
+        if with_waves and scene.waves and scene.waves.irregular:
+            self.kinematics = Kinematics(scene)
+            self._depth = self._number(lambda scene: scene.sea.depth)
+        elif with_waves and scene.waves:
             self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
             self._numbers_of_wave = array_of(self._amplitude), array_of(self._time_phase)
             self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
@@ -154,13 +156,27 @@ class SeaState:
         for constant, full in self._speeds:
             constant.value = factor * full(self.scene)
 
-    def flow(self, x):
-        """Undisturbed water at the UFL point x."""
-        return sea.flow(x, self.wave, self.current)
+    @property
+    def has_waves(self):
+        """Whether there are any, regular or not."""
+        return self.wave is not None or self.kinematics is not None
+
+    def flow(self, x, *at):
+        """Undisturbed water at the UFL point x.
+
+        at: `kinematics.Points` near it, which an irregular sea needs; three, `weighted`, for averages over disks.
+        """
+        if self.kinematics is None:
+            return sea.flow(x, self.wave, self.current)
+        samples = [self.kinematics.samples(points, self._depth) for points in at]
+        waves = sea.sampled_average(samples, x) if len(samples) > 1 else sea.sampled_flow(samples[0], x)
+        return sea.with_current(waves, x, self.current)
 
     def set_time(self, t):
-        """Advance the wave's phase and ramp."""
-        if self.wave is not None:
+        """Advance the waves' phases and ramp."""
+        if self.kinematics is not None:
+            self.kinematics.set_time(t)
+        elif self.wave is not None:
             self.set_wave(amplitude(self.scene, t), time_phase(self.scene, t))
 
     def set_wave(self, amplitude, time_phase):
@@ -171,3 +187,5 @@ class SeaState:
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
         self._numbers.change(scene)
+        if self.kinematics is not None:
+            self.kinematics.change(scene)

@@ -43,6 +43,7 @@ def _structure_of(scene):
         bool(scene.cable and scene.cable.diameter),
         *(len(bends_of(scene.cable.axial_stiffness, below)) if scene.cable else 0 for below in (False, True)),
         bool(scene.cable and scene.cable.top and any(scene.cable.top.force)),
+        bool(scene.waves and scene.waves.irregular),
         scene.external_force is not None and scene.external_force.height is None,
     )
 

@@ -13,13 +13,14 @@ from ..solver import compat
 from ..solver.real import real_space
 from ..solver.unknowns import array_of
 from .hull_points import LENGTH, RADIUS, TAPER, ZETA, HullPoints, PointGroup
+from .kinematics import on_axis, on_cells, weighted
 
 WET, CUT, FACE = 1, 2, 3  #: tags of cells
 SUBMERGED = 7  #: numbers of `WetHull.submerged`
 
 
 class WetHull:
-    """Strips at the points of `HullPoints` and faces, each on a cell of `mesh`, whose cells have the length 1.
+    """Strips, each at a point of `HullPoints`, and faces, each on a cell of `mesh`, whose cells have the length 1.
 
     terms: [(effect, its constants)] of what the scene calls for.  water: the SeaState on the mesh.  center: Constant,
     the height of C above the keel.
@@ -28,24 +29,24 @@ class WetHull:
     def __init__(self, mesh, scene, shape, water, center, terms):
         self.mesh, self.water, self.center, self.terms = mesh, water, center, terms
         pieces, faces = _parts(scene, shape)
-        ends = np.cumsum([0, len(pieces), len(pieces), len(faces)])
+        degrees = _degrees(scene)
+        ends = np.cumsum([0, *(len(pieces) * _points(degree) for degree in degrees), len(faces)])
         tags = compat.cell_tags(mesh, dict(zip((WET, CUT, FACE), itertools.pairwise(ends), strict=True)))
-        degree = scene.solver.hull_quadrature_degree
-        groups = {WET: _wet_degree(degree), CUT: degree}
-        wet, cut = (PointGroup(mesh, np.flatnonzero(tags.values == tag), groups[tag], tag == WET) for tag in groups)
-        self.averaged = scene.buoy.disk_averages and water.wave is not None
+        of_tag = ((np.flatnonzero(tags.values == tag), degree) for tag, degree in zip((WET, CUT), degrees, strict=True))
+        wet, cut = (PointGroup(mesh, *group) for group in of_tag)
+        self.averaged = scene.buoy.disk_averages and water.has_waves
         self.points = HullPoints(pieces, wet, cut, self.averaged)
-        self.tapered, self._alive, self._to_coefficients = shape.tapered, [], None
+        self.height, self.tapered, self._alive, self._to_coefficients = shape.height, shape.tapered, [], None
         self.face = self._faces(faces, ends[2])
-        dx = ufl.Measure("dx", domain=mesh, subdomain_data=tags)
-        self._dx = {tag: dx(tag, metadata={"quadrature_degree": groups[tag]}) for tag in groups}
-        self._d_faces = dx(FACE, metadata={"quadrature_degree": 0})
+        self._sampled = self._waves_at_points(wet, cut, np.flatnonzero(tags.values == FACE)) if water.kinematics else {}
+        dx = ufl.Measure("dx", domain=mesh, subdomain_data=tags, metadata={"quadrature_degree": 0})
+        self._dx, self._d_faces = {WET: dx(WET), CUT: dx(CUT)}, dx(FACE)
 
     @staticmethod
     def cells(scene, shape) -> int:
         """How many cells the mesh must have."""
         pieces, faces = _parts(scene, shape)
-        return 2 * len(pieces) + len(faces)
+        return len(pieces) * sum(map(_points, _degrees(scene))) + len(faces)
 
     def _faces(self, faces, first):
         """(height, inner radius, outer radius) on the cells of the faces."""
@@ -58,6 +59,15 @@ class WetHull:
         numbers[places] = np.reshape(faces, (-1, 3))  # a spindle has none
         return function
 
+    def _waves_at_points(self, wet, cut, faces):
+        """Tag -> where an irregular sea is wanted."""
+        places = 3 * compat.cell_dofs(self.face.function_space)[faces]
+        found = {WET: on_axis(wet), CUT: on_axis(cut), FACE: on_cells(self.mesh, faces, self.face, places, radius=2)}
+        found = {tag: weighted(points) if self.averaged else [points] for tag, points in found.items()}
+        for points in (points for several in found.values() for points in several):
+            self.water.kinematics.add(points)
+        return found
+
     # -- points that follow the water -------------------------------------------------------------------------------
 
     def follow(self, system, state, fields):
@@ -67,6 +77,12 @@ class WetHull:
         self._alive.append(context)
         function = module.ffi.addressof(module.lib, "follow")
         system.hooks.add(*(int(module.ffi.cast("uintptr_t", pointer)) for pointer in (function, context)))
+        if self.water.kinematics:
+            self.water.kinematics.follow(system, self._body(fields.of(read(state)), read))
+
+    def _body(self, u, read):
+        """What an irregular sea has to know of the body: arrays, and the height of the hull."""
+        return u.position, u.orientation, read(self.center), self.height
 
     def place_points(self, state, fields):
         """Write the points for the present values of Functions and Constants into the coefficients."""
@@ -74,8 +90,12 @@ class WetHull:
             counts = {id(g): np.zeros(1, dtype=np.int32) for g in (self.points.wet, self.points.cut)}
             module, context = self._following(fields.of(array_of(state)), array_of, lambda g: counts[id(g)])
             self._alive.append(counts)
-            self._to_coefficients = partial(module.lib.follow, context, module.ffi.NULL)
-        self._to_coefficients()
+            self._to_coefficients = [partial(module.lib.follow, context, module.ffi.NULL)]
+            if self.water.kinematics:
+                body = self._body(fields.of(array_of(state)), array_of)
+                self._to_coefficients.append(self.water.kinematics.into_functions(array_of, body))
+        for write in self._to_coefficients:
+            write()
 
     def _following(self, u, read, count):
         wave = self.water.wave
@@ -83,16 +103,17 @@ class WetHull:
             numbers = wave.amplitude, wave.wavenumber, wave.time_phase, wave.cos_direction, wave.sin_direction
             wave = [read(number) for number in numbers]
         out = lambda group: read(group.coefficient)  # noqa: E731
-        return self.points.following(u.position, u.orientation, read(self.center), wave, out, count)
+        sea = self.water.kinematics and self.water.kinematics.surface(self._body(u, read))
+        return self.points.following(u.position, u.orientation, read(self.center), wave, out, count, sea)
 
     # -- forms --------------------------------------------------------------------------------------------------------
 
-    def _strip(self, state, zeta, radius, section):
+    def _strip(self, state, zeta, radius, section, tag):
         """section(radius, d, x, flow): area and first moment of what is wet."""
         d = axis(state.quaternion)
         lever = (zeta - self.center) * d
-        flow = self.water.flow(state.position + lever)
-        if self.averaged:
+        flow = self.water.flow(state.position + lever, *self._sampled.get(tag, ()))
+        if self.averaged and not self._sampled:
             flow = sea.averaged_over_disk(flow, self.water.wave.wavenumber * radius)
         return hull.Strip(lever, d, radius, flow, *section(radius, d, state.position + lever, flow), state.motion)
 
@@ -101,13 +122,14 @@ class WetHull:
         section = partial(hull.wet_section, least_tilt=hull.LEAST_TILT)
         groups = (self.points.wet, hull.full_section, WET), (self.points.cut, section, CUT)
         return [
-            (self._strip(state, p[ZETA], p[RADIUS], section), p[TAPER], p[LENGTH], self._dx[tag])
+            (self._strip(state, p[ZETA], p[RADIUS], section, tag), p[TAPER], p[LENGTH], self._dx[tag])
             for p, section, tag in ((group.coefficient, section, tag) for group, section, tag in groups)
         ]
 
     def face_strip(self, state):
         """The disk of a face."""
-        return self._strip(state, self.face[0], self.face[2], partial(hull.wet_section, least_tilt=hull.FACE_TILT))
+        section = partial(hull.wet_section, least_tilt=hull.FACE_TILT)
+        return self._strip(state, self.face[0], self.face[2], section, FACE)
 
     def densities(self, strip):
         """[(effect, force per wet area and metre of axis, couple likewise or None)]."""
@@ -160,9 +182,17 @@ class WetHull:
         return form
 
 
-def _wet_degree(degree):
-    """A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations."""
-    return 2 * max(3, (degree + 1) // 6) - 1
+def _degrees(scene):
+    """Of Gauss's rules on pieces that are wet, and on those that are cut.
+
+    A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations.
+    """
+    degree = scene.solver.hull_quadrature_degree
+    return 2 * max(3, (degree + 1) // 6) - 1, degree
+
+
+def _points(degree):
+    return degree // 2 + 1
 
 
 def _parts(scene, shape):

@@ -52,7 +52,7 @@ class Meter:
     @staticmethod
     def _lines(lines):
         r, T, e, v, _ = lines.kinematics()
-        c, dx, water = lines.cable, lines.dx, lines.sea.flow(r).velocity
+        c, dx, water = lines.cable, lines.dx, lines.water_at(r).velocity
         weight = cable_form.weight_in_water(c, lines.gravity, lines.sea.density)
         found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
         if e is not None:
@@ -68,7 +68,7 @@ class Meter:
     @staticmethod
     def _bodies(bodies):
         r, v, _ = bodies.kinematics()
-        body, dx, water = bodies.body, bodies.dx, bodies.sea.flow(r).velocity
+        body, dx, water = bodies.body, bodies.dx, bodies.water_at(r).velocity
         weight = joint_form.weight_in_water(body, bodies.gravity, bodies.sea.density)
         found = [("kinetic", 0.5 * body.mass * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
         for effect, force in bodies.water_forces():
@@ -93,8 +93,8 @@ class Meter:
         accounts = dict.fromkeys(effect.account for effect in effects.EFFECTS)
         values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top"), 0.0)
         problem = self.simulation.problem
-        for buoy in problem.buoys.values():
-            buoy.publish_points()
+        for model in problem.models:
+            model.publish_points()
         for names, part, contribution in self._forms:
             b = np.zeros(part.size)
             contribution.prepare()

@@ -9,6 +9,7 @@ import numpy as np
 from ..model import effects
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
+from ..model.components import components_of
 from ..model.rigid import mass_properties, shape_of
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
@@ -172,10 +173,18 @@ class Observer:
         }
 
     def fixed(self):
-        """Arc lengths of nodes and cells, in order, on rank 0 (empty dict on the others and without a cable).
+        """Arc lengths of nodes and cells, in order, and components of an irregular sea, on rank 0 (others: nothing)."""
+        return self._along() | (self._components() if self.comm.rank == 0 else {})
 
-        Of a network: cable after cable, each from its lower end on, and which cable and segment they belong to.
-        """
+    def _components(self):
+        waves = self.problem.scene.waves
+        if waves is None or not waves.irregular or not self.problem.dynamic:
+            return {}
+        names = (f"wave_{name}" for name in ("amplitude", "period", "direction_deg", "phase_deg"))
+        return dict(zip(names, components_of(waves).as_rows().T, strict=True))
+
+    def _along(self):
+        """Of a network: cable after cable, each from its lower end on, and which cable and segment they belong to."""
         lines = self.problem.lines
         if lines is None:
             return {}

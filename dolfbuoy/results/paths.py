@@ -88,7 +88,7 @@ def orbit(record, scene=None) -> Figure:
         raise Missing("figures.orbit needs waves, which this scene does not have.")
     last = _last_period(record, scene)
     if last is None:
-        raise TooShort(f"No orbit: it needs one period of the waves, {scene.waves.period:g} s.")
+        raise TooShort(f"No orbit: it needs one period of the waves, {scene.waves.main_period:g} s.")
     x = record.buoy_position.values[last]
     if _is_planar(x):
         figure = new_figure(COLUMN, 3.0)

@@ -62,6 +62,10 @@ FIXED = {
     "cable_of_node": (("node",), "1", "number of the cable to which each node belongs, from 0"),
     "cable_of_cell": (("cell",), "1", "number of the cable to which each element belongs, from 0"),
     "segment_of_cell": (("cell",), "1", "number of the segment of its cable, from 0"),
+    "wave_amplitude": (("component",), "m", "amplitude of a component of the sea"),
+    "wave_period": (("component",), "s", "its period"),
+    "wave_direction_deg": (("component",), "degree", "direction towards which it runs, from x towards y"),
+    "wave_phase_deg": (("component",), "degree", "its phase in a cos(k.x - omega t + phase)"),
 }
 #: What comes once for each of several cables, buoys or attachments: the dimension in front of the others.
 PER = dict.fromkeys(("tension_top", "tension_anchor", "anchor_force", "end_tension"), "cable")
@@ -164,7 +168,9 @@ class Record:
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
-            reserve(part, _room(columns) + _length(self.attributes))
+            reserve(
+                part, _room(columns) + _length(self.attributes) + sum(v.nbytes for v in self.fixed.values()) * fresh
+            )
             with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
                 if fresh:
                     self._define(file)
@@ -214,7 +220,7 @@ class Record:
             if dimensions[0] not in file.dimensions:
                 file.createDimension(dimensions[0], len(value))
             self._variable(file, name, dimensions)[:] = value
-        if self.fixed:
+        if any(set(FIXED[name][0]) & set(ALONG) for name in self.fixed):
             file.createDimension("frame", None)
 
     def _append(self, file, name, rows):

@@ -12,7 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..meshes import HullShape
 from ..model.rigid import mass_properties
-from ..model.sea import elevation_at, heading, velocity_at, wavenumber, wind_at
+from ..model.sea import crest_height, elevation_at, heading, velocity_at, wavenumber, wind_at
 from .drawing import figure_of
 from .paraview import hull_surface, pose
 from .space import clear_azimuth, equal_scale, nice_scale
@@ -140,7 +140,7 @@ def _whole(now):
     low[2] -= 0.04 * span
     high[2] += 0.06 * span
     if now.scene.sea:
-        crest, bed = now.scene.waves.size if now.scene.waves else 0.0, -now.scene.sea.depth
+        crest, bed = crest_height(now.scene), -now.scene.sea.depth
         if bed > low[2] - 0.25 * span:
             low[2] = min(bed, low[2])
         if crest > low[2] and high[2] + 0.25 * span > 0:

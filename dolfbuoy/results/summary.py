@@ -40,8 +40,8 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     rows.append(("wall time", f"{wall:.1f}", "s"))
     rows.append(("speed", f"{float(record.time[-1]) / max(wall, 1e-9):.1f}", "x real time"))
     if scene.waves:
-        rest = 100 * remaining_amplitude(scene.waves.period, scene)
-        rows.append((f"left by the scheme of a free {scene.waves.period:g} s motion", f"{rest:.1f}", "%"))
+        rest = 100 * remaining_amplitude(scene.waves.main_period, scene)
+        rows.append((f"left by the scheme of a free {scene.waves.main_period:g} s motion", f"{rest:.1f}", "%"))
     return rows
 
 

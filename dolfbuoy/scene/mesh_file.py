@@ -77,12 +77,12 @@ def _check_xdmf(path):
             raise ValueError("must not include other files")
         kind = element.get("Format", "XML").upper()
         if kind == "HDF":
-            _check_hdf5(inside(path.parent, (element.text or "").strip().partition(":")[0]))
+            check_hdf5(inside(path.parent, (element.text or "").strip().partition(":")[0]))
         elif kind != "XML":
             raise ValueError(f"must hold its numbers as text or in an HDF5 file, not as Format {kind!r}")
 
 
-def _check_hdf5(path):
+def check_hdf5(path):
     """Raises ValueError if one of its links, or the numbers of a data set, are in another file."""
     import h5py
 

@@ -104,6 +104,12 @@ Slope = Annotated[tuple[_rise, _rise], _finite_numbers(2)]
 Angles = Annotated[tuple[Angle, Angle, Angle], _finite_numbers(3)]  # of each component
 Rows = Annotated[list[Pair], Field(max_length=10_000)]
 Share = Annotated[tuple[Length, _between(1, 1e7)], _finite_numbers(2)]  # of a cable, and its elements
+Frequency = _between(0, 1e3)  # Hz
+SpectralDensity = _between(0, 1e8)  # m^2/Hz, m^2/Hz/deg
+SpectrumRow = Annotated[tuple[SpectralDensity, SpectralDensity], _finite_numbers(2)]  # Hz and that
+Instant = Annotated[tuple[_between(-1e9, 1e9), _between(-1e4, 1e4)], _finite_numbers(2)]  # s, m
+Component = Annotated[tuple[_between(0, 1e4), Period, Angle, Angle], _finite_numbers(4)]  # m, s, deg, deg
+Multiple = _between(0, 1e3)  # of a frequency
 
 
 def _stiff(value):

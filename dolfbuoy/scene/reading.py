@@ -167,7 +167,9 @@ def _read(scene) -> dict:
 
 
 #: Keys whose text is the name of a file.
-FILES = frozenset({"cable.elements", "cable.segments.elements"})
+FILES = frozenset(
+    {"cable.elements", "cable.segments.elements", "waves.spectrum", "waves.components", "waves.elevation"}
+)
 
 
 def _with_files(data, folder, key=""):

@@ -21,6 +21,8 @@ def schema() -> dict:
     sections = found["$defs"]
     for name in ("Cable", "Line", "Segment"):
         sections[name]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
+    for name in ("spectrum", "components", "elevation"):
+        _or_file(sections["Waves"]["properties"], name)
     options = {name: _option(allowed) for name, allowed in ALLOWED.items()}
     petsc = {"type": "object", "properties": options, "additionalProperties": False, "default": {}}
     petsc["description"] = sections["Solver"]["properties"]["petsc"]["description"]
@@ -36,6 +38,14 @@ def schema() -> dict:
 def _listed(item, table):
     """A list of items, or a table."""
     return {"if": {"type": "array"}, "then": {"items": item}, "else": table}
+
+
+def _or_file(properties, name):
+    """Let a key name a file too."""
+    rule = properties[name]
+    if "anyOf" not in rule:
+        rule["anyOf"] = [{word: rule.pop(word) for word in ("type", "items", "maxItems") if word in rule}]
+    rule["anyOf"].append({"type": "string"})
 
 
 def as_text() -> str:

@@ -28,7 +28,6 @@ from .quantities import (
     Length,
     Missing,
     Name,
-    Period,
     Quaternion,
     Rows,
     Speed,
@@ -37,11 +36,11 @@ from .quantities import (
     Tolerance,
     Vector,
     VelocityVector,
-    Wavelength,
     Wrong,
 )
 from .seabed import Seabed
 from .section import Section, key
+from .waves import Waves
 
 
 class Sea(Section):
@@ -49,34 +48,6 @@ class Sea(Section):
 
     depth: Length = key("depth of the water; the sea bed is at z = -depth", "m")
     density: Density = key("density of the water", "kg/m^3", default=1025.0)
-
-
-class Waves(Section):
-    """A regular Airy wave: give amplitude or height."""
-
-    amplitude: Annotated[float, Field(ge=0, le=1e4)] | None = key("amplitude a, half the height", "m", default=None)
-    height: Annotated[float, Field(ge=0, le=2e4)] | None = key(
-        "height from trough to crest: twice the amplitude", "m", default=None
-    )
-    period: Period = key("wave period", "s")
-    wavelength: Wavelength | None = key("wavelength; absent: by dispersion", "m", default=None)
-    direction_deg: Angle = key("direction towards which the wave runs, from x towards y", "deg", default=0.0)
-    phase_deg: Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
-    ramp: Duration = key("time over which the wave grows from nothing", "s", default=0.0)
-    stretching: Literal["wheeler", "vertical", "none"] = key("kinematics above still water", default="wheeler")
-
-    @model_validator(mode="after")
-    def _one_size(self):
-        if self.amplitude is None and self.height is None:
-            raise Missing("amplitude", "or height, which is twice as much")
-        if self.amplitude is not None and self.height is not None:
-            raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
-        return self
-
-    @property
-    def size(self) -> float:
-        """Amplitude [m]."""
-        return self.amplitude if self.amplitude is not None else self.height / 2
 
 
 class Current(Section):

@@ -81,7 +81,7 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
 def period_of(scene: Scene) -> float | None:
     """Period of what drives the scene."""
     if scene.waves:
-        return scene.waves.period
+        return scene.waves.main_period
     return scene.cable.top.period if scene.cable and scene.cable.top else None
 
 

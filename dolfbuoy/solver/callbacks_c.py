@@ -25,6 +25,7 @@ typedef struct {                /* of PETSc */
     int (*KSPGetTolerances)(void *, double *, double *, double *, petsc_int *);
     int (*KSPSetTolerances)(void *, double, double, double, petsc_int);
     int (*SNESGetKSP)(void *, void **);
+    int (*SNESSetLagJacobian)(void *, petsc_int);
     int (*SNESGetTolerances)(void *, double *, double *, double *, petsc_int *, petsc_int *);
     int (*SNESGetSolutionUpdate)(void *, void **);
 } petsc;
@@ -207,12 +208,6 @@ int jacobian(void *snes, void *x, void *J, void *P, void *context)
 {
     const newton *N = context;
     numbers *n = N->numbers;
-    n->valid = n->valid && n->assembled_for == *N->assembled;
-    n->kept = n->valid;
-    if (!n->own_options)
-        TRY(check_linear_solves(N->petsc, n, snes, !n->kept));
-    if (n->valid)
-        return 0;
     TRY(add_up_at(N, &N->jacobians, x));
     if (*N->failed)
         return 0;
@@ -264,13 +259,22 @@ static int judge(const petsc *petsc, numbers *n, void *snes, petsc_int iteration
     return 0;
 }
 
+static int choose_matrix(const newton *N, void *snes)
+{
+    numbers *n = N->numbers;
+    n->valid = n->valid && n->assembled_for == *N->assembled;
+    n->kept = n->valid;
+    TRY(N->petsc->SNESSetLagJacobian(snes, n->kept ? -1 : 1));
+    return n->own_options ? 0 : check_linear_solves(N->petsc, n, snes, !n->kept);
+}
+
 int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context)
 {
     const newton *N = context;
     TRY(judge(N->petsc, N->numbers, snes, iteration, step, norm, reason));
     if (N->law && *reason > 0 && unsettled(N->law) && N->numbers->last_increment > N->numbers->tolerance)
         *reason = N->numbers->iterating;
-    return 0;
+    return *reason == N->numbers->iterating ? choose_matrix(N, snes) : 0;
 }
 """
 

@@ -5,12 +5,16 @@ Knows no dolfinx; `compat` puts `one_at_a_time` around its compiler.
 
 import fcntl
 import functools
+import importlib.util
 import logging
 import os
 import re
+import sysconfig
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from ffcx.codegeneration import jit as ffcx_jit
 
 #: Options of every compiled form.  Forms are compiled once per machine and kept in the cache of dolfinx.  Square roots
 #: that need not set errno and comparisons that need not trap halve the time of the hull's Jacobian; results stay IEEE.
@@ -48,7 +52,7 @@ def alone(folder: Path) -> Iterator[bool]:
 
 
 def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> Callable:
-    """dolfinx's compiler of one process, for one process at a time.
+    """dolfinx's compiler of one process, for one process at a time; what is compiled already waits for none.
 
     name: of its argument with the options.  cache: says in which folder it keeps what it has compiled.
 
@@ -58,6 +62,11 @@ def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> 
 
     @functools.wraps(local_jit)
     def locked_jit(*arguments, **options):
+        try:
+            with _looking_at_once():
+                return local_jit(*arguments, **options)
+        except _NotCompiledError:
+            pass
         with alone(cache()) as locked:
             options[name] = {**(options.get(name) or {}), "timeout": 2 if locked else 600}
             try:
@@ -70,3 +79,36 @@ def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> 
                 return local_jit(*arguments, **options)
 
     return locked_jit
+
+
+class _NotCompiledError(Exception):
+    """A form is not in the cache."""
+
+
+@contextmanager
+def _looking_at_once():
+    """FFCx looks for what it has compiled at one place, instead of listing a cache that may hold thousands of files."""
+    look = ffcx_jit.get_cached_module
+    ffcx_jit.get_cached_module = _cached_module
+    try:
+        yield
+    finally:
+        ffcx_jit.get_cached_module = look
+
+
+def _cached_module(module_name, object_names, cache_dir, timeout):
+    """As FFCx's function of that name.  Raises _NotCompiledError."""
+    cache = Path(cache_dir)
+    if not (cache / f"{module_name}.c.cached").exists():
+        raise _NotCompiledError
+    module = load(module_name, cache)
+    return [getattr(module.lib, name) for name in object_names], module
+
+
+@functools.cache
+def load(name: str, folder: Path):
+    """The extension module of a name in a folder."""
+    spec = importlib.util.spec_from_file_location(name, folder / (name + sysconfig.get_config_var("EXT_SUFFIX")))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

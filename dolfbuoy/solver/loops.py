@@ -2,8 +2,11 @@
 
 dolfinx's assemblers take packed coefficients and insert the tensor of every cell by itself.  Here one call of C does
 all forms of a residual or of a Jacobian: it gathers coefficients and constants of a cell from one array, calls the
-same compiled kernel, and adds the tensor to a vector or leaves it where PETSc's COO assembly reads it
-(`study step-cost` measures what that brings).  What has to be copied around that is done by C as well.
+same kernel, and adds the tensor to a vector or leaves it where PETSc's COO assembly reads it (`study step-cost`
+measures what that brings).  What has to be copied around that is done by C as well.
+
+Several cells are done at once, one in each lane of the vector registers (`lanes`).  Their numbers stand lane by lane:
+all that belongs to a cell is in blocks (cells of a block // lanes, numbers of a cell, lanes).
 """
 
 from functools import partial
@@ -11,21 +14,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import c_code, compat
+from . import c_code, compat, lanes
 from .c_code import address
 
 _DECLARATIONS = """
 typedef struct {
-    uintptr_t kernel;          /* tabulate_tensor of FFCx */
-    const int *cells;          /* how many */
+    uintptr_t kernel;          /* for one cell: tabulate_tensor of FFCx; for several: of `lanes` */
+    int lanes;                 /* cells at once */
+    const int *cells;          /* how many; the last lanes may be too many */
     int tensor, coefficients, constants, coordinates;  /* numbers of a cell */
-    const int *w, *c;          /* places of coefficients (of each cell) and of constants in `values` */
+    const int *w, *c, *x;      /* places of coefficients (of each cell) and constants in `values`, and in `mesh` */
+    const double *mesh;        /* coordinates of all cells of the mesh */
     int shared;                /* all cells have the same dofs: one tensor is the sum of all */
     const int *targets;        /* places of the tensors in `out`; NULL: one after the other, from `first` on */
     ptrdiff_t first;
-    const double *x;           /* coordinates of all cells of the mesh */
-    const int *where;          /* number of each cell in it */
-    const int *facets;         /* local number of the facet, or NULL */
+    const int *facets;         /* local number of the facet, or NULL; then there is one lane */
 } integral;
 
 typedef struct {
@@ -59,36 +62,49 @@ _SOURCE = """
 typedef void (*tabulate_tensor)(double *, const double *, const double *, const double *, const int *,
                                 const uint8_t *%s);
 
-static const double *gather(double *w, const double *values, const int *places, int n)
+typedef void (*several)(double *, const double *, const double *, const double *);
+
+static void gather(double *to, const double *from, const int *places, ptrdiff_t n)
 {
-    for (int k = 0; k < n; ++k)
-        w[k] = values[places[k]];
-    return w;
+    for (ptrdiff_t k = 0; k < n; ++k)
+        to[k] = from[places[k]];
 }
 
-static void scatter(const double *tensor, double *out, const int *places, int n)
+static void spread(double *to, const double *from, const int *places, int n, int lanes)
 {
     for (int k = 0; k < n; ++k)
-        out[places[k]] += tensor[k];
+        for (int lane = 0; lane < lanes; ++lane)
+            to[k * lanes + lane] = from[places[k]];
+}
+
+/* Adds the tensors of the first `used` lanes. */
+static void scatter(const integral *I, const double *tensor, ptrdiff_t begin, int used, double *out)
+{
+    const int *targets = I->targets + (I->shared ? 0 : begin * I->tensor);
+    for (int k = 0; k < I->tensor; ++k)
+        for (int lane = 0; lane < used; ++lane)
+            out[I->shared ? targets[k] : targets[k * I->lanes + lane]] += tensor[k * I->lanes + lane];
 }
 
 static void integrate(const integral *I, const double *values, double *work, double *out)
 {
     static const uint8_t permutation[2] = {0, 0};
-    const tabulate_tensor tabulate = (tabulate_tensor)I->kernel;
-    const double *c = gather(work, values, I->c, I->constants);
-    double *w = work + I->constants;
-    const ptrdiff_t cells = *I->cells;
-    for (ptrdiff_t cell = 0; cell < cells; ++cell) {
-        const ptrdiff_t place = I->shared ? 0 : cell * I->tensor;
-        double *tensor = I->targets ? w + I->coefficients : out + I->first + place;
-        gather(w, values, I->w + cell * I->coefficients, I->coefficients);
-        if (I->targets && (cell == 0 || !I->shared))
-            memset(tensor, 0, I->tensor * sizeof(double));
-        tabulate(tensor, w, c, I->x + I->where[cell] * I->coordinates, I->facets ? I->facets + cell : NULL,
-                 permutation%s);
-        if (I->targets && (cell == cells - 1 || !I->shared))
-            scatter(tensor, out, I->targets + place, I->tensor);
+    const int lanes = I->lanes, cells = *I->cells;
+    double *c = work, *w = c + lanes * I->constants, *x = w + lanes * I->coefficients;
+    double *own = x + lanes * I->coordinates;
+    spread(c, values, I->c, I->constants, lanes);
+    for (ptrdiff_t begin = 0; begin < cells; begin += lanes) {
+        double *tensor = I->targets ? own : out + I->first + begin * I->tensor;
+        gather(w, values, I->w + begin * I->coefficients, lanes * I->coefficients);
+        gather(x, I->mesh, I->x + begin * I->coordinates, lanes * I->coordinates);
+        if (I->targets)
+            memset(own, 0, lanes * I->tensor * sizeof(double));
+        if (lanes > 1)
+            ((several)I->kernel)(tensor, w, c, x);
+        else
+            ((tabulate_tensor)I->kernel)(tensor, w, c, x, I->facets ? I->facets + begin : NULL, permutation%s);
+        if (I->targets)
+            scatter(I, own, begin, cells - begin < lanes ? cells - begin : lanes, out);
     }
 }
 
@@ -264,38 +280,28 @@ class Loop:
 
     values: a `Values` that knows all their unknowns, coefficients and constants.  shared: what all loops of a System
     share (`Shared`).  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out`
-    holds the tensors, whose `entries` belong to local unknowns (rows, columns), and behind them `spare` zeros.
-    `arguments` are those of add_up.
+    holds the tensors, whose `entries` belong to local unknowns (rows, columns; -1: to none), and behind them `spare`
+    zeros.  `arguments` are those of add_up.
     """
 
     def __init__(self, contributions, values, shared, size=None, spare=0):
-        library, self._alive, self._shared = compiled(), [], shared
-        found = [(c, compat.integrals(c.form, library.ffi)) for c in contributions]
-        count, length, work, entries = sum(len(integrals) for _, integrals in found), 0, 1, []
-        described = library.ffi.new("integral[]", max(1, count))
-        unused = iter(described)
-        for c, integrals in found:
-            coefficients, constants = values.sources(c)
-            for integral in integrals:
-                dofs = [part.offset + _unrolled(part.function.function_space)[integral.cells] for part in c.sides]
-                one = next(unused)
-                self._inputs(one, c, integral, coefficients[integral.key], constants)
-                one.tensor, one.first = np.prod([d.shape[1] for d in dofs]), length
-                one.shared = all(np.all(d == d[:1]) for d in dofs)
-                if one.shared:
-                    dofs = [d[:1] for d in dofs]
-                if size is None:
-                    entries.append(_entries(*dofs))
-                    length += len(entries[-1][0])
-                else:
-                    one.targets = self._ints(*dofs)
-                work = max(work, one.constants + one.coefficients + one.tensor)
+        self._alive, self._shared = [], shared
+        found = [(c, integral) for c in contributions for integral in compat.integrals(c.form, compiled().ffi)]
+        described = compiled().ffi.new("integral[]", max(1, len(found)))
+        sources, self._entries, work = {id(c): values.sources(c) for c in contributions}, [], 1
+        for one, (c, integral) in zip(described, found, strict=False):
+            coefficients, constants = sources[id(c)]
+            self._inputs(one, c, integral, coefficients[integral.key], constants)
+            self._outputs(one, c, integral, size is None)
+            work = max(work, one.lanes * (one.constants + one.coefficients + one.coordinates + one.tensor))
         if size is None:
-            self.entries = np.concatenate([np.zeros((2, 0), np.int32), *entries], axis=1)
-        self.out = np.zeros(length + spare if size is None else size)
-        inputs, outputs = (self._doubles(a) for a in (values.array, np.zeros(work))), self._doubles(self.out)
-        self.arguments = shared.hooks.described, described, count, *inputs, outputs, len(self.out)
-        self._call = partial(library.lib.add_up, *self.arguments)
+            self.entries = np.concatenate([np.zeros((2, 0), np.int32), *self._entries], axis=1)
+            size = self.entries.shape[1] + spare
+        del self._entries
+        self.out = c_code.aligned(size)
+        inputs, outputs = (self._doubles(a) for a in (values.array, c_code.aligned(work))), self._doubles(self.out)
+        self.arguments = shared.hooks.described, described, len(found), *inputs, outputs, size
+        self._call = partial(compiled().lib.add_up, *self.arguments)
 
     def __call__(self):
         """`out`, from the present `values`."""
@@ -306,12 +312,32 @@ class Loop:
     def _inputs(self, one, contribution, integral, coefficients, constants):
         cells, mesh = integral.cells, contribution.row.function.function_space.mesh
         x = self._shared.coordinates.of(mesh)
-        one.kernel, one.cells = integral.kernel, self._kept(self._shared.counts.of(mesh, cells))
-        one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
-        one.w, one.c = self._ints(coefficients), self._ints(constants)
-        one.x, one.where = self._doubles(x), self._ints(cells)
+        one.kernel, one.lanes = integral.kernel, 1
         if integral.facets is not None:
             one.facets = self._ints(integral.facets)
+        elif len(cells) > 1:
+            one.kernel, one.lanes = lanes.several(integral.kernel) or (integral.kernel, 1)
+        one.cells = self._kept(self._shared.counts.of(mesh, cells))
+        one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
+        one.w, one.c, one.mesh = self._by_lanes(one, coefficients), self._ints(constants), self._doubles(x)
+        one.x = self._by_lanes(one, np.arange(x.size).reshape(x.shape)[cells])
+
+    def _outputs(self, one, contribution, integral, is_matrix):
+        dofs = [part.offset + _unrolled(part.function.function_space)[integral.cells] for part in contribution.sides]
+        one.tensor, one.shared = np.prod([d.shape[1] for d in dofs]), all(np.all(d == d[:1]) for d in dofs)
+        if not is_matrix:
+            one.targets = self._ints(dofs[0][:1]) if one.shared else self._by_lanes(one, dofs[0])
+            return
+        one.first = sum(entries.shape[1] for entries in self._entries)
+        if one.shared:
+            one.targets = self._ints(one.first + np.arange(one.tensor))
+            dofs = [d[:1] for d in dofs]
+        entries = np.stack([_blocks(e, 1 if one.shared else one.lanes, -1).ravel() for e in _entries(*dofs)])
+        self._entries.append(np.pad(entries, ((0, 0), (0, -entries.shape[1] % c_code.ALIGNED)), constant_values=-1))
+
+    def _by_lanes(self, one, numbers):
+        """Of every cell (cells, numbers); lanes that are too many do what the last cell does."""
+        return self._ints(_blocks(numbers, one.lanes, numbers[-1:]))
 
     def _ints(self, array):
         return self._kept(np.ascontiguousarray(array, dtype=np.int32))
@@ -324,6 +350,15 @@ class Loop:
         return address(array)
 
 
+def _blocks(numbers, lanes, more):
+    """(cells, numbers of a cell) -> (blocks, numbers of a cell, lanes); more: of the cells that are too many."""
+    cells, n = numbers.shape
+    blocks = -(-cells // lanes)
+    filled = np.empty((blocks * lanes, n), dtype=np.int32)
+    filled[:cells], filled[cells:] = numbers, more
+    return filled.reshape(blocks, lanes, n).swapaxes(1, 2)
+
+
 def _unrolled(space):
     """Dofs of every owned cell, blocks one by one."""
     blocks, size = compat.cell_dofs(space), space.dofmap.bs
@@ -331,6 +366,6 @@ def _unrolled(space):
 
 
 def _entries(rows, columns):
-    """Row and column of every entry of the cells' tensors."""
+    """Row and column of every entry of the cells' tensors, (cells, entries) each."""
     m, n = rows.shape[1], columns.shape[1]
-    return np.stack([np.repeat(rows, n, axis=1).ravel(), np.tile(columns, m).ravel()])
+    return np.repeat(rows, n, axis=1), np.tile(columns, m)

@@ -5,10 +5,13 @@ factorisation of an earlier iteration or step, these are kept (`JacobianAge`).  
 C of `callbacks`, which do the same as those here.
 """
 
+import ctypes
+
 import numpy as np
 from petsc4py import PETSc
 
 from ..errors import InputError, SolveError
+from . import petsc_library
 from .callbacks import NOT_FINITE, Callbacks, Number, new_numbers
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
@@ -58,12 +61,14 @@ class SolverOptions:
 
     def __init__(self, scene=None):
         self.scene, self._in_database = dict(scene or {}), []
+        # a number in a prefix makes PETSc look up every option twice
+        self._prefix = f"dolfbuoy_{''.join(chr(ord('a') + int(digit)) for digit in str(id(self)))}_"
 
     def apply(self, snes):
         """Let a SNES read them.  Raises InputError for what PETSc refuses."""
-        db, options, prefix = PETSc.Options(), {"snes_linesearch_type": "bt", **self.scene}, f"dolfbuoy_{id(self)}_"
-        snes.setOptionsPrefix(prefix)
-        self._in_database = [prefix + key for key in options]
+        db, options = PETSc.Options(), {"snes_linesearch_type": "bt", **self.scene}
+        snes.setOptionsPrefix(self._prefix)
+        self._in_database = [self._prefix + key for key in options]
         for key, value in zip(self._in_database, options.values(), strict=True):
             db[key] = None if value is True else value  # a flag has no value
         try:
@@ -181,13 +186,7 @@ class Newton:
         self.system.residual(x, f)
 
     def jacobian(self, snes, x, J, P):
-        """Scaled Jacobian, for SNES; or the one at hand as long as it serves."""
-        self.age.valid &= self._assembled_for == int(self.system.assemblies[0])  # nobody else has used the matrix
-        self.age.kept = self.age.valid
-        if not self.options.scene:  # else it chooses how its solves are checked
-            self._check_linear_solves(not self.age.kept)
-        if self.age.valid:
-            return
+        """Scaled Jacobian, for SNES."""
         self.system.jacobian(x, P)
         if J != P:
             J.assemble()
@@ -203,8 +202,19 @@ class Newton:
         reason = self._judge(snes, iteration, norms)
         law = self.system.law
         if law is not None and law.unsettled(reason > 0) and self._last_increment > self.system.tolerance:
-            return PETSc.SNES.ConvergedReason.ITERATING
+            reason = PETSc.SNES.ConvergedReason.ITERATING
+        if reason == PETSc.SNES.ConvergedReason.ITERATING:
+            self._choose_matrix(snes)
         return reason
+
+    def _choose_matrix(self, snes):
+        """Before an iteration: SNES is to ask for a Jacobian only if the one at hand does not serve."""
+        self.age.valid &= self._assembled_for == int(self.system.assemblies[0])  # nobody else has used the matrix
+        self.age.kept = self.age.valid
+        lag = ctypes.c_int32 if PETSc.IntType == np.int32 else ctypes.c_int64
+        petsc_library.call("SNESSetLagJacobian", ctypes.c_void_p(snes.handle), lag(-1 if self.age.kept else 1))
+        if not self.options.scene:  # else it chooses how its solves are checked
+            self._check_linear_solves(not self.age.kept)
 
     def _judge(self, snes, iteration, norms):
         """The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds

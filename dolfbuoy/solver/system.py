@@ -21,19 +21,19 @@ class System:
 
     parts: this rank's parts.  residuals: list of (part, linear form).  blocks: cover all local unknowns.  numbering:
     a `Numbering`.  tolerance: of Newton's increments, relative to the typical sizes.  law: changes rows of residual and
-    matrix after they have been assembled (`tension_only.TensionOnly`), or None.
+    matrix after they have been assembled (`tension_only.TensionOnly`), or None.  noted: linear forms for `functional`.
 
     `u` are the physical values of the local unknowns, and `hooks` what is called before every evaluation.
     """
 
-    def __init__(self, parts, residuals, blocks, numbering, tolerance=1e-9, law=None):
+    def __init__(self, parts, residuals, blocks, numbering, tolerance=1e-9, law=None, noted=()):
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
         self.gamma = None  # of the scales
         self.assemblies = np.zeros(1, dtype=np.int64)  #: how often the matrix was assembled; C counts as well
         self.residuals = [Contribution(form, part) for part, form in residuals]
         self.jacobians = self._differentiate(residuals)
-        self._values = Values(parts, [c.ufl_form for c in (*self.residuals, *self.jacobians)])
+        self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
         self.u = self._values.unknowns
         self._publish = copies([(part.values, self.u[part.slice]) for part in parts])
         self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
@@ -67,7 +67,8 @@ class System:
         A = self.numbering.matrix()
         # the spare entries: a diagonal even where the forms have none, for the factorisation
         places = [np.append(entries, self.order) for entries in self.add_jacobians.entries]
-        coo.preallocate(A, *(self.numbering.global_index[place] for place in places))
+        index = np.append(self.numbering.global_index, -1)  # of what belongs to no unknown, -1, too
+        coo.preallocate(A, *(index[place] for place in places))
         self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
         coo.set_values(A, self.add_jacobians.out)
         return A
@@ -114,8 +115,12 @@ class System:
         """What the forms read as the values of a Function or a Constant: a view, or None if they do not read it."""
         return self._values.of(thing)
 
+    def filled_by_hook(self, *functions):
+        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations."""
+        self._values.leave(functions)
+
     def functional(self, form, test):
-        """A Loop for a linear form that is no residual but reads the same; test: Part whose dofs are its numbers."""
+        """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part of its numbers."""
         return Loop([Contribution(form, test)], self._values, self._shared, test.size)
 
     def publish(self):

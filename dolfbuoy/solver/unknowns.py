@@ -80,8 +80,15 @@ class Values:
         self.unknowns = self.array[unknowns]
         #: Read the unknowns from the parts' Functions.
         self.read_unknowns = reading(unknown, self.array)
+        self._given = given
         #: Read coefficients and constants again: time, step and the phase of the wave are among them.
         self.read_given = reading(given, self.array)
+
+    def leave(self, things):
+        """What a hook fills in: no longer read again."""
+        places = [self._places[id(thing)] for thing in things]
+        self._given = [(place, values) for place, values in self._given if place not in places]
+        self.read_given = reading(self._given, self.array)
 
     def of(self, thing):
         """The values of a Function or Constant, a view; None for what no form reads."""

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from dolfbuoy import load_scene
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.results.observe import Observer
+from dolfbuoy.scene.waves import Waves
 
 TILT = math.radians(40)
 STEPS = 1e-4 * 0.5 ** np.arange(5)
@@ -147,9 +148,21 @@ class Linearised:
         return self.J[np.ix_(self.members[row], self.members[column])]
 
 
-@pytest.fixture(scope="module", params=["elastic", "inextensible", "static"])
+#: Three components in as many directions; a scene refuses them without stretching, which here would make kinks.
+IRREGULAR = {"components": [[0.2, 6.1, 50.0, 17.0], [0.25, 4.3, 10.0, 250.0], [0.08, 2.9, -20.0, 111.0]]}
+IRREGULAR |= {"kinematics": "exact", "ramp": 7.0}
+
+
+def irregular_scene(**changes):
+    """The coupled scene in a sea of three components."""
+    waves = Waves(**IRREGULAR | changes).model_copy(update={"stretching": "none"})
+    return coupled_scene().model_copy(update={"waves": waves})
+
+
+@pytest.fixture(scope="module", params=["elastic", "inextensible", "static", "irregular"])
 def linearised(request):
-    problem = Problem(coupled_scene(request.param != "inextensible"), dynamic=request.param != "static")
+    scene = irregular_scene() if request.param == "irregular" else coupled_scene(request.param != "inextensible")
+    problem = Problem(scene, dynamic=request.param != "static")
     random_state(problem, np.random.default_rng(5))
     result = Linearised(problem)
     result.table = dict(STATIC if request.param == "static" else DYNAMIC)

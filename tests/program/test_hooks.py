@@ -84,7 +84,7 @@ def test_a_hook_says_how_many_cells_count(problem):
 
     problem.system.hooks.add(less)
     assert lift(problem) == pytest.approx(0.0, abs=1e-9 * full)
-    assert seen == [len(problem.buoy.shape.pieces(problem.scene.solver.hull_cells))]
+    assert seen == [3 * len(problem.buoy.shape.pieces(problem.scene.solver.hull_cells))]
 
 
 def test_the_points_of_the_hull_are_those_of_its_forms(problem):

@@ -94,6 +94,9 @@ STRUCTURAL = {
     "title", "cable.top.kind", "cable.top.position", "cable.position_degree", "cable.tension_degree", "cable.strain",
     "cable.strain_form", "cable.slack", "cable.tangential_froude_krylov", "buoy.hull", "buoy.inertia",
     "buoy.point_masses", "buoy.point_masses.mass", "buoy.point_masses.height", "waves.stretching", "current.profile",
+    "waves.period_seen_from", "waves.spectrum", "waves.spectrum.frequency", "waves.spectrum.direction_deg",
+    "waves.spectrum.density", "waves.components", "waves.band", "waves.seed", "waves.amplitudes", "waves.kinematics",
+    "waves.elevation",
     "initial.kind", "initial.points", "time.end", "seabed.start",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.

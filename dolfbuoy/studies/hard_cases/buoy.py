@@ -182,7 +182,7 @@ def deep_water(found):
     import ufl
 
     from ...forms import sea
-    from ...model.sea import dispersion_wavenumber
+    from ...model.components import dispersion_wavenumber
 
     k = dispersion_wavenumber(1.5, 700.0, 9.81)
     found.close("kh", k * 700, 1252.005541875646, 1e-12)

@@ -1,0 +1,196 @@
+"""The components of a scene's sea: eta = sum A_n cos(k_n . x - w_n t + phi_n)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from ..errors import InputError
+from ..scene.waves import COMPONENTS, ELEVATION, REGULAR
+from . import spectra
+
+#: Where the band of a formula begins, in peak frequencies, and the part of m0 at which it ends.
+LOWEST, HIGHEST = 0.5, 0.999
+
+
+@dataclass(frozen=True)
+class Components:
+    """Arrays over the components: amplitudes [m], angular frequencies of `waves.period` [rad/s], directions towards
+    which they run [deg], phases [rad]."""
+
+    amplitude: np.ndarray
+    frequency: np.ndarray
+    direction_deg: np.ndarray
+    phase: np.ndarray
+
+    def as_rows(self) -> np.ndarray:
+        """[amplitude [m], period [s], direction_deg, phase_deg] of each."""
+        return np.array([self.amplitude, 2 * math.pi / self.frequency, self.direction_deg, np.degrees(self.phase)]).T
+
+    def moment(self, n: float) -> float:
+        """sum w^n A^2/2 [m^2 (rad/s)^n]."""
+        return float(np.sum(self.frequency**n * self.amplitude**2) / 2)
+
+
+def spectrum_of(waves) -> spectra.Spectrum | None:
+    """The spectrum of a section [waves], over all directions; None if it has none."""
+    if waves.spectrum == "pierson-moskowitz":
+        return spectra.pierson_moskowitz(waves.significant_height, waves.peak_period)
+    if waves.spectrum == "jonswap":
+        return spectra.jonswap(waves.significant_height, waves.peak_period, waves.gamma)
+    if isinstance(waves.spectrum, list):
+        return spectra.tabulated(*np.array(waves.spectrum).T)
+    if waves.spectrum is not None:
+        angles, density = _around(waves.spectrum)
+        return spectra.tabulated(waves.spectrum.frequency, _over_circle(angles, density))
+    return None
+
+
+def band_of(waves, spectrum) -> tuple[float, float]:
+    """Lowest and highest frequency [rad/s] of the components of a spectrum."""
+    given = list(waves.band or [])
+    low = given[0] if given else LOWEST if isinstance(waves.spectrum, str) else 0.0
+    if len(given) == 2:
+        return low * spectrum.peak, given[1] * spectrum.peak
+    return low * spectrum.peak, float(spectrum.frequencies_at(np.array([HIGHEST * spectrum.moment(0)]))[0])
+
+
+def components_of(waves) -> Components:
+    """What a section [waves] is made of; a regular wave is one component.
+
+    Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
+    """
+    if waves.kind == REGULAR:
+        numbers = waves.size, 2 * math.pi / waves.period, waves.direction_deg, math.radians(waves.phase_deg)
+        return Components(*(np.array([x]) for x in numbers))
+    if waves.kind == COMPONENTS:
+        amplitude, period, direction, phase = np.array(waves.components).T
+        return Components(amplitude, 2 * math.pi / period, direction + waves.direction_deg, np.radians(phase))
+    if waves.kind == ELEVATION:
+        amplitude, frequency, phase = spectra.of_record(*np.array(waves.elevation).T)
+        return Components(amplitude, frequency, np.full(len(amplitude), waves.direction_deg), phase)
+    return _of_spectrum(waves)
+
+
+def _of_spectrum(waves):
+    spectrum, count = spectrum_of(waves), waves.components
+    band = band_of(waves, spectrum)
+    if spectrum.moment(0, *band) <= 0:
+        raise InputError(f"waves.band = {waves.band}: the spectrum must have energy in it.")
+    energy, frequency = spectrum.bins(spectrum.band(*band, count))
+    streams = np.random.SeedSequence(waves.seed).spawn(3)
+    phases, directions, sizes = (np.random.Generator(np.random.PCG64(stream)) for stream in streams)
+    amplitude = np.sqrt(2 * energy)
+    if waves.amplitudes == "random":  # Rayleigh: of two Gaussian numbers
+        amplitude = amplitude * np.sqrt(sizes.standard_exponential(count))
+    turned = _directions(waves, frequency, directions) + waves.direction_deg
+    return Components(amplitude, frequency, turned, phases.uniform(0.0, 2 * math.pi, count))
+
+
+def _directions(waves, frequency, random):
+    """One of each component [deg]: the distribution in as many equal parts, dealt out at random."""
+    if isinstance(waves.spectrum, str | list) and waves.spreading is None:
+        return np.zeros(len(frequency))
+    parts = (random.permutation(len(frequency)) + 0.5) / len(frequency)
+    if waves.spreading is not None:
+        return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
+    angles, density = _around(waves.spectrum)
+    w = 2 * math.pi * np.array(waves.spectrum.frequency)
+    rows = np.array([np.interp(frequency, w, column) for column in density.T]).T
+    return spectra.tabulated_angles(angles, rows, parts)
+
+
+def _around(spectrum):
+    return np.array(spectrum.direction_deg), np.array(spectrum.density)
+
+
+def _over_circle(angles, density):
+    """Integral over all directions of what is linear between angles [deg], closed to a circle."""
+    closed = np.append(angles, angles[0] + 360.0)
+    return np.sum(0.5 * (density + np.roll(density, -1, axis=1)) * np.diff(closed), axis=1)
+
+
+# -- what the water and its current make of a frequency ------------------------------------------------------------
+
+
+def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:
+    """k [1/m] with omega^2 = g k tanh(k h)."""
+    deep = (2 * math.pi / period) ** 2 / gravity  # kh tanh(kh) = deep h: k is between deep and deep / tanh(deep h)
+    if deep * depth > 30:
+        return deep
+    return brentq(
+        lambda k: gravity * k * math.tanh(k * depth) - deep * gravity,
+        deep,
+        deep / math.tanh(deep * depth) * (1 + 1e-12),
+        xtol=1e-16,
+        rtol=1e-15,
+    )
+
+
+@dataclass(frozen=True)
+class Propagation:
+    """Of one component: wavenumber [1/m], angular frequency in the water and at a fixed point [rad/s]."""
+
+    wavenumber: float
+    in_water: float
+    at_ground: float
+
+
+def propagation(scene, period: float, direction_deg: float) -> Propagation:
+    """Of a wave of this period [s] in a scene, and as its `waves.period_seen_from` says.
+
+    In a current U the water sees sigma, sigma^2 = g k tanh(kh), and the ground omega = sigma + k . U.  Without the key
+    both are the same: the current carries no waves.  Raises InputError where the current stops the waves.
+    """
+    frequency, seen = 2 * math.pi / period, scene.waves.period_seen_from if scene.current else None
+    if scene.waves.wavelength is not None:
+        k = 2 * math.pi / scene.waves.wavelength
+    elif seen == "ground":
+        k = _wavenumber_seen_from_ground(scene, period, direction_deg)
+    else:
+        k = dispersion_wavenumber(period, scene.sea.depth, scene.gravity)
+    if seen == "ground":
+        return Propagation(k, frequency - k * current_felt(scene, k, direction_deg), frequency)
+    shift = k * current_felt(scene, k, direction_deg) if seen == "water" else 0.0
+    return Propagation(k, frequency, frequency + shift)
+
+
+def _wavenumber_seen_from_ground(scene, period, direction_deg):
+    """Of the longest wave whose crests pass a fixed point with a period."""
+    depth, g = scene.sea.depth, scene.gravity
+
+    def excess(k):
+        in_water = math.sqrt(g * k * math.tanh(k * depth))
+        return in_water + k * current_felt(scene, k, direction_deg) - 2 * math.pi / period
+
+    k = 1e-3 * dispersion_wavenumber(period, depth, g)
+    while excess(1.05 * k) < 0:
+        k *= 1.05
+        if k > 1e6:
+            raise InputError(f"waves.period_seen_from = 'ground': no wave of {period:.3g} s runs against this current.")
+    return brentq(excess, k, 1.05 * k, xtol=1e-300, rtol=1e-14)
+
+
+def current_felt(scene, k: float, direction_deg: float) -> float:
+    """Speed of the current along a wave, as the wave weighs it over the depth [m/s].
+
+    U = 2k/sinh(2kh) int u(z) cosh(2k(z + h)) dz, the surface's speed if it is uniform (Kirby and Chen 1989).
+    """
+    current, h = scene.current, scene.sea.depth
+    along = math.cos(math.radians(current.direction_deg - direction_deg))
+    if current.profile == "uniform":
+        return current.speed * along
+    if isinstance(current.profile, list):
+        z, speeds = np.array(current.profile).T
+        speed = lambda at: np.interp(at, z, speeds)  # noqa: E731
+    else:
+        speed = lambda at: current.speed * max(1 + at / h, 0.0) ** current.exponent  # noqa: E731
+
+    def weighted(z):
+        return speed(z) * (math.exp(2 * k * z) + math.exp(-2 * k * (z + 2 * h)))
+
+    deepest = -min(h, 20 / k)
+    mean = quad(weighted, deepest, 0.0, epsabs=0, epsrel=1e-9, limit=200)[0]
+    return along * mean * 2 * k / -math.expm1(-4 * k * h)

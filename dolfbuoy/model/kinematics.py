@@ -1,0 +1,250 @@
+"""Irregular waves at quadrature points: coefficients of the forms that a hook in C fills (`forms.sea.Samples`).
+
+Where the points of a form are depends on the unknowns.  Once per step, at the state that is predicted, the sums over
+all components are taken there, with their derivatives by position; the form goes on from there to where the points
+come to lie.  That is of second order in the error of the prediction.  `waves.kinematics` = "exact" takes the sums at
+every evaluation: residual and Jacobian are then those of the waves themselves.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+
+from ..errors import InputError
+from ..forms.sea import LARGE, SMALL, Samples
+from ..solver import c_code, compat
+from ..solver.c_code import address
+from . import kinematics_c as c
+from .airy import AirySum
+
+ON_LINE, ON_AXIS, ON_SURFACE = range(3)  #: where points are: on a line, on the axis of a hull, on the surface above C
+PLAIN, MEAN, MOMENT = range(3)  #: weights of components over a disk
+STRETCHINGS = "wheeler", "vertical", "none"
+_WHOLE = 8  # components of the widest vector of a processor
+
+
+def compiled_sums():
+    """The sums in vectors, or where that cannot be compiled without."""
+    try:
+        return c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS, options=("-ffast-math",), libraries=("mvec", "m"))
+    except InputError:
+        return c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS)
+
+
+def compiled():
+    """What takes the sums where points are."""
+    return c_code.module("kinematics", c.DECLARATIONS, c.SOURCE)
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of a form on some cells, and the coefficient that takes the numbers of the waves there.
+
+    source: Function or array that holds positions, its `places` (cells, nodes) or on a line (cells, nodes, 3), and
+    `shape` (points, nodes), which interpolates.  radius: place of the radius behind the height.
+    """
+
+    kind: int
+    coefficient: Any
+    cells: np.ndarray
+    shape: np.ndarray
+    source: Any = None
+    places: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), np.int32))
+    radius: int = 0
+    weight: int = PLAIN
+
+    @property
+    def size(self) -> int:
+        """Numbers of a point."""
+        return self.coefficient.function_space.dofmap.bs
+
+
+def on_line(mesh, degree, source, nodes) -> Points:
+    """The points of a quadrature degree on all cells; nodes: dofs of `source` (cells, nodes, 3) and their mesh
+    coordinates (cells, nodes)."""
+    dofs, s = nodes
+    found = fem.Function(compat.function_space(mesh, compat.quadrature_element(mesh, degree, SMALL)))
+    at = compat.interval_quadrature(degree)[0]
+    shape = lagrange(_reference(mesh, s[:1])[0], at) if len(s) else np.zeros((len(at), dofs.shape[1]))
+    return Points(ON_LINE, found, np.arange(len(dofs)), shape, source, dofs)
+
+
+def on_points(mesh, source, dofs) -> Points:
+    """One on each cell, whose place is unknown; dofs: of `source` (cells, 3)."""
+    found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, SMALL)))
+    return Points(ON_LINE, found, np.arange(len(dofs)), np.ones((1, 1)), source, dofs[:, None, :].astype(np.int32))
+
+
+def on_axis(group) -> Points:
+    """Those of a `hull_points.PointGroup`."""
+    return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)
+
+
+def on_cells(mesh, cells, source=None, places=None, radius=0) -> Points:
+    """One point on each of some cells: of the axis, or without source on the surface above C."""
+    found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, LARGE)))
+    kind = ON_SURFACE if source is None else ON_AXIS
+    places = np.zeros((len(cells), 1), np.int32) if places is None else places
+    return Points(kind, found, np.asarray(cells), np.ones((1, 1)), source, places, radius)
+
+
+def weighted(points: Points) -> list[Points]:
+    """The same points three times: plain, and over disks for means and for first moments."""
+    space = points.coefficient.function_space
+    return [points, *(replace(points, weight=weight, coefficient=fem.Function(space)) for weight in (MEAN, MOMENT))]
+
+
+def lagrange(nodes, x) -> np.ndarray:
+    """Values at x (rows) of the polynomials that are 1 at one of the nodes and 0 at the others."""
+    found = np.ones((len(x), len(nodes)))
+    for a, here in enumerate(nodes):
+        for b, there in enumerate(nodes):
+            if a != b:
+                found[:, a] *= (x - there) / (here - there)
+    return found
+
+
+def _reference(mesh, s):
+    """Coordinates between 0 and 1 on the first cells of a mesh."""
+    ends = compat.cell_coordinates(mesh)[: len(s)].reshape(len(s), 2, 3)[:, :, 0]
+    return (s - ends[:, :1]) / (ends[:, 1:] - ends[:, :1])
+
+
+class Kinematics:
+    """An irregular sea for the forms on one mesh: its components in C, and the points at which they are summed."""
+
+    def __init__(self, scene):
+        self.sets: list[Points] = []
+        self._alive, self._following, self._sums = [], [], compiled_sums()
+        self._waves, self._stale = compiled().ffi.new("waves *"), np.ones(1, dtype=np.int32)
+        self.change(scene)
+
+    def change(self, scene):
+        """The components of another scene."""
+        self.exact, self._airy = scene.waves.kinematics == "exact", AirySum.of(scene)
+        airy, n = self._airy, len(self._airy.wavenumber)
+        padded = -(-n // _WHOLE) * _WHOLE
+        self._arrays = {name: _aligned(padded) for name in _ARRAYS}
+        k = airy.wavenumber
+        values = {
+            "k": k,
+            "kx": k * airy.cosine,
+            "ky": k * airy.sine,
+            "amplitude": airy.amplitude,
+            "potential": airy.amplitude * airy.in_water / (k * -np.expm1(-2 * k * airy.depth)),
+            "sigma": airy.in_water,
+            "bottom": np.exp(-2 * k * airy.depth),
+            "ones": np.ones(n),
+        }
+        for name, array in values.items():
+            self._arrays[name][:n] = array
+        for name, array in self._arrays.items():
+            setattr(self._waves, name, address(array))
+        self._waves.count, self._waves.padded, self._waves.radius = n, padded, -1.0
+        self._waves.depth, self._waves.stretching = airy.depth, STRETCHINGS.index(airy.stretching)
+        for context in self._following:
+            context.exact = self.exact
+        self.set_time(0.0)
+
+    def set_time(self, t):
+        """Phases and ramp of a time; what was summed before is stale."""
+        self._arrays["phase"][: self._waves.count] = self._airy.time_phase(t)
+        self._waves.ramp = self._airy.grown(t)
+        self._stale[0] = 1
+
+    @property
+    def address(self) -> int:
+        """Of C's description of the components."""
+        return int(compiled().ffi.cast("uintptr_t", self._waves))
+
+    def add(self, points: Points) -> Points:
+        """More points, with the others of this mesh."""
+        self.sets.append(points)
+        return points
+
+    def samples(self, points: Points, depth) -> Samples:
+        """What a form reads at the points."""
+        return Samples(points.coefficient, depth, self._airy.stretching)
+
+    def follow(self, system, body=None):
+        """Before every evaluation of a System the sums are taken where its points are.
+
+        body: arrays that hold r_C, q_4 and the height of C, and the length of its hull.
+        """
+        read = [points for points in self.sets if system.numbers_of(points.coefficient) is not None]
+        counts = lambda p: system.counts.of(p.coefficient.function_space.mesh, p.cells)  # noqa: E731
+        context = self._context(read, system.numbers_of, counts, body)
+        self._following.append(context)
+        system.filled_by_hook(*(points.coefficient for points in read))
+        system.hooks.add(_address(compiled(), "sample"), int(compiled().ffi.cast("uintptr_t", context)))
+
+    def into_functions(self, read, body=None):
+        """A function that takes the sums for the present values of Functions and Constants, into the coefficients."""
+        context = self._context(self.sets, read, lambda p: np.array([len(p.cells)], dtype=np.int32), body)
+        stale = np.ones(1, dtype=np.int32)  # its own: what a System has is none the newer
+        context.exact, context.stale = 1, address(stale)
+        self._alive.append(stale)
+        return partial(compiled().lib.sample, context, compiled().ffi.NULL)
+
+    def surface(self, body) -> tuple[int, int]:
+        """Addresses of C's function `surface` and of its context."""
+        context = self._context([], None, None, body)
+        return _address(compiled(), "surface"), int(compiled().ffi.cast("uintptr_t", context))
+
+    def _context(self, sets, read, count, body):
+        ffi = compiled().ffi
+        context, described = ffi.new("kinematics *"), ffi.new("points[]", max(1, len(sets)))
+        context.waves, context.exact, context.stale = self._waves, self.exact, address(self._stale)
+        for name in ("phases_at", "sum_surface", "sum_below", "weigh"):
+            setattr(context, name, ffi.cast(ffi.typeof(getattr(context, name)), _address(self._sums, name)))
+        kept = [described, self._arrays, body]
+        for points, one in zip(sets, described, strict=False):
+            kept.append(_describe(one, points, read, count(points)))
+        context.count, context.sets = len(sets), described
+        if body is not None:
+            *arrays, length = body
+            context.position, context.quaternion, context.center = map(address, arrays)
+            context.moved = 0.05 * length
+        self._alive.append((context, kept))
+        return context
+
+
+_ARRAYS = (
+    *("k", "kx", "ky", "phase", "amplitude", "potential", "sigma", "bottom"),
+    *("mean", "moment", "ones", "c", "s", "cosh", "sinh"),
+)
+
+
+def _describe(one, points, read, count):
+    """Fill in C's description of points; returns what it points to."""
+    bs, nodes = points.size, points.places.shape[1]
+    to = bs * compat.cell_dofs(points.coefficient.function_space)[points.cells]
+    ints = [np.ascontiguousarray(a, dtype=np.int32) for a in (points.places, to)]
+    shape, out = np.ascontiguousarray(points.shape, dtype=np.float64), read(points.coefficient)
+    heights = np.zeros(max(1, len(points.cells) * nodes))
+    kept = [count, *ints, shape, out, heights]
+    one.kind, one.weight, one.size, one.radius = points.kind, points.weight, bs, points.radius
+    one.cells, one.points, one.nodes, one.most = address(count), len(shape), nodes, len(points.cells)
+    one.places, one.to, one.shape, one.out = address(ints[0]), address(ints[1]), address(shape), address(out)
+    if points.source is not None:
+        source = points.source if isinstance(points.source, np.ndarray) else read(points.source)
+        one.source = address(source)
+        kept.append(source)
+    if points.kind == ON_AXIS:
+        one.heights = address(heights)
+    return kept
+
+
+def _address(module, name):
+    """Of a function of a compiled module."""
+    return int(module.ffi.cast("uintptr_t", module.ffi.addressof(module.lib, name)))
+
+
+def _aligned(count):
+    """Zeros at a multiple of 64 bytes, where vectors begin: sums are then the same bits wherever the memory lies."""
+    room = np.zeros(count + _WHOLE)
+    first = (-room.ctypes.data // 8) % _WHOLE
+    return room[first : first + count]

@@ -1,0 +1,103 @@
+"""Files of waves that a scene names: spectra, components, records of the elevation.
+
+They are read when the scene is, under the rules of `mesh_file` for what a stranger's scene may name.  The scene keeps
+their numbers: it is complete without them.
+"""
+
+import os.path
+from pathlib import Path
+
+from .mesh_file import Named, check_hdf5, inside
+
+FORMULAS = ("jonswap", "pierson-moskowitz")
+MOST_BYTES = 20_000_000
+
+
+def spectrum_of(value):
+    """What `waves.spectrum` may be, with the contents of a file in place of its name.  Raises ValueError."""
+    name = value.name if isinstance(value, Named) else value
+    if name in FORMULAS if isinstance(name, str) else not _is_file(value):
+        return name
+    path = _path(value, f"{' or '.join(map(repr, FORMULAS))}, a table, or the name of a file")
+    return _directional(path) if _is_netcdf(path) else _columns(path, 2)
+
+
+def components_of(value):
+    """What `waves.components` may be, likewise: four columns."""
+    return _columns(_path(value, "a number, a table, or the name of a file"), 4) if _is_file(value) else value
+
+
+def elevation_of(value):
+    """What `waves.elevation` may be, likewise: two columns."""
+    return _columns(_path(value, "a table, or the name of a file"), 2) if _is_file(value) else value
+
+
+def _is_file(value):
+    return isinstance(value, str | Path | Named)
+
+
+def _path(value, allowed) -> Path:
+    """The file that is meant, of bounded size."""
+    if isinstance(value, Named):
+        path = inside(value.folder, value.name)
+    elif os.path.isfile(value):
+        path = Path(value)
+    else:
+        raise ValueError(f"must be {allowed}; file not found")
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError(f"its file must have {MOST_BYTES:,} bytes at most")
+    return path
+
+
+def _columns(path, count):
+    """Rows of a text file: numbers between blanks, commas or semicolons; # begins a comment; one line of names."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError):
+        raise ValueError(f"its file must be text with {count} columns") from None
+    rows = []
+    for number, line in enumerate(lines, start=1):
+        words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
+        if not words:
+            continue
+        try:
+            row = [float(word) for word in words]
+        except ValueError:
+            row = []
+        if len(row) != count and (rows or row):
+            raise ValueError(f"line {number} of its file must be {count} numbers")
+        if row:
+            rows.append(row)
+    if not rows:
+        raise ValueError(f"its file must hold rows of {count} numbers")
+    return rows
+
+
+def _is_netcdf(path):
+    with path.open("rb") as file:
+        return file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+
+
+def _directional(path):
+    """efth(freq, dir) of a netCDF file, as wavespectra has it: `dir` degrees from which waves come, clockwise from
+    north; here x points east and y north, and directions are those of travel."""
+    import numpy as np
+    import xarray as xr
+
+    with path.open("rb") as file:
+        if file.read(4) == b"\x89HDF":
+            check_hdf5(path)
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as data:
+            efth = data["efth"].squeeze()
+            if set(efth.dims) != {"freq", "dir"} or efth.size > 1_000_000:
+                raise ValueError(f"efth must be one spectrum over freq and dir, not over {efth.dims}")
+            efth = efth.transpose("freq", "dir").load()
+            per_radian = "rad" in str(efth.attrs.get("units", ""))
+            frequency, towards = efth["freq"].values, (270.0 - efth["dir"].values) % 360.0
+    except (OSError, KeyError, RuntimeError) as error:
+        raise ValueError(f"its netCDF file must hold efth(freq, dir) ({error})") from None
+    rising, turned = np.argsort(frequency), np.argsort(towards)
+    density = np.nan_to_num(efth.values.astype(float))[rising][:, turned] * (np.pi / 180 if per_radian else 1.0)
+    found = {"frequency": frequency[rising], "direction_deg": towards[turned], "density": density}
+    return {name: values.astype(float).tolist() for name, values in found.items()}

@@ -1,0 +1,226 @@
+"""The section [waves]: a regular wave, or an irregular sea."""
+
+import itertools
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from .quantities import (
+    Angle,
+    Component,
+    Duration,
+    Frequency,
+    Instant,
+    Missing,
+    Multiple,
+    Period,
+    SpectralDensity,
+    SpectrumRow,
+    Wavelength,
+    Wrong,
+)
+from .section import Section, key
+from .wave_files import FORMULAS, components_of, elevation_of, spectrum_of
+
+MOST_COMPONENTS = 10_000
+MOST_INSTANTS = 200_000
+
+
+class DirectionalSpectrum(Section):
+    """A spectrum over frequencies and directions, as a netCDF file with efth(freq, dir) holds it."""
+
+    frequency: Annotated[list[Frequency], Field(max_length=1000)] = key("rising frequencies", "Hz")
+    direction_deg: Annotated[list[Angle], Field(max_length=1000)] = key("rising directions of travel, x to y", "deg")
+    density: Annotated[list[list[SpectralDensity]], Field(max_length=1000)] = key(
+        "a row of each frequency with one number for each direction", "m^2/Hz/deg"
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        for name in ("frequency", "direction_deg"):
+            _check_rising(name, getattr(self, name), 2)
+        if self.direction_deg[-1] - self.direction_deg[0] >= 360:
+            raise Wrong("direction_deg", self.direction_deg, "must lie within a full turn")
+        if len(self.density) != len(self.frequency) or any(len(r) != len(self.direction_deg) for r in self.density):
+            raise Wrong("density", "...", "must hold one row for each frequency, one number for each direction")
+        if not any(any(row) for row in self.density):
+            raise Wrong("density", "...", "must not be zero everywhere")
+        return self
+
+
+Spectrum = Annotated[
+    Literal["jonswap", "pierson-moskowitz"]
+    | Annotated[list[SpectrumRow], Field(max_length=10_000)]
+    | DirectionalSpectrum,
+    BeforeValidator(spectrum_of),
+]
+Components = Annotated[
+    Annotated[int, Field(gt=0, le=MOST_COMPONENTS)]
+    | Annotated[list[Component], Field(min_length=1, max_length=MOST_COMPONENTS)],
+    BeforeValidator(components_of),
+]
+Record = Annotated[list[Instant], Field(max_length=MOST_INSTANTS), BeforeValidator(elevation_of)]
+
+#: What a sea is made of, in the words of its keys.
+REGULAR, SPECTRUM, COMPONENTS, ELEVATION = "period", "spectrum", "components", "elevation"
+#: Keys that go with one of them only.
+_OF = {
+    REGULAR: ("amplitude", "height", "wavelength", "phase_deg"),
+    SPECTRUM: ("significant_height", "peak_period", "gamma", "spreading", "seed", "amplitudes"),
+}
+
+
+class Waves(Section):
+    """A regular Airy wave (amplitude or height, period), or an irregular sea (spectrum, components or elevation)."""
+
+    amplitude: Annotated[float, Field(ge=0, le=1e4)] | None = key("amplitude a, half the height", "m", default=None)
+    height: Annotated[float, Field(ge=0, le=2e4)] | None = key(
+        "height from trough to crest: twice the amplitude", "m", default=None
+    )
+    period: Period | None = key("period of a regular wave", "s", default=None)
+    wavelength: Wavelength | None = key("wavelength; absent: by dispersion", "m", default=None)
+    direction_deg: Angle = key("direction towards which the waves run, from x towards y", "deg", default=0.0)
+    phase_deg: Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
+    ramp: Duration = key("time over which the waves grow from nothing", "s", default=0.0)
+    stretching: Literal["wheeler", "vertical", "none"] = key("kinematics above still water", default="wheeler")
+    period_seen_from: Literal["water", "ground"] | None = key(
+        "who sees the periods of waves in a current, which shifts them for the other; absent: no shift", default=None
+    )
+    spectrum: Spectrum | None = key(
+        "of an irregular sea, [[f, S], ...] or a file",
+        "Hz, m^2/Hz",
+        default=None,
+    )
+    significant_height: Annotated[float, Field(ge=0, le=1e4)] | None = key("Hs = 4 sqrt(m0)", "m", default=None)
+    peak_period: Period | None = key("period Tp of the spectrum's peak", "s", default=None)
+    gamma: Annotated[float, Field(ge=1, le=100)] = key("peakedness of jonswap", "1", default=3.3)
+    spreading: Annotated[float, Field(gt=0, le=1e4)] | None = key(
+        "s of cos^2s of half the angle to direction_deg; absent: one direction", "1", default=None
+    )
+    components: Components = key(
+        "number, [[amplitude, period, direction_deg, phase_deg], ...] or a file of these columns",
+        "m, s, deg, deg",
+        default=200,
+    )
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key("of random phases, directions, amplitudes", "1", default=0)
+    band: Annotated[list[Multiple], Field(min_length=1, max_length=2)] | None = key(
+        "[lowest, highest] peak frequencies; absent: 0.5 (a table: all), highest at 99.9 % of m0",
+        "1",
+        default=None,
+    )
+    amplitudes: Literal["fixed", "random"] = key("of the components; random: as in short records", default="fixed")
+    kinematics: Literal["step", "exact"] = key(
+        "of irregular seas: once per step with gradients, or at every iterate", default="step"
+    )
+    elevation: Record | None = key("at x = y = 0, [[t, eta], ...] or a file of these two columns", "s, m", default=None)
+
+    @model_validator(mode="after")
+    def _one_sea(self):
+        given = [name for name, there in self._kinds().items() if there]
+        if len(given) != 1:
+            if not given:
+                raise Missing("period", "or spectrum, components or elevation of an irregular sea")
+            raise Wrong(given[1], _shown(getattr(self, given[1])), f"does not go with {given[0]}: give one of them")
+        for kind, names in _OF.items():
+            for name in names:
+                if kind != given[0] and getattr(self, name) != type(self).model_fields[name].default:
+                    raise Wrong(name, getattr(self, name), f"goes with {kind} only, not with {given[0]}")
+        if given[0] != REGULAR and self.stretching == "none":
+            allowed = "goes with period only: above still water the exponentials of short waves grow without bound"
+            raise Wrong("stretching", self.stretching, allowed)
+        {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}.get(given[0], lambda: None)()
+        return self
+
+    def _kinds(self):
+        return {
+            REGULAR: self.period is not None or self.amplitude is not None or self.height is not None,
+            SPECTRUM: self.spectrum is not None,
+            COMPONENTS: isinstance(self.components, list),
+            ELEVATION: self.elevation is not None,
+        }
+
+    def _regular(self):
+        if self.period is None:
+            raise Missing("period", "period of a regular wave [s]")
+        if self.amplitude is None and self.height is None:
+            raise Missing("amplitude", "or height, which is twice as much")
+        if self.amplitude is not None and self.height is not None:
+            raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
+        if self.band is not None or self.components != 200 or self.kinematics != "step":
+            name = next(n for n in ("band", "components", "kinematics") if getattr(self, n) not in (None, 200, "step"))
+            raise Wrong(name, getattr(self, name), "goes with an irregular sea only, not with period")
+
+    def _spectrum(self):
+        formula = self.spectrum in FORMULAS if isinstance(self.spectrum, str) else False
+        for name in ("significant_height", "peak_period"):
+            value = getattr(self, name)
+            if formula and value is None:
+                raise Missing(name, f"spectrum = {self.spectrum!r} needs it")
+            if not formula and value is not None:
+                raise Wrong(name, value, "does not go with a table, which has its own")
+        if self.spectrum != "jonswap" and self.gamma != type(self).model_fields["gamma"].default:
+            raise Wrong("gamma", self.gamma, "goes with 'jonswap' only")
+        if isinstance(self.spectrum, DirectionalSpectrum) and self.spreading is not None:
+            raise Wrong("spreading", self.spreading, "does not go with a spectrum that has directions")
+        if isinstance(self.spectrum, list):
+            _check_rising("spectrum", [f for f, _ in self.spectrum], 2)
+            if not any(S for _, S in self.spectrum):
+                raise Wrong("spectrum", "...", "must not be zero everywhere")
+        if self.band is not None and len(self.band) == 2 and self.band[1] <= self.band[0]:
+            raise Wrong("band", self.band, "must rise")
+
+    def _elevation(self):
+        times = [t for t, _ in self.elevation]
+        _check_rising("elevation", times, 8)
+        step = (times[-1] - times[0]) / (len(times) - 1)
+        if any(abs(b - a - step) > 1e-3 * step for a, b in itertools.pairwise(times)):
+            raise Wrong("elevation", "...", "must be given at equal steps of time")
+        if self.period_seen_from == "water":
+            raise Wrong("period_seen_from", "water", "does not go with an elevation, which the ground sees")
+
+    @property
+    def kind(self) -> str:
+        """REGULAR, SPECTRUM, COMPONENTS or ELEVATION."""
+        return next(name for name, there in self._kinds().items() if there)
+
+    @property
+    def irregular(self) -> bool:
+        """Whether it has more than one period."""
+        return self.period is None
+
+    @property
+    def size(self) -> float:
+        """Amplitude of a regular wave [m]."""
+        return self.amplitude if self.amplitude is not None else self.height / 2
+
+    @property
+    def main_period(self) -> float:
+        """Period of the regular wave, or of what is highest in the sea [s]; of an elevation between its crests."""
+        if self.kind == REGULAR:
+            return self.period
+        if self.kind == COMPONENTS:
+            return max(self.components)[1]
+        if self.kind == ELEVATION:
+            return _mean_period(*zip(*self.elevation, strict=True))
+        if self.peak_period is not None:
+            return self.peak_period
+        if isinstance(self.spectrum, list):
+            return 1 / max(self.spectrum, key=lambda row: row[1])[0]
+        sums = [sum(row) for row in self.spectrum.density]
+        return 1 / self.spectrum.frequency[sums.index(max(sums))]
+
+
+def _mean_period(times, heights):
+    """Between crossings of the mean, upwards; the whole record if there are not two."""
+    mean = sum(heights) / len(heights)
+    crossings = [t for t, (a, b) in zip(times, itertools.pairwise(heights), strict=False) if a < mean <= b]
+    return (crossings[-1] - crossings[0]) / (len(crossings) - 1) if len(crossings) > 1 else times[-1] - times[0]
+
+
+def _check_rising(name, values, least):
+    if len(values) < least or any(b <= a for a, b in itertools.pairwise(values)):
+        raise Wrong(name, "...", f"must hold at least {least} rows that rise")
+
+
+def _shown(value):
+    return value if isinstance(value, str | int | float) else "..."

@@ -1,0 +1,61 @@
+"""Which vector instructions this processor has.
+
+What is compiled for them carries their name in the cache of compiled forms, and only what this processor has is ever
+looked for: a cache may travel.  The variable DOLFBUOY_INSTRUCTIONS names a smaller set, or `baseline`, which every
+processor has that the compiler writes for: containers are built so.
+"""
+
+import os
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from ..errors import InputError
+
+VARIABLE = "DOLFBUOY_INSTRUCTIONS"
+
+
+class Instructions(NamedTuple):
+    """A set of vector instructions: flags of the processor that it takes, options of the compiler, doubles at once."""
+
+    name: str
+    needs: frozenset
+    options: tuple
+    lanes: int
+
+
+#: From the smallest on; each has those before it.
+SETS = (
+    Instructions("baseline", frozenset(), (), 2),
+    Instructions("avx2", frozenset({"avx2", "fma"}), ("-mavx2", "-mfma"), 4),
+    Instructions(
+        "avx512",
+        frozenset({"avx2", "fma", "avx512f", "avx512dq"}),
+        ("-mavx2", "-mfma", "-mavx512f", "-mavx512dq", "-mprefer-vector-width=512"),
+        8,
+    ),
+)
+
+
+@cache
+def processor_flags() -> frozenset:
+    """What the first processor says of itself; empty where it is not asked this way."""
+    try:
+        with Path("/proc/cpuinfo").open() as lines:
+            return frozenset(next((line.split(":")[1] for line in lines if line.startswith("flags")), "").split())
+    except OSError:
+        return frozenset()
+
+
+def available() -> list[Instructions]:
+    """The sets that may be used here.  Raises InputError if DOLFBUOY_INSTRUCTIONS names none of `SETS`."""
+    names = [known.name for known in SETS]
+    largest = os.environ.get(VARIABLE) or names[-1]
+    if largest not in names:
+        raise InputError(f"{VARIABLE} = {largest!r}: must be one of {', '.join(names)}.")
+    return [known for known in SETS[: names.index(largest) + 1] if known.needs <= processor_flags()]
+
+
+def best() -> Instructions:
+    """The largest set that may be used here.  Raises InputError as `available`."""
+    return available()[-1]

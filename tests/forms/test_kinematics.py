@@ -1,0 +1,132 @@
+"""Sums over wave components in C: values, derivatives, weights over disks, and that the process keeps denormals.
+
+Source: tests/reference/sea.json (mpmath), the sum in numpy (`model.airy`) and its differences, Bessel functions.
+"""
+
+import numpy as np
+import pytest
+from helpers import reference
+from scipy.special import j1, jv
+
+from dolfbuoy import load_scene
+from dolfbuoy.forms import sea
+from dolfbuoy.model.airy import AirySum
+from dolfbuoy.model.kinematics import Kinematics, compiled_sums
+from dolfbuoy.scene.waves import Waves
+from dolfbuoy.solver import c_code
+
+THREE = next(case for case in reference("sea")["cases"] if "sum_of_three" in case["id"])
+STORM = {"spectrum": "jonswap", "significant_height": 3.0, "peak_period": 7.0, "spreading": 6.0, "components": 100}
+
+
+def scene_of(waves, depth=20.0):
+    return load_scene({"sea": {"depth": depth}, "buoy": {"hull": [[0, 2], [2, 2]], "mass": 500.0}, "waves": waves})
+
+
+class Sums:
+    """The functions of C at points, without any form."""
+
+    def __init__(self, scene, t):
+        self.kinematics, self.airy, self.t = Kinematics(scene), AirySum.of(scene), t
+        self.kinematics.set_time(t)
+        self.module = compiled_sums()
+        self.waves = self.module.ffi.cast("waves *", int(self.kinematics.address))
+
+    def at(self, x, weights="ones"):
+        """(eta, slope, curvature), (v, 5, 7), (a, 5, 7) at x, the ramp included."""
+        pointer = lambda array: self.module.ffi.cast("double *", array.ctypes.data)  # noqa: E731
+        surface, velocity, acceleration = np.zeros(6), np.zeros(15), np.zeros(15)
+        lib, w = self.module.lib, self.waves
+        lib.phases_at(w, x[0], x[1])
+        lib.sum_surface(w, w.ones, pointer(surface))
+        z = float(self.airy.stretched(x[2], w.ramp * surface[0]))
+        lib.sum_surface(w, getattr(w, weights), pointer(surface))
+        lib.sum_below(w, z, w.padded, getattr(w, weights), 1, pointer(velocity), pointer(acceleration))
+        return w.ramp * surface, w.ramp * velocity, w.ramp * acceleration
+
+
+def test_three_components():
+    """Elevation, slope, velocity and acceleration under Wheeler's stretching with the total elevation."""
+    given, expected = THREE["input"], THREE["expected"]
+    scene, x = scene_of({"components": given["values"]}, given["depth"]), np.array(given["x"])
+    surface, velocity, acceleration = Sums(scene, given["t"]).at(x)
+    assert surface[:3] == pytest.approx([expected["eta"], *expected["slope"]], abs=1e-12)
+    assert velocity[:3] == pytest.approx(expected["velocity"], abs=1e-12)
+    assert acceleration[:3] == pytest.approx(expected["acceleration"], abs=1e-12)
+    airy = AirySum.of(scene)
+    assert airy.elevation(given["t"], x) == pytest.approx(expected["eta"], abs=1e-12)
+    for found, name in zip(airy.flow(given["t"], x), ("velocity", "acceleration"), strict=True):
+        assert found == pytest.approx(expected[name], abs=1e-12)
+
+
+@pytest.mark.parametrize("stretching", ["wheeler", "vertical"])
+@pytest.mark.parametrize("depth", [6.0, 300.0])
+def test_sums_in_vectors_are_those_of_numpy(stretching, depth):
+    """100 components, no whole number of vectors, in a ramp; above the water too."""
+    sums = Sums(scene_of(STORM | {"stretching": stretching, "ramp": 40.0}, depth), 23.7)
+    for x in np.random.default_rng(3).uniform([-500, -500, -5], [500, 500, 2], (20, 3)):
+        surface, velocity, acceleration = sums.at(x)
+        assert surface[0] == pytest.approx(float(sums.airy.elevation(23.7, x)), abs=1e-12)
+        for found, expected in zip((velocity, acceleration), sums.airy.flow(23.7, x), strict=True):
+            np.testing.assert_allclose(found[:3], expected, atol=1e-12)
+
+
+def tensor(g):
+    """Symmetric without trace, of xx, xy, yy, xz, yz."""
+    xx, xy, yy, xz, yz = g
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
+
+
+def test_derivatives():
+    """Slope, curvature, gradients and theirs are differences of what they are derivatives of, in linear theory."""
+    waves = Waves(**STORM).model_copy(update={"stretching": "none"})
+    sums = Sums(scene_of(STORM).model_copy(update={"waves": waves}), 5.0)
+    x, h = np.array([12.0, -31.0, -1.7]), 1e-4
+    at = sums.at(x)
+    ends = [(sums.at(x + h * e), sums.at(x - h * e)) for e in np.eye(3)]
+    change = [[(a - b) / (2 * h) for a, b in zip(*pair, strict=True)] for pair in ends]
+    slope, curvature = at[0][1:3], at[0][3:]
+    assert slope == pytest.approx([change[0][0][0], change[1][0][0]], abs=1e-7)
+    assert curvature == pytest.approx([change[0][0][1], change[0][0][2], change[1][0][2]], abs=1e-7)
+    for part in (1, 2):
+        gradient = np.array([change[i][part][:3] for i in range(3)]).T
+        np.testing.assert_allclose(tensor(at[part][3:8]), gradient, atol=1e-7)
+        xxx, xxy, xyy, yyy, xxz, xyz, yyz = at[part][8:]
+        second = [[xxx, xxy, xyy, xxz, xyz], [xxy, xyy, yyy, xyz, yyz], [xxz, xyz, yyz, -xxx - xyy, -xxy - yyy]]
+        np.testing.assert_allclose(second, [change[i][part][3:8] for i in range(3)], atol=1e-7)
+        assert np.abs(second).max() > 1e-2
+
+
+def test_weights_over_disks():
+    sums = Sums(scene_of(STORM), 5.0)
+    sums.module.lib.weigh(sums.waves, 1.3)
+    x = sums.airy.wavenumber * 1.3
+    for name, expected in (("mean", 2 * j1(x) / x), ("moment", 8 * jv(2, x) / x**2)):
+        np.testing.assert_allclose([getattr(sums.waves, name)[i] for i in range(100)], expected, rtol=1e-12)
+
+
+def test_denormal_numbers_survive():
+    """gcc's start-up code of -ffast-math would flush them in the whole process."""
+    assert compiled_sums().lib.phases_at
+    assert np.float64(1e-310) * np.float64(0.5) == 5e-311
+
+
+def test_without_vectors_the_sums_are_the_same(monkeypatch):
+    """What is compiled where there is no libmvec."""
+    from dolfbuoy.model import kinematics_c as c
+
+    plain = c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS)
+    fast, x = Sums(scene_of(STORM), 9.0), np.array([3.0, 4.0, -2.0])
+    slow = Sums(scene_of(STORM), 9.0)
+    slow.module, slow.waves = plain, plain.ffi.cast("waves *", int(slow.kinematics.address))
+    for a, b in zip(fast.at(x), slow.at(x), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-12)
+
+
+def test_layout_of_a_sample():
+    """The places of `forms.sea` are those of C."""
+    sizes = {"PLACE": 3, "ETA": 1, "SLOPE": 2, "V": 3, "GRAD_V": 5, "A": 3, "GRAD_A": 5}
+    sizes |= {"CURVATURE": 3, "GRAD2_V": 7, "GRAD2_A": 7}
+    ends = np.cumsum([0, *sizes.values()])
+    assert [getattr(sea, name) for name in sizes] == list(ends[:-1])
+    assert (22, ends[-1]) == (sea.SMALL, sea.LARGE)
