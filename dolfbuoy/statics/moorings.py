@@ -12,6 +12,7 @@ from ..model.sea import wind_at
 from ..scene.network import with_buoy
 from . import network as still
 from .continuation import find_rest, march
+from .relaxation import relax
 
 #: A yaw that still changes by less [rad] has been found.
 SETTLED = 1e-11
@@ -37,6 +38,8 @@ def _ways(problem):
     yield "newton", newton
     if problem.scene.current is not None:
         yield "current", lambda: march(problem, lambda x: _scale_current(problem, x))
+    if problem.lines.bed is not None:
+        yield "relaxation", lambda: relax(problem)
     if problem.lines.section.slack == "compressive":
         yield "tension-only law", lambda: _one_sided_first(problem)
 
@@ -84,7 +87,9 @@ def still_network(scene, network) -> still.Network:
         (low, a), (high, b) = (place(end) for end in piece.ends)
         c = piece.section
         pieces.append(still.Piece(low, high, c.length, weight_per_length(scene, c), c.axial_stiffness, a, b))
-    return still.Network(joints, pieces)
+    # a sloped bed is left to `relax`, from lines that hang through it
+    flat = scene.seabed is not None and scene.seabed.slope == (0.0, 0.0)
+    return still.Network(joints, pieces, -scene.sea.depth if flat else None)
 
 
 def _held(end):
