@@ -151,3 +151,56 @@ def test_hard_networks(made, slack):
             expected = shape.position(np.array([end * length]))[0]
             np.testing.assert_allclose(end_of(problem, piece, end), expected, atol=1e-3 * length)
     problem.destroy()
+
+
+# -- on a bed ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("elements", "stiffness", "allowed"), [(48, 1e6, 5e-4), (96, 1e7, 5e-5)])
+def test_chain_wire_chain_with_a_clump(elements, stiffness, allowed):
+    """A bed about as rigid as that of the reference."""
+    case = CASES["cwc_clump_still"]
+    data, body = case["input"], case["input"]["bodies"]["0"]
+    total = sum(part["length"] for part in data["segments"])
+    keys = ("length", "line_density", "diameter", "axial_stiffness")
+    segments = [
+        {key: part[key] for key in keys} | {"elements": max(2, round(elements * part["length"] / total))}
+        for part in data["segments"]
+    ]
+    segments[0]["body"] = {"mass": body["mass"], "volume": body["volume"]}
+    down = -data["depth"]
+    cable = {"segments": segments, "anchor": [0.0, 0.0, down], "position_degree": 2, "tension_degree": 1}
+    cable["top"] = {"kind": "fixed", "position": [432.0, 0.0, 145.0 + down]}
+    problem, _ = at_rest([cable], sea={"depth": -down, "density": 1025.0}, seabed={"stiffness": stiffness})
+    top, exact = np.linalg.norm(problem.end_force(2, 1)), float(case["exact"]["T_top"])
+    assert top == pytest.approx(exact, rel=allowed)
+    problem.destroy()
+
+
+def test_three_lines_with_the_default_bed():
+    case = CASES["three_lines_fixed_point"]
+    data, row = case["input"], case["values"]["offsets"][0]
+    feet = [[520 * math.cos(a), 520 * math.sin(a), -100.0] for a in np.radians([0.0, 120.0, 240.0])]
+    wet = {"line_density": data["w"] / G + 1025 * math.pi / 4 * 0.05**2, "diameter": 0.05}
+    hub = [*map(float, row["offset"]), 0.0]
+    legs = [line(f"leg{i}", foot, hub, data["L"], 0.0, data["EA"], elements=40) | wet for i, foot in enumerate(feet)]
+    problem, _ = at_rest(legs, sea={"depth": 100.0}, seabed={})
+    tensions = [np.linalg.norm(problem.end_force(i, 1)) for i in range(3)]
+    np.testing.assert_allclose(tensions, row["line_tensions"], rtol=1e-3)
+    problem.destroy()
+
+
+def test_a_sinker_lies_on_the_bed():
+    """It sinks in by its sag, and its reaction is its weight less what its lines lift."""
+    wet = {"line_density": 300 / G + 1025 * math.pi / 4 * 0.05**2, "diameter": 0.05, "elements": 30}
+    cables = [
+        line("lying", [0.0, 0.0, -100.0], "sinker", 100.0, 0.0, 1e8) | wet,
+        line("rising", "sinker", [150.0, 0.0, -40.0], 90.0, 0.0, 1e8) | wet,
+    ]
+    problem, rest = at_rest(cables, [{"name": "sinker", "mass": 2e4}], sea={"depth": 100.0}, seabed={})
+    sag, place = 0.01, end_of(problem, 0, 1)  # 1e-4 of the depth carries its weight
+    pull = problem.end_force(0, 1) + problem.end_force(1, 0)
+    assert (-100 - place[2]) / sag == pytest.approx(1 - abs(pull[2]) / (2e4 * G), abs=0.05)
+    assert np.abs(pull[:2]).max() < 1e-3
+    assert np.linalg.norm(problem.end_force(1, 1)) == pytest.approx(rest.shapes[1].tension(90.0), rel=5e-3)
+    problem.destroy()

@@ -133,3 +133,73 @@ def light_between_heavy(found):
         ]
         scene = FLOATS | {"cable": cables, "joint": [{"name": "p"}, {"name": "q"}], "sea": {"depth": 500.0}}
         compared(found, scene, law)
+
+
+# -- on a bed ----------------------------------------------------------------------------------------------------------
+
+
+def _chain_leg(name, low, high, elements=40, **more):
+    """560 m of chain, 700 N/m in water."""
+    density = 700 / G + 1025 * math.pi / 4 * 0.05**2
+    heavy = {"line_density": density, "diameter": 0.05, "axial_stiffness": 4e8, "elements": elements}
+    return line(name, low, high, 560.0, 700.0) | heavy | more
+
+
+BED = {"sea": {"depth": 100.0}, "seabed": {}, "time": FLOATS["time"]}
+ANCHORS = [[520 * math.cos(a), 520 * math.sin(a), -100.0] for a in np.radians([0.0, 120.0, 240.0])]
+
+
+@hard_case
+def joint_on_the_bed(found):
+    size = ("length", "elements", "from", "to")
+    for law in LAWS:
+        leg = {k: v for k, v in _chain_leg("leg", None, None, slack=law).items() if k not in size}
+        segments = [{"length": 100.0, "elements": 10}, {"length": 460.0, "elements": 46}]
+        leg |= {"anchor": ANCHORS[0], "top": {"kind": "fixed", "position": [0.0, 0.0, 0.0]}, "segments": segments}
+        rest = static(BED | {"cable": [leg]})
+        found.close(f"{law}: top tension", float(np.ravel(rest.tension_top)[0]), 146281.019440192, 2e-3, " N")
+        found.below("the joint's depth in the bed", -100 - float(rest.joint_position[0, 2]), 0.02, " m")
+
+
+@hard_case
+def clump_lands_and_lifts(found):
+    rows = [
+        [0, 0, 0, 0],
+        [2, 0, 0, 0],
+        [6, 0, 0, -3],
+        [8, 0, 0, -3],
+        [10, 0.3, 0, -3],
+        [12, 0.3, 0, -3],
+        [17, 0.3, 0, 0],
+    ]
+    ship = {"name": "ship", "position": [0.0, 0.0, 0.0], "motion": [*rows, [30, 0.3, 0, 0]]}
+    clump = {"name": "clump", "mass": 500.0, "volume": 0.1, "drag_area": 0.5, "added_mass": 0.5}
+    wire = line(
+        "wire", "clump", "ship", 8.0, 20.0, diameter=0.02, normal_drag=1.2, added_mass=1.0, slack="tension-only"
+    )
+    scene = BED | {"sea": {"depth": 10.0}, "seabed": {"friction": 0.5}, "cable": [wire], "joint": [clump, ship]}
+    record = run(with_(scene, time={"end": 30.0, "step": 0.02, "scheme": "bdf2"}))
+    found.finite(record.drop_vars("touchdown"))  # which is nowhere where nothing lies
+    x, z, t = record.joint_position[:, 0, 0].values, record.joint_position[:, 0, 2].values, record.time.values
+    lies = (t > 7) & (t < 12)
+    found.below("it lies on the bed to", np.abs(z[lies] + 10).max(), 0.003, " m")
+    found.below("it slides while its wire is slack", np.ptp(x[lies]), 0.01, " m")
+    found.close("where it hangs again", z[-1], z[0], 2e-3, " m")
+    found.below("failed steps", record.attrs["failed_steps"], 0)
+    found.below("-min T", -float(record.cable_tension[1:].min()), 1e-6, " N")
+
+
+@hard_case
+def leg_on_its_side(found):
+    hub = {"name": "hub", "position": [70.0, 0.0, 0.0]}
+    for law in LAWS:
+        legs = [_chain_leg(name, place, "hub", slack=law) for name, place in zip("abc", ANCHORS, strict=True)]
+        record = static(BED | {"cable": legs, "joint": [hub]})
+        # straight down to the bed, and its stretch: w a + w^2 a^2/(2 EA) = 100 w
+        found.close(f"{law}: top tension of the slack leg", float(record.tension_top[0]), 69993.876, 5e-2, " N")
+        found.says(record.attrs["route"], "relaxation")
+        smallest = record.attrs["smallest_tension_N"]
+        if law == "tension-only":
+            found.below("-min T", -smallest, 1e-6, " N")
+        else:
+            found.remark(f"the record tells the smallest tension: {smallest:.4g} N")
