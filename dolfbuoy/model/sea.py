@@ -40,9 +40,9 @@ def amplitude(scene, t) -> float:
     return scene.waves.size * ramp(t, scene.waves.ramp)
 
 
-def time_phase(scene, t) -> float:
-    """phase - omega t of the scene's wave [rad]."""
-    return math.radians(scene.waves.phase_deg) - main_propagation(scene).at_ground * t
+def time_phase(scene, t, frequency) -> float:
+    """phase - omega t of the scene's wave [rad] with the frequency that a fixed point sees [rad/s]."""
+    return math.radians(scene.waves.phase_deg) - frequency * t
 
 
 def _wave(scene, number, amplitude, time_phase):
@@ -109,7 +109,8 @@ def _flow(scene, t):
 
     wave = None
     if scene.waves and not scene.waves.irregular:
-        wave = _wave(scene, number, amplitude(scene, t), time_phase(scene, t))
+        phase = time_phase(scene, t, main_propagation(scene).at_ground)
+        wave = _wave(scene, number, amplitude(scene, t), phase)
     return sea.flow(point_in_space(), wave, _current(scene, number, number) if scene.current else None)
 
 
@@ -133,6 +134,7 @@ class SeaState:
             self._depth = self._number(lambda scene: scene.sea.depth)
         elif with_waves and scene.waves:
             self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
+            self._frequency = main_propagation(scene).at_ground
             self._numbers_of_wave = array_of(self._amplitude), array_of(self._time_phase)
             self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
         if scene.current:
@@ -177,7 +179,7 @@ class SeaState:
         if self.kinematics is not None:
             self.kinematics.set_time(t)
         elif self.wave is not None:
-            self.set_wave(amplitude(self.scene, t), time_phase(self.scene, t))
+            self.set_wave(amplitude(self.scene, t), time_phase(self.scene, t, self._frequency))
 
     def set_wave(self, amplitude, time_phase):
         """Amplitude a [m] and phase - omega t [rad] of the wave."""
@@ -189,3 +191,5 @@ class SeaState:
         self._numbers.change(scene)
         if self.kinematics is not None:
             self.kinematics.change(scene)
+        elif self.wave is not None:
+            self._frequency = main_propagation(scene).at_ground

@@ -4,14 +4,13 @@ The series of a level hold the entries of all models at once, so that a step tak
 bodies as for one.
 """
 
-import copy
 import itertools
 
 import numpy as np
 
 from ..solver.rows import Sums, copies
 from ..solver.unknowns import array_of
-from .schemes import Series
+from .schemes import KEPT, Series, same_step
 
 
 class Past:
@@ -66,13 +65,15 @@ class Past:
         if not self.series:
             return 1 / step
         last = self.series[0].step
-        same = last is not None and abs(last - step) <= 1e-12 * step
-        self._kept = last, None if same else copy.deepcopy(self.state())
-        if not same:
+        if last is None or not same_step(last, step):
+            self._kept = last, [series.state() | {"rows": np.array(series.rows[:KEPT])} for series in self.series]
             for series, base in zip(self.series, [None, *self.series], strict=False):
                 self.scheme.begin(step, series, base)
-        for series in self.series:
-            series.step = step
+        else:
+            self._kept = last, None
+        if step != last:
+            for series in self.series:
+                series.step = step
         if self._operations is None:
             self._operations = Operations(self)
         return self._operations.prepare(step)

@@ -153,6 +153,11 @@ class Series:
             self.second = (self.rate - self.previous_rate) / h0  # to fill up a past that has become too short
 
 
+def same_step(h0, h1) -> bool:
+    """Whether two steps differ by rounding only: t is known to its last digit, of which a step has fewer."""
+    return abs(h1 - h0) <= 1e-9 * h1
+
+
 class Scheme:
     """A rule for rates.
 
@@ -180,7 +185,7 @@ class Scheme:
 
     def begin(self, step, series, base=None):
         """Make the series ready for a step of this size; `base`, ready before, is the series that it is the rate of."""
-        if series.step is not None and abs(series.step - step) > 1e-12 * step:
+        if series.step is not None and not same_step(series.step, step):
             series.resample(step, self.order, self.lag)
         series.step = step
 
@@ -226,7 +231,7 @@ class BDF2(Scheme):
 
     def begin(self, step, series, base=None):
         series.extrapolated_past(step, 2)
-        shrinks = series.step is not None and step < series.step * (1 - 1e-12)
+        shrinks = series.step is not None and step < series.step and not same_step(series.step, step)
         if shrinks and base is not None and len(base.values) >= 4:
             # Rates of the positions as they are told now.  Were the old rates carried over, the two would differ behind
             # a kink by an amount that no smaller step removes.
@@ -267,7 +272,7 @@ class GeneralizedAlpha(Scheme):
         ahead = self.alpha_f - self.alpha_m
         if not series.averaging:
             series.auxiliary, series.averaging = series.rate + ahead * step * series.second, True
-        elif abs(series.step - step) > 1e-12 * step:
+        elif not same_step(series.step, step):
             series.resample(step, self.order, self.lag)
             second = (series.rate - series.previous_rate) / series.step
             series.auxiliary = series.auxiliary + ahead * (step - series.step) * second

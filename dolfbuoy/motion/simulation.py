@@ -6,7 +6,7 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..parallel.ranks import combined
-from ..solver.rows import picked, traced
+from ..solver.rows import copies, picked, traced
 from .consistent import make_consistent
 from .past import Past
 from .schemes import GeneralizedAlpha, Predictor, make_scheme
@@ -18,17 +18,18 @@ class Simulation:
     """The state of a scene at time `t`, advanced by `advance`.
 
     scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
-    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.
+    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `model.pool`.
     Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
-    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None):
+    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None, pool=None):
         if scene.time is None:
             raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
-        start = initial_state(scene, comm) if state is None else None
+        make = Problem if pool is None else pool.problem
+        start = initial_state(scene, comm, make) if state is None else None
         if problem is None:
-            self.problem = Problem(scene, dynamic=True, comm=comm)
+            self.problem = make(scene, dynamic=True, comm=comm)
         else:
             self.problem = problem
             problem.change(scene)
@@ -37,6 +38,8 @@ class Simulation:
         scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
         self.predictor, self.control = Predictor(), self._make_control()
+        before = np.zeros_like(self.system.u)
+        self._keep_state, self._go_back = copies([(before, self.system.u)]), copies([(self.system.u, before)])
         if state is None:
             self._load(start)
         else:
@@ -171,7 +174,8 @@ class Simulation:
         judge: called with h and the local error, says whether the step counts; None is returned if it does not.
         Raises SolveError and leaves the state as it was.
         """
-        before, t = self.system.u.copy(), self.t + h
+        t = self.t + h
+        self._keep_state()
         self.newton.set_scales(self.past.prepare(h))
         self.system.u[:] = self.predictor.at(t)
         self.problem.set_time(t)
@@ -182,7 +186,7 @@ class Simulation:
             counts = judge is None or judge(h, self._local_error())
         finally:
             if not counts:
-                self.system.u[:] = before
+                self._go_back()
                 self.past.give_up()
         if not counts:
             return None

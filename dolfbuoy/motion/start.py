@@ -61,15 +61,15 @@ class Start:
             problem.lines.memory[name][:] = values
 
 
-def initial_state(scene, comm) -> Start:
-    """Start of a run.  Raises InputError for what cannot be."""
+def initial_state(scene, comm, make=Problem) -> Start:
+    """Start of a run; make: see solve_equilibrium.  Raises InputError for what cannot be."""
     check_feasible(scene)
     check_first_shape(scene)
     network = network_of(scene)
     if scene.initial.kind == "equilibrium" and not any(is_pose_given(with_buoy(scene, name)) for name in network.buoys):
-        start = _from_equilibrium(solve_equilibrium(scene, comm))
+        start = _from_equilibrium(solve_equilibrium(scene, comm, make))
     elif not network.pieces:
-        start = _from_equilibrium(solve_equilibrium(scene, comm))
+        start = _from_equilibrium(solve_equilibrium(scene, comm, make))
         start.at_rest = False
     else:
         start = _from_shape(scene, comm)

@@ -13,6 +13,7 @@ from petsc4py import PETSc
 from ..errors import InputError, SolveError
 from . import petsc_library
 from .callbacks import NOT_FINITE, Callbacks, Number, new_numbers
+from .rows import copies
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
@@ -117,7 +118,8 @@ class Newton:
         self.age = JacobianAge(keep_jacobian, self.numbers)
         self.direct = direct if system.comm.size == 1 else "mumps"
         self.x = system.numbering.vector()
-        self._f, self._before = self.x.duplicate(), np.zeros_like(system.u)
+        self._f, before = self.x.duplicate(), np.zeros_like(system.u)
+        self._keep_start, self._go_back = copies([(before, system.u)]), copies([(system.u, before)])
         self.snes = self._create_snes()
         self.choose_solver(self.direct)
 
@@ -250,10 +252,9 @@ class Newton:
         `u` holds the solution afterwards, or what it held before if SolveError is raised.
         """
         system = self.system
-        before = self._before
-        before[:] = system.u
+        self._keep_start()
         system.read_given()
-        iterations, reason = self._solve_as_best(before)
+        iterations, reason = self._solve_as_best()
         self.iterations_total += iterations
         self.age.judge_solve(iterations)
         self._read_solution()
@@ -263,28 +264,28 @@ class Newton:
         else:
             fault = self.fault()
         if fault:
-            system.u[:] = before
+            self._go_back()
             system.publish()
             raise SolveError(fault)
         return iterations
 
-    def _solve_as_best(self, start):
+    def _solve_as_best(self):
         """Iterations and reason: with the matrix at hand, else with new ones, else with pivoting."""
-        iterations, reason = self._run(start)
+        iterations, reason = self._run()
         if reason < 0 and self.age.keep:  # perhaps only the matrix was too old
-            more, reason = self._run_afresh(start)
+            more, reason = self._run_afresh()
             iterations += more
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE and self.direct == "petsc":
             self.fallbacks += 1
             self.choose_solver("mumps")
-            more, reason = self._run(start)
+            more, reason = self._run()
             iterations += more
             self.choose_solver(self.direct)
         return iterations, reason
 
-    def _run(self, start):
+    def _run(self):
         self.numbers.tolerance, self.numbers.own_options = self.system.tolerance, bool(self.options.scene)
-        self.system.u[:] = start
+        self._go_back()
         self._set_start()
         try:
             self.snes.solve(None, self.x)
@@ -302,11 +303,11 @@ class Newton:
         self.system.hooks.check()  # C lets a solve end before it tells
         return self.snes.getIterationNumber(), reason
 
-    def _run_afresh(self, start):
+    def _run_afresh(self):
         """With a new matrix in every iteration."""
         self.age.keep = self.age.valid = False
         try:
-            return self._run(start)
+            return self._run()
         finally:
             self.age.keep = True
 

@@ -1,4 +1,4 @@
-"""Networks at rest by finite elements against references without any, and the hard ones among them.
+"""Hard networks at rest by finite elements: slack and light lines, loops, many legs, a sinker on the bed.
 
 Source: tests/reference (mpmath and shooting), the closed forms of statics/network.
 """
@@ -46,38 +46,6 @@ def bridle(length=36.0, EA=None, elements=12, **more):
         line("leg2", "ring", places["fairlead2"], length, leg["w"], EA or leg["EA"], **given),
     ]
     return at_rest(cables, [{"name": "ring", "mass": data["joint_net_weight"] / G}])
-
-
-def test_bridle():
-    problem, _ = bridle()
-    values = CASES["y_bridle_still"]["values"]
-    np.testing.assert_allclose(end_of(problem, 0, 1), values["joint"], rtol=1e-8)
-    for piece, name in enumerate(("main", "leg1", "leg2")):
-        at_joint, far = (
-            np.linalg.norm(problem.end_force(piece, end)) for end in ((1, 0) if name == "main" else (0, 1))
-        )
-        assert at_joint == pytest.approx(values[name]["T_joint"], rel=1e-8)
-        assert far == pytest.approx(values[name]["T_anchor" if name == "main" else "T_top"], rel=1e-8)
-    problem.destroy()
-
-
-def test_float_between_two_segments():
-    """48 elements P2-P1 a segment: the joint, and the tensions on its two sides."""
-    case = CASES["s_float_still"]
-    data, body = case["input"], case["input"]["bodies"]["0"]
-    keys = ("length", "line_density", "diameter", "axial_stiffness")
-    pair = {"position_degree": 2, "tension_degree": 1}
-    segments = [{key: part[key] for key in keys} | {"elements": 48} for part in data["segments"]]
-    segments[0]["body"] = {"mass": body["mass"], "volume": body["volume"]}
-    down = -data["depth"]
-    top = {"kind": "fixed", "position": [85.0, 0.0, 95.0 + down]}
-    cable = {"segments": segments, "anchor": [0.0, 0.0, down], "top": top} | pair
-    problem, _ = at_rest([cable], sea={"depth": data["depth"], "density": data["density"]})
-    x, z, T_below, T_above = (float(value) for value in case["exact"]["joints"][0])
-    np.testing.assert_allclose(end_of(problem, 0, 1) - [0, 0, down], [x, 0, z], atol=1e-8 * 110)
-    assert np.linalg.norm(problem.end_force(0, 1)) == pytest.approx(T_below, rel=1e-8)
-    assert np.linalg.norm(problem.end_force(1, 0)) == pytest.approx(T_above, rel=1e-8)
-    problem.destroy()
 
 
 def floats(w, length, slack):
@@ -156,37 +124,23 @@ def test_hard_networks(made, slack):
 # -- on a bed ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("elements", "stiffness", "allowed"), [(48, 1e6, 5e-4), (96, 1e7, 5e-5)])
-def test_chain_wire_chain_with_a_clump(elements, stiffness, allowed):
-    """A bed about as rigid as that of the reference."""
+def test_chain_wire_chain_with_a_clump():
+    """On a bed about as rigid as that of the reference, to 5e-5 with 96 elements."""
     case = CASES["cwc_clump_still"]
     data, body = case["input"], case["input"]["bodies"]["0"]
     total = sum(part["length"] for part in data["segments"])
     keys = ("length", "line_density", "diameter", "axial_stiffness")
     segments = [
-        {key: part[key] for key in keys} | {"elements": max(2, round(elements * part["length"] / total))}
+        {key: part[key] for key in keys} | {"elements": max(2, round(96 * part["length"] / total))}
         for part in data["segments"]
     ]
     segments[0]["body"] = {"mass": body["mass"], "volume": body["volume"]}
     down = -data["depth"]
     cable = {"segments": segments, "anchor": [0.0, 0.0, down], "position_degree": 2, "tension_degree": 1}
     cable["top"] = {"kind": "fixed", "position": [432.0, 0.0, 145.0 + down]}
-    problem, _ = at_rest([cable], sea={"depth": -down, "density": 1025.0}, seabed={"stiffness": stiffness})
+    problem, _ = at_rest([cable], sea={"depth": -down, "density": 1025.0}, seabed={"stiffness": 1e7})
     top, exact = np.linalg.norm(problem.end_force(2, 1)), float(case["exact"]["T_top"])
-    assert top == pytest.approx(exact, rel=allowed)
-    problem.destroy()
-
-
-def test_three_lines_with_the_default_bed():
-    case = CASES["three_lines_fixed_point"]
-    data, row = case["input"], case["values"]["offsets"][0]
-    feet = [[520 * math.cos(a), 520 * math.sin(a), -100.0] for a in np.radians([0.0, 120.0, 240.0])]
-    wet = {"line_density": data["w"] / G + 1025 * math.pi / 4 * 0.05**2, "diameter": 0.05}
-    hub = [*map(float, row["offset"]), 0.0]
-    legs = [line(f"leg{i}", foot, hub, data["L"], 0.0, data["EA"], elements=40) | wet for i, foot in enumerate(feet)]
-    problem, _ = at_rest(legs, sea={"depth": 100.0}, seabed={})
-    tensions = [np.linalg.norm(problem.end_force(i, 1)) for i in range(3)]
-    np.testing.assert_allclose(tensions, row["line_tensions"], rtol=1e-3)
+    assert top == pytest.approx(exact, rel=5e-5)
     problem.destroy()
 
 
