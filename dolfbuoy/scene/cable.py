@@ -28,6 +28,7 @@ from .quantities import (
 )
 from .section import Section, key
 from .stretching import AxialStiffness
+from .wave_files import motion_of
 
 MOST_ROWS = 100_000
 
@@ -40,7 +41,9 @@ def _in_order(rows):
 
 _coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 _Row = Annotated[tuple[_coordinate, _coordinate, _coordinate, _coordinate], BeforeValidator(finite_numbers(4))]
-Motion = Annotated[list[_Row], Field(min_length=2, max_length=MOST_ROWS), AfterValidator(_in_order)]
+Motion = Annotated[
+    list[_Row], Field(min_length=2, max_length=MOST_ROWS), AfterValidator(_in_order), BeforeValidator(motion_of)
+]
 
 
 class Top(Section):

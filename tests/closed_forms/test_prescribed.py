@@ -58,6 +58,30 @@ def test_between_and_beyond_the_rows(t):
     np.testing.assert_allclose(top_position(top, t), expected, atol=1e-8)
 
 
+def test_rows_from_a_file_beside_the_scene(tmp_path):
+    """The scene keeps them; a stranger's scene may not name files elsewhere."""
+    rows = sine(0.1)
+    lines = ["t, x, y, z", *(", ".join(map(repr, row)) for row in rows)]
+    (tmp_path / "motion.csv").write_text("\n".join(lines))
+    text = """
+        [cable]
+        length = 6.0
+        line_density = 2.0
+        anchor = [0.0, 0.0, 0.0]
+        top = { kind = "prescribed", position = [3.0, 0.5, 4.0], motion = "NAME" }
+        [time]
+        end = 1.0
+        step = 0.1
+    """
+    path = tmp_path / "scene.toml"
+    path.write_text(text.replace("NAME", "motion.csv"))
+    assert load_scene(path).cable.top.motion == [tuple(row) for row in rows]
+    for name in ("../motion.csv", str(tmp_path / "motion.csv")):
+        path.write_text(text.replace("NAME", name))
+        with pytest.raises(InputError, match="below the folder of the scene"):
+            load_scene(path)
+
+
 def test_a_ramp_grows_from_the_first_row():
     rows = [[t, x + 1.0, y, z] for t, x, y, z in sine()]
     top, plain = (Top(kind="prescribed", position=POSITION, motion=rows, ramp=ramp) for ramp in (2.0, 0.0))
