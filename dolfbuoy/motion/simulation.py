@@ -208,8 +208,9 @@ class Simulation:
     def _accept(self, t):
         self._read_end_forces()
         u = self.system.u
-        for model in self.problem.models:
-            model.accept(u)
+        changed = [model.accept(u) for model in self.problem.models]
+        if any(changed):
+            self.newton.forget()
         self.past.accept()
         self.predictor.add(t, u)
         self.t = t

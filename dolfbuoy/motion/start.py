@@ -84,7 +84,7 @@ def _moves(top, piece):
     """Whether an end that is held is moved at t = 0."""
     if top is None or top.kind != "prescribed":
         return False
-    step = 1e-6 * top.period
+    step = 1e-6 * (top.period or 1.0)
     same = np.allclose(top_position(top, step), top_position(top, 0.0), rtol=0, atol=1e-10 * piece.section.length)
     return not same
 
