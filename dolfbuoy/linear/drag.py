@@ -18,8 +18,8 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags
 from scipy.stats import norm, qmc
 
-from ..model.rigid import mass_properties, rotation_of, shape_of
-from .layout import Body
+from ..model.rigid import rotation_of
+from .layout import Body, nodes_of
 from .linearisation import Linearisation, jacobian
 
 #: Amplitude of phases whose mean slope is the least-squares slope of a cycle.
@@ -44,7 +44,7 @@ class Velocities:
 
     def __init__(self, found: Linearisation):
         self.found = found
-        self._axes = [_WetAxis(body, found.problem.scene) for body in found.bodies]
+        self._axes = [_WetAxis(body, found.problem.buoys[body.name]) for body in found.bodies]
 
     def of_water(self, velocity) -> Sea:
         """Of a function of points (n, 3)."""
@@ -72,12 +72,8 @@ class Velocities:
 
     @cached_property
     def _nodes(self):
-        """Local unknowns (n, 3) of the nodes of each line, held ends included, in the order of `LineNodes`."""
         lines = self.found.problem.lines
-        if lines is None:
-            return []
-        order = np.argsort(lines.node_s, kind="stable")
-        return [lines.node_dofs[order[lines.line_of_node[order] == k]] for k in range(len(lines.lines))]
+        return [] if lines is None else nodes_of(lines)
 
 
 class _WetAxis:
@@ -86,10 +82,9 @@ class _WetAxis:
     Across the axis: the rigid motion that is nearest (least squares).  Along it: the mean over the wet faces.
     """
 
-    def __init__(self, body: Body, scene):
+    def __init__(self, body: Body, buoy):
         d, x = rotation_of(body.orientation)[:, 2], np.polynomial.legendre.leggauss(8)[0]
-        shape = shape_of(scene.buoy)
-        center = mass_properties(scene.buoy, shape).height
+        shape, center = buoy.shape, buoy.mass.height
         surface = center - body.position[2] / d[2] if abs(d[2]) > 1e-6 else shape.height
         low, high = (0.0, min(surface, shape.height)) if d[2] > 0 else (max(surface, 0.0), shape.height)
         heights, areas = _faces(shape)

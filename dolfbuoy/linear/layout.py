@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model.attachment import FIELDS
-from ..model.buoy import MOTION, Buoy
+from ..model.buoy import MOTION
 from ..model.rigid import rotation_of
 
 
@@ -95,45 +95,60 @@ def half_turns(q4) -> np.ndarray:
 def bodies_of(problem, u) -> list[Body]:
     """The buoys of a dynamic Problem, whose local unknowns at rest are u."""
     number, mine = problem.system.numbering.global_index, []
-    for model in (model for model in problem.models if isinstance(model, Buoy)):
-        state = MOTION.of(u[model.part.slice])
+    for name, buoy in problem.buoys.items():
+        state = MOTION.of(u[buoy.part.slice])
         R = rotation_of(state.orientation)
-        inertia = R @ np.diag(model.mass.inertia) @ R.T
-        places = np.array(number[model.part.slice], dtype=int)
-        mine.append(
-            Body(_name(model), places, state.position.copy(), state.orientation.copy(), model.mass.mass, inertia)
-        )
+        inertia = R @ np.diag(buoy.mass.inertia) @ R.T
+        places, pose = number[buoy.part.slice].astype(int), (state.position.copy(), state.orientation.copy())
+        mine.append(Body(name, places, *pose, buoy.mass.mass, inertia))
     found = [body for bodies in problem.comm.allgather(mine) for body in bodies]
     return sorted(found, key=lambda body: body.places[0])
 
 
 def holds_of(problem, u) -> list[Hold]:
     """Where lines hold on buoys."""
-    mine = []
+    mine, names = [], {id(buoy): name for name, buoy in problem.buoys.items()}
     for attachment in (attachment for attachment in problem.attachments if attachment.buoy):
-        buoy, at = attachment.buoy, attachment.of(u)
-        lever = at.point - MOTION.of(u[buoy.part.slice]).position
+        at = attachment.of(u)
+        lever = at.point - MOTION.of(u[attachment.buoy.part.slice]).position
         places = FIELDS.of(problem.system.numbering.global_index[attachment.slice]).force
-        mine.append(Hold(_name(buoy), lever, at.force.copy(), places.astype(int)))
+        mine.append(Hold(names[id(attachment.buoy)], lever, at.force.copy(), places.astype(int)))
     return [hold for holds in problem.comm.allgather(mine) for hold in holds]
 
 
-def _name(buoy):
-    return getattr(buoy, "name", "buoy")
-
-
 def lines_of(problem, u) -> list[LineNodes]:
-    """The lines of a Problem, whose local unknowns at rest are u."""
+    """The cables of a Problem, whose local unknowns at rest are u."""
     lines, number = problem.lines, problem.system.numbering.global_index
     if lines is None:
         return []
     mine = slice(lines.owned_nodes)
     dofs = lines.node_dofs[mine]
-    parts = problem.comm.allgather((lines.line_of_node[mine], lines.node_s[mine], u[dofs], number[dofs].astype(int)))
-    line, s, positions, places = (np.concatenate(part) for part in zip(*parts, strict=True))
-    order = np.argsort(s, kind="stable")
-    found = []
-    for k, described in enumerate(lines.lines):
-        rows = order[line[order] == k]
-        found.append(LineNodes(described.name, s[rows] - lines.begins[k], positions[rows], places[rows]))
-    return found
+    parts = problem.comm.allgather((*_along(lines), u[dofs], number[dofs].astype(int)))
+    cable, s, positions, places = (np.concatenate(part) for part in zip(*parts, strict=True))
+    rows = [_in_order(cable, s, k) for k in range(len(lines.network.cables))]
+    names = [name or "cable" for name in lines.network.cables]
+    return [LineNodes(name, s[r], positions[r], places[r]) for name, r in zip(names, rows, strict=True)]
+
+
+def nodes_of(lines) -> list[np.ndarray]:
+    """Local unknowns (n, 3) of the nodes of each cable, held ends included, as in `lines_of`; on one rank alone."""
+    cable, s = _along(lines)
+    return [lines.node_dofs[_in_order(cable, s, k)] for k in range(len(lines.network.cables))]
+
+
+def _along(lines):
+    """Cable of the owned nodes, and arc length on it, over all of its pieces [m]."""
+    pieces, before = lines.pieces, []
+    for k, piece in enumerate(pieces):
+        before.append(sum(other.section.length for other in pieces[:k] if other.cable == piece.cable))
+    piece = lines.line_of_node[: lines.owned_nodes]
+    s = lines.node_s[: lines.owned_nodes] - np.asarray(lines.begins)[piece] + np.array(before)[piece]
+    return np.array([p.cable for p in pieces])[piece], s
+
+
+def _in_order(cable, s, k):
+    """Rows of a cable's nodes from s = 0 on; where two pieces meet, one of the two that are one."""
+    rows = np.flatnonzero(cable == k)
+    rows = rows[np.argsort(s[rows], kind="stable")]
+    apart = np.diff(s[rows]) > 1e-9 * s[rows].max()
+    return rows[np.concatenate([[True], apart])]

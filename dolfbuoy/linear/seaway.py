@@ -148,8 +148,9 @@ class Seaway:
             slopes[f"tension_top_{i + 1}" if several else "tension_top"] = _of_hold(hold, found.K.shape[1])
         for k, line in enumerate(found.lines):
             name = f"tension_anchor_{line.name}" if several else "tension_anchor"
-            slope = _slope(problem, lambda u, k=k: lines.anchor_tension(u, k))
-            slopes[name] = (lines.anchor_tension(found.u, k), slope)
+            piece = lines.network.first_of(k)
+            slope = _slope(problem, lambda u, piece=piece: lines.anchor_tension(u, piece))
+            slopes[name] = (lines.anchor_tension(found.u, piece), slope)
         return slopes
 
 

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from ..meshes import HullShape
 from ..model.rigid import mass_properties, rotation_of
 from ..model.sea import heading
+from ..scene.network import network_of
 from .folder import enlist
 from .mode_record import KINDS
 from .paraview import cable_meshes, hull_meshes, write_series
@@ -103,8 +104,9 @@ class _Pose:
             at_rest = (dataset.rest_buoy_position.values, dataset.rest_buoy_orientation.values)
             centers = np.reshape(at_rest[0] + moved("buoy_position"), (-1, 3))
             turns = np.reshape(moved("buoy_rotation"), (-1, 3))
-            for center, q4, turn in zip(centers, np.reshape(at_rest[1], (-1, 4)), turns, strict=True):
-                self.hulls.append(_outline(scene, center, rotation_vector(turn) @ rotation_of(q4)))
+            poses = zip(network_of(scene).buoys.values(), centers, np.reshape(at_rest[1], (-1, 4)), turns, strict=True)
+            for buoy, center, q4, turn in poses:
+                self.hulls.append(_outline(buoy, center, rotation_vector(turn) @ rotation_of(q4)))
 
     def curves(self, view):
         """Lines and outlines as they are seen along a horizontal direction, (n, 2) each."""
@@ -124,9 +126,8 @@ def rotation_vector(turn) -> np.ndarray:
     return rotation_of([np.cos(angle / 2), *half])
 
 
-def _outline(scene, center, R):
-    """view -> the silhouette of a buoy's hull, or its axis if it has none."""
-    buoy = scene.buoy
+def _outline(buoy, center, R):
+    """view -> the silhouette of a buoy's hull, or its axis if it has none; buoy: its section."""
     shape = HullShape(tuple(buoy.hull)) if buoy.hull else None
     height = mass_properties(buoy, shape).height
     stations = np.array(buoy.hull) if shape else np.array([[buoy.mooring_height, 0.0], [height, 0.0]])

@@ -15,6 +15,8 @@ from scipy.sparse import csr_matrix, diags
 
 from ..errors import SolveError
 
+#: Imaginary parts below this part of |lambda| are rounding.
+REAL = 1e-9
 #: Backward error that every pair has to have, normwise, in equilibrated rows and columns.
 RESIDUAL = 1e-8
 #: An eigenvalue below this part of the shift is zero: rounding splits a double zero to about sqrt(1e-16) of it.
@@ -62,7 +64,9 @@ class Quadratic:
 
     def pairs(self, count):
         """Eigenvalues next to -1, `count` or more, and their vectors."""
-        return self._all_pairs() if self.is_small(count) else self._nearest_pairs(count)
+        roots, vectors = self._all_pairs() if self.is_small(count) else self._nearest_pairs(count)
+        real = np.abs(roots.imag) < REAL * np.abs(roots)  # two that are one come apart as conjugates
+        return np.where(real, roots.real, roots), vectors
 
     def _all_pairs(self):
         """Of mu = 1/(lambda + c) of the companion form in (x, lambda x) with the shift -c, c = 1.

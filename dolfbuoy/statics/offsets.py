@@ -9,6 +9,7 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..model.sea import heading
+from ..scene.network import network_of
 from ..scene.sections import Current, ExternalForce
 from .equilibrium import solve_equilibrium
 
@@ -58,8 +59,9 @@ def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD) -> Itera
 
     Raises InputError for a scene without buoy, or one that has no equilibrium at all.
     """
-    if scene.buoy is None or scene.cable is None:
-        raise InputError("Offsets are those of a moored buoy: they need [buoy] and [cable].")
+    network = network_of(scene)
+    if len(network.buoys) != 1 or not network.pieces:
+        raise InputError("Offsets are those of one moored buoy: they need [buoy] and [cable].")
     calm, problem = scene.model_copy(update={"waves": None}), None
     try:
         for direction in directions_deg:

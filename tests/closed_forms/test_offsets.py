@@ -94,7 +94,7 @@ def test_slack_and_under_and_none():
 
 
 def test_refusals():
-    with pytest.raises(InputError, match="moored buoy"):
+    with pytest.raises(InputError, match="one moored buoy"):
         dolfbuoy.offsets("driven", [1.0], [0.0])
-    with pytest.raises(InputError, match="moored buoy"):
+    with pytest.raises(InputError, match="one moored buoy"):
         dolfbuoy.offsets("free-buoy", [1.0], [0.0])

@@ -88,7 +88,7 @@ def test_offsets_prints_and_writes(call, tmp_path):
         (["short", "--force", "1", "--current", "1"], "and not both"),
         (["short", "--force", "a"], "--force a: must be numbers"),
         (["short", "--force", "0:1:0"], "--force 0:1:0: a range"),
-        (["driven", "--force", "1"], "moored buoy"),
+        (["driven", "--force", "1"], "one moored buoy"),
     ],
 )
 def test_offsets_refuses(call, tmp_path, options, words):
