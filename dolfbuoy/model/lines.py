@@ -367,10 +367,10 @@ class Lines:
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        if self._held is None:
+        if self._held is None:  # u stays in place
             held = [(k, end, dofs) for k, end, dofs in self._held_ends() if len(dofs)]
-            self._held = HeldEnds([(dofs, self._motion(k, end)) for k, end, dofs in held])
-        self._held.put(u, t)
+            self._held = HeldEnds([(dofs, self._motion(k, end)) for k, end, dofs in held], u)
+        self._held.put(t)
 
     def _motion(self, line, end):
         """Of an end that is held, or its position [m]."""

@@ -76,7 +76,7 @@ class Problem:
     def _softest(self):
         """Smallest axial stiffness as the forms have it at the moment [N]."""
         EA = self.lines.cable.EA
-        return float(np.min(EA.value if isinstance(EA, fem.Constant) else EA.x.array))
+        return float(EA.value if isinstance(EA, fem.Constant) else EA.x.array.min())
 
     def _find_buoy_rank(self):
         if self.lines is None:
