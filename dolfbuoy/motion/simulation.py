@@ -18,17 +18,18 @@ class Simulation:
     """The state of a scene at time `t`, advanced by `advance`.
 
     scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
-    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.
+    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `model.pool`.
     Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
-    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None):
+    def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None, pool=None):
         if scene.time is None:
             raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
-        start = initial_state(scene, comm) if state is None else None
+        make = Problem if pool is None else pool.problem
+        start = initial_state(scene, comm, make) if state is None else None
         if problem is None:
-            self.problem = Problem(scene, dynamic=True, comm=comm)
+            self.problem = make(scene, dynamic=True, comm=comm)
         else:
             self.problem = problem
             problem.change(scene)

@@ -43,15 +43,15 @@ class Start:
             problem.lines.memory[name][:] = values
 
 
-def initial_state(scene, comm) -> Start:
-    """Start of a run.  Raises InputError for what cannot be."""
+def initial_state(scene, comm, make=Problem) -> Start:
+    """Start of a run; make: see solve_equilibrium.  Raises InputError for what cannot be."""
     initial = scene.initial
     check_feasible(scene)
     check_first_shape(scene)
     if initial.kind == "equilibrium" and not _pose_given(scene):
-        start = _from_equilibrium(solve_equilibrium(scene, comm))
+        start = _from_equilibrium(solve_equilibrium(scene, comm, make))
     elif scene.cable is None:
-        start = _from_equilibrium(solve_equilibrium(scene, comm))
+        start = _from_equilibrium(solve_equilibrium(scene, comm, make))
         start.at_rest = False
     else:
         start = _from_shape(scene, comm)

@@ -134,18 +134,22 @@ class Record:
         """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
         import xarray as xr
 
-        rows = self._rows
-        data = {name: np.array([row[name] for row in rows]) for name in SERIES if name != "time" and name in rows[0]}
+        columns = self._columns()
+        data = {name: values for name, values in columns.items() if name in SERIES and name != "time"}
         labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in LABELS if any(k in SERIES[n][0] for n in data)}
-        time = ("time", np.array([row["time"] for row in rows]), _attributes("time"))
+        time = ("time", columns["time"], _attributes("time"))
         variables = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in data.items()}
         return xr.Dataset(variables, {"time": time} | labels, self.attributes)
+
+    def _columns(self):
+        """All rows that are not on disk yet, by name."""
+        blocks = {name: [block[name] for block in self._blocks if name in block] for name in (*SERIES, *FRAMES)}
+        return {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
 
     def flush(self):
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
         fresh = self.counts["time"] == 0
-        blocks = {name: [block[name] for block in self._blocks if name in block] for name in (*SERIES, *FRAMES)}
-        columns = {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
+        columns = self._columns()
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)

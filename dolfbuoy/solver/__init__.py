@@ -3,8 +3,10 @@
 Whatever is imported from here first starts PETSc, and MPI with it.
 """
 
+import importlib.metadata
 import os
 import sys
+from types import ModuleType
 
 # Must be set before the libraries behind numpy and PETSc start their threads; the user's own value is kept.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -13,3 +15,19 @@ import petsc4py
 
 if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
     petsc4py.init(["dolfbuoy", "-no_signal_handler"])
+
+
+def _import_without_pkg_resources():
+    """UFL and FFCx of Debian 12 import it to know their own version: 0.1 s of every start."""
+    light = ModuleType("pkg_resources")
+    light.get_distribution = importlib.metadata.distribution
+    sys.modules["pkg_resources"] = light
+    try:
+        import ffcx  # noqa: F401
+        import ufl  # noqa: F401
+    finally:
+        del sys.modules["pkg_resources"]
+
+
+if "pkg_resources" not in sys.modules:
+    _import_without_pkg_resources()

@@ -58,6 +58,7 @@ class Callbacks:
             self._fill(described, loop.arguments)
         for described, entries in ((c.unknowns, system.scaled_unknowns), (c.rows, system.scaled_residual)):
             self._fill(described, entries.arguments)
+        c.matrix = self._cast(system.A.handle)
         c.row_scale, c.unknown_scale = (self._cast(vector.handle) for vector in system.scale_vectors)
         if system.law is not None:
             c.law = self._one_sided(system.law)

@@ -19,13 +19,11 @@ typedef struct {                /* of PETSc */
     int (*MatZeroRowsLocal)(void *, petsc_int, const petsc_int *, double, void *, void *);
     int (*MatGetDiagonal)(void *, void *);
     int (*MatDiagonalSet)(void *, void *, int);
-    int (*MatAssemblyBegin)(void *, int);
-    int (*MatAssemblyEnd)(void *, int);
     int (*KSPSetNormType)(void *, int);
     int (*KSPGetTolerances)(void *, double *, double *, double *, petsc_int *);
     int (*KSPSetTolerances)(void *, double, double, double, petsc_int);
     int (*SNESGetKSP)(void *, void **);
-    int (*SNESSetLagJacobian)(void *, petsc_int);
+    int (*SNESGetSolution)(void *, void **);
     int (*SNESGetTolerances)(void *, double *, double *, double *, petsc_int *, petsc_int *);
     int (*SNESGetSolutionUpdate)(void *, void **);
 } petsc;
@@ -77,7 +75,7 @@ typedef struct {
     void (*take)(const double *, const double *, const int *, ptrdiff_t, double *);
     sum residuals, jacobians;
     scaled unknowns, rows;
-    void *row_scale, *unknown_scale;                    /* vectors of PETSc */
+    void *matrix, *row_scale, *unknown_scale;           /* of PETSc */
     const one_sided *law;       /* or NULL */
 } newton;
 
@@ -95,7 +93,7 @@ _SOURCE = """
 #include <string.h>
 
 #define TRY(call) do { const int error = (call); if (error) return error; } while (0)
-enum {INSERT_VALUES = 1, FINAL_ASSEMBLY = 0, NORM_2 = 1, NORM_INFINITY = 3};  /* PETSc's */
+enum {INSERT_VALUES = 1, NORM_2 = 1, NORM_INFINITY = 3};  /* PETSc's */
 
 static double larger(double a, double b)
 {
@@ -208,10 +206,6 @@ int jacobian(void *snes, void *x, void *J, void *P, void *context)
     if (*N->failed)
         return 0;
     TRY(assemble(N, P));
-    if (J != P) {
-        TRY(N->petsc->MatAssemblyBegin(J, FINAL_ASSEMBLY));
-        TRY(N->petsc->MatAssemblyEnd(J, FINAL_ASSEMBLY));
-    }
     n->valid = 1;
     n->kept = 0;
     n->assembled_for = *N->assembled;
@@ -255,18 +249,24 @@ static int judge(const petsc *petsc, numbers *n, void *snes, petsc_int iteration
     return 0;
 }
 
-static int choose_matrix(const newton *N, void *snes)
+/* Before an iteration: a new Jacobian if the one at hand does not serve. */
+static int choose_matrix(newton *N, void *snes)
 {
     numbers *n = N->numbers;
+    void *x;
     n->valid = n->valid && n->assembled_for == *N->assembled;
     n->kept = n->valid;
-    TRY(N->petsc->SNESSetLagJacobian(snes, n->kept ? -1 : 1));
-    return n->own_options ? 0 : check_linear_solves(N->petsc, n, snes, !n->kept);
+    if (!n->own_options)
+        TRY(check_linear_solves(N->petsc, n, snes, !n->kept));
+    if (n->valid)
+        return 0;
+    TRY(N->petsc->SNESGetSolution(snes, &x));
+    return jacobian(snes, x, N->matrix, N->matrix, N);
 }
 
 int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context)
 {
-    const newton *N = context;
+    newton *N = context;
     TRY(judge(N->petsc, N->numbers, snes, iteration, step, norm, reason));
     if (N->law && *reason > 0 && unsettled(N->law) && N->numbers->last_increment > N->numbers->tolerance)
         *reason = N->numbers->iterating;

@@ -129,6 +129,9 @@ class Newton:
     def _create_snes(self):
         snes = PETSc.SNES().create(self.system.comm)
         self._hand_callbacks_to(snes, self.in_c and self.system.comm.size == 1)
+        # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
+        never = (ctypes.c_int32 if PETSc.IntType == np.int32 else ctypes.c_int64)(-1)
+        petsc_library.call("SNESSetLagJacobian", ctypes.c_void_p(snes.handle), never)
         snes.setType("newtonls")
         snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
         return snes
@@ -191,8 +194,6 @@ class Newton:
     def jacobian(self, snes, x, J, P):
         """Scaled Jacobian, for SNES."""
         self.system.jacobian(x, P)
-        if J != P:
-            J.assemble()
         self._assembled()
         self.jacobians_total += 1
 
@@ -211,13 +212,13 @@ class Newton:
         return reason
 
     def _choose_matrix(self, snes):
-        """Before an iteration: SNES is to ask for a Jacobian only if the one at hand does not serve."""
+        """Before an iteration: a new Jacobian if the one at hand does not serve."""
         self.age.valid &= self._assembled_for == int(self.system.assemblies[0])  # nobody else has used the matrix
         self.age.kept = self.age.valid
-        lag = ctypes.c_int32 if PETSc.IntType == np.int32 else ctypes.c_int64
-        petsc_library.call("SNESSetLagJacobian", ctypes.c_void_p(snes.handle), lag(-1 if self.age.kept else 1))
         if not self.options.scene:  # else it chooses how its solves are checked
             self._check_linear_solves(not self.age.kept)
+        if not self.age.valid:
+            self.jacobian(snes, snes.getSolution(), self.system.A, self.system.A)
 
     def _judge(self, snes, iteration, norms):
         """The increment shrinks at least linearly with its last ratio, so that |dx_k| min(1, |dx_k|/|dx_(k-1)|) bounds

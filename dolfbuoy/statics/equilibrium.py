@@ -19,15 +19,17 @@ from .pulled import pull
 from .relaxation import relax
 
 
-def solve_equilibrium(scene, comm=MPI.COMM_WORLD) -> Problem:
+def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
+
+    make: what makes a Problem of (scene, dynamic, comm); another than Problem may use one again (`model.pool`).
 
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """
     check_feasible(scene)
     if scene.cable is None:
-        return _free_buoy(scene, comm)
-    problem = Problem(scene, dynamic=False, comm=comm)
+        return _free_buoy(scene, comm, make)
+    problem = make(scene, dynamic=False, comm=comm)
     rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
     if rubs:
         problem.lines.bed.rub(False)
@@ -84,10 +86,10 @@ def _under_end_force(scene, force, w):
 # -- buoy --------------------------------------------------------------------------------------------------------------
 
 
-def _free_buoy(scene, comm):
+def _free_buoy(scene, comm, make):
     """A buoy without cable floats upright in still water; steady loads across would carry it away for ever."""
     calm = scene.model_copy(update={"current": None, "wind": None, "external_force": None, "waves": None})
-    problem = Problem(calm, dynamic=False, comm=comm)
+    problem = make(calm, dynamic=False, comm=comm)
     if problem.buoy:
         height = 0.0
         if scene.sea is not None and scene.gravity:

@@ -10,6 +10,7 @@ import xarray as xr
 from mpi4py import MPI
 
 from ..errors import InputError
+from ..model.pool import Pool
 from ..motion.simulation import Simulation
 from ..parallel import interruption
 from ..parallel.cases import key
@@ -21,6 +22,8 @@ from ..results.sample import sample_of
 from ..results.statistics import statistics
 from ..scene import build_scene
 
+#: Problems of the cases before: set-up takes longer than many a case.
+POOL = Pool()
 #: Bins of the peaks and ranges that are kept of a case.
 BINS = 64
 
@@ -38,11 +41,11 @@ def evaluate(case: dict, running: str | None = None, deadline: float = math.inf)
         found = {"status": "done", "statistics": statistics(record), "sample": _sample(record, scene)}
     except Exception as error:  # whatever it is, the others go on
         found = failed(error)
-    return found | {"seconds": clock.monotonic() - begin}
+    return found | {"changes": case["changes"], "base": case["base"], "seconds": clock.monotonic() - begin}
 
 
 def failed(error: Exception) -> dict:
-    """The result of a case that failed."""
+    """What is kept of a case that failed."""
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
 
 
@@ -67,8 +70,8 @@ def run(scene, folder: Path | None = None, deadline: float = math.inf) -> xr.Dat
     point = _taken_up(folder)
     if point is None:
         _remove(folder)
-    simulation = Simulation(scene, MPI.COMM_SELF, state=point and point.states[0])
     try:
+        simulation = Simulation(scene, MPI.COMM_SELF, state=point and point.states[0], pool=POOL)
         recorder = _CaseRecorder(simulation, folder, point)
         with interruption.held():
             for step, iterations in simulation.run():
@@ -77,11 +80,13 @@ def run(scene, folder: Path | None = None, deadline: float = math.inf) -> xr.Dat
                     recorder.save()
                     raise KeyboardInterrupt if interruption.received() else interruption.TimeUp
         record = recorder.finished()
-    except Exception:
-        _remove(folder)
+    except interruption.TimeUp:
         raise
-    finally:
-        simulation.problem.destroy()
+    except BaseException as error:
+        POOL.clear()  # whatever broke off may have left a problem in any state
+        if isinstance(error, Exception):
+            _remove(folder)
+        raise
     _remove(folder)
     return record
 
@@ -122,6 +127,7 @@ class _CaseRecorder(Recorder):
     def finished(self):
         """The record of the whole run."""
         if self.record.counts["time"] == 0:
+            self._make_values()
             return self.record.series()
         self.close()
         return read(self.folder / "results.nc")

@@ -9,6 +9,7 @@ from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
+from dolfbuoy.model.pool import Pool
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.simulation import Simulation
 
@@ -72,3 +73,34 @@ def test_another_structure_needs_another_problem(changes):
     with pytest.raises(ValueError, match="more than numbers"):
         problem.change(load_scene(scene, **changes))
     problem.destroy()
+
+
+def test_a_pool_gives_what_a_problem_of_its_own_gives():
+    """Runs one after the other, of two structures by turns, from the equilibrium to the record; bit for bit."""
+    taut = merged(SCENE, cable__slack="tension-only")
+    scenes = [load_scene(s, **c) for c in ({}, OTHER, {"waves__amplitude": 0.9}) for s in (SCENE, taut)]
+    pool, problems = Pool(), []
+    for scene in scenes:
+        simulation = Simulation(scene, MPI.COMM_SELF, pool=pool)
+        problems.append(simulation.problem)
+        found = march(simulation)
+        simulation.problem.destroy()
+        alone = Simulation(scene, MPI.COMM_SELF)
+        np.testing.assert_array_equal(found, march(alone))
+        alone.problem.destroy()
+    assert problems[0] is problems[2] is problems[4]
+    assert problems[1] is problems[3] is problems[5]
+    assert problems[0] is not problems[1]
+    pool.clear()
+
+
+def test_a_pool_keeps_few():
+    pool = Pool()
+    pool.most = 2
+    first, second, third = (
+        pool.problem(load_scene(SCENE, cable__elements=n), dynamic=True, comm=MPI.COMM_SELF) for n in (3, 4, 5)
+    )
+    assert pool.problem(load_scene(SCENE, cable__elements=4), dynamic=True, comm=MPI.COMM_SELF) is second
+    assert pool.problem(load_scene(SCENE, cable__elements=5), dynamic=True, comm=MPI.COMM_SELF) is third
+    assert pool.problem(load_scene(SCENE, cable__elements=3), dynamic=True, comm=MPI.COMM_SELF) is not first
+    pool.clear()
