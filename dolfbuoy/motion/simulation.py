@@ -60,6 +60,8 @@ class Simulation:
         u = self.system.u
         self.problem.set_time(0.0)
         start.put(self.problem, u)
+        if self.problem.network.joints:
+            self.system.share()
         for model in self.problem.models:
             model.begin(u)
         start.remember(self.problem)
@@ -211,8 +213,9 @@ class Simulation:
     def _accept(self, t):
         self._read_end_forces()
         u = self.system.u
-        for model in self.problem.models:
-            model.accept(u)
+        changed = [model.accept(u) for model in self.problem.models]
+        if any(changed):
+            self.newton.forget()
         self.past.accept()
         self.predictor.add(t, u)
         self.t = t

@@ -31,8 +31,8 @@ def _behind(problem):
     """Places (cells, points, 3) where lines were laid that lie at their start, or behind; else where they are."""
     lines, bed, scene = problem.lines, problem.lines.bed, problem.scene
     places = bed.points.of(problem.system.u[lines.node_dofs])
-    for k, line in enumerate(lines.lines):
-        found, start = bed.lying(problem.system.u, k), np.array(line.anchor(scene))
+    for k, piece in enumerate(lines.pieces):
+        found, start = bed.lying(problem.system.u, k), np.array(piece.ends[0].top.position)
         if not found.length or bed.gap(start) > found.sag:
             continue
         along = (found.touchdown - start) / np.linalg.norm(found.touchdown - start)
