@@ -5,8 +5,8 @@
 `short` with as many amplitudes, to `--end` seconds, in as many parts as there are cores.  All parts are killed when a
 third of the cases is done (SIGKILL), and stopped when two thirds are (SIGTERM); the same commands go on.  Then each
 case must have one line in the store, and every line that was there before a kill must still be.  The other program runs
-its own `sweep` of `--their-cases` of these cases under mpirun on `--their-ranks` ranks (one more than there are cores if
-its first rank only waits).
+its own `sweep` of `--their-cases` of these cases under mpirun on `--their-ranks` ranks (of versions whose first rank
+only waits, such as af51f78: one more than there are cores).
 """
 
 import argparse
