@@ -75,7 +75,7 @@ def _equilibrium(scene, comm):
     problem.destroy()
     if comm.rank != 0:
         return results.nothing()
-    return results.dataset_of(values, fixed, info)
+    return results.dataset_of(values, fixed, info, observer.labels())
 
 
 def modes(

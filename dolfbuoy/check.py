@@ -13,7 +13,7 @@ from .model.effects import names as effects_of
 from .model.feasible import check_feasible, hanging_weight, pull_upright, shape_and_mass, spare_buoyancy
 from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
-from .model.lines import cross_section, weight_per_length
+from .model.material import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
 from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
 from .scene.waves import Waves

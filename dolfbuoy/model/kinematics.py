@@ -72,6 +72,12 @@ def on_line(mesh, degree, source, nodes) -> Points:
     return Points(ON_LINE, found, np.arange(len(dofs)), shape, source, dofs)
 
 
+def on_points(mesh, source, dofs) -> Points:
+    """One on each cell, whose place is unknown; dofs: of `source` (cells, 3)."""
+    found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, SMALL)))
+    return Points(ON_LINE, found, np.arange(len(dofs)), np.ones((1, 1)), source, dofs[:, None, :].astype(np.int32))
+
+
 def on_axis(group) -> Points:
     """Those of a `hull_points.PointGroup`."""
     return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)
@@ -221,7 +227,7 @@ def _describe(one, points, read, count):
     heights = np.zeros(max(1, len(points.cells) * nodes))
     kept = [count, *ints, shape, out, heights]
     one.kind, one.weight, one.size, one.radius = points.kind, points.weight, bs, points.radius
-    one.cells, one.points, one.nodes, one.most = address(count), len(shape), nodes, len(points.cells)
+    one.cells, one.points, one.nodes = address(count), len(shape), nodes
     one.places, one.to, one.shape, one.out = address(ints[0]), address(ints[1]), address(shape), address(out)
     if points.source is not None:
         source = points.source if isinstance(points.source, np.ndarray) else read(points.source)

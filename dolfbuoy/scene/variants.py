@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
-from .reading import DEEPEST, NO_SECTION, parse
+from .reading import DEEPEST, NO_SECTION, NO_TABLE, parse
 from .sentences import UNKNOWN
 
 MOST_CASES = 100_000
@@ -168,5 +168,5 @@ def check_known(scene: Scene, key: str) -> None:
     try:
         build_scene(scene.to_dict(), {key: scene.to_dict()})
     except InputError as error:
-        if UNKNOWN in str(error) or NO_SECTION in str(error):
+        if any(words in str(error) for words in (UNKNOWN, NO_SECTION, NO_TABLE)):
             raise InputError(f"--vary {key}: {error}") from None
