@@ -12,6 +12,7 @@ from ..solver.unknowns import Block, array_of
 from . import effects
 from .evolution import Evolution
 from .kinematics import on_points
+from .landing import Landing
 from .numbers import Numbers, Properties
 from .sea import SeaState
 
@@ -43,6 +44,8 @@ class Bodies:
         self._properties = Properties(self._numbers, _bodies_of, which)
         number = self._properties.of
         self.body = form.JointBody(number(lambda body: body.mass), number(lambda body: body.volume))
+        self.bed = Landing(self, self._numbers.constant, number) if scene.seabed else None
+        self.memory |= self.bed.memory if self.bed else {}
         self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         self._loads = [(effect, self._coefficient(effect)) for effect in self._called()]
         if dynamic:
@@ -108,7 +111,7 @@ class Bodies:
         F = -ufl.inner(form.weight_in_water(self.body, self.gravity, self.sea.density), test) * self.dx
         if r_tt is not None:
             F += self.body.mass * ufl.inner(r_tt, test) * self.dx
-        for _, force in self.water_forces():
+        for _, force in (*self.water_forces(), *(self.bed.forces() if self.bed else ())):
             F -= ufl.inner(force, test) * self.dx
         return F
 
@@ -123,11 +126,20 @@ class Bodies:
         """Advance the sea."""
         self.sea.set_time(t)
 
+    @property
+    def bodies(self):
+        """Their sections, in the order of the names."""
+        return _bodies_of(self.scene)
+
     def begin(self, u):
-        """Memory as at the start of a run: there is none."""
+        """Memory as at the start of a run."""
+        if self.bed is not None:
+            self.bed.begin(u)
 
     def accept(self, u):
-        """A step was taken: nothing is left behind."""
+        """A step was taken."""
+        if self.bed is not None:
+            self.bed.accept(u)
 
     def hold(self, u, h):
         """In statics on a sea bed the lines alone are held."""

@@ -115,6 +115,7 @@ EFFECTS: list[Effect] = [
         account="damping",
         drawn={"cable.damping": Drawn(1e-3, 1e8, zero=True)},
     ),
+    Effect("line that parts", "cable.fails_at", neutral=None),
     Effect("buoy", "buoy", neutral=None, removable=False),
     Effect(
         "hydrostatics",

@@ -35,9 +35,10 @@ def _check_length(network, number, named):
     if not (low.held and high.held) or stretches:
         return
     key, length = f"cable.{network.cables[number]}" if named else "cable", sum(p.section.length for p in pieces)
-    amplitude = np.array(high.top.amplitude or (0.0, 0.0, 0.0)) - np.array(low.top.amplitude or (0.0, 0.0, 0.0))
     chord = np.array(high.top.position) - np.array(low.top.position)
-    longest = max(np.linalg.norm(chord + amplitude * f) for f in (-1.0, 0.0, 1.0))
+    amplitude = np.array(high.top.amplitude or (0.0, 0.0, 0.0)) - np.array(low.top.amplitude or (0.0, 0.0, 0.0))
+    moved = [row[1:] for row in high.top.motion] if high.top.motion else [amplitude * f for f in (-1.0, 0.0, 1.0)]
+    longest = np.linalg.norm(chord + np.array(moved), axis=1).max()
     if longest > length * (1 + 1e-12):
         raise InputError(
             f"{key}.length = {length}: is too short, the top is up to {longest:.6g} m from the anchor, "

@@ -9,6 +9,7 @@ from dolfinx import fem
 from ..forms import cable as form
 from ..forms import coupling
 from ..scene.network import Piece, network_of, with_line
+from ..scene.stretching import bends_of
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block, array_of
@@ -19,6 +20,7 @@ from .kinematics import on_line
 from .layout import Layout
 from .material import cross_section, weight_per_length
 from .numbers import Numbers, Properties
+from .parting import Parting
 from .sea import SeaState
 from .seabed import Seabed
 
@@ -56,6 +58,8 @@ class Lines(Layout):
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
         self._material()
+        self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
+        self.memory |= self.parting.memory if self.parting else {}
         self._sampled, self._publish = self._waves_at_points(), None
         self._lay_on_bed()
         if dynamic:
@@ -91,6 +95,7 @@ class Lines(Layout):
             area=None if dry else self._property(cross_section),
             damping=self._property(lambda c: c.damping) if any(c.damping for c in self.sections) else None,
             compliance=self._property(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
+            bends=(*self._bends(below=False), *self._bends(below=True)),
         )
         self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         self._loads, self._powers = self._called("line" if scene.sea else None), self._called("line_power")
@@ -99,6 +104,19 @@ class Lines(Layout):
             top = piece.ends[1].top
             if piece.ends[1].kind == "free" and any(top.force):
                 self.end_loads[k] = self._numbers.constant(lambda scene, _, k=k: _end_load(scene, k))
+
+    def _bends(self, below):
+        """Bends of tables T(e); a section that has fewer than others has bends that change nothing."""
+
+        def bend(section, k):
+            return (*bends_of(section.axial_stiffness, below), *[(0.0, 0.0)] * most)[k]
+
+        most = max(len(bends_of(c.axial_stiffness, below)) for c in self.sections)
+        number = self._property
+        return [
+            form.Bend(number(lambda c, k=k: bend(c, k)[0]), number(lambda c, k=k: bend(c, k)[1]), below)
+            for k in range(most)
+        ]
 
     def _lay_on_bed(self):
         """The sea bed, and what relaxes lines in statics on it: at H = 0 they are singular."""
@@ -189,7 +207,10 @@ class Lines(Layout):
         tests, cable, dx = ufl.split(test), self.cable, self.dx
         r, T, e, _, r_tt = self.kinematics()
         v, q = tests[:2]
-        F = form.tension_term(r, T, e, v) * dx + form.strain_equation(r, e, q, self.section.strain_form) * dx
+        strain = form.strain_equation(r, e, q, self.section.strain_form)
+        if self.parting is not None:
+            strain = self.parting.strain_equation(strain, T, q)
+        F = form.tension_term(r, T, e, v) * dx + strain * dx
         F -= ufl.inner(form.weight_in_water(cable, self.gravity, self.sea.density), v) * dx
         if self.mean_dofs is not None:
             F += form.mean_strain_equation(T, ufl.split(self.w)[2], tests[2]) * dx
@@ -225,6 +246,7 @@ class Lines(Layout):
 
     def set_time(self, t):
         """Advance the sea."""
+        self.t = t
         self.sea.set_time(t)
 
     def begin(self, u):
@@ -232,10 +254,11 @@ class Lines(Layout):
         if self.bed is not None:
             self.bed.begin(u)
 
-    def accept(self, u):
-        """A step was taken."""
+    def accept(self, u) -> bool:
+        """A step was taken; whether the equations are others now."""
         if self.bed is not None:
             self.bed.accept(u)
+        return self.parting is not None and self.parting.accept(u, self.t)
 
     # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
 

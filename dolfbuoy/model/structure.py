@@ -1,6 +1,7 @@
 """What of a scene decides which forms are compiled and which unknowns there are; the rest are numbers."""
 
 from ..scene.network import network_of, single_scenes
+from ..scene.stretching import bends_of
 from . import effects
 
 #: Keys whose values are part of the structure.
@@ -40,6 +41,7 @@ def _structure_of(scene):
         *(repr(_value(scene, key)) for key in _KEYS),
         len(profile) if isinstance(profile, list) else profile,
         bool(scene.cable and scene.cable.diameter),
+        *(len(bends_of(scene.cable.axial_stiffness, below)) if scene.cable else 0 for below in (False, True)),
         bool(scene.cable and scene.cable.top and any(scene.cable.top.force)),
         bool(scene.waves and scene.waves.irregular),
         scene.external_force is not None and scene.external_force.height is None,

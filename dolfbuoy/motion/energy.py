@@ -73,6 +73,8 @@ class Meter:
         found = [("kinetic", 0.5 * body.mass * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
         for effect, force in bodies.water_forces():
             found += _powers(effect.account, force, v, water, dx)
+        if bodies.bed is not None:
+            found += [(account, value, dx) for account, value in bodies.bed.powers()]
         return found
 
     @staticmethod

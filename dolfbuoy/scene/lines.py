@@ -4,8 +4,8 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
-from .cable import Cable, Top
-from .quantities import Coefficient, DragArea, Height, Missing, Name, Volume, Wrong, finite_numbers
+from .cable import MOTION, Cable, Top
+from .quantities import Coefficient, DragArea, Height, Name, Volume, Wrong, finite_numbers
 from .section import Section, key
 
 
@@ -110,15 +110,15 @@ class Joint(_Joint):
     @model_validator(mode="after")
     def _complete(self):
         if self.position is None:
-            for name in ("amplitude", "period", "phase_deg", "ramp"):
+            for name in (*MOTION, "phase_deg", "ramp"):
                 if getattr(self, name) is not None:
                     raise Wrong(name, getattr(self, name), "goes with a position, the middle of the motion")
             return self
         for name in Body.model_fields:
             if getattr(self, name):
                 raise Wrong(name, getattr(self, name), "goes with a free joint only, and this one has a position")
-        if (self.amplitude is None) != (self.period is None):
-            raise Missing("period" if self.period is None else "amplitude", "a motion needs amplitude and period")
+        if self.held.kind == "prescribed":
+            self.held.check_motion()
         return self
 
     @property
@@ -127,4 +127,4 @@ class Joint(_Joint):
         if self.position is None:
             return None
         given = {name: value for name in Top.model_fields if (value := getattr(self, name, None)) is not None}
-        return Top(kind="fixed" if self.amplitude is None else "prescribed", **given)
+        return Top(kind="prescribed" if any(name in given for name in MOTION) else "fixed", **given)

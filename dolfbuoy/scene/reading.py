@@ -168,7 +168,8 @@ def _read(scene) -> dict:
 
 #: Keys whose text is the name of a file.
 FILES = frozenset(
-    {"cable.elements", "cable.segments.elements", "waves.spectrum", "waves.components", "waves.elevation"}
+    {"cable.elements", "cable.segments.elements", "cable.top.motion", "joint.motion"}
+    | {"waves.spectrum", "waves.components", "waves.elevation"}
 )
 
 

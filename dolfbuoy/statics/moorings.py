@@ -4,12 +4,15 @@ import numpy as np
 
 from ..errors import SolveError
 from ..model.feasible import shape_and_mass
+from ..model.lines import top_position
 from ..model.material import weight_per_length
+from ..model.problem import Problem
 from ..model.rigid import mooring_offset
 from ..model.sea import wind_at
 from ..scene.network import with_buoy
 from . import network as still
-from .continuation import march
+from .continuation import find_rest, march
+from .relaxation import relax
 
 #: A yaw that still changes by less [rad] has been found.
 SETTLED = 1e-11
@@ -17,22 +20,43 @@ UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def solve_network(problem) -> None:
-    """Newton from the rest in still water; where it fails, the current is raised step by step.
+    """Newton from the rest in still water; where it fails or ends compressed, other ways (`continuation.find_rest`).
 
     Sets problem.iterations and problem.route.  Raises SolveError.
     """
     rest = still.solve(still_network(problem.scene, problem.network))
-    _begin(problem, rest)
-    problem.iterations, problem.route = 0, "newton"
-    try:
-        problem.iterations += problem.newton.solve()
-    except SolveError:
-        if problem.scene.current is None:
-            raise
-        _begin(problem, rest)
-        problem.route = "current"
-        march(problem, lambda x: _scale_current(problem, x))
+    find_rest(problem, lambda: _begin(problem, rest), _ways(problem))
     _let_turn(problem)
+
+
+def _ways(problem):
+    """(name, function) of every way that the scene has."""
+
+    def newton():
+        problem.iterations += problem.newton.solve()
+
+    yield "newton", newton
+    if problem.scene.current is not None:
+        yield "current", lambda: march(problem, lambda x: _scale_current(problem, x))
+    if problem.lines.bed is not None:
+        yield "relaxation", lambda: relax(problem)
+    if problem.lines.section.slack == "compressive":
+        yield "tension-only law", lambda: _one_sided_first(problem)
+
+
+def _one_sided_first(problem):
+    """The state of lines that take no compression, as the start of those that do."""
+    scene = problem.scene
+    cables = [cable.model_copy(update={"slack": "tension-only"}) for cable in scene.cables]
+    relaxed = scene.model_copy(update={"cable": cables if isinstance(scene.cable, list) else cables[0]})
+    other = Problem(relaxed, dynamic=False, comm=problem.comm)
+    try:
+        solve_network(other)
+        problem.system.u[:] = other.system.u
+        problem.iterations += other.iterations
+    finally:
+        other.destroy()
+    problem.iterations += problem.newton.solve()
 
 
 def _scale_current(problem, fraction):
@@ -50,7 +74,7 @@ def still_network(scene, network) -> still.Network:
     def place(end):
         """(number of the joint, offset of the end from it)."""
         if end.name is None:
-            joints.append(still.Joint(position=end.top.position) if end.held else _pulled(end))
+            joints.append(_held(end) if end.held else _pulled(end))
             return len(joints) - 1, still.ORIGIN
         if end.name not in number:
             number[end.name] = len(joints)
@@ -63,8 +87,13 @@ def still_network(scene, network) -> still.Network:
         (low, a), (high, b) = (place(end) for end in piece.ends)
         c = piece.section
         pieces.append(still.Piece(low, high, c.length, weight_per_length(scene, c), c.axial_stiffness, a, b))
-    bed = -scene.sea.depth if scene.seabed else None
-    return still.Network(joints, pieces, bed)
+    # a sloped bed is left to `relax`, from lines that hang through it
+    flat = scene.seabed is not None and scene.seabed.slope == (0.0, 0.0)
+    return still.Network(joints, pieces, -scene.sea.depth if flat else None)
+
+
+def _held(end):
+    return still.Joint(position=top_position(end.top, 0.0))
 
 
 def _pulled(end):
@@ -76,7 +105,7 @@ def _joint(scene, network, end):
     if end.kind == "buoy":
         return still.Joint(free=True, load=_Floating(with_buoy(scene, end.name)))
     if end.held:
-        return still.Joint(position=end.top.position)
+        return _held(end)
     body, weight = network.bodies.get(end.name), 0.0
     if body is not None:
         displaced = scene.sea.density * body.volume if scene.sea else 0.0
