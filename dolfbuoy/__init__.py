@@ -13,7 +13,7 @@ from .errors import InputError, SolveError
 from .version import __version__ as __version__
 
 #: What `api` offers at first use.
-_OF_API = ("modes", "offsets", "simulate", "solve_static", "stiffness", "wave_components")
+_OF_API = ("modes", "offsets", "response", "simulate", "solve_static", "stiffness", "wave_components")
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
 # A process alone needs no daemon of Open MPI, which takes 0.2 s to start; under mpirun this means nothing.

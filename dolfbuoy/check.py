@@ -13,15 +13,20 @@ from .model.effects import names as effects_of
 from .model.feasible import check_feasible, hanging_weight, pull_upright, shape_and_mass, spare_buoyancy
 from .model.first_shape import check_first_shape
 from .model.hydrostatics import float_upright
-from .model.lines import cross_section, weight_per_length
+from .model.material import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
+from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
-#: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension.
-LONGEST_AT_TOUCHDOWN = 0.4
+#: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
+#: 1, and of higher ones (`dolfbuoy study touchdown`).
+LONGEST_AT_TOUCHDOWN = 0.3, 0.45
+
+#: What extremes are counted over [s].
+THREE_HOURS = 10800.0
 
 #: k D of a component from which on a hull of diameter D does more to it than strips know.
 SHORTEST_KD = 2
@@ -134,6 +139,7 @@ def _sea(scene, report):
             steepness = 2 * math.pi * 4 * math.sqrt(m0) / (scene.gravity * Tz**2)
             report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", "seas stay below 0.1")
         _repetition(waves, report)
+        _statistics(scene, Tz, report)
         _short_components(scene, found, report)
     if scene.current:
         _shift(scene, report)
@@ -160,6 +166,20 @@ def _repetition(waves, report):
         report.add("the sea repeats after", length, "s", "the length of the record")
     elif waves.spectrum is not None:
         report.add("the sea repeats after", math.inf, "s", "bins of equal energy have no common period")
+
+
+def _statistics(scene, Tz, report):
+    """How many components and seeds extremes of this sea need, and what one run tells of its height."""
+    crests = max(THREE_HOURS / Tz, 2.0)
+    mean, deviation = largest_crest(crests)
+    height, scatter = mean * crest_height(scene) / 4, 100 * deviation / mean
+    report.add("largest crest in 3 h", height, "m", f"+- {scatter:.2g} % from seed to seed")
+    if scene.waves.spectrum is not None:
+        needed, seeds = components_needed(crests, 0.01), seeds_needed(crests, 0.03)
+        report.add("components for 1 % of that crest", needed, "", f"3 % of it need {seeds} seeds of 3 h")
+        if scene.time and scene.time.end:
+            scatter = scatter_of_m0(spectrum_of(scene.waves), scene.time.end)
+            report.add("scatter of Hs in one run", 50 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
 
 
 def _short_components(scene, found, report):
@@ -316,7 +336,7 @@ def _touchdown_elements(scene, problem, report, found):
     lines, radius = problem.lines, problem.tension_at(found.s) / problem.lines.weight_per_length
     here = (lines.cell_ends[:, 0] <= found.s) & (found.s <= lines.cell_ends[:, 1])
     h = float(np.diff(lines.cell_ends[here], axis=1).max())
-    most = LONGEST_AT_TOUCHDOWN * radius
+    most = LONGEST_AT_TOUCHDOWN[scene.cable.position_degree > 1] * radius
     report.add("equilibrium: elements at the touchdown", h, "m", f"for 1 % in the top tension {most:.4g} m at most")
     if h > most:
         report.warnings.append(
@@ -330,6 +350,9 @@ def _cable_periods(scene, problem, report):
     c, cable = scene.cable, problem.lines
     added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
     T, h = cable.mean_tension(problem.system.u), np.diff(cable.cell_ends, axis=1)[:, 0]
+    if cable.bed is not None:  # what lies does not swing
+        hangs = cable.cell_ends[:, 0] >= cable.bed.lying(problem.system.u).s
+        T, h = T[hangs], h[hangs]
     if T.min() <= LEAST_TENSION * problem.typical_force:  # slack, it has no such modes
         return
     travel = float(np.sum(h * np.sqrt((c.line_density + added) / T)))

@@ -9,11 +9,23 @@ forces f are per unit *stretched* length, Eq. (6).
 
 from typing import NamedTuple
 
-from ufl import dot, inner, sqrt
+from ufl import dot, inner, max_value, min_value, sqrt
 
 from . import morison
 from .kinds import Expr, Scalar
 from .sea import Flow, relative
+
+
+class Bend(NamedTuple):
+    """Where the compliance of a table T(e) changes: at T [N], by `change` [1/N] on the way away from T = 0."""
+
+    T: Scalar
+    change: Scalar
+    below: bool  #: whether it is at T < 0
+
+    def beyond(self, T: Expr) -> Expr:
+        """T beyond the bend."""
+        return min_value(T - self.T, 0) if self.below else max_value(T - self.T, 0)
 
 
 class Cable(NamedTuple):
@@ -24,6 +36,8 @@ class Cable(NamedTuple):
     diameter: Scalar | None = None  #: D [m]
     area: Scalar | None = None  #: A0 [m^2]
     damping: Scalar | None = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
+    compliance: Scalar | None = None  #: 1/EA [1/N], 0 where inextensible: instead of EA where not all lines are alike
+    bends: tuple[Bend, ...] = ()  #: of a table T(e), whose slope next to 0 is EA; none: Hooke's law
 
 
 class Point(NamedTuple):
@@ -34,13 +48,31 @@ class Point(NamedTuple):
     acceleration: Expr | None = None
 
 
-def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None) -> Expr | None:
-    """e = T/EA, Eq. (12), or with damping and a velocity (T - c e_t)/EA; None for an inextensible cable."""
-    if cable.EA is None:
-        return None
+def elastic_tension(cable: Cable, T: Expr, r: Expr | None, r_t: Expr | None) -> Expr:
+    """T without what the damping carries, T - c e_t; T itself without damping or in statics."""
     if cable.damping is None or r_t is None:
-        return T / cable.EA
-    return (T - cable.damping * strain_rate(r, r_t)) / cable.EA
+        return T
+    return T - cable.damping * strain_rate(r, r_t)
+
+
+def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None) -> Expr | None:
+    """e of the elastic tension: T/EA, Eq. (12), or that of a table; None for an inextensible cable."""
+    if cable.EA is None and cable.compliance is None:
+        return None
+    T = elastic_tension(cable, T, r, r_t)
+    e = T / cable.EA if cable.compliance is None else T * cable.compliance
+    return e + sum(bend.change * bend.beyond(T) for bend in cable.bends) if cable.bends else e
+
+
+def elastic_energy(cable: Cable, e: Expr, T: Expr, r: Expr, r_t: Expr) -> Expr:
+    """Integral of the elastic tension over e per unstretched length, 1/2 EA e^2 by Hooke's law [J/m]."""
+    if cable.compliance is None and not cable.bends:
+        return 0.5 * cable.EA * e**2
+    T = elastic_tension(cable, T, r, r_t)
+    if not cable.bends:
+        return 0.5 * e * T
+    compliance = 1 / cable.EA if cable.compliance is None else cable.compliance
+    return T * e - 0.5 * (compliance * T**2 + sum(b.change * b.beyond(T) ** 2 for b in cable.bends))
 
 
 def strain_rate(r: Expr, r_t: Expr) -> Expr:

@@ -1,5 +1,6 @@
 """About an equilibrium, on the command line: small motions, stiffness, and how far loads push it."""
 
+import time
 from typing import Annotated
 
 import numpy as np
@@ -23,6 +24,8 @@ from .shared import (
 DirectionOption = Annotated[
     float, typer.Option("--direction", help="Of surge and of the figures' plane, from x \\[deg].")
 ]
+#: Amplitude of the runs beside small waves [m].
+SMALL = 1e-3
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
 
 
@@ -137,7 +140,120 @@ def _draw_offsets(found, scene, folder):
     out.print(f"figure: {target}.png", soft_wrap=True)
 
 
+def response(
+    scene: SceneArgument,
+    periods: Annotated[str | None, typer.Option("--periods", help="\\[s], a,b,c or start:stop:step.")] = None,
+    height: Annotated[
+        float | None,
+        typer.Option("--height", min=0, help="Regular waves, for the drag \\[m, default: the scene's]."),
+    ] = None,
+    significant: Annotated[
+        float | None, typer.Option("--significant-height", min=0, help="Of an irregular sea \\[m].")
+    ] = None,
+    peak: Annotated[float | None, typer.Option("--peak-period", min=0.1, help="Of an irregular sea \\[s].")] = None,
+    gamma: Annotated[float, typer.Option("--gamma", min=1, help="Of its peak.")] = 3.3,
+    direction: Annotated[
+        float | None, typer.Option("--direction", help="Of the waves \\[deg, default: the scene's].")
+    ] = None,
+    verify: Annotated[
+        str | None, typer.Option("--verify", metavar="PERIODS", help="Runs in time beside it, at these periods \\[s].")
+    ] = None,
+    folder: OutOption = None,
+    assign: SetOption = None,
+    plot: PlotOption = True,
+):
+    """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8"""
+    from ..api import PERIODS
+    from ..api import response as find
+    from ..results.response_record import LINEAR, warnings
+    from ..scene.settings import parse_numbers
+    from ..scene.variants import numbers_of
+
+    if (significant is None) != (peak is None):
+        raise InputError("--significant-height: goes with --peak-period, both or none.")
+    loaded, folder, checked = load(scene, assign), folder_of(scene, folder), parse_numbers("--verify", verify) or []
+    if height is None and loaded.waves is not None and not loaded.waves.irregular:
+        height = 2 * loaded.waves.size
+    asked = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
+    if min(asked) <= 0:
+        raise InputError(f"--periods {periods}: must be positive.")
+    asked = sorted({*asked, *checked})
+    began = time.monotonic()
+    sea = None if peak is None else (significant, peak, gamma)
+    found = find(loaded, asked, height, sea, direction, folder)
+    if rank() != 0:
+        return
+    seconds = time.monotonic() - began
+    _show_response(found, folder)
+    out.print(f"{LINEAR}  {len(asked)} periods took {seconds:.2g} s.", soft_wrap=True)
+    say_warnings(warnings(found))
+    runs = _verified(found, loaded, checked, height)
+    if plot:
+        _draw_response(found, runs, folder)
+
+
+def _show_response(found, folder):
+    """Amplitudes at a few periods, and standard deviations."""
+    from ..results.response_record import complex_of
+
+    names = [*(["surge", "sway", "heave", "roll", "pitch"] if "rao" in found else []), *found.tension.values.tolist()]
+    for key, words in (("rao", "small waves"), ("rao_drag", f"waves of {found.attrs.get('height_m', 0):g} m")):
+        if f"{key}_tension" not in found:
+            continue
+        title = f"\nAmplitudes per metre in {words}, {folder / 'response.nc'} [m, deg, N]"
+        shown = table_of(title, "period [s]", *names)
+        whole = found.period.values[np.isclose(found.period.values % 1, 0)]
+        for T in whole if len(whole) else found.period.values:
+            one = found.sel(period=T)
+            values = [np.abs(complex_of(one[key].sel(motion=n))) for n in names if key in one and n in one.motion]
+            values = [v * np.degrees(1) if n in ("roll", "pitch") else v for n, v in zip(names, values, strict=False)]
+            values += [np.abs(complex_of(one[f"{key}_tension"].sel(tension=n))) for n in one.tension.values]
+            shown.add_row(f"{T:g}", *(f"{float(value):.4g}" for value in values))
+        out.print(shown)
+    if "tension_std" in found:
+        shown = table_of("\nStandard deviations in the irregular sea", "", "standard deviation", "mean", "unit")
+        for name in ("surge", "sway", "heave", "roll", "pitch") if "motion_std" in found else ():
+            turn = name in ("roll", "pitch")
+            value = found.motion_std.sel(motion=name).item() * (np.degrees(1) if turn else 1.0)
+            shown.add_row(name, f"{value:.4g}", "", "deg" if turn else "m")
+        for name in found.tension.values.tolist():
+            one = found.sel(tension=name)
+            shown.add_row(name, f"{one.tension_std.item():.5g}", f"{one.tension_mean.item():.5g}", "N")
+        out.print(shown)
+
+
+def _verified(found, scene, periods, height):
+    """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
+    from ..results.response_record import complex_of
+    from ..studies.physics.response_runs import compared, measured
+
+    runs, key = [], "rao_drag" if "rao_drag_tension" in found else "rao"
+    for T in periods:
+        one = found.sel(period=T)
+        own = {n: complex_of(one[key].sel(motion=n)) for n in one.motion.values} if key in one else {}
+        own |= {n: complex_of(one[f"{key}_tension"].sel(tension=n)) for n in one.tension.values}
+        run = measured(scene, T, found.attrs["direction_deg"], height / 2 if height else SMALL)
+        words = ", ".join(f"{name} {value:+.1f} %" for name, value in compared(own, run).items())
+        out.print(f"{T:g} s against a run of {run['seconds']:.2g} s: {words}", soft_wrap=True)
+        runs.append({"period": T} | run)
+    return runs
+
+
+def _draw_response(found, runs, folder):
+    from ..results.folder import enlist
+    from ..results.response_figures import amplitudes, spectra
+    from ..results.style import files_of, save
+
+    figures = {"amplitudes": amplitudes(found, runs)} | ({"spectra": spectra(found)} if "tension_std" in found else {})
+    for name, figure in figures.items():
+        target = folder / "figures" / f"response_{name}"
+        enlist(folder, files_of(target), "response")
+        target.parent.mkdir(exist_ok=True)
+        save(figure, target)
+    out.print(f"{2 * len(figures)} figures in {folder / 'figures'}", soft_wrap=True)
+
+
 def add_to(app: typer.Typer) -> None:
     """Make them commands of an application."""
-    for command in (modes, stiffness, offsets):
+    for command in (modes, stiffness, offsets, response):
         app.command()(command)

@@ -10,6 +10,8 @@ from ..errors import InputError
 from ..parallel.ranks import rank
 from .shared import out, out_option, table_of
 
+#: Sets that are printed; netCDF has them all.
+MOST_SETS = 20
 #: Series in the tables, those of them that are there; netCDF has them all.
 SHOWN = (
     "tension_top",
@@ -24,7 +26,7 @@ SHOWN = (
     "surface_elevation",
     "fixed_point_elevation",
 )
-FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs.")]
+FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs or sweeps.")]
 StartOption = Annotated[
     float | None, typer.Option("--from", help="What comes before does not count \\[s; default: the end of the ramp].")
 ]
@@ -37,6 +39,10 @@ ConstantOption = Annotated[
     float | None,
     typer.Option("--constant", help="K of the S-N curve, S the range of the tension in N; for Miner sums."),
 ]
+ScatterOption = Annotated[
+    Path | None, typer.Option("--scatter", help="CSV of a sweep's keys and probability: wear and extremes of a life.")
+]
+YearsOption = Annotated[float, typer.Option("--years", help="In which the largest value of --scatter occurs once.")]
 FrequencyOption = Annotated[float, typer.Option("--frequency", help="Cycles of the equivalent load per second \\[Hz].")]
 
 
@@ -47,13 +53,16 @@ def statistics(
     exponent: ExponentOption = 3.0,
     constant: ConstantOption = None,
     frequency: FrequencyOption = 1.0,
+    scatter: ScatterOption = None,
+    years: YearsOption = 50.0,
     folder: out_option("results/statistics-NAME") = None,
 ):
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
     from mpi4py import MPI
 
-    from ..results.ensemble import statistics as together
+    from ..results.ensemble import Fatigue, runs_of, together
     from ..results.folder import claimed
+    from ..results.lifetime import lifetime
     from ..results.record import replacing
     from ..results.statistics_figures import draw_all
 
@@ -61,11 +70,19 @@ def statistics(
     with claimed(folder, MPI.COMM_WORLD):
         if rank() != 0:
             return
-        found = together(folders, start, _point(point), exponent=exponent, constant=constant, frequency=frequency)
+        fatigue = Fatigue(exponent, constant, frequency)
+        runs = runs_of(folders, start, _point(point))
+        found = together(runs, fatigue)
+        life = None if scatter is None else lifetime(runs, scatter, fatigue, years)
         with replacing(folder / "statistics.nc") as part:
             found.to_netcdf(part, engine="netcdf4")
+        if life is not None:
+            with replacing(folder / "lifetime.nc") as part:
+                life.to_netcdf(part, engine="netcdf4")
         draw_all(found, folder)
     show(found, folder)
+    if life is not None:
+        _show_life(life, folder)
 
 
 def _point(text):
@@ -82,13 +99,15 @@ def _point(text):
 
 def show(found, folder):
     """The tables of every set."""
-    for k in range(found.sizes["set"]):
+    for k in range(min(found.sizes["set"], MOST_SETS)):
         mine = found.isel(run=found.set_of_run.values == k, set=k)
         names = [name for name in SHOWN if f"{name}_mean" in mine]
         out.print(_numbers(mine, names, _title(mine, found, folder)))
         for table in (_sea(mine), _fatigue(mine, names, found.attrs), _extremes(mine, names), _circle(mine)):
             if table is not None:
                 out.print(table)
+    if found.sizes["set"] > MOST_SETS:
+        out.print(f"... and {found.sizes['set'] - MOST_SETS} sets more", highlight=False)
     for note in filter(None, found.attrs["notes"].split("\n")):
         out.print(note, soft_wrap=True, markup=False, highlight=False)
 
@@ -167,6 +186,25 @@ def _extremes(mine, names):
         values = (f"{factor * value:.4g}" for value in mine[f"{name}_most_probable"].values)
         table.add_row(name.replace("_", " "), unit, *values)
     return table
+
+
+def _show_life(life, folder):
+    """A row of each series."""
+    from ..results.tables import unit_of
+
+    title = f"\nA life in these seas, {100 * life.attrs['probability']:.4g} % of the time, {folder / 'lifetime.nc'}"
+    once = f"once in {life.attrs['years']:g} years"
+    table = table_of(title, "series", "Miner sum per year", "life [years]", "equivalent load", once)
+    for k, name in enumerate(life.series.values):
+        wear, years, load, largest = (
+            float(life[n][k]) for n in ("damage_per_year", "life", "equivalent_load", "largest")
+        )
+        unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
+        forces = (f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest))
+        table.add_row(
+            str(name).replace("_", " "), *(f"{x:.4g}" if np.isfinite(x) else "-" for x in (wear, years)), *forces
+        )
+    out.print(table)
 
 
 def _circle(mine):

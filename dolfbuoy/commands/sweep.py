@@ -18,6 +18,12 @@ PartOption = Annotated[
 StatusOption = Annotated[bool, typer.Option("--status", help="Say how far it is, and run nothing.")]
 CollectOption = Annotated[bool, typer.Option("--collect", help="Make sweep.nc of what is there, and run nothing.")]
 RetryOption = Annotated[Literal["failed"] | None, typer.Option("--retry", help="Run cases that failed once more.")]
+SeedsOption = Annotated[
+    int | None, typer.Option("--seeds", help="Each case so many times, with seeds of the waves of its own.")
+]
+LatinOption = Annotated[
+    int | None, typer.Option("--latin", help="So many cases that fill --vary KEY=LOW:HIGH: a Latin hypercube.")
+]
 LimitOption = Annotated[
     float | None,
     typer.Option("--time-limit", min=0.0, help="Leave the running case with a checkpoint after so many seconds."),
@@ -29,6 +35,8 @@ def sweep(
     assign: SetOption = None,
     vary: VaryOption = None,
     table: TableOption = None,
+    seeds: SeedsOption = None,
+    latin: LatinOption = None,
     folder: out_option("results/sweep-NAME") = None,
     part: PartOption = None,
     status: StatusOption = False,
@@ -46,7 +54,8 @@ def sweep(
 
     folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
     chosen = None if part is None else study.Part.parse(part)
-    planned = study.plan(loaded, vary or [], table)
+    wanted = (loaded, vary or [], table)
+    planned = study.plan(*wanted, seeds, latin)
     if status:
         _show_status(study.status(planned, folder, chosen), folder, chosen)
         return
@@ -56,7 +65,7 @@ def sweep(
     how = {"say": say_warnings, "retry": retry is not None, "limit": limit}
     try:
         if chosen is None:
-            dataset = study.sweep(loaded, vary or [], table, folder, **how)
+            dataset = study.sweep(*wanted, folder, seeds=seeds, latin=latin, **how)
         else:
             study.run_part(planned, folder, chosen, **how)
     except interruption.TimeUp:

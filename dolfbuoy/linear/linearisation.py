@@ -79,16 +79,20 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None) -> Linearisation:
     start.put(problem, problem.system.u)
     problem.system.publish()
     u = problem.system.u.copy()
-    K = _jacobian(problem, 0.0, 0.0)
-    return Linearisation(problem, u, K, _jacobian(problem, 1.0, 0.0) - K, _jacobian(problem, 0.0, 1.0) - K)
+    K = jacobian(problem, 0.0, 0.0)
+    return Linearisation(problem, u, K, jacobian(problem, 1.0, 0.0) - K, jacobian(problem, 0.0, 1.0) - K)
 
 
-def _jacobian(problem, gamma_v, gamma_a):
-    """K + gamma_v E + gamma_a M at the unknowns at hand, all of whose rates are zero."""
+def jacobian(problem, gamma_v, gamma_a, velocities=None):
+    """K + gamma_v E + gamma_a M at the unknowns at hand, whose rates are zero.
+
+    velocities: local unknowns; of those of second order (lines) the first rates instead.
+    """
     for evolution in problem.evolutions():
         values = evolution.values(problem.system.u)
         for level, gamma in enumerate((gamma_v, gamma_a)[: evolution.order]):
-            evolution.hand_out(level, gamma, -gamma * values)
+            moves = level == 0 and evolution.order == 2 and velocities is not None
+            evolution.hand_out(level, gamma, (evolution.values(velocities) if moves else 0.0) - gamma * values)
     problem.system.assemble_jacobian()
     rows, columns, values = problem.system.A.getValuesCSR()
     return csr_matrix((values.copy(), columns.copy(), rows.copy()), shape=(len(rows) - 1, problem.system.unknowns))

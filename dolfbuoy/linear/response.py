@@ -56,9 +56,10 @@ def responses(scene, periods, *directions_deg) -> list[Response]:
 
 
 def small_waves(scene, period, direction_deg=0.0, amplitude=0.0) -> Waves:
-    """A section [waves]; its stretching, which does not count in small waves, as in the scene: the same forms serve."""
-    stretching = {"stretching": scene.waves.stretching} if scene.waves else {}
-    return Waves(amplitude=amplitude, period=period, direction_deg=direction_deg, **stretching)
+    """A regular section [waves]; its stretching, which does not count in small waves, as in the scene: the same forms
+    serve.  Periods are seen from where the scene's are."""
+    same = {name: getattr(scene.waves, name) for name in ("stretching", "period_seen_from")} if scene.waves else {}
+    return Waves(amplitude=amplitude, period=period, direction_deg=direction_deg, **same)
 
 
 def response(found: Linearisation, period, direction_deg=0.0) -> Response:

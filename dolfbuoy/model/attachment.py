@@ -13,16 +13,19 @@ FIELDS = Fields(point=3, force=3)
 
 
 class Attachment:
-    """The end of a line at a point of a body.
+    """An end of a line at a point of a body.
 
-    lines: the Lines; tag: of the end's `ds`.  buoy: the Buoy, None on ranks that do not have it; offset: body vector
-    from its C to the point [m], a UFL constant on its mesh.
+    lines: the Lines; piece, end: which one, 0 at s = 0 and 1 at s = L.  rank: where the body's unknowns are, these six
+    among them.  buoy: the Buoy, None on other ranks; offset: body vector from its C to the point [m], a UFL constant on
+    its mesh.
     """
 
-    def __init__(self, lines, tag, buoy=None, offset=None):
-        self.lines, self.tag, self.buoy, self.offset = lines, tag, buoy, offset
+    def __init__(self, lines, piece, end, rank, buoy=None, offset=None):
+        self.lines, self.piece, self.end, self.rank = lines, piece, end, rank
+        self.buoy, self.offset = buoy, offset
         self._on_line = fem.Function(real_space(lines.mesh, FIELDS.size))
         self._on_body = fem.Function(real_space(buoy.mesh, FIELDS.size)) if buoy else None
+        self._ds = lines.end_measure(piece, end)
         self.line_part = self.body_part = None
 
     def number(self, place):
@@ -44,12 +47,12 @@ class Attachment:
 
     def end_force(self, v):
         """The last term of (11)_1, with T_bnd = -T_O, Eq. (29)_2."""
-        return coupling.end_force(-FIELDS.split(self._on_line).force, v) * self.lines.ds(self.tag)
+        return coupling.end_force(-FIELDS.split(self._on_line).force, v) * self._ds
 
     def position_equation(self, r):
         """Eq. (29)_1: r = r_O at the end."""
         r_O, test = FIELDS.split(self._on_line).point, FIELDS.split(self.line_part.test).force
-        return coupling.attachment(r, r_O, test) * self.lines.ds(self.tag)
+        return coupling.attachment(r, r_O, test) * self._ds
 
     # -- on the body's mesh --------------------------------------------------------------------------------------------
 
@@ -73,7 +76,7 @@ class Attachment:
         return self._dofs().force
 
     def blocks(self, reach, force, mass):
-        """Blocks of the six numbers; typical length [m], force [N] and mass [kg]."""
+        """Blocks of the six numbers on the body's rank; typical length [m], force [N] and mass [kg]."""
         point, pull = self._dofs()
         return [
             Block("mooring point r_O", point, reach, reach, unit="m"),

@@ -17,7 +17,7 @@ from . import body_c, effects
 from .evolution import Evolution
 from .kinematics import on_cells
 from .numbers import Numbers
-from .rigid import axis_offset, mass_properties, rotation_of, shape_of
+from .rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from .sea import SeaState
 from .wet_hull import SUBMERGED, WetHull, add
 
@@ -92,7 +92,7 @@ class Buoy:
             self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
             self.spin = None  #: L_C . d, followed where something may turn the buoy
         else:
-            self.relaxation = fem.Constant(self.mesh, 0.0)
+            self.relaxation, self.gauge = fem.Constant(self.mesh, 0.0), None
             self.reference = fem.Function(self.state.function_space)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self._above, self._beside = [], {}
@@ -130,8 +130,12 @@ class Buoy:
         self.inertia = number(lambda scene, b: np.array(mass_properties(b, shape_of(b)).inertia))
         self.gravity = number(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         #: Body vector from C to the mooring point.
-        self.offset = number(lambda scene, b: axis_offset(b, b.mooring_height))
+        self.offset = self.offset_of(None)
         self._body_terms = self._called("body")
+
+    def offset_of(self, fairlead):
+        """Constant: body vector from C to a fairlead; None: to the mooring point."""
+        return self._numbers.constant(lambda scene, b: mooring_offset(b, fairlead))
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
@@ -175,28 +179,35 @@ class Buoy:
         return [Load(effect.account, *load) for effect, *load in found]
 
     def residuals(self, attachments=()):
-        """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads."""
+        """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads.
+
+        The loads of several lines are forms of their own, all alike, so that one is compiled for all.
+        """
         state, point, one = self.kinematics(), self.at_once, self.one
-        loads = self.point_loads(state, attachments)
+        loads = self.point_loads(state, attachments if len(attachments) == 1 else ())
         force, torque = (add([getattr(load, name) for load in loads]) for name in ("force", "torque"))
         if self.dynamic:
-            F, test_force, test_torque = self._momentum_balance(state, force, torque)
+            F, test_force, test_torque = self._momentum_balance(state, force, torque, attachments)
         else:
             F, test_force, test_torque = self._equilibrium(state, force, torque, attachments)
         F = one * F * point
         if self.hull is not None:
             F += self.hull.form(state, test_force, test_torque)
-        links = [(a.body_part, one * a.link(state) * point) for a in attachments]
-        return [(self.part, F), *links]
+        found = [(self.part, F)]
+        for attachment in attachments if len(attachments) > 1 else ():
+            pull, moment = attachment.load(state)
+            G = ufl.inner(pull, test_force) + ufl.inner(moment, test_torque)
+            found.append((self.part, -one * G * point))
+        return found + [(a.body_part, one * a.link(state) * point) for a in attachments]
 
-    def _momentum_balance(self, state, force, torque):
+    def _momentum_balance(self, state, force, torque, attachments):
         """Eq. (8) with the loads at points, and the tests of force and torque."""
         y, rates, test = MOTION.split(self.state), self.rates(), MOTION.split(self.part.test)
         F = body.translation(rates.position, y.momentum, self.M, test.position)
         F += body.linear_momentum(rates.momentum, force, test.momentum)
         F += body.orientation(rates.orientation, y.orientation, y.angular_momentum, self.inertia, test.orientation)
         F += body.angular_momentum(rates.angular_momentum, _or_zero(torque), test.angular_momentum)
-        if torque is not None or self.hull is not None:  # else L_C is kept, to the last digit
+        if torque is not None or self.hull is not None or attachments:  # else L_C is kept, to the last digit
             self.spin = self.spin or Spin(self)
             F += ufl.inner(self.spin.correction(y, rates.angular_momentum, self.inertia), test.angular_momentum)
         return F, test.momentum, test.angular_momentum
@@ -205,7 +216,7 @@ class Buoy:
         """Balance of the loads at points, and the tests of force and torque."""
         test, reference = REST_ROWS.split(self.part.test), REST.split(self.reference)
         inertia = self._numbers.constant(lambda *_: max(self.mass.inertia))
-        gauge = self._numbers.constant(lambda *_: np.prod(self._sizes()[1:3]))
+        gauge = self.gauge = self._numbers.constant(lambda *_: np.prod(self._sizes()[1:3]))
         tests = test.force, test.norm[0], test.torque
         pose = reference.position, reference.orientation
         F = body.equilibrium(

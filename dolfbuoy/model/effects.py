@@ -12,6 +12,7 @@ A term is a plain UFL function of `forms/`; where it enters tells its signature:
     face(c, rho_w, strip, face)           (force, torque) on a wet face of a hull
     body(c, body)                         (force, torque) at a point of a body
     line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
+    joint(c, body, rho_w, flow, point)    force on a body at a joint
     bed(mu, contact)                      force of the sea bed per unstretched metre of a line, or on a joint's body
 
 c are its numbers as UFL constants: one, or several by name.
@@ -24,7 +25,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..forms import buoy, cable, hull, seabed, wind
+from ..forms import buoy, cable, hull, joint, seabed, wind
+from ..scene.network import single_scenes
 from .rigid import axis_offset
 from .sea import heading
 
@@ -60,6 +62,7 @@ class Effect:
     face: Callable | None = None
     body: Callable | None = None
     line_power: Callable | None = None
+    joint: Callable | None = None
     bed: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
     looks_at: Callable | None = None
@@ -68,7 +71,10 @@ class Effect:
     removable: bool = True
 
     def value(self, scene):
-        """Value of the key; None if the section that should hold it, or one that the effect needs, is absent."""
+        """Value of the key; None if the section that should hold it, or one that the effect needs, is absent.
+
+        scene: with one line and one buoy at most (`scene.network.single_scenes`).
+        """
         if any(getattr(scene, name) is None for name in self.needs):
             return None
         found = scene
@@ -77,9 +83,12 @@ class Effect:
         return found
 
     def called(self, scene) -> bool:
-        """Whether a scene calls for it."""
-        value = self.value(scene)
-        return value is not None and value != self.neutral
+        """Whether a scene calls for it; a network, whether any of its lines, bodies and buoys does."""
+        return any(value is not None and value != self.neutral for value in map(self.value, single_scenes(scene)))
+
+    def spared(self, scene) -> bool:
+        """Whether anything in the scene could call for it and does not."""
+        return any(value is not None and value == self.neutral for value in map(self.value, single_scenes(scene)))
 
     def given(self, scene, section) -> dict[str, Any]:
         """Its numbers by name; "" where there is only one.  section: the one that the key belongs to."""
@@ -106,6 +115,7 @@ EFFECTS: list[Effect] = [
         account="damping",
         drawn={"cable.damping": Drawn(1e-3, 1e8, zero=True)},
     ),
+    Effect("line that parts", "cable.fails_at", neutral=None),
     Effect("buoy", "buoy", neutral=None, removable=False),
     Effect(
         "hydrostatics",
@@ -205,6 +215,7 @@ EFFECTS: list[Effect] = [
         neutral=None,
         line=cable.normal_froude_krylov,
         strip=hull.froude_krylov,
+        joint=joint.froude_krylov,
         couple=hull.froude_krylov_couple,
         account="inertia",
         numbers=None,
@@ -270,6 +281,8 @@ EFFECTS: list[Effect] = [
         numbers=None,
         account="inertia",
     ),
+    Effect("body drag", "joint.drag_area", needs=("sea",), joint=joint.drag, account="drag"),
+    Effect("body added mass", "joint.added_mass", needs=("sea",), joint=joint.added_mass, account="inertia"),
     Effect(
         "sea bed",
         "seabed",
@@ -307,6 +320,6 @@ def names(scene) -> list[str]:
     for effect in EFFECTS:
         if effect.called(scene):
             found.append(effect.name)
-        elif effect.without and effect.value(scene) is not None:
+        if effect.without and effect.spared(scene):
             found.append(effect.without)
     return found

@@ -6,8 +6,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..errors import InputError
+from ..scene.network import network_of, single_scenes, with_buoy
 from .hydrostatics import float_upright
-from .lines import cross_section, weight_per_length
+from .material import cross_section, weight_per_length
 from .rigid import mass_properties, shape_of
 
 
@@ -16,24 +17,38 @@ def check_feasible(scene) -> None:
 
     Raises InputError with one sentence.
     """
-    _check_effective_mass(scene)
-    cable = scene.cable
-    if cable is not None and cable.top is not None and cable.top.kind != "free" and math.isinf(cable.axial_stiffness):
-        amplitude = np.array(cable.top.amplitude or (0.0, 0.0, 0.0))
-        chord = np.array(cable.top.position) - np.array(scene.anchor)
-        longest = max(np.linalg.norm(chord + amplitude * f) for f in (-1.0, 0.0, 1.0))
-        if longest > cable.length * (1 + 1e-12):
-            raise InputError(
-                f"cable.length = {cable.length}: is too short, the top is up to {longest:.6g} m from the anchor, "
-                "and an inextensible cable (axial_stiffness = inf) cannot stretch."
-            )
-        if cable.elements == 1 and cable.position_degree == 1:
-            raise InputError(
-                "cable.elements = 1: between two held ends an inextensible element of position_degree 1 cannot move; "
-                "take more elements or a higher degree."
-            )
-    if scene.buoy is not None and scene.sea is not None:
-        _check_floats(scene)
+    for one in single_scenes(scene):
+        _check_effective_mass(one)
+    network = network_of(scene)
+    for number in range(len(network.cables)):
+        _check_length(network, number, scene.is_network)
+    if scene.sea is not None:
+        for name in network.buoys:
+            _check_floats(with_buoy(scene, name))
+
+
+def _check_length(network, number, named):
+    """Of a cable without stretch between two ends that are held."""
+    pieces = [piece for piece in network.pieces if piece.cable == number]
+    low, high = pieces[0].ends[0], pieces[-1].ends[1]
+    stretches = any(math.isfinite(piece.section.axial_stiffness) for piece in pieces)
+    if not (low.held and high.held) or stretches:
+        return
+    key, length = f"cable.{network.cables[number]}" if named else "cable", sum(p.section.length for p in pieces)
+    chord = np.array(high.top.position) - np.array(low.top.position)
+    amplitude = np.array(high.top.amplitude or (0.0, 0.0, 0.0)) - np.array(low.top.amplitude or (0.0, 0.0, 0.0))
+    moved = [row[1:] for row in high.top.motion] if high.top.motion else [amplitude * f for f in (-1.0, 0.0, 1.0)]
+    longest = np.linalg.norm(chord + np.array(moved), axis=1).max()
+    if longest > length * (1 + 1e-12):
+        raise InputError(
+            f"{key}.length = {length}: is too short, the top is up to {longest:.6g} m from the anchor, "
+            "and an inextensible cable (axial_stiffness = inf) cannot stretch."
+        )
+    if len(pieces) == 1 and pieces[0].section.elements == 1 and pieces[0].section.position_degree == 1:
+        raise InputError(
+            f"{key}.elements = 1: between two held ends an inextensible element of position_degree 1 cannot move; "
+            "take more elements or a higher degree."
+        )
 
 
 def _check_effective_mass(scene):

@@ -1,51 +1,143 @@
-"""The shape of the cable and the pose of the buoy from which a run starts, where the scene gives them."""
+"""The shapes of the cables and the poses of the buoys from which a run starts, where the scene gives them."""
 
 import itertools
 
 import numpy as np
 
 from ..errors import InputError
-from .rigid import axis_offset, rotation_of
+from ..scene import Top
+from ..scene.network import network_of, with_buoy
+from .rigid import mooring_offset, rotation_of
+
+#: Places that should be one may differ by this part of a length.
+SAME = 1e-6
 
 
 def check_first_shape(scene) -> None:
     """Refuse a straight line or a polyline that no cable of the scene can have.  Raises InputError."""
-    if scene.cable is not None and scene.initial.kind != "equilibrium":
-        points_of(scene, given_pose(scene)[2] if scene.buoy else None)
+    network = network_of(scene)
+    if network.pieces and scene.initial.kind != "equilibrium":
+        given_shapes(scene, {name: given_pose(with_buoy(scene, name)) for name in network.buoys})
+
+
+def is_pose_given(scene) -> bool:
+    """Whether the section [initial] of a scene with one buoy says where it is, or how it is turned."""
+    return (scene.initial.buoy_position or scene.initial.buoy_orientation) is not None
 
 
 def given_pose(scene):
-    """(r_C, q4, r_O) from the section [initial].  Raises InputError."""
+    """(r_C, q4) from the section [initial] of a scene with one buoy.  Raises InputError."""
     initial = scene.initial
     if initial.buoy_position is None:
         raise InputError("initial.buoy_position: must be given, this start of a moored buoy needs it.")
     q4 = np.array(initial.buoy_orientation or (1.0, 0.0, 0.0, 0.0))
-    q4 = q4 / np.linalg.norm(q4)
-    r_C = np.array(initial.buoy_position)
-    r_O = r_C + rotation_of(q4) @ axis_offset(scene.buoy, scene.buoy.mooring_height)
-    return r_C, q4, r_O
+    return np.array(initial.buoy_position), q4 / np.linalg.norm(q4)
 
 
-def points_of(scene, r_O):
-    """Points of the initial line, from the anchor to the top; r_O: where it holds a buoy.  Raises InputError."""
-    initial, cable = scene.initial, scene.cable
-    end = r_O if r_O is not None else (None if cable.top.position is None else np.array(cable.top.position))
-    if initial.kind == "straight":
-        points = [np.array(scene.anchor), end]
-    else:
-        points = [np.array(p) for p in initial.points]
-        if np.linalg.norm(points[0] - scene.anchor) > 1e-6 * cable.length:
-            raise InputError(f"initial.points[0] = {initial.points[0]}: must be the anchor {scene.anchor}.")
-        held = r_O is not None or cable.top.kind != "free"
-        if held and np.linalg.norm(points[-1] - end) > 1e-6 * cable.length:
-            top = tuple(float(x) for x in end)
-            raise InputError(f"initial.points[-1] = {initial.points[-1]}: must be the top of the cable {top}.")
-    total = sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(points))
-    if np.isinf(cable.axial_stiffness) and abs(total - cable.length) > 1e-6 * cable.length:
+def place_of(network, end, poses):
+    """Where an end of a line is at t = 0 [m]; None for a free one.  poses: (r_C, q4) of the buoys by name."""
+    if end.kind == "buoy":
+        r_C, q4 = poses[end.name]
+        return r_C + rotation_of(q4) @ mooring_offset(network.buoys[end.name], end.fairlead)
+    return np.array(end.top.position) if end.held else None
+
+
+def with_buoys_held(scene, poses):
+    """The scene with its buoys replaced by fixed ends of the lines there; poses: (r_C, q4) by name."""
+    alone = {"buoy": None, "wind": None, "external_force": None}
+    network = network_of(scene)
+    places = [[place_of(network, end, poses) for end in piece.ends] for piece in network.pieces]
+    places = [[None if x is None else tuple(float(c) for c in x) for x in pair] for pair in places]
+    if not scene.is_network:
+        top = Top(kind="fixed", position=places[0][1])
+        return scene.model_copy(update={"cable": scene.cable.model_copy(update={"top": top}), **alone})
+    cables = []
+    for number, cable in enumerate(scene.cables):
+        changes = {}
+        for name, end, piece in (("from", 0, network.first_of(number)), ("to", 1, network.last_of(number))):
+            if network.pieces[piece].ends[end].kind == "buoy":
+                changes[name] = places[piece][end]
+        cables.append(cable.model_copy(update=changes))
+    return scene.model_copy(update={"cable": cables, **alone})
+
+
+# -- shapes ------------------------------------------------------------------------------------------------------------
+
+
+def given_shapes(scene, poses):
+    """Of each piece of line the function s -> points (n, 3) on the initial line.
+
+    poses: (r_C, q4) of the buoys by name.  Raises InputError.
+    """
+    network, shapes, joints = network_of(scene), [], {}
+    for number, name in enumerate(network.cables):
+        pieces = [piece for piece in network.pieces if piece.cable == number]
+        ends = pieces[0].ends[0], pieces[-1].ends[1]
+        places = [place_of(network, end, poses) for end in ends]
+        points, key = _points_of(scene, network, number, places)
+        length = sum(piece.section.length for piece in pieces)
+        _check_ends(points, key, places, length)
+        _check_joints(points, key, ends, joints, length)
+        _check_length(scene, points, name, length, all(np.isfinite(p.section.axial_stiffness) for p in pieces))
+        along, begin = _along(points, length), 0.0
+        for piece in pieces:
+            shapes.append(lambda s, along=along, begin=begin: along(s + begin))
+            begin += piece.section.length
+    return shapes
+
+
+def _points_of(scene, network, number, places):
+    """(points of the initial line of a cable, name of their key).  Raises InputError."""
+    kind, given, name = scene.initial.kind, scene.initial.points, network.cables[number]
+    if kind == "straight":
+        if any(place is None for place in places):
+            raise InputError(f"initial.kind = 'straight': where cable.{name} ends is not known; take 'polyline'.")
+        return places, "initial.points"
+    if not isinstance(given, dict):
+        if len(network.cables) > 1:
+            raise InputError(
+                f"initial.points = {given}: several cables need a table of points by name, of "
+                f"{', '.join(network.cables)}."
+            )
+        return [np.array(p) for p in given], "initial.points"
+    if name not in given or not set(given) <= set(network.cables):
+        raise InputError(f"initial.points: must have the points of each cable by name, of {', '.join(network.cables)}.")
+    return [np.array(p) for p in given[name]], f"initial.points.{name}"
+
+
+def _check_ends(points, key, places, length):
+    """The first and the last point are where the ends are held."""
+    for index, place, word in zip((0, -1), places, ("the anchor", "the top of the cable"), strict=True):
+        if place is not None and np.linalg.norm(points[index] - place) > SAME * length:
+            shown, place = (tuple(float(x) for x in y) for y in (points[index], place))
+            raise InputError(f"{key}[{index}] = {shown}: must be {word} {place}.")
+
+
+def _check_joints(points, key, ends, joints, length):
+    """Lines that meet begin at one place; joints: name -> place, filled here."""
+    for index, end in zip((0, -1), ends, strict=True):
+        if end.kind == "joint":
+            place = joints.setdefault(end.name, points[index])
+            if np.linalg.norm(points[index] - place) > SAME * length:
+                shown, place = (tuple(float(x) for x in y) for y in (points[index], place))
+                raise InputError(f"{key}[{index}] = {shown}: must be where other cables have {end.name}, {place}.")
+
+
+def _check_length(scene, points, cable, length, elastic):
+    kind, total = scene.initial.kind, sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(points))
+    if not elastic and abs(total - length) > SAME * length:
+        key = f"cable.{cable}.length" if scene.is_network else "cable.length"
         raise InputError(
-            f"initial.kind = '{initial.kind}': the line is {total:.8g} m long, but an inextensible cable must keep its "
-            f"cable.length = {cable.length:.8g} m."
+            f"initial.kind = '{kind}': the line is {total:.8g} m long, but an inextensible cable must keep its "
+            f"{key} = {length:.8g} m."
         )
     if total == 0:
-        raise InputError(f"initial.kind = '{initial.kind}': must be a line with a length, not one point.")
-    return points
+        raise InputError(f"initial.kind = '{kind}': must be a line with a length, not one point.")
+
+
+def _along(points, length):
+    """s -> point on the polyline, arc length proportional to s."""
+    points = np.array(points)
+    corners = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    corners *= length / corners[-1]
+    return lambda s: np.column_stack([np.interp(s, corners, points[:, k]) for k in range(3)])

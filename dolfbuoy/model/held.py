@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from .sea import ramp
 
@@ -13,6 +14,10 @@ def motion_of(top) -> Callable[[float], list[float]]:
     position = list(map(float, top.position))
     if top.kind != "prescribed":
         return lambda t: position
+    if top.motion:
+        return _along_rows(np.array(position), np.array(top.motion), top.ramp)
+    if top.velocity:
+        return lambda t: [r + ramp(t, top.ramp) * t * v for r, v in zip(position, top.velocity, strict=True)]
     phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
     axes = list(zip(position, map(float, top.amplitude), map(math.radians, phases), strict=True))
     period, duration = top.period, top.ramp
@@ -20,6 +25,17 @@ def motion_of(top) -> Callable[[float], list[float]]:
     def motion(t):
         angle, size = 2 * math.pi * t / period, ramp(t, duration)
         return [place + size * math.sin(angle + phase) * amplitude for place, amplitude, phase in axes]
+
+    return motion
+
+
+def _along_rows(position, rows, duration):
+    """Displacements [t, x, y, z], joined smoothly, at rest before the first and after the last row."""
+    path, ends = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped"), rows[[0, -1], 0]
+    start = path(np.clip(0.0, *ends))
+
+    def motion(t):
+        return position + start + ramp(t, duration) * (path(np.clip(t, *ends)) - start)
 
     return motion
 

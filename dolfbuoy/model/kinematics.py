@@ -72,6 +72,12 @@ def on_line(mesh, degree, source, nodes) -> Points:
     return Points(ON_LINE, found, np.arange(len(dofs)), shape, source, dofs)
 
 
+def on_points(mesh, source, dofs) -> Points:
+    """One on each cell, whose place is unknown; dofs: of `source` (cells, 3)."""
+    found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, SMALL)))
+    return Points(ON_LINE, found, np.arange(len(dofs)), np.ones((1, 1)), source, dofs[:, None, :].astype(np.int32))
+
+
 def on_axis(group) -> Points:
     """Those of a `hull_points.PointGroup`."""
     return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)

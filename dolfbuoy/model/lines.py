@@ -1,7 +1,6 @@
-"""Lines on one mesh of disjoint intervals: spaces, material, residual."""
+"""Lines: material, residual, and what time stepping has to know of them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
 
 import numpy as np
 import ufl
@@ -9,7 +8,8 @@ from dolfinx import fem
 
 from ..forms import cable as form
 from ..forms import coupling
-from ..meshes import cable_nodes
+from ..scene.network import Piece, network_of, with_line
+from ..scene.stretching import bends_of
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block, array_of
@@ -17,8 +17,10 @@ from . import effects
 from .evolution import Evolution
 from .held import HeldEnds, motion_of
 from .kinematics import on_line
+from .layout import Layout
 from .material import cross_section, weight_per_length
-from .numbers import Numbers
+from .numbers import Numbers, Properties
+from .parting import Parting
 from .sea import SeaState
 from .seabed import Seabed
 
@@ -28,52 +30,36 @@ def top_position(top, t):
     return np.array(motion_of(top)(t))
 
 
-@dataclass(frozen=True)
-class Line:
-    """A line of a scene: its name, and its section as a function of the scene.
+def sections_of(scene):
+    """The section [cable] of every piece of line."""
+    return [piece.section for piece in network_of(scene).pieces]
 
-    Its ends are s = 0, held at the anchor, and s = L, which `top` says: "fixed", "prescribed", "free" or "buoy".
+
+def is_averaged(section) -> bool:
+    """Whether the strain is its average on each element (the paper's Sect. 3.3.2); all pieces share that."""
+    return section.strain == "element-average"
+
+
+class Lines(Layout):
+    """Spaces and forms of the pieces of line of a scene; w = (r, T) or (r, T, mean T) is the unknown.
+
+    Pair, strain, strain form and slack law are those of all; what they do not share is a property per cell.  Where some
+    are inextensible and others not there is a compliance per cell, 0 for the former; else the former have no strain.
     """
 
-    name: str
-    section: Callable
-
-    def top(self, scene) -> str:
-        """What holds s = L."""
-        top = self.section(scene).top
-        return "buoy" if top is None else top.kind
-
-    def anchor(self, scene) -> tuple[float, float, float]:
-        """Position of s = 0 [m]."""
-        return scene.anchor_of(self.section(scene))
-
-
-def lines_of(scene) -> list[Line]:
-    """The lines that a scene describes."""
-    return [Line("cable", lambda scene: scene.cable)] if scene.cable else []
-
-
-class Lines:
-    """Mesh, spaces and forms of lines that do not touch; w = (r, T) or (r, T, mean T) is the unknown.
-
-    Line k lies on the mesh from `begins[k]` on, with tags 2 k + 1 at s = 0 and 2 k + 2 at s = L.  All share pair,
-    strain, strain form and slack law, and are all elastic or all inextensible; what they do not share is a property per
-    cell.
-    """
-
-    def __init__(self, comm, scene, dynamic, lines=None):
-        self.comm, self.scene, self.dynamic = comm, scene, dynamic
-        self.lines = lines_of(scene) if lines is None else lines
-        self.sections = [line.section(scene) for line in self.lines]
-        self.section, self._held = self.sections[0], None
-        self._lay_out()
-        self.space = compat.function_space(self.mesh, self._element())
-        self.w, self.part = fem.Function(self.space), None
+    def __init__(self, comm, scene, dynamic):
+        network = network_of(scene)
+        stiffness = [piece.section.axial_stiffness for piece in network.pieces]
+        self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
+        self.mixed = self.elastic and any(map(math.isinf, stiffness))
+        super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section))
+        self.scene, self.dynamic, self._held = scene, dynamic, None
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
-        self._measures()
-        self._numbering()
+        self._measure()
         self._material()
+        self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
+        self.memory |= self.parting.memory if self.parting else {}
         self._sampled, self._publish = self._waves_at_points(), None
         self._lay_on_bed()
         if dynamic:
@@ -82,124 +68,74 @@ class Lines:
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
-    def _lay_out(self):
-        """Intervals one after the other, apart from each other by a tenth of the longest."""
-        nodes = [cable_nodes(c.length, c.elements, c.grading) for c in self.sections]
-        lengths = [c.length for c in self.sections]
-        gap = 0.1 * max(lengths)
-        self.begins = np.concatenate([[0.0], np.cumsum(np.array(lengths) + gap)])[:-1]
-        self.nodes = [begin + n for begin, n in zip(self.begins, nodes, strict=True)]
-        self.smallest_cell = min(np.diff(n).min() for n in nodes)
-        self.mesh = compat.interval_mesh(self.comm, *self.nodes)
-        self._tolerance = 1e-9 * max(*lengths, self.begins[-1] + lengths[-1] if len(lengths) > 1 else 0.0)
+    @property
+    def pieces(self) -> list[Piece]:
+        """Of the network, in the order of their numbers."""
+        return self.network.pieces
 
     @property
-    def averaged(self):
-        """Whether the strain is its average on each element (the paper's Sect. 3.3.2)."""
-        return self.section.strain == "element-average" and self.elastic
+    def stretches(self):
+        """Mask of the owned cells that are elastic."""
+        return np.isfinite([c.axial_stiffness for c in self.sections])[self.line_of_cell]
 
-    @property
-    def elastic(self):
-        """Whether there is a strain at all."""
-        return bool(np.isfinite(self.section.axial_stiffness))
-
-    def _element(self):
-        c = self.section
-        elements = [
-            compat.element(self.mesh, "P", c.position_degree, 3),
-            compat.element(self.mesh, "DG", c.tension_degree),
-        ]
-        if self.averaged:
-            elements.append(compat.element(self.mesh, "DG", 0))
-        return compat.mixed_element(elements)
-
-    def _measures(self):
+    def _measure(self):
         mu = self.section.position_degree
         self._degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
-        places = [s for n in self.nodes for s in (n[0], n[-1])]
-        self.ends = compat.end_tags(self.mesh, *places)
         self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
-        self.ds = ufl.Measure("ds", domain=self.mesh, subdomain_data=self.ends)
-
-    def _numbering(self):
-        """Where the dofs of w sit on the mesh: nodes of r, cells of T."""
-        V, r_dofs = compat.collapse(self.space, 0)
-        self._positions = V
-        Q, T_dofs = compat.collapse(self.space, 1)
-        self.node_s = V.tabulate_dof_coordinates()[:, 0].copy()
-        self.node_dofs = np.asarray(r_dofs).reshape(-1, 3)
-        self.owned_nodes = V.dofmap.index_map.size_local
-        self.cell_ends = compat.cell_ends(self.mesh)
-        cells = compat.cell_dofs(Q)
-        self.T_dofs, self.T_s = np.asarray(T_dofs)[cells], Q.tabulate_dof_coordinates()[cells, 0]
-        self.mean_dofs = None
-        if self.averaged:
-            Q0, mean_dofs = compat.collapse(self.space, 2)
-            self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
-        self.line_of_node = self._line_at(self.node_s)
-        self.line_of_cell = self._line_at(self.cell_ends.mean(axis=1))
-        #: Dofs of r at s = 0 and s = L of each line, empty where another rank has them.
-        self.end_dofs = [tuple(self._dofs_at(n[i]) for i in (0, -1)) for n in self.nodes]
-        firsts = [np.isclose(self.cell_ends[:, 0], n[0], rtol=0, atol=self._tolerance) for n in self.nodes]
-        self._anchor_cell_dofs = [self.T_dofs[first].ravel() for first in firsts]
-        self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
-
-    def _line_at(self, s):
-        """Number of the line at mesh coordinates."""
-        return np.searchsorted(self.begins, s + self._tolerance, side="right") - 1
-
-    def _dofs_at(self, s):
-        return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=self._tolerance)].ravel()
-
-    def _weights(self, moment):
-        """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.
-
-        All cells number their dofs alike, as affine images of one reference cell.
-        """
-        ends = self.cell_ends[0]
-        xi = (self.T_s[0] - ends[0]) / (ends[1] - ends[0])
-        degree = np.arange(len(xi))
-        return np.linalg.solve(xi[None, :] ** degree[:, None], [moment(k) for k in degree])
 
     def _material(self):
-        scene = self.scene
-        self._numbers = Numbers(self.mesh, scene, self.lines[0].section)
-        self._per_cell = []
+        scene, dry = self.scene, not self.section.diameter
+        self._numbers = Numbers(self.mesh, scene, lambda scene: sections_of(scene)[0])
+        self._properties = Properties(self._numbers, sections_of, self.line_of_cell)
+        self._property = self._properties.of
         self.cable = form.Cable(
             line_density=self._property(lambda c: c.line_density),
-            EA=self._property(lambda c: c.axial_stiffness) if self.elastic else None,
-            diameter=self._property(lambda c: c.diameter) if self.section.diameter else None,
-            area=self._property(cross_section) if self.section.diameter else None,
+            EA=self._property(lambda c: c.axial_stiffness) if self.elastic and not self.mixed else None,
+            diameter=None if dry else self._property(lambda c: c.diameter),
+            area=None if dry else self._property(cross_section),
             damping=self._property(lambda c: c.damping) if any(c.damping for c in self.sections) else None,
+            compliance=self._property(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
+            bends=(*self._bends(below=False), *self._bends(below=True)),
         )
         self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         self._loads, self._powers = self._called("line" if scene.sea else None), self._called("line_power")
         self.end_loads = {}
-        for k in (k for k in self._all if self.lines[k].top(scene) == "free" and any(self.sections[k].top.force)):
-            get = self.lines[k].section
-            self.end_loads[k] = self._numbers.constant(lambda scene, _, get=get: np.array(get(scene).top.force))
+        for k, piece in enumerate(self.pieces):
+            top = piece.ends[1].top
+            if piece.ends[1].kind == "free" and any(top.force):
+                self.end_loads[k] = self._numbers.constant(lambda scene, _, k=k: _end_load(scene, k))
+
+    def _bends(self, below):
+        """Bends of tables T(e); a section that has fewer than others has bends that change nothing."""
+
+        def bend(section, k):
+            return (*bends_of(section.axial_stiffness, below), *[(0.0, 0.0)] * most)[k]
+
+        most = max(len(bends_of(c.axial_stiffness, below)) for c in self.sections)
+        number = self._property
+        return [
+            form.Bend(number(lambda c, k=k: bend(c, k)[0]), number(lambda c, k=k: bend(c, k)[1]), below)
+            for k in range(most)
+        ]
 
     def _lay_on_bed(self):
-        """The sea bed, and what relaxes lines on it: at H = 0 their statics are singular."""
+        """The sea bed, and what relaxes lines in statics on it: at H = 0 they are singular."""
         self.bed = self.relaxation = None
         if self.scene.seabed:
-            self.bed = Seabed(self, self._numbers.constant, self._property, self._positions, self._degree)
+            self.bed = Seabed(self, self._numbers.constant, self._property, self.positions, self._degree)
             self.memory |= self.bed.memory
             if not self.dynamic:
                 self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
 
-    @property
-    def _all(self):
-        return range(len(self.lines))
-
-    def _alone(self, scene, line):
-        """The scene as if it had this line only."""
-        return scene if len(self.lines) == 1 else scene.model_copy(update={"cable": self.lines[line].section(scene)})
+    def _alone(self, section):
+        """The scene as if it had this section only."""
+        return with_line(self.scene, section) if self.scene.is_network else self.scene
 
     def _called(self, where):
         """[(effect, coefficient)] of the effects with such a term that any of the lines calls for."""
         found = [e for e in effects.EFFECTS if where and getattr(e, where)]
-        called = [e for e in found if any(e.called(self._alone(self.scene, k)) for k in self._all)]
+        alone = [self._alone(section) for section in self.sections]
+        called = [e for e in found if any(e.called(scene) for scene in alone)]
         return [(effect, self._coefficient(effect)) for effect in called]
 
     def _coefficient(self, effect):
@@ -207,27 +143,13 @@ class Lines:
             return None
         return self._property(lambda c: effect.given(self.scene, c)[""])
 
-    def _property(self, get):
-        """A number of each line as UFL: a Constant if all have the same, else constant on each cell."""
-        if len({get(c) for c in self.sections}) == 1:
-            return self._numbers.constant(lambda scene, section: get(section))
-        made = fem.Function(compat.function_space(self.mesh, compat.element(self.mesh, "DG", 0)))
-        self._per_cell.append((made, get))
-        self._fill(made, get)
-        return made
-
-    def _fill(self, made, get):
-        values = np.array([get(c) for c in self.sections])
-        made.x.array[compat.cell_dofs(made.function_space)[:, 0]] = values[self.line_of_cell]
-        compat.scatter_forward(made)
-
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
-        self.scene, self.sections = scene, [line.section(scene) for line in self.lines]
+        self.scene, self.network = scene, network_of(scene)
+        self.sections = [piece.section for piece in self.pieces]
         self.section, self._held = self.sections[0], None
         self._numbers.change(scene)
-        for made, get in self._per_cell:
-            self._fill(made, get)
+        self._properties.change()
         self.sea.change(scene)
 
     # -- forms ------------------------------------------------------------------------------------------------------
@@ -280,12 +202,15 @@ class Lines:
         r, _, _, r_t, _ = self.kinematics()
         return [(effect, effect.line_power(c, r, r_t)) for effect, c in self._powers]
 
-    def residual(self, test, attachments=()):
-        """Eq. (11) tested by `test`; without inertia, added mass and waves in statics."""
+    def residual(self, test):
+        """Eq. (11) tested by `test`; without inertia, added mass and waves in statics, and without forces at ends."""
         tests, cable, dx = ufl.split(test), self.cable, self.dx
         r, T, e, _, r_tt = self.kinematics()
         v, q = tests[:2]
-        F = form.tension_term(r, T, e, v) * dx + form.strain_equation(r, e, q, self.section.strain_form) * dx
+        strain = form.strain_equation(r, e, q, self.section.strain_form)
+        if self.parting is not None:
+            strain = self.parting.strain_equation(strain, T, q)
+        F = form.tension_term(r, T, e, v) * dx + strain * dx
         F -= ufl.inner(form.weight_in_water(cable, self.gravity, self.sea.density), v) * dx
         if self.mean_dofs is not None:
             F += form.mean_strain_equation(T, ufl.split(self.w)[2], tests[2]) * dx
@@ -300,11 +225,12 @@ class Lines:
                 F -= ufl.inner(force, v) * dx
         if self.relaxation is not None:
             F += form.inertia(cable, self.relaxation * (r - ufl.split(self.reference)[0]), v) * dx
-        for attachment in attachments:
-            F += attachment.end_force(v)
-        for line, load in self.end_loads.items():
-            F += coupling.end_force(load, v) * self.ds(2 * line + 2)
         return F
+
+    def end_residuals(self, test):
+        """The last term of (11)_1 for the free ends that are pulled, each a form of its own."""
+        v = ufl.split(test)[0]
+        return [coupling.end_force(load, v) * self.end_measure(k, 1) for k, load in self.end_loads.items()]
 
     # -- time -------------------------------------------------------------------------------------------------------
 
@@ -320,6 +246,7 @@ class Lines:
 
     def set_time(self, t):
         """Advance the sea."""
+        self.t = t
         self.sea.set_time(t)
 
     def begin(self, u):
@@ -327,10 +254,11 @@ class Lines:
         if self.bed is not None:
             self.bed.begin(u)
 
-    def accept(self, u):
-        """A step was taken."""
+    def accept(self, u) -> bool:
+        """A step was taken; whether the equations are others now."""
         if self.bed is not None:
             self.bed.accept(u)
+        return self.parting is not None and self.parting.accept(u, self.t)
 
     # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
 
@@ -345,76 +273,20 @@ class Lines:
     # -- numbers ----------------------------------------------------------------------------------------------------
 
     @property
-    def longest(self) -> float:
-        """Length of the longest line [m]."""
-        return max(c.length for c in self.sections)
-
-    @property
     def weight_per_length(self) -> float:
-        """Weight in water per unstretched length of the first line [N/m]."""
+        """Weight in water per unstretched length of the first piece [N/m]."""
         return weight_per_length(self.scene, self.section)
-
-    def _held_ends(self):
-        """(line, end, its dofs): anchors, and tops that are fixed or prescribed."""
-        for k, dofs in enumerate(self.end_dofs):
-            yield k, 0, dofs[0]
-            if self.lines[k].top(self.scene) in ("fixed", "prescribed"):
-                yield k, 1, dofs[1]
-
-    def constrained_dofs(self):
-        """Dofs that are given."""
-        return np.concatenate([dofs for _, _, dofs in self._held_ends()])
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
         if self._held is None:
-            held = [(k, end, dofs) for k, end, dofs in self._held_ends() if len(dofs)]
-            self._held = HeldEnds([(dofs, self._motion(k, end)) for k, end, dofs in held])
+            held = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
+            self._held = HeldEnds([(dofs, _motion(top)) for dofs, top in held])
         self._held.put(u, t)
-
-    def _motion(self, line, end):
-        """Of an end that is held, or its position [m]."""
-        if end == 0:
-            return self.lines[line].anchor(self.scene)
-        top = self.sections[line].top
-        return motion_of(top) if top.kind == "prescribed" else top.position
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""
-        return top_position(self.sections[line].top, t)
-
-    def anchor_dofs(self, line=0):
-        """Dofs of r at s = 0."""
-        return self.end_dofs[line][0]
-
-    def top_dofs(self, line=0):
-        """Dofs of r at s = L."""
-        return self.end_dofs[line][1]
-
-    def places(self):
-        """Mesh coordinates of the nodes, in the order of their dofs [m]."""
-        return self.node_s
-
-    def force_dofs(self):
-        """Local unknowns that are tensions."""
-        dofs = self.T_dofs.ravel()
-        return dofs if self.mean_dofs is None else np.concatenate([dofs, self.mean_dofs])
-
-    def elimination_order(self):
-        """Free owned dofs along the lines, each tension after the positions that it constrains.
-
-        In this order the saddle-point matrix has a factorisation without pivoting.
-        """
-        n = self.space.dofmap.index_map.size_local
-        place, kind = np.zeros(len(self.w.x.array)), np.ones(len(self.w.x.array))
-        place[self.node_dofs] = self.node_s[:, None]
-        kind[self.node_dofs] = 0
-        place[self.T_dofs] = self.cell_ends[:, 1][:, None]
-        if self.mean_dofs is not None:
-            place[self.mean_dofs] = self.cell_ends[:, 1]
-            kind[self.mean_dofs] = 2
-        order = np.lexsort((np.arange(n), kind[:n], place[:n]))
-        return order[~np.isin(order, self.constrained_dofs())]
+        return top_position(self.pieces[line].ends[1].top, t)
 
     def blocks(self, force):
         """Blocks of w; `force` is a typical tension [N]."""
@@ -433,27 +305,23 @@ class Lines:
         c, owned = self.section, self.space.dofmap.index_map.size_local
         sizes = np.broadcast_to(np.diff(self.cell_ends, axis=1), self.T_dofs.shape)
         mine = self.T_dofs < owned
+        density, stiffness = (
+            np.broadcast_to(np.array([getattr(c, name) for c in self.sections])[self.line_of_cell][:, None], mine.shape)
+            for name in ("line_density", "axial_stiffness")
+        )
         return OneSidedRows(
             rows=self.T_dofs[mine],
             weights=sizes[mine] / (c.tension_degree + 1),
-            inertia=c.line_density * (sizes[mine] / c.position_degree) ** 2 if self.dynamic else None,
-            compliance=1 / c.axial_stiffness,
-            rest=1 / min(c.axial_stiffness, 0.1 * force),  # measured: the fewest iterations
+            inertia=density[mine] * (sizes[mine] / c.position_degree) ** 2 if self.dynamic else None,
+            compliance=1 / stiffness[mine],
+            rest=1 / np.minimum(stiffness[mine], 0.1 * force),  # measured: the fewest iterations
         )
 
-    def set_shape(self, u, position, tension, line=0):
-        """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) of a line into the local unknowns u."""
-        nodes, cells = self.line_of_node == line, self.line_of_cell == line
-        u[self.node_dofs[nodes]] = position(self.node_s[nodes] - self.begins[line])
-        u[self.T_dofs[cells]] = tension(self.T_s[cells] - self.begins[line])
-        if self.mean_dofs is not None:
-            u[self.mean_dofs] = self.mean_tension(u)
 
-    def mean_tension(self, u):
-        """Average of T on each owned cell [N]."""
-        return u[self.T_dofs] @ self._averaging
+def _motion(top):
+    """Of an end that is held, or its position [m]."""
+    return motion_of(top) if top.kind == "prescribed" else top.position
 
-    def anchor_tension(self, u, line=0):
-        """T_h(0) of a line [N], on the rank that owns its first cell; nan elsewhere."""
-        dofs = self._anchor_cell_dofs[line]
-        return float(self._at_anchor @ u[dofs]) if len(dofs) else np.nan
+
+def _end_load(scene, piece):
+    return np.array(network_of(scene).pieces[piece].ends[1].top.force)

@@ -2,7 +2,10 @@
 
 from types import SimpleNamespace
 
+import numpy as np
 from dolfinx import fem
+
+from ..solver import compat
 
 
 class Numbers:
@@ -36,3 +39,37 @@ class Numbers:
         self.scene = scene
         for made, get in self._given:
             made.value = get(scene, self._section(scene))
+
+
+class Properties:
+    """Numbers of several sections as UFL: a Constant where all have the same, else a number on each cell of a mesh.
+
+    numbers: of the mesh, for the constants.  sections: of the scene, as a function of the scene.  which: of each owned
+    cell, the number of its section.
+    """
+
+    def __init__(self, numbers, sections, which):
+        self.numbers, self._sections, self._which, self._per_cell = numbers, sections, which, []
+
+    def of(self, get):
+        """UFL number of get(section)."""
+        values = self._values(get)
+        if len(set(values)) == 1:
+            return self.numbers.constant(lambda scene, _: get(self._sections(scene)[0]))
+        mesh = self.numbers.mesh
+        made = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0)))
+        self._per_cell.append((made, get))
+        self._fill(made, values)
+        return made
+
+    def _values(self, get):
+        return [get(section) for section in self._sections(self.numbers.scene)]
+
+    def _fill(self, made, values):
+        made.x.array[compat.cell_dofs(made.function_space)[:, 0]] = np.array(values)[self._which]
+        compat.scatter_forward(made)
+
+    def change(self):
+        """Take the numbers of the scene that `numbers` has by now."""
+        for made, get in self._per_cell:
+            self._fill(made, self._values(get))

@@ -1,12 +1,14 @@
-"""A scene as one nonlinear system: the lines on all ranks, the buoy on the rank that owns the line's upper end."""
+"""A scene as one nonlinear system: its lines on all ranks, each buoy on the rank that owns an end of a line there."""
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
 from ..errors import InputError
 from ..meshes import number_of_cells
 from ..parallel.ranks import combined, told
+from ..scene.network import attached_ends, network_of, with_buoy
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
 from ..solver.rows import smallest
@@ -14,53 +16,59 @@ from ..solver.system import System
 from ..solver.tension_only import TensionOnly
 from ..solver.unknowns import Block, Part
 from .attachment import Attachment
+from .bodies import Bodies
 from .buoy import Buoy
+from .joining import Joining
 from .lines import Lines
+from .material import weight_per_length
 from .structure import structure_of
 
 
 def _check_ranks(scene, comm):
     """dolfinx cannot work with a rank that has no cell."""
-    if scene.cable is None:
-        return
-    count = number_of_cells(scene.cable.elements)
-    if comm.size > count:
+    pieces = network_of(scene).pieces
+    count = sum(number_of_cells(piece.section.elements) for piece in pieces)
+    if pieces and comm.size > count:
         raise InputError(
             f"cable.elements = {count}: must be at least the number of MPI ranks of this run, {comm.size}."
         )
 
 
 class Problem:
-    """Lines, buoy, their attachments, and the system that couples them.
+    """Lines, bodies at their joints, buoys, their attachments, and the system that couples them.
 
-    Unknowns of a rank: [lines | attachments (6 each) | state of the buoy (13, statics 7)], each only if the scene has
-    it.  scene: may be changed by `change`.  lines: instead of those of the scene (`lines.Line`).
+    Unknowns of a rank: [lines | bodies (3 each) | attachments (6 each) | state of each buoy (13, statics 7)], each only
+    if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by `change`.
     """
 
-    def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD, lines=None):
+    def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
+        self.network = network_of(scene)
         self.route = None  # how the equilibrium was found
         _check_ranks(scene, comm)
-        self.lines = Lines(comm, scene, dynamic, lines) if scene.cable else None
-        self.buoy_rank = self._find_buoy_rank()
-        comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoy by one
-        self.buoy = Buoy(scene, dynamic) if scene.buoy and comm.rank == self.buoy_rank else None
+        self.lines = Lines(comm, scene, dynamic) if self.network.pieces else None
+        comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoys by one
+        self.bodies = Bodies(scene, dynamic) if self.network.bodies and comm.rank == 0 else None
+        #: Name of each buoy -> its rank, and on that rank the Buoy.
+        self.buoy_ranks = {name: self._rank_of(name) for name in self.network.buoys}
+        mine = (name for name, rank in self.buoy_ranks.items() if rank == comm.rank)
+        self.buoys = {name: Buoy(with_buoy(scene, name), dynamic) for name in mine}
         self.attachments = self._attach()
         #: Models of this rank, each with its evolutions, memory and forces.
-        self.models = [model for model in (self.lines, self.buoy) if model is not None]
+        self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
         parts = self._number()
-        one_sided = self.lines is not None and scene.cable.slack == "tension-only"
+        one_sided = self.lines is not None and self.lines.section.slack == "tension-only"
         self.law = TensionOnly(self.lines.one_sided_rows(self.typical_force)) if one_sided else None
-        order, ghosts = self._order()
-        numbering = Numbering(comm, max((p.offset + p.size for p in parts), default=0), order, ghosts)
+        size = max((p.offset + p.size for p in parts), default=0)
+        numbering = Numbering(comm, size, *Joining(self).numbers())
         tolerance = scene.solver.step_tolerance
-        noted = [self.buoy.wet_hull_form()] if self.buoy and self.buoy.hull else []
+        noted = [buoy.wet_hull_form() for buoy in self.buoys.values() if buoy.hull]
         self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law, noted)
         for model in self.models:
             model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
-        if self.lines and not one_sided and self.lines.elastic and not (dynamic and scene.cable.damping):
+        if self.lines and not one_sided and self.lines.elastic and not (dynamic and self.lines.cable.damping):
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
             self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
             self.newton.fault = self._inside_out
@@ -75,118 +83,122 @@ class Problem:
 
     def _softest(self):
         """Smallest axial stiffness as the forms have it at the moment [N]."""
-        EA = self.lines.cable.EA
-        return float(np.min(EA.value if isinstance(EA, fem.Constant) else EA.x.array))
+        c = self.lines.cable
+        if c.compliance is not None:
+            return 1 / float(np.max(c.compliance.x.array))
+        return float(np.min(c.EA.value if isinstance(c.EA, fem.Constant) else c.EA.x.array))
 
-    def _find_buoy_rank(self):
-        if self.lines is None:
-            return 0
-        tags = self.lines.ends
-        owned = tags.indices[tags.values == 2] < self.lines.mesh.topology.index_map(0).size_local
-        holders = self.comm.allgather(bool(np.any(owned)))
-        return holders.index(True)
+    @property
+    def buoy(self) -> Buoy | None:
+        """The buoy of a scene that has one, on its rank; of several the first one of this rank."""
+        return next(iter(self.buoys.values()), None)
+
+    @property
+    def buoy_rank(self) -> int:
+        """Rank of the first buoy."""
+        return next(iter(self.buoy_ranks.values()), 0)
+
+    def _rank_of(self, name):
+        """The rank of a buoy: that of the first line's end there."""
+        for piece, end in attached_ends(self.network):
+            if self.network.pieces[piece].ends[end].name == name:
+                return self.comm.allgather(self.lines.owns_end(piece, end)).index(True)
+        return 0
 
     def _attach(self):
-        """Tops of lines that are on the buoy."""
-        if self.lines is None:
-            return []
-        tops = [k for k, line in enumerate(self.lines.lines) if line.top(self.scene) == "buoy"]
-        return [Attachment(self.lines, 2 * k + 2, self.buoy, self.buoy and self.buoy.offset) for k in tops]
+        """Ends of lines that are on buoys, buoy after buoy."""
+        found = []
+        for piece, end in attached_ends(self.network):
+            held = self.network.pieces[piece].ends[end]
+            buoy, rank = self.buoys.get(held.name), self.buoy_ranks[held.name]
+            offset = buoy and (buoy.offset_of(held.fairlead) if held.fairlead else buoy.offset)
+            found.append(Attachment(self.lines, piece, end, rank, buoy, offset))
+        return found
+
+    def attached_to(self, buoy) -> list[Attachment]:
+        """Attachments of a Buoy of this rank."""
+        return [attachment for attachment in self.attachments if attachment.buoy is buoy]
 
     def _number(self):
         """Give the unknowns their places; returns the parts of this rank."""
         parts, offset = [], 0
+
+        def add(model, name, function):
+            nonlocal offset
+            model.part = Part(name, function, offset)
+            parts.append(model.part)
+            offset += model.part.size
+
         if self.lines:
-            self.lines.part = Part("cable", self.lines.w, offset)
-            parts.append(self.lines.part)
-            offset += self.lines.part.size
+            add(self.lines, "cable", self.lines.w)
+        if self.bodies:
+            add(self.bodies, "bodies", self.bodies.state)
         for attachment in self.attachments:
             attachment.number(offset)
             parts += [part for part in (attachment.line_part, attachment.body_part) if part]
             offset += attachment.line_part.size
-        if self.buoy:
-            self.buoy.part = Part("buoy", self.buoy.state, offset)
-            parts.append(self.buoy.part)
+        for buoy in self.buoys.values():
+            add(buoy, "buoy", buoy.state)
         return parts
 
     def residuals(self):
         """All equations of this rank, [(part that is tested, linear form), ...]."""
         found = []
         if self.lines:
-            found.append((self.lines.part, self.lines.residual(self.lines.part.test, self.attachments)))
-            r = self.lines.kinematics()[0]
+            lines, test = self.lines, self.lines.part.test
+            forces = [attachment.end_force(_positions(test)) for attachment in self.attachments]
+            found += [(lines.part, form) for form in (lines.residual(test), *forces, *lines.end_residuals(test))]
+            r = lines.kinematics()[0]
             found += [(attachment.line_part, attachment.position_equation(r)) for attachment in self.attachments]
-        if self.buoy:
-            found += self.buoy.residuals(self.attachments)
+        if self.bodies:
+            found.append((self.bodies.part, self.bodies.residual(self.bodies.part.test)))
+        for buoy in self.buoys.values():
+            found += buoy.residuals(self.attached_to(buoy))
         return found
 
     def _blocks(self):
+        """Blocks of this rank; those of bodies and buoys have the same names on every rank, for messages."""
         blocks, force = [], self.typical_force
         if self.lines:
             blocks += self.lines.blocks(force)
-        if self.scene.buoy:
-            if self.buoy:
-                mine = self._buoy_blocks(force)
-                self.comm.bcast([b.name for b in mine], root=self.buoy_rank)
-            else:  # the same names on every rank, for messages
-                names = self.comm.bcast(None, root=self.buoy_rank)
-                mine = [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
-            blocks += mine
+        length = self.lines.longest if self.lines else 0.0
+        if self.network.bodies:
+            blocks += self._told(self.bodies and self.bodies.blocks(length, force), 0)
+        for name, rank in self.buoy_ranks.items():
+            buoy = self.buoys.get(name)
+            blocks += self._told(buoy and self._buoy_blocks(buoy, length, force), rank)
         return blocks
 
-    def _buoy_blocks(self, force):
-        length = self.lines.longest if self.lines else 0.0
-        blocks = self.buoy.blocks(length, force)
-        for attachment in self.attachments:
-            blocks += attachment.blocks(*self.buoy.reach_and_force(length, force), self.buoy.mass.mass)
+    def _told(self, mine, rank):
+        """Blocks of a rank; on the others empty ones of their names."""
+        names = self.comm.bcast([b.name for b in mine] if mine else None, root=rank)
+        return mine or [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
+
+    def _buoy_blocks(self, buoy, length, force):
+        blocks = buoy.blocks(length, force)
+        for attachment in self.attached_to(buoy):
+            blocks += attachment.blocks(*buoy.reach_and_force(length, force), buoy.mass.mass)
         return blocks
 
     @property
     def typical_force(self) -> float:
         """Size of a tension in this scene [N], for scaling."""
         scene, sizes = self.scene, [1e-6]
-        if scene.cable:
-            c = scene.cable
-            sizes += [abs(self.lines.weight_per_length) * c.length, c.line_density * c.length]
-            if c.top is not None:
-                sizes += [float(np.linalg.norm(c.top.force)), self._stretching_force()]
-        if scene.buoy:
-            sizes.append(scene.buoy.mass * scene.gravity)
-        if scene.external_force:
-            sizes.append(float(np.linalg.norm(scene.external_force.force)))
+        for piece in self.network.pieces:
+            c = piece.section
+            weight = abs(weight_per_length(scene, c)) * c.length
+            sizes += [weight, c.line_density * c.length]
+            if piece.ends[1].top is not None:
+                sizes += [float(np.linalg.norm(piece.ends[1].top.force)), _stretching_force(piece, weight)]
+        for body in self.network.bodies.values():
+            displaced = scene.sea.density * body.volume if scene.sea else 0.0
+            sizes.append(abs(body.mass - displaced) * scene.gravity)
+        for name, buoy in self.network.buoys.items():
+            sizes.append(buoy.mass * scene.gravity)
+            pull = with_buoy(scene, name).external_force
+            if pull:
+                sizes.append(float(np.linalg.norm(pull.force)))
         return max(sizes)
-
-    def _stretching_force(self):
-        """Tension of an elastic cable whose ends are farther apart than its length, or just as far [N]."""
-        c = self.scene.cable
-        if c.top.position is None or np.isinf(c.axial_stiffness):
-            return 0.0
-        strain = float(np.linalg.norm(np.subtract(c.top.position, self.scene.anchor))) / c.length - 1
-        level = (c.axial_stiffness * (self.lines.weight_per_length * c.length) ** 2 / 24) ** (1 / 3)  # and just taut
-        return max(c.axial_stiffness * strain, level if strain > -1e-6 else 0.0)
-
-    def _order(self):
-        """Elimination order of the free owned unknowns, and the ghosts' (local, global) numbers."""
-        order, ghosts = np.zeros(0, int), None
-        if self.lines:
-            order = self.lines.elimination_order()
-        if self.buoy:
-            behind = [self.buoy.part.slice, *(attachment.slice for attachment in self.attachments)]
-            order = np.concatenate([order, *(np.arange(place.start, place.stop) for place in behind)])
-        if self.lines and self.comm.size > 1:
-            ghosts = self._ghost_numbers(order)
-        return order, ghosts
-
-    def _ghost_numbers(self, order):
-        first = self.comm.scan(len(order)) - len(order)
-        n = self.lines.space.dofmap.index_map.size_local
-        number = fem.Function(self.lines.space)
-        number.x.array[:] = -1
-        mine = order < n
-        number.x.array[order[mine]] = first + np.flatnonzero(mine)
-        number.x.scatter_forward()
-        ghosts = np.arange(n, self.lines.part.size)
-        return ghosts, number.x.array[ghosts].astype(np.int64)
 
     def change(self, scene):
         """Take the numbers of another scene, for which nothing has to be compiled or built anew.
@@ -195,9 +207,12 @@ class Problem:
         """
         if structure_of(scene) != structure_of(self.scene):
             raise ValueError("the scenes differ in more than numbers")
-        self.scene = scene
-        for model in self.models:
-            model.change(scene)
+        self.scene, self.network = scene, network_of(scene)
+        for model in (self.lines, self.bodies):
+            if model is not None:
+                model.change(scene)
+        for name, buoy in self.buoys.items():
+            buoy.change(with_buoy(scene, name))
         if self.law is not None:
             self.law.resize(self.lines.one_sided_rows(self.typical_force))
         self.system.blocks[:] = self._blocks()
@@ -223,8 +238,7 @@ class Problem:
     def force_dofs(self):
         """Local unknowns that are tensions, or forces at attachments."""
         found = [np.zeros(0, dtype=int), *(model.force_dofs() for model in self.models)]
-        if self.buoy:
-            found += [a.force_dofs() for a in self.attachments]
+        found += [a.force_dofs() for a in self.attachments if a.rank == self.comm.rank]
         return np.concatenate(found)
 
     # -- numbers ------------------------------------------------------------------------------------------------------
@@ -234,48 +248,49 @@ class Problem:
         means = self.lines.mean_tension(self.system.u)
         return combined(self.comm, means.min(initial=np.inf), MPI.MIN)
 
-    def end_tension(self, fresh=True, line=0):
-        """T_bnd, the force that holds the upper end of a line [N], on every rank; None without lines.
+    def end_force(self, piece, end, fresh=True) -> np.ndarray:
+        """The force that holds an end of a piece of line [N], on every rank: at a joint its part of the sum there.
 
-        Of a fixed or prescribed top it is the reaction: the residual of Eq. (11)_1 at the end node.  With
-        fresh = False the residual is the one that Newton evaluated last.
+        Where the end is held, or at a joint, the reaction with all that acts on the element there and moves it: the
+        residual of Eq. (11)_1 at that node.  With fresh = False the residual is the one that Newton evaluated last.
         """
-        if self.lines is None:
-            return None
-        kind = self.lines.lines[line].top(self.scene)
-        if kind == "buoy":
-            mine = -self.attachment_of(line).of(self.system.u).force if self.buoy else None
-            return told(self.comm, mine, self.buoy_rank)
-        if kind == "free":
-            return np.array(self.lines.sections[line].top.force)
-        return self._reaction(self.lines.top_dofs(line), fresh)
-
-    def anchor_force(self, fresh=True, line=0):
-        """The force that holds s = 0 of a line [N], on every rank; None without lines.
-
-        The reaction, with all that acts on the first element and moves it: the residual of Eq. (11)_1 at that node.
-        With fresh = False the residual is the one that Newton evaluated last.
-        """
-        return None if self.lines is None else self._reaction(self.lines.anchor_dofs(line), fresh)
-
-    def _reaction(self, dofs, fresh):
-        """Residual at three dofs that are given, empty where another rank has them [N]."""
+        holder = self.network.pieces[piece].ends[end]
+        if holder.kind == "buoy":
+            attachment = self.attachment_of(piece, end)
+            mine = -attachment.of(self.system.u).force if attachment.buoy else None
+            return told(self.comm, mine, attachment.rank)
+        if holder.kind == "free":
+            return np.array(holder.top.force)
         residual = self.system.evaluate() if fresh else self.system.last_residual
-        return combined(self.comm, residual[dofs] if len(dofs) else np.zeros(3), MPI.SUM)
+        owned = self.lines.end_dofs[piece][end] if self.lines.owns_end(piece, end) else []
+        return combined(self.comm, residual[owned] if len(owned) else np.zeros(3), MPI.SUM)
+
+    def end_tension(self, fresh=True, cable=0):
+        """T_bnd, the force that holds the upper end of a cable [N], on every rank; None without lines."""
+        return None if self.lines is None else self.end_force(self.network.last_of(cable), 1, fresh)
+
+    def anchor_force(self, fresh=True, cable=0):
+        """The force that holds s = 0 of a cable [N], on every rank; None without lines."""
+        return None if self.lines is None else self.end_force(self.network.first_of(cable), 0, fresh)
 
     def end_forces(self, fresh=True) -> dict[str, np.ndarray]:
-        """Forces that hold the ends of the cable [N], by their names in a record; empty without one."""
+        """Forces that hold the ends of the cable [N], of several (cable, 3), by their names in a record."""
         if self.lines is None:
             return {}
-        return {"anchor_force": self.anchor_force(fresh), "end_tension": self.end_tension(fresh)}
+        cables = range(len(self.network.cables))
+        found = {
+            name: [get(fresh, k) for k in cables]
+            for name, get in (("anchor_force", self.anchor_force), ("end_tension", self.end_tension))
+        }
+        return {name: forces[0] if len(cables) == 1 else np.array(forces) for name, forces in found.items()}
 
-    def attachment_of(self, line) -> Attachment:
-        """The attachment of a line's upper end."""
-        return next(a for a in self.attachments if a.tag == 2 * line + 2)
+    def attachment_of(self, piece, end=1) -> Attachment:
+        """The attachment of an end of a piece of line."""
+        return next(a for a in self.attachments if (a.piece, a.end) == (piece, end))
 
-    def anchor_tension(self, line=0) -> float:
-        """T_h(0) of a line [N], on every rank."""
-        mine = self.lines.anchor_tension(self.system.u, line)
+    def anchor_tension(self, cable=0) -> float:
+        """T_h(0) of a cable [N], on every rank."""
+        mine = self.lines.anchor_tension(self.system.u, self.network.first_of(cable))
         values = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
         return next(v for v in values if not np.isnan(v))
 
@@ -289,3 +304,18 @@ class Problem:
     def destroy(self):
         """Give PETSc's objects back."""
         self.newton.destroy()
+
+
+def _positions(test):
+    """The part of a test function of the lines that belongs to positions."""
+    return ufl.split(test)[0]
+
+
+def _stretching_force(piece, weight):
+    """Tension of an elastic line whose ends are farther apart than its length, or just as far [N]."""
+    c, (low, high) = piece.section, piece.ends
+    if low.top is None or high.top is None or high.top.position is None or np.isinf(c.axial_stiffness):
+        return 0.0
+    strain = float(np.linalg.norm(np.subtract(high.top.position, low.top.position))) / c.length - 1
+    level = (c.axial_stiffness * weight**2 / 24) ** (1 / 3)  # and just taut
+    return max(c.axial_stiffness * strain, level if strain > -1e-6 else 0.0)

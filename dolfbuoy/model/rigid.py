@@ -47,6 +47,13 @@ def axis_offset(buoy, height) -> np.ndarray:
     return np.array([0.0, 0.0, height - mass_properties(buoy, shape_of(buoy)).height])
 
 
+def mooring_offset(buoy, fairlead: str | None = None) -> np.ndarray:
+    """Body vector from C to a fairlead of a section [buoy], or to its mooring point on the axis [m]."""
+    if fairlead is None:
+        return axis_offset(buoy, buoy.mooring_height)
+    return axis_offset(buoy, 0.0) + np.array(buoy.fairleads[fairlead])
+
+
 def rotation_of(q4) -> np.ndarray:
     """Rotation matrix of a quaternion (q0, q)."""
     from scipy.spatial.transform import Rotation  # a cable alone needs none of it: 0.04 s of every start

@@ -38,6 +38,12 @@ def plane(scene) -> tuple[np.ndarray, float]:
     return normal, -scene.sea.depth * float(normal[2])
 
 
+def height_of_bed(scene, points) -> np.ndarray:
+    """z of the bed [m] under points (..., 3), or (..., 2), of a scene with a sea."""
+    slope = scene.seabed.slope if scene.seabed else (0.0, 0.0)
+    return np.asarray(points, dtype=float)[..., :2] @ slope - scene.sea.depth
+
+
 def largest_sag(scene) -> float:
     """How deep the heaviest line or body may sink under its own weight [m]: it costs 1.2 sag/depth of a tension."""
     return min(1e-4 * scene.sea.depth, 0.01)

@@ -90,7 +90,7 @@ def _solve_tension(simulation, u0):
     system, lines = simulation.system, simulation.problem.lines
     evolution = next(evolution for evolution in simulation.past.evolutions if evolution.part is lines.part)
     evolution.hand_out(0, 0.0, simulation.past.rate_of(lines.part))
-    cells = lines.T_dofs[: lines.mesh.topology.index_map(1).size_local].astype(np.int32)
+    cells = lines.T_dofs[lines.stretches].astype(np.int32)
     numbers = system.numbering.lgmap.apply(cells).reshape(cells.shape)
     system.u[:] = u0
     for _ in range(20):

@@ -11,6 +11,7 @@ import ufl
 from dolfinx import fem
 
 from ..forms import cable as cable_form
+from ..forms import joint as joint_form
 from ..model import effects
 from ..model.rigid import rotation_of
 from ..solver.real import real_space
@@ -35,8 +36,10 @@ class Meter:
         self.simulation, self._forms = simulation, []
         if simulation.problem.lines:
             self._add(simulation.problem.lines, self._lines(simulation.problem.lines))
-        if simulation.problem.buoy:
-            self._add(simulation.problem.buoy, self._buoy(simulation.problem.buoy))
+        if simulation.problem.bodies:
+            self._add(simulation.problem.bodies, self._bodies(simulation.problem.bodies))
+        for buoy in simulation.problem.buoys.values():
+            self._add(buoy, self._buoy(buoy))
 
     def _add(self, model, densities):
         """densities: [(account, integrand, measure)]; one linear form, whose components are the accounts."""
@@ -48,18 +51,30 @@ class Meter:
 
     @staticmethod
     def _lines(lines):
-        r, _, e, v, _ = lines.kinematics()
+        r, T, e, v, _ = lines.kinematics()
         c, dx, water = lines.cable, lines.dx, lines.water_at(r).velocity
         weight = cable_form.weight_in_water(c, lines.gravity, lines.sea.density)
         found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
         if e is not None:
-            found.append(("elastic", 0.5 * c.EA * e**2, dx))
+            found.append(("elastic", cable_form.elastic_energy(c, e, T, r, v), dx))
         for effect, force in lines.water_forces():
             f = cable_form.stretched(c, e, force)
             found += _powers(effect.account, f, v, water, dx)
         found += [(effect.account, power, dx) for effect, power in lines.material_powers()]
         if lines.bed is not None:
             found += [(account, value, dx) for account, value in lines.bed.powers()]
+        return found
+
+    @staticmethod
+    def _bodies(bodies):
+        r, v, _ = bodies.kinematics()
+        body, dx, water = bodies.body, bodies.dx, bodies.water_at(r).velocity
+        weight = joint_form.weight_in_water(body, bodies.gravity, bodies.sea.density)
+        found = [("kinetic", 0.5 * body.mass * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
+        for effect, force in bodies.water_forces():
+            found += _powers(effect.account, force, v, water, dx)
+        if bodies.bed is not None:
+            found += [(account, value, dx) for account, value in bodies.bed.powers()]
         return found
 
     @staticmethod
@@ -79,7 +94,8 @@ class Meter:
         """All numbers at the present time."""
         accounts = dict.fromkeys(effect.account for effect in effects.EFFECTS)
         values = dict.fromkeys((*STORED, "drag", "stream", *accounts, "top"), 0.0)
-        for model in self.simulation.problem.models:
+        problem = self.simulation.problem
+        for model in problem.models:
             model.publish_points()
         for names, part, contribution in self._forms:
             b = np.zeros(part.size)
@@ -87,14 +103,22 @@ class Meter:
             contribution.add_to_vector(b)
             for name, value in zip(names, b, strict=False):
                 values[name] += float(value)
-        problem = self.simulation.problem
-        if problem.buoy:
-            self._add_body(problem.buoy, values)
-        elif problem.lines:
-            lines = problem.lines
-            v = lines.gamma_v.value * problem.system.u[lines.part.slice] + lines.history_v.x.array
-            values["top"] = float(self.simulation.end_tension @ v[lines.top_dofs()])
+        for buoy in problem.buoys.values():
+            self._add_body(buoy, values)
+        if problem.lines:
+            values["top"] = self._work_at_ends(problem)
         return values
+
+    @staticmethod
+    def _work_at_ends(problem):
+        """Power of the forces on prescribed and free ends [W]."""
+        lines, found = problem.lines, 0.0
+        v = lines.gamma_v.value * problem.system.u[lines.part.slice] + lines.history_v.x.array
+        for k, piece in enumerate(problem.network.pieces):
+            for i, end in enumerate(piece.ends):
+                if end.kind in ("prescribed", "free"):
+                    found += float(problem.end_force(k, i, fresh=False) @ v[lines.end_dofs[k][i]])
+        return found
 
     def _add_body(self, buoy, values):
         """Energy of the rigid body."""

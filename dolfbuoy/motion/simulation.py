@@ -60,9 +60,6 @@ class Simulation:
         u = self.system.u
         self.problem.set_time(0.0)
         start.put(self.problem, u)
-        for model in self.problem.models:
-            model.begin(u)
-        start.remember(self.problem)
         self.begin(start.line_velocity)
         self.set_end_forces(start.end_forces)
         if not start.at_rest:
@@ -211,8 +208,9 @@ class Simulation:
     def _accept(self, t):
         self._read_end_forces()
         u = self.system.u
-        for model in self.problem.models:
-            model.accept(u)
+        changed = [model.accept(u) for model in self.problem.models]
+        if any(changed):
+            self.newton.forget()
         self.past.accept()
         self.predictor.add(t, u)
         self.t = t

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from ..model.seabed import height_of_bed
 from ..scene.settings import period_of
 from .drawing import after_ramp, figure_of, legend_above, mean_over_time
 from .paths import equal_axes, label_axes, panel_height, widest
@@ -27,7 +28,7 @@ def shapes(record, scene=None) -> Figure:
     axes.plot(*curves[0, 0], "s", color=COLORS["ink"], ms=4)
     equal_axes(axes, seen)
     label_axes(axes, "xy"[wide], "z")
-    if _draw_levels(axes, scene, seen):
+    if _draw_levels(axes, scene, seen, _bed_below(scene, x, wide)):
         legend_above(axes, 2)
     if len(t) > 1:
         figure.colorbar(lines, ax=axes, label="time [s]", shrink=0.9, aspect=25)
@@ -43,17 +44,32 @@ def _levels(scene, curves):
     return [[[x, z]] for z in (0.0, -scene.sea.depth) if low[1] - room <= z <= high[1] + room]
 
 
-def _draw_levels(axes, scene, seen):
+def _bed_below(scene, x, wide):
+    """Ends (2,) and heights (2,) of the bed in the picture of the positions x, wide of what they take up."""
+    if scene.sea is None:
+        return None
+    ends = np.array([x.reshape(-1, 3).mean(axis=0)] * 2)
+    low, high = x[..., wide].min(), x[..., wide].max()
+    ends[:, wide] = 2 * low - high, 2 * high - low
+    return ends[:, wide], height_of_bed(scene, ends)
+
+
+def _draw_levels(axes, scene, seen, bed):
     """Still water and bed behind the curves, what is below the bed shaded; returns whether any is in the picture."""
     if scene.sea is None:
         return False
-    low, high, bed = seen[:, 1].min(), seen[:, 1].max(), -scene.sea.depth
+    (low, high), (ends, heights) = (seen[:, 1].min(), seen[:, 1].max()), bed
     if high >= 0:
         axes.axhline(0, color=COLORS["sky"], lw=1.2, zorder=1, label="still water")
-    if low <= bed:
-        axes.axhline(bed, color=COLORS["sand"], lw=1.2, zorder=1, label="sea bed")
-        axes.axhspan(2 * bed - high, bed, color=COLORS["sand"], alpha=0.35, lw=0, zorder=0.5)
-    return high >= 0 or low <= bed
+    if low <= heights.max():
+        style = {"color": COLORS["sand"], "zorder": 1}
+        if np.ptp(heights):
+            axes.plot(ends, heights, lw=1.2, label="sea bed", **style)
+            axes.fill_between(ends, heights, heights.min() - (high - low), color=COLORS["sand"], alpha=0.35, lw=0)
+        else:
+            axes.axhline(heights[0], lw=1.2, label="sea bed", **style)
+            axes.axhspan(2 * heights[0] - high, heights[0], color=COLORS["sand"], alpha=0.35, lw=0, zorder=0.5)
+    return high >= 0 or low <= heights.max()
 
 
 def _chosen_frames(frames, period, count=13):

@@ -13,7 +13,9 @@ import numpy as np
 import xarray as xr
 
 from ..errors import InputError
+from ..parallel.cases import store_in
 from ..scene import Scene
+from ..scene.variants import SEED
 from . import cycles
 from .drawing import scene_of
 from .extremes import COVERED, Gumbel, fit_gumbel
@@ -48,23 +50,54 @@ class Fatigue:
 
 @dataclass(frozen=True)
 class Run:
-    """A sample, the name of its run, and what makes runs a set."""
+    """A sample, the name of its run, what makes runs a set, and what the cases of a sweep change but for the seed."""
 
     name: str
     sample: dict
     set: str
+    changes: dict | None = None
 
 
 def statistics(runs, start: float | None = None, point=None, **fatigue) -> xr.Dataset:
     """Statistics of runs, the ramp left out: a dataset over `run` and `set`, see `together`.
 
-    runs: records, folders of runs, or one of either.  start [s], point [m]: see `sample.sample_of`.  fatigue: the
-    fields of Fatigue.  Raises InputError for a folder without a run, a run that ends in the ramp, or a bad number.
+    runs: records, folders of runs or of sweeps, or one of them.  start [s], point [m]: see `sample.sample_of`, not of
+    sweeps.  fatigue: the fields of Fatigue.  Raises InputError for a folder without a run, a run that ends in the ramp,
+    or a bad number.
     """
     runs = [runs] if isinstance(runs, xr.Dataset | str | Path) else list(runs)
-    if not runs:
+    return together(runs_of(runs, start, point), Fatigue(**fatigue))
+
+
+def runs_of(sources, start: float | None = None, point=None) -> list[Run]:
+    """Of records, folders of runs, and folders of sweeps, whose cases are runs each.  Raises InputError."""
+    found = []
+    for k, source in enumerate(sources):
+        if not isinstance(source, xr.Dataset) and (Path(source) / "cases").is_dir():
+            if start is not None or point is not None:
+                raise InputError(f"{source}: a sweep keeps no records: its statistics begin behind the ramp.")
+            found += _cases_in(Path(source))
+        else:
+            found.append(_run(source, k, start, point))
+    if not found:
         raise InputError("There is no run to make statistics of.")
-    return together([_run(run, k, start, point) for k, run in enumerate(runs)], Fatigue(**fatigue))
+    return found
+
+
+def _cases_in(folder):
+    """Runs of a sweep; those that failed, or end in their ramp, are left out."""
+    found = []
+    for entry in store_in(folder).entries.values():
+        result = entry["result"]
+        if not result.get("sample"):
+            continue
+        changes = result["changes"]
+        name = ", ".join(f"{key} = {value}" for key, value in changes.items())
+        state = {key: value for key, value in changes.items() if key != SEED}
+        found.append(Run(name, result["sample"], json.dumps([result["base"], state], sort_keys=True), state))
+    if not found:
+        raise InputError(f"{folder} holds no case of a sweep that has run beyond its ramp.")
+    return sorted(found, key=lambda run: (run.set, run.name))
 
 
 def _run(source, number, start, point):

@@ -1,5 +1,6 @@
 """What is recorded of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
 
+import itertools
 import math
 import time as clock
 
@@ -11,11 +12,11 @@ from ..model.buoy import MOTION, REST
 from ..model.components import components_of
 from ..model.rigid import mass_properties, shape_of
 from ..model.wet_hull import SUBMERGED
+from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.rows import picked, traced
 from ..solver.unknowns import Part
 from ..version import __version__
-from .record import SERIES
 
 
 class Observer:
@@ -25,12 +26,13 @@ class Observer:
     """
 
     def __init__(self, problem, end_forces=None):
-        self.problem, self.comm, self._wet, self._lying = problem, problem.comm, None, np.zeros(4)
-        buoy = problem.scene.buoy
-        self._mass = mass_properties(buoy, shape_of(buoy)).mass if buoy else None
-        if problem.buoy and problem.scene.sea:
-            form = problem.buoy.wet_hull_form()
-            self._wet = problem.system.functional(form, Part("wet hull", _function_of(form), 0))
+        self.problem, self.comm, self.network = problem, problem.comm, problem.network
+        self._masses = np.array([mass_properties(b, shape_of(b)).mass for b in self.network.buoys.values()])
+        self._wet, self._lying = {}, np.zeros((len(self.network.cables), 4))
+        for name, buoy in problem.buoys.items():
+            if problem.scene.sea:
+                form = buoy.wet_hull_form()
+                self._wet[name] = problem.system.functional(form, Part("wet hull", _function_of(form), 0))
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
             self._places[name] = slice(self.width, self.width + len(entries))
@@ -40,22 +42,60 @@ class Observer:
 
     def _sources(self, end_forces):
         """What is noted at an instant, by name: where its numbers stand, as `picked` has them; 0 on other ranks."""
-        problem, u, found = self.problem, self.problem.system.u, {}
+        problem, u, found, root = self.problem, self.problem.system.u, {}, self.comm.rank == 0
         for name, force in end_forces.items():
-            found[name] = _all_of(force, self.comm.rank == 0)
+            found[name] = _all_of(force, root)
         if problem.lines:
-            tension = lambda: problem.lines.anchor_tension(u)  # noqa: E731
-            found["tension_anchor"] = traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
+            found["tension_anchor"] = _joined(map(self._tension_at, range(len(self.network.cables))))
             if problem.lines.bed is not None:
-                found["bed"] = _all_of(self._lying, self.comm.rank == 0)
-        if problem.scene.buoy:
-            mine, fields = problem.buoy is not None, MOTION if problem.dynamic else REST
-            found["buoy"] = _all_of(u[problem.buoy.part.slice] if mine else np.zeros(fields.size))
-            for attachment in problem.attachments:
-                found["mooring"] = _all_of(u[attachment.slice], mine)
+                found["bed"] = _all_of(self._lying, root)
+        if self.network.buoys:
+            fields = MOTION if problem.dynamic else REST
+            mine = [problem.buoys.get(name) for name in self.network.buoys]
+            states = [u[buoy.part.slice] if buoy else np.zeros(fields.size) for buoy in mine]
+            found["buoy"] = _joined(map(_all_of, states))
             if problem.scene.sea:
-                found["water"] = _all_of(self._wet.out if mine else np.zeros(SUBMERGED))
+                wet = [self._wet[name].out if name in self._wet else np.zeros(SUBMERGED) for name in self.network.buoys]
+                found["water"] = _joined(map(_all_of, wet))
+        if problem.attachments:
+            found["mooring"] = _joined(_all_of(u[a.slice], a.buoy is not None) for a in problem.attachments)
+        if self.network.joints:
+            found["joint"] = _joined(map(self._place_of, self.network.joints))
         return found
+
+    def _tension_at(self, cable):
+        """Entries of T_h(0) of a cable."""
+        problem, u, piece = self.problem, self.problem.system.u, self.network.first_of(cable)
+
+        def tension():
+            return problem.lines.anchor_tension(u, piece)
+
+        return traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
+
+    def _place_of(self, joint):
+        """Entries of the place of a joint, from the first end there."""
+        lines = self.problem.lines
+        ends = (
+            (k, i)
+            for k, piece in enumerate(self.network.pieces)
+            for i, end in enumerate(piece.ends)
+            if end.name == joint
+        )
+        piece, end = next(ends)
+        if not lines.owns_end(piece, end):
+            return _all_of(np.zeros(3))
+        return [(self.problem.system.u, int(dof), 1.0) for dof in lines.end_dofs[piece][end]]
+
+    def labels(self) -> dict[str, np.ndarray]:
+        """Labels of the dimensions that this record has beside those of all: names of several cables, of joints, ..."""
+        found, n = {"cable": self.network.cables, "buoy": self.network.buoys}, self.network
+        found = {name: list(names) for name, names in found.items() if len(names) > 1}
+        ends = [(n.cables[n.pieces[k].cable], ("from", "to")[end]) for k, end in attached_ends(n)]
+        if len(ends) > 1:
+            found["attachment"] = [".".join(end) for end in ends]
+        if n.joints:
+            found["joint"] = list(n.joints)
+        return {name: np.array(names) for name, names in found.items()}
 
     def values(self, end_forces):
         """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
@@ -66,12 +106,12 @@ class Observer:
 
     def note(self):
         """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
-        if self._wet is not None:
+        if self._wet:
             self.problem.system.read_given()
-            self._wet()
+            for wet in self._wet.values():
+                wet()
         if "bed" in self._places:
-            found = self.problem.lines.bed.lying(self.problem.system.u)
-            self._lying[:] = found.length, *found.touchdown
+            self._note_bed()
         self._pick()
         if self.comm.size == 1:
             return self._row
@@ -79,34 +119,49 @@ class Observer:
         self.comm.Reduce(self._row, total)
         return total if self.comm.rank == 0 else None
 
+    def _note_bed(self):
+        """What of each cable lies, and where its uppermost piece that does leaves the bed."""
+        bed, u = self.problem.lines.bed, self.problem.system.u
+        for cable, row in enumerate(self._lying):
+            pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)
+            found = [bed.lying(u, piece) for piece in pieces]
+            last = next((one for one in reversed(found) if one.length > 0), found[-1])
+            row[:] = sum(one.length for one in found), *last.touchdown
+
     def values_of(self, rows):
         """Quantities at instants (..., numbers of `note`), names as in results.SERIES (without time and solver)."""
         noted = {name: rows[..., place] for name, place in self._places.items()}
-        values = {name: noted[name] for name in noted if name in SERIES}
-        if "tension_anchor" in values:
-            values["tension_anchor"] = noted["tension_anchor"][..., 0]
+        values = {}
+        for name in ("anchor_force", "end_tension"):
+            if name in noted:
+                values[name] = _each(noted[name], 3)
+        if "tension_anchor" in noted:
+            values["tension_anchor"] = _each(noted["tension_anchor"], 1)[..., 0]
         if "end_tension" in values:
-            values["tension_top"] = length(noted["end_tension"])
+            values["tension_top"] = length(values["end_tension"])
         if "bed" in noted:
-            values["length_on_bed"], values["touchdown"] = noted["bed"][..., 0], noted["bed"][..., 1:]
+            bed = _each(noted["bed"], 4)
+            values["length_on_bed"], values["touchdown"] = bed[..., 0], bed[..., 1:]
         if "buoy" in noted:
             fields = MOTION if self.problem.dynamic else REST
-            y = fields.of(noted["buoy"])
+            y = fields.of(_each(noted["buoy"], fields.size))
             values |= {"buoy_position": y.position, "buoy_orientation": y.orientation}
             values["cone_angle"] = cone_angle(y.orientation)
             values["roll"], values["pitch"], values["yaw"] = roll_pitch_yaw(y.orientation)
             if self.problem.dynamic:
                 values |= {"linear_momentum": y.momentum, "angular_momentum": y.angular_momentum}
         if "mooring" in noted:
-            values["mooring_point"], values["mooring_force"] = FIELDS.of(noted["mooring"])
+            values["mooring_point"], values["mooring_force"] = FIELDS.of(_each(noted["mooring"], FIELDS.size))
         if "water" in noted:
-            values |= self._wet_hull(noted["water"], y.position)
+            values |= self._wet_hull(_each(noted["water"], SUBMERGED), y.position)
+        if "joint" in noted:
+            values["joint_position"] = noted["joint"].reshape(*noted["joint"].shape[:-1], -1, 3)
         return values
 
     def _wet_hull(self, b, position):
         """Of the numbers of `Buoy.wet_hull_form`."""
         mass, wet = b[..., 0], b[..., 4]
-        dry = mass <= 1e-9 * self._mass
+        dry = mass <= 1e-9 * (self._masses if len(self._masses) > 1 else self._masses[0])
         with np.errstate(divide="ignore", invalid="ignore"):
             center, diameter = b[..., 1:4] / mass[..., None], b[..., 5] / wet
         return {
@@ -129,15 +184,33 @@ class Observer:
         return dict(zip(names, components_of(waves).as_rows().T, strict=True))
 
     def _along(self):
-        cable = self.problem.lines
-        if cable is None:
+        """Of a network: cable after cable, each from its lower end on, and which cable and segment they belong to."""
+        lines = self.problem.lines
+        if lines is None:
             return {}
-        s = self._gather(cable.node_s[: cable.owned_nodes])
-        middle = self._gather(cable.cell_ends.mean(axis=1))
+        s = self._gather(lines.node_s[: lines.owned_nodes])
+        middle = self._gather(lines.cell_ends.mean(axis=1))
         if self.comm.rank != 0:
             return {}
         self._node_order, self._cell_order = np.argsort(s, kind="stable"), np.argsort(middle, kind="stable")
-        return {"s": s[self._node_order], "s_cell": middle[self._cell_order]}
+        if len(self.network.pieces) == 1:
+            return {"s": s[self._node_order], "s_cell": middle[self._cell_order]}
+        return self._of_pieces(s[self._node_order], middle[self._cell_order])
+
+    def _of_pieces(self, s, middle):
+        """`fixed` from sorted mesh coordinates; a node between two segments counts once, with the lower one."""
+        lines, pieces = self.problem.lines, self.network.pieces
+        piece, of_cell = lines.line_at(s), lines.line_at(middle)
+        number = np.array([p.number for p in pieces])
+        lengths = [p.section.length for p in pieces]
+        before = np.array([sum(lengths[k - p.number : k]) for k, p in enumerate(pieces)]) - lines.begins
+        first = np.concatenate([[True], np.diff(piece) > 0])
+        kept = ~(first & (number[piece] > 0))
+        self._node_order, piece, s = self._node_order[kept], piece[kept], s[kept]
+        cable = np.array([p.cable for p in pieces])
+        found = {"s": s + before[piece], "s_cell": middle + before[of_cell]}
+        found |= {"cable_of_node": cable[piece], "cable_of_cell": cable[of_cell]}
+        return found | {"segment_of_cell": number[of_cell]}
 
     def frame(self, velocity=None):
         """Shape, velocity and element tensions in order from the anchor, on rank 0; call `fixed` before.
@@ -165,6 +238,15 @@ def _all_of(array, here=True):
     """Entries for `picked` of all numbers of an array; zeros if it is not here."""
     array = array.ravel() if here else np.zeros(array.size)
     return [(array, k, 1.0) for k in range(array.size)]
+
+
+def _joined(lists):
+    return list(itertools.chain.from_iterable(lists))
+
+
+def _each(flat, size):
+    """Of numbers (..., n size) those of each of n things, (..., n, size), or (..., size) if there is only one."""
+    return flat if flat.shape[-1] == size else flat.reshape(*flat.shape[:-1], -1, size)
 
 
 def _function_of(form):

@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..meshes import line_mesh
 from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber
+from ..model.seabed import height_of_bed
 from .checkpoint import read_scene
 from .folder import enlist
 from .record import read
@@ -216,7 +217,8 @@ def bed_meshes(record, scene):
     if scene.sea is None:
         return None
     flat, _ = water_grid(record, scene)
-    corners = flat.reshape(-1, ROWS + 1, 3)[[0, -1, -1, 0], [0, 0, -1, -1]] - [0, 0, scene.sea.depth]
+    corners = flat.reshape(-1, ROWS + 1, 3)[[0, -1, -1, 0], [0, 0, -1, -1]]
+    corners = np.column_stack([corners[:, :2], height_of_bed(scene, corners)])
     return lambda _i, _time: meshio.Mesh(corners, [("quad", [[0, 1, 2, 3]])])
 
 

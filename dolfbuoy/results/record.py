@@ -43,6 +43,7 @@ SERIES = {
     "yaw": ((), "degree", "turn of the buoy about the vertical, before pitch and roll"),
     "mooring_point": (("xyz",), "m", "mooring point, r_O"),
     "mooring_force": (("xyz",), "N", "force of the cable on the buoy, T_O"),
+    "joint_position": (("joint", "xyz"), "m", "position of the joints"),
     "surface_elevation": ((), "m", "water surface above C, eta(r_C, t)"),
     "displaced_mass": ((), "kg", "mass of the displaced water, M_D"),
     "buoyancy_center": (("xyz",), "m", "centre of buoyancy, r_BC"),
@@ -58,11 +59,25 @@ FRAMES = {
 FIXED = {
     "s": (("node",), "m", "unstretched arc length of the nodes"),
     "s_cell": (("cell",), "m", "unstretched arc length of the middle of each element"),
+    "cable_of_node": (("node",), "1", "number of the cable to which each node belongs, from 0"),
+    "cable_of_cell": (("cell",), "1", "number of the cable to which each element belongs, from 0"),
+    "segment_of_cell": (("cell",), "1", "number of the segment of its cable, from 0"),
     "wave_amplitude": (("component",), "m", "amplitude of a component of the sea"),
     "wave_period": (("component",), "s", "its period"),
     "wave_direction_deg": (("component",), "degree", "direction towards which it runs, from x towards y"),
     "wave_phase_deg": (("component",), "degree", "its phase in a cos(k.x - omega t + phase)"),
 }
+#: What comes once for each of several cables, buoys or attachments: the dimension in front of the others.
+PER = dict.fromkeys(("tension_top", "tension_anchor", "anchor_force", "end_tension"), "cable")
+PER |= dict.fromkeys(("length_on_bed", "touchdown"), "cable")
+PER |= dict.fromkeys(("mooring_point", "mooring_force"), "attachment")
+PER |= dict.fromkeys(
+    (
+        *("buoy_position", "buoy_orientation", "linear_momentum", "angular_momentum", "cone_angle", "roll", "pitch"),
+        *("yaw", "surface_elevation", "displaced_mass", "buoyancy_center", "submerged_length", "submerged_diameter"),
+    ),
+    "buoy",
+)
 #: Names that CF has for some of these; x of the body points to the fore, y to port.
 STANDARD_NAMES = {
     "surface_elevation": "sea_surface_height_above_mean_sea_level",
@@ -74,7 +89,9 @@ STANDARD_NAMES = {
 ALONG = {"node": "s", "cell": "s_cell"}
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
 LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
-INTEGERS = {"newton_iterations"}
+LABELED |= {"cable": "names of the cables", "buoy": "names of the buoys", "joint": "names of the joints"}
+LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
+INTEGERS = {"newton_iterations", "cable_of_node", "cable_of_cell", "segment_of_cell"}
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
 CHUNK = 512  # rows of a series that lie together in the file
@@ -112,11 +129,13 @@ class Record:
     """Rows of named values that go to one NetCDF file.
 
     path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time.
-    counts: rows on disk along `time` and `frame`.
+    labels: of the dimensions that this record has beside xyz and quaternion.  counts: rows on disk along `time` and
+    `frame`.
     """
 
-    def __init__(self, path, attributes, fixed):
+    def __init__(self, path, attributes, fixed, labels=None):
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
+        self.labels = LABELS | (labels or {})
         self.counts = {"time": 0, "frame": 0}
         self._blocks: list[dict] = []
         self._started = clock.monotonic()
@@ -195,7 +214,7 @@ class Record:
 
     def _define(self, file):
         file.createDimension("time", None)
-        for name, labels in LABELS.items():
+        for name, labels in self.labels.items():
             file.createDimension(name, len(labels))
             variable = file.createVariable(name, str, (name,))
             variable.long_name = LABELED[name]
@@ -210,7 +229,7 @@ class Record:
 
     def _append(self, file, name, rows):
         if name not in file.variables:
-            self._variable(file, name, (_axis(name), *{**SERIES, **FRAMES}[name][0]))
+            self._variable(file, name, (_axis(name), *_dimensions(name, self.labels)))
         first = self.counts[_axis(name)]
         file.variables[name][first : first + len(rows)] = rows
 
@@ -224,6 +243,12 @@ class Record:
         if along:
             variable.coordinates = " ".join(along)
         return variable
+
+
+def _dimensions(name, labels):
+    """Of a variable after time or frame, in a record with these labels."""
+    own = {**SERIES, **FRAMES}[name][0]
+    return (PER[name], *own) if PER.get(name) in labels else own
 
 
 def _attributes(name):
@@ -309,15 +334,16 @@ def nothing() -> "xr.Dataset":
     return xr.Dataset()
 
 
-def dataset_of(values, fixed, attributes) -> "xr.Dataset":
+def dataset_of(values, fixed, attributes, labels=None) -> "xr.Dataset":
     """A record without time: variables named as in SERIES and FRAMES, without their first dimension."""
     import xarray as xr
 
-    data = {name: ({**SERIES, **FRAMES}[name][0], value, _attributes(name)) for name, value in values.items()}
-    found = [k for k in LABELS if any(k in d[0] for d in data.values())]
-    labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in found}
+    labels = LABELS | (labels or {})
+    data = {name: (_dimensions(name, labels), value, _attributes(name)) for name, value in values.items()}
+    found = [k for k in labels if any(k in d[0] for d in data.values())]
+    named = {k: (k, labels[k], {"long_name": LABELED[k]}) for k in found}
     along = {name: (FIXED[name][0], value, _attributes(name)) for name, value in fixed.items()}
-    return xr.Dataset(data, coords=labels | along, attrs=attributes)
+    return xr.Dataset(data, coords=named | along, attrs=attributes)
 
 
 def save(dataset: "xr.Dataset", path) -> None:

@@ -28,7 +28,8 @@ class Recorder:
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
         fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
-        self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed)
+        labels = self.observer.labels()
+        self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)
         self._drift = 0.0
         self._end, self._tolerance = scene.time.end, 1e-6 * scene.time.step
         self._rows, self._count = np.zeros((ROWS, 3 + self.observer.width)), 0

@@ -13,6 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from ..meshes import HullShape
 from ..model.rigid import mass_properties
 from ..model.sea import crest_height, elevation_at, heading, velocity_at, wavenumber, wind_at
+from ..model.seabed import height_of_bed
 from .drawing import figure_of
 from .paraview import hull_surface, pose
 from .space import clear_azimuth, equal_scale, nice_scale
@@ -68,8 +69,8 @@ class Instant:
 
     @property
     def depth_below_bed(self) -> float:
-        """Of the lowest point of the cable [m]; negative over the bed."""
-        return float(-self.scene.sea.depth - self.cable[:, 2].min())
+        """Of the lowest point of the cable [m]; negative over the bed, and for a cable that lies on it."""
+        return -1.0 if self.scene.seabed else float(-self.scene.sea.depth - self.cable[:, 2].min())
 
     def in_hull(self, x: np.ndarray) -> np.ndarray:
         """Whether the points (..., 3) are inside the hull."""
@@ -185,11 +186,12 @@ def _draw(axes, now, box, force_scale, legend):
 
 
 def _draw_bed(axes, now, box, legend):
-    z = -now.scene.sea.depth
-    if z < box[0, 2] - 1e-9 * now.scene.sea.depth:
-        return
     (x0, y0, _), (x1, y1, _) = box
-    corners = [[(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)]]
+    plan = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+    z = height_of_bed(now.scene, plan)
+    if z.max() < box[0, 2] - 1e-9 * now.scene.sea.depth:
+        return
+    corners = [np.column_stack([plan, np.maximum(z, box[0, 2])])]
     axes.add_collection3d(Poly3DCollection(corners, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
     legend["bed"] = Patch(color=COLORS["sand"], alpha=0.35, label="sea bed")
 

@@ -12,7 +12,9 @@ from .quantities import (
     Inertia,
     Mass,
     Missing,
+    Name,
     Rows,
+    Vector,
     Wrong,
 )
 from .section import Section, key
@@ -49,6 +51,9 @@ class Buoy(Section):
     )
     point_masses: list[PointMass] = key("masses on the axis, added to the hull's", default=[])
     mooring_height: Height = key("height above the keel at which the cable is attached", "m", default=0.0)
+    fairleads: dict[Name, Vector] | None = key(
+        "{NAME = [x, y, z], ...}: points of the body, from the keel, for cables", "m", default=None
+    )
     added_mass: AddedMass = key("C_A = C_M - 1 of the displaced mass, across the axis", "1", default=0.0)
     normal_drag: Coefficient = key("drag coefficient across the axis", "1", default=0.0)
     axial_added_mass: Coefficient = key(

@@ -1,9 +1,10 @@
 """The sections [cable] and [cable.top]."""
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from .mesh_file import element_lengths
 from .quantities import (
@@ -17,13 +18,32 @@ from .quantities import (
     ForceVector,
     Length,
     Mass,
+    Missing,
     Period,
     Share,
-    Stiffness,
     Vector,
+    VelocityVector,
     Wrong,
+    finite_numbers,
 )
 from .section import Section, key
+from .stretching import AxialStiffness
+from .wave_files import motion_of
+
+MOST_ROWS = 100_000
+
+
+def _in_order(rows):
+    if any(b[0] <= a[0] for a, b in pairwise(rows)):
+        raise ValueError("must hold rows of growing time")
+    return rows
+
+
+_coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
+_Row = Annotated[tuple[_coordinate, _coordinate, _coordinate, _coordinate], BeforeValidator(finite_numbers(4))]
+Motion = Annotated[
+    list[_Row], Field(min_length=2, max_length=MOST_ROWS), AfterValidator(_in_order), BeforeValidator(motion_of)
+]
 
 
 class Top(Section):
@@ -36,18 +56,52 @@ class Top(Section):
     period: Period | None = key("period of the motion", "s", default=None)
     phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
     ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
+    velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
+    motion: Motion | None = key("rows [t, x, y, z] from position, or a file of them", "s, m", default=None)
 
     @model_validator(mode="after")
     def _complete(self):
         if self.kind != "free" and self.position is None:
             raise Wrong("kind", self.kind, "needs a position")
-        if self.kind == "prescribed" and (self.amplitude is None or self.period is None):
-            raise Wrong("kind", self.kind, "needs amplitude and period")
-        for name in ("amplitude", "period", "ramp"):
+        if self.kind == "prescribed":
+            self.check_motion()
+        for name in (*MOTION, "ramp"):
             if self.kind != "prescribed" and getattr(self, name):
                 raise Wrong(name, getattr(self, name), "goes with kind 'prescribed' only")
         if self.kind != "free" and self.force != (0.0, 0.0, 0.0):
             raise Wrong("force", self.force, "goes with kind 'free' only")
+        return self
+
+    def check_motion(self):
+        """Raises Wrong or Missing unless one motion is given, of three kinds."""
+        given = [name for name in ("amplitude", "velocity", "motion") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise Wrong(given[1], getattr(self, given[1]), f"does not go with {given[0]}: give one of them")
+        if (self.period is None) != (self.amplitude is None):
+            raise Missing("amplitude" if self.amplitude is None else "period", "a motion needs both")
+        if not given:
+            raise Wrong("kind", self.kind, "needs amplitude and period, a velocity or a motion")
+
+
+#: Keys of which one says how an end is moved.
+MOTION = ("amplitude", "period", "velocity", "motion")
+
+
+class FailsAt(Section):
+    """When the cable parts: at a time, or where its tension is largest once that is reached."""
+
+    time: Duration | None = key("time at which it parts", "s", default=None)
+    tension: Annotated[float, Field(gt=0, le=1e10)] | None = key("tension at which it parts", "N", default=None)
+    at: Annotated[float, Field(ge=0, le=1e5)] | None = key(
+        "where it parts at the time; absent: at its upper end", "m", default=None
+    )
+
+    @model_validator(mode="after")
+    def _one(self):
+        if (self.time is None) == (self.tension is None):
+            raise Missing("time", "or tension, and not both")
+        if self.at is not None and self.time is None:
+            raise Wrong("at", self.at, "goes with a time only: at a tension it parts where that is largest")
         return self
 
 
@@ -63,7 +117,9 @@ class Cable(Section):
     line_density: Mass = key("mass per unstretched length", "kg/m")
     diameter: Length | None = key("of its drag, and of its volume without area; the sea needs it", "m", default=None)
     area: Area | None = key("cross section of its volume; absent: pi diameter^2/4", "m^2", default=None)
-    axial_stiffness: Stiffness = key("EA; inf: inextensible", "N", default=math.inf)
+    axial_stiffness: AxialStiffness = key(
+        "EA; inf: inextensible; or a table [[strain, tension], ...]", "N", default=math.inf
+    )
     elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
     grading: Annotated[float, Field(ge=1e-6, le=1e6)] = key(
         "size of the last element over that of the first", "1", default=1.0
@@ -79,6 +135,7 @@ class Cable(Section):
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
     slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
     damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
+    fails_at: FailsAt | None = None
     top: Top | None = None
 
     @model_validator(mode="after")

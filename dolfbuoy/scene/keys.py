@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 from .petsc_options import ALLOWED
-from .section import Section, section_in
+from .section import Section, is_by_name, sections_in
 from .sections import Scene
 
 
@@ -20,16 +20,17 @@ class Key(NamedTuple):
 
 
 def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
-    """All keys of a section and of the sections in it, in the order of the file."""
+    """All keys of a section and of the sections in it, in the order of the file; of several forms what each adds."""
     rows, ranges = [], model.model_json_schema()["properties"]
     for name, info in model.model_fields.items():
-        inner = section_in(info.annotation)
         if info.description:
             unit = (info.json_schema_extra or {}).get("unit", "")
             default = "required" if info.is_required() else _toml(info.default)
             rows.append(Key(prefix + name, unit, default, _range(ranges[name]), info.description))
-        if inner:
-            rows += list_keys(inner, f"{prefix}{name}.")
+        inside = f"{prefix}{name}.NAME." if is_by_name(info.annotation) else f"{prefix}{name}."
+        for inner in sections_in(info.annotation):
+            known = {row.name for row in rows}
+            rows += [row for row in list_keys(inner, inside) if row.name not in known]
     return rows
 
 
@@ -83,6 +84,8 @@ def _range(schema: dict) -> str:
         items = [_range(item) for item in schema["prefixItems"]]
         one = items[0].removeprefix("number ")
         return f"{len(items)} numbers {one}" if len(set(items)) == 1 else f"[{', '.join(items)}]"
+    if isinstance(schema.get("additionalProperties"), dict) and "$ref" not in schema["additionalProperties"]:
+        return f"table of {_range(schema['additionalProperties'])}"
     kind = schema.get("type", "table")
     if kind == "array":
         return f"list of {_range(schema['items'])}"

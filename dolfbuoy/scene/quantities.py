@@ -50,6 +50,8 @@ Height = _between(-1e5, 1e5)  # m
 Wavelength = _up_to(1e7)  # m
 Area = _up_to(1e6)  # m^2
 Mass = _up_to(1e9)  # kg, kg/m
+Volume = _between(0, 1e9)  # m^3
+DragArea = _between(0, 1e6)  # m^2
 Inertia = _up_to(1e15)  # kg m^2
 Density = _up_to(1e5)  # kg/m^3
 Force = _between(-1e10, 1e10)  # N
@@ -67,8 +69,8 @@ Tolerance = Annotated[float, Field(gt=0, lt=1)]
 Degree = _between(1, 30, int)
 
 
-def _finite_numbers(count):
-    """Validator: a list of `count` finite numbers, kept as a tuple."""
+def finite_numbers(count):
+    """Function that makes a tuple of a list of `count` finite numbers; it raises ValueError for what is none."""
 
     def check(value):
         good = isinstance(value, list | tuple) and len(value) == count
@@ -76,7 +78,11 @@ def _finite_numbers(count):
             raise ValueError(f"must be {count} finite numbers")
         return tuple(float(v) for v in value)
 
-    return BeforeValidator(check)
+    return check
+
+
+def _finite_numbers(count):
+    return BeforeValidator(finite_numbers(count))
 
 
 def _finite(number):
@@ -122,3 +128,12 @@ def _one_line(text):
 
 
 Title = Annotated[str, Field(max_length=200), AfterValidator(_one_line)]
+
+
+def _name(text):
+    if not text[:1].isalpha() or not text.replace("_", "").replace("-", "").isalnum():
+        raise ValueError("must begin with a letter and have letters, digits, _ and - only")
+    return text
+
+
+Name = Annotated[str, Field(max_length=50), AfterValidator(_name)]

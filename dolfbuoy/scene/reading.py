@@ -56,12 +56,15 @@ def merged(data: dict, /, **changes) -> dict:
 
 
 NO_SECTION = "is not a section"
+NO_TABLE = "there is none of this name, but"
 
 
 def _merge(data: dict, keys: list[str], value, above=()) -> dict:
     """`data`, which has the keys `above` it, with `value` under the nested `keys`."""
     head, rest = keys[0], keys[1:]
     old = data.get(head)
+    if rest and _is_list_of_tables(old):
+        return {**data, head: _merge_into_list(old, rest, value, (*above, head))}
     if rest:
         if old is not None and not isinstance(old, dict):
             raise InputError(f"{'.'.join([*above, head])} = {shown(old)}: {NO_SECTION} with a key {'.'.join(rest)}.")
@@ -73,6 +76,24 @@ def _merge(data: dict, keys: list[str], value, above=()) -> dict:
         value = inner
     result = {k: v for k, v in data.items() if k != head}
     return result if value is None else {**result, head: value}
+
+
+def _is_list_of_tables(value):
+    return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
+
+
+def _merge_into_list(tables, keys, value, above):
+    """The tables with `value` under keys[1:] of the one that keys[0] names, or counts from 0 if they have no names."""
+    names = [str(table.get("name", number)) for number, table in enumerate(tables)]
+    if keys[0] not in names:
+        raise InputError(f"{'.'.join([*above, keys[0]])}: {NO_TABLE} {', '.join(names)}.")
+    place, (_, *rest) = names.index(keys[0]), keys
+    if not rest and not isinstance(value, dict):
+        raise InputError(f"{'.'.join([*above, keys[0]])} = {shown(value)}: must be a table of keys.")
+    changed = tables[place]
+    for inner, item in [(rest, value)] if rest else [([name], item) for name, item in value.items()]:
+        changed = _merge(changed, inner, item, (*above, keys[0]))
+    return [*tables[:place], changed, *tables[place + 1 :]]
 
 
 def parse_assignment(text: str) -> tuple[str, Any]:
@@ -146,7 +167,10 @@ def _read(scene) -> dict:
 
 
 #: Keys whose text is the name of a file.
-FILES = frozenset({"cable.elements", "waves.spectrum", "waves.components", "waves.elevation"})
+FILES = frozenset(
+    {"cable.elements", "cable.segments.elements", "cable.top.motion", "joint.motion"}
+    | {"waves.spectrum", "waves.components", "waves.elevation"}
+)
 
 
 def _with_files(data, folder, key=""):

@@ -9,7 +9,7 @@ import math
 from pathlib import Path
 
 from .petsc_options import ALLOWED, SWITCH
-from .sections import Scene
+from .sections import GENERAL, Scene
 
 #: The file beside the shipped scenes.
 FILE = Path(__file__).parents[1] / "scenes" / "schema.json"
@@ -19,15 +19,25 @@ def schema() -> dict:
     """Schema of a scene; each key with its description, unit, default and range."""
     found = _tidy(Scene.model_json_schema())
     sections = found["$defs"]
-    sections["Cable"]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
+    for name in ("Cable", "Line", "Segment"):
+        sections[name]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
     for name in ("spectrum", "components", "elevation"):
         _or_file(sections["Waves"]["properties"], name)
     options = {name: _option(allowed) for name, allowed in ALLOWED.items()}
     petsc = {"type": "object", "properties": options, "additionalProperties": False, "default": {}}
     petsc["description"] = sections["Solver"]["properties"]["petsc"]["description"]
     sections["Solver"]["properties"]["petsc"] = petsc
+    line, cable, buoy, named = ({"$ref": f"#/$defs/{name}"} for name in ("Line", "Cable", "Buoy", "NamedBuoy"))
+    general = {"anyOf": [{"required": [name]} for name in sorted(GENERAL)]}
+    found["properties"]["cable"] = _listed(line, {"if": general, "then": line, "else": cable})
+    found["properties"]["buoy"] = _listed(named, buoy)
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Scene of dolfbuoy"}
     return head | found
+
+
+def _listed(item, table):
+    """A list of items, or a table."""
+    return {"if": {"type": "array"}, "then": {"items": item}, "else": table}
 
 
 def _or_file(properties, name):

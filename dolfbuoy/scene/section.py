@@ -1,6 +1,6 @@
 """What all tables of a scene have in common, and how a key is described."""
 
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -11,11 +11,21 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
 
-def section_in(annotation) -> type[Section] | None:
-    """The section that the type of a key holds: alone, optional, or in a list."""
+def sections_in(annotation) -> list[type[Section]]:
+    """The sections that the type of a key holds: alone, optional, in a list, or one of several forms."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
-        return annotation
-    return next(filter(None, map(section_in, get_args(annotation))), None)
+        return [annotation]
+    return list(dict.fromkeys(section for part in get_args(annotation) for section in sections_in(part)))
+
+
+def section_in(annotation) -> type[Section] | None:
+    """The first of them."""
+    return next(iter(sections_in(annotation)), None)
+
+
+def is_by_name(annotation) -> bool:
+    """Whether a key holds a section for each name."""
+    return get_origin(annotation) is dict or any(is_by_name(part) for part in get_args(annotation))
 
 
 def key(description: str, unit: str | None = None, default: Any = ...) -> Any:

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from .buoy import Buoy
 from .cable import Cable
+from .lines import Joint, Line, Material
+from .network import check_network, network_of
 from .petsc_options import checked
 from .quantities import (
     Angle,
@@ -25,6 +27,7 @@ from .quantities import (
     Height,
     Length,
     Missing,
+    Name,
     Quaternion,
     Rows,
     Speed,
@@ -86,12 +89,15 @@ class ExternalForce(Section):
     height: Height | None = key("height above the keel at which it acts; absent: at C", "m", default=None)
 
 
+Corners = Annotated[list[Vector], Field(max_length=40_000)]
+
+
 class Initial(Section):
     """How a run starts."""
 
     kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
-    points: Annotated[list[Vector], Field(max_length=40_000)] | None = key(
-        "corners of the polyline, from the anchor to the top", "m", default=None
+    points: Corners | dict[Name, Corners] | None = key(
+        "corners of the polyline, from the anchor to the top; of several cables by name", "m", default=None
     )
     buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
     buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
@@ -104,8 +110,9 @@ class Initial(Section):
             raise Wrong("kind", self.kind, "needs points")
         if self.kind != "polyline" and self.points is not None:
             raise Wrong("points", self.points, "goes with kind 'polyline' only")
-        if self.points is not None and len(self.points) < 2:
-            raise Wrong("points", self.points, "must be at least two points")
+        for points in self.points.values() if isinstance(self.points, dict) else [self.points]:
+            if points is not None and len(points) < 2:
+                raise Wrong("points", points, "must be at least two points")
         if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
             raise Wrong("buoy_orientation", self.buoy_orientation, "must not be the zero quaternion")
         return self
@@ -158,14 +165,47 @@ class Solver(Section):
     )
 
 
+class NamedBuoy(Buoy):
+    """A buoy of several, with what acts on it alone."""
+
+    name: Name | None = key("name of the buoy; several need one each", default=None)
+    wind: Wind | None = None
+    external_force: ExternalForce | None = None
+    initial: Initial | None = None
+
+
+TABLE, NETWORK, LIST = "[table]", "[table of a network]", "[[list]]"  # brackets: no names of keys, for messages
+GENERAL = frozenset(Line.model_fields) - frozenset(Cable.model_fields)
+
+
+def _form(value):
+    """Whether a value of the key cable or buoy is a list of tables, or a table."""
+    return LIST if isinstance(value, list) and value else TABLE
+
+
+def _form_of_cable(value):
+    """... or the table of a cable that only a network has."""
+    general = isinstance(value, Line) or (isinstance(value, dict) and not GENERAL.isdisjoint(value))
+    return NETWORK if general else _form(value)
+
+
+Cables = Annotated[
+    Annotated[Cable, Tag(TABLE)] | Annotated[Line, Tag(NETWORK)] | Annotated[list[Line], Tag(LIST)],
+    Discriminator(_form_of_cable),
+]
+Buoys = Annotated[Annotated[Buoy, Tag(TABLE)] | Annotated[list[NamedBuoy], Tag(LIST)], Discriminator(_form)]
+
+
 class Scene(Section):
     """A complete scene."""
 
     title: Title = key("name of the scene in figures and tables", default="")
     gravity: Gravity = key("acceleration of gravity", "m/s^2", default=9.81)
     sea: Sea | None = None
-    cable: Cable | None = None
-    buoy: Buoy | None = None
+    cable: Cables | None = None
+    buoy: Buoys | None = None
+    joint: list[Joint] | None = None
+    material: dict[Name, Material] | None = None
     waves: Waves | None = None
     current: Current | None = None
     wind: Wind | None = None
@@ -193,28 +233,49 @@ class Scene(Section):
             raise Wrong("gravity", self.gravity, "does not go with [seabed]: nothing would lie on it")
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
-        if self.cable is not None:
-            if self.cable.top is None and self.buoy is None:
-                raise Missing("cable.top", "or [buoy]: something must hold the upper end of the cable")
-            if self.cable.top is not None and self.buoy is not None:
-                raise Wrong("cable.top.kind", self.cable.top.kind, "does not go with [buoy], which holds that end")
-            if self.sea is not None and self.cable.diameter is None:
-                raise Missing("cable.diameter", "the sea needs it")
-            self._check_slack()
-            if self.initial.kind == "straight" and self.buoy is None and self.cable.top.position is None:
-                raise Wrong("initial.kind", "straight", "needs cable.top.position, the end of the straight line")
-        if self.sea is not None and self.buoy is not None and self.buoy.hull is None:
+        if self.is_network:
+            check_network(self)
+        elif self.cable is not None:
+            self._check_ends()
+        for piece in network_of(self).pieces:
+            self._check_slack(piece.section.slack)
+        if self.sea is not None and any(buoy.hull is None for buoy in self.buoys):
             raise Missing("buoy.hull", "the sea needs it")
         return self
 
-    def _check_slack(self):
+    def _check_ends(self):
+        if self.cable.top is None and self.buoy is None:
+            raise Missing("cable.top", "or [buoy]: something must hold the upper end of the cable")
+        if self.cable.top is not None and self.buoy is not None:
+            raise Wrong("cable.top.kind", self.cable.top.kind, "does not go with [buoy], which holds that end")
+        if self.sea is not None and self.cable.diameter is None:
+            raise Missing("cable.diameter", "the sea needs it")
+        if self.initial.kind == "straight" and self.buoy is None and self.cable.top.position is None:
+            raise Wrong("initial.kind", "straight", "needs cable.top.position, the end of the straight line")
+
+    def _check_slack(self, slack):
         """Generalized-alpha keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap."""
-        time, slack = self.time, self.cable.slack
+        time = self.time
         if slack == "compressive" or time is None or time.scheme != "generalized-alpha":
             return
         if time.spectral_radius > 0:
             allowed = f"with generalized-alpha needs time.spectral_radius = 0, not {time.spectral_radius}: "
             raise Wrong("cable.slack", slack, f"{allowed}others gain energy whenever the cable snaps taut")
+
+    @property
+    def is_network(self) -> bool:
+        """Whether it has the general form: [[cable]], segments, [[buoy]] or [[joint]]."""
+        return isinstance(self.cable, list | Line) or isinstance(self.buoy, list) or isinstance(self.joint, list)
+
+    @property
+    def cables(self) -> list:
+        """The sections of all cables."""
+        return _listed(self.cable)
+
+    @property
+    def buoys(self) -> list:
+        """The sections of all buoys."""
+        return _listed(self.buoy)
 
     @property
     def anchor(self) -> tuple[float, float, float]:
@@ -238,6 +299,10 @@ class Scene(Section):
     def save(self, path: str | Path) -> None:
         """Write the complete scene as TOML."""
         Path(path).write_text(self.to_toml())
+
+
+def _listed(value):
+    return [] if value is None else value if isinstance(value, list) else [value]
 
 
 def _without_none(value):

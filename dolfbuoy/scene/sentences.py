@@ -4,12 +4,13 @@ from pydantic import ValidationError
 
 from .keys import list_keys
 from .quantities import Missing, Wrong
-from .section import section_in
-from .sections import Scene
+from .section import sections_in
+from .sections import LIST, NETWORK, Scene
 
 #: What else a key takes, where the message speaks only of its numbers.
 _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
+    "cable.top.phase_deg": "or one of each component",
     "current.profile": "or a table [[z, speed], ...]",
 }
 #: What is said of a key that no scene has.
@@ -21,11 +22,12 @@ def sentence(error: ValidationError) -> str:
     """The first thing that is wrong, as one sentence with key, value and what is allowed."""
     first = error.errors()[0]
     unknown = first["type"] == "extra_forbidden"
-    location = [str(part) for part in first["loc"] if unknown or not _is_type_tag(part)]
+    last = len(first["loc"]) - 1  # an unknown key may look like a tag
+    location = [str(part) for i, part in enumerate(first["loc"]) if (unknown and i == last) or not _is_type_tag(part)]
     key, message = ".".join(location) or "scene", first["msg"].replace(" after validation", "")
     if unknown:
         name = _short(".".join(location)) or repr("")
-        return f"{name} = {shown(first['input'])}: {UNKNOWN}; allowed here are {', '.join(_fields(location[:-1]))}."
+        return f"{name} = {shown(first['input'])}: {UNKNOWN}; allowed here are {', '.join(_fields(first['loc'][:-1]))}."
     if first["type"] == "missing":
         return f"{key}: must be given, {_meaning(location)}."
     if first["type"] == "value_error":
@@ -69,9 +71,11 @@ def _is_type_tag(part) -> bool:
 
 
 def _fields(location) -> list[str]:
-    """Keys of the section at a location."""
-    model = Scene
-    for name in location:
-        info = model.model_fields.get(name)
-        model = (info and section_in(info.annotation)) or model
+    """Keys of the section at a location, in which pydantic names the form that it tried."""
+    model, choices = Scene, []
+    for part in location:
+        info = model.model_fields.get(part)
+        choices = sections_in(info.annotation) if info else choices
+        if choices:
+            model = choices[-1 if part in (NETWORK, LIST) else 0]
     return sorted(model.model_fields)

@@ -1,9 +1,10 @@
 """A scene as a commented file: the keys that it gives, and all others as comments, each with what it means."""
 
 import json
+from typing import get_args, get_origin
 
 from .keys import Key, list_keys
-from .section import Section, section_in
+from .section import Section, is_by_name, sections_in
 from .sections import Scene
 
 _COLUMN = 40  # where comments begin
@@ -25,17 +26,45 @@ def _section(model: type[Section], given: dict | None, rows: dict[str, Key], pre
     """Lines of the keys of a section, then of the sections in it; given: None if the scene does not have it."""
     lines, later = [], []
     for name, info in model.model_fields.items():
-        inner, row = section_in(info.annotation), rows.get(prefix + name)
+        forms, row = sections_in(info.annotation), rows.get(prefix + name)
         value = given.get(name) if given else None
         if row:
             lines += _key(name, row, value)
-            if inner:
-                lines += [f"#     {part}: {_meaning(rows[f'{row.name}.{part}'])}" for part in inner.model_fields]
+            if forms:
+                lines += [f"#     {part}: {_meaning(rows[f'{row.name}.{part}'])}" for part in forms[0].model_fields]
+        elif isinstance(value, list):
+            for item in value:
+                later += ["", f"[[{prefix}{name}]]", *_given(item, rows, f"{prefix}{name}.")]
+        elif value and is_by_name(info.annotation):
+            for own, item in value.items():
+                later += ["", f"[{prefix}{name}.{own}]", *_given(item, rows, f"{prefix}{name}.NAME.")]
         else:
-            sign = "" if value is not None else "# "
-            later += ["", f"{sign}[{prefix}{name}]  # {inner.__doc__.splitlines()[0]}"]
-            later += _section(inner, value, rows, f"{prefix}{name}.")
+            later += _table(f"{prefix}{name}", info.annotation, forms, value, rows)
     return lines + later
+
+
+def _table(name, annotation, forms, value, rows):
+    """Lines of a section, as a comment if the scene does not have it, and what its other forms add."""
+    inside = f"{name}.NAME." if is_by_name(annotation) else f"{name}."
+    heading = f"[[{name}]]" if len(forms) == 1 and _is_list(annotation) else f"[{inside.removesuffix('.')}]"
+    sign = "" if value is not None else "# "
+    lines = ["", f"{sign}{heading}  # {forms[0].__doc__.splitlines()[0]}"]
+    lines += _section(forms[0], value, rows, inside)
+    known = {row.name for row in list_keys(forms[0], inside)}
+    more = [row for full, row in rows.items() if full.startswith(inside) and full not in known]
+    if len(forms) > 1:
+        lines += ["", f"# Of several, each a table [[{name}]], these are keys too:"]
+        lines += [f"#     {row.name.removeprefix(inside)}: {_meaning(row)}" for row in more]
+    return lines
+
+
+def _is_list(annotation):
+    return get_origin(annotation) is list or any(_is_list(part) for part in get_args(annotation))
+
+
+def _given(item, rows, prefix):
+    """Lines of a table of a list: what it gives, each with its meaning."""
+    return [line for name, value in item.items() for line in _key(name, rows.get(prefix + name), value)]
 
 
 def _key(name, row, value):
@@ -44,6 +73,8 @@ def _key(name, row, value):
         start = f"# {name} = {'' if row.default == 'required' else row.default}".rstrip()
         return [f"{start:<{_COLUMN}}  # {_meaning(row)}"]
     start = f"{name} = {in_toml(value)}"
+    if row is None:  # a table of its own, which has no meaning but that of its keys
+        return [start]
     return [f"{start:<{_COLUMN}}  # {_meaning(row)}"] if len(start) <= _COLUMN else [f"# {_meaning(row)}", start]
 
 

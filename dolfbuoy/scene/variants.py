@@ -1,16 +1,22 @@
 """Variants of a scene, as they are written on the command line or in a table: lists of changes."""
 
 import csv
+import hashlib
+import inspect
 import itertools
+import json
 import math
 from pathlib import Path
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
-from .reading import DEEPEST, NO_SECTION, parse
+from .reading import DEEPEST, NO_SECTION, NO_TABLE, parse
 from .sentences import UNKNOWN
 
 MOST_CASES = 100_000
+#: Column of a table of cases that is not a key of the scene: how often the case occurs.
+PROBABILITY = "probability"
+SEED = "waves.seed"
 
 
 def parse_vary(text: str) -> tuple[str, list]:
@@ -76,7 +82,69 @@ def cases_of(vary: list[str], table: Path | None) -> list[dict]:
     return [dict(zip(keys, combination, strict=True)) for combination in itertools.product(*values)]
 
 
-def _rows(table):
+def latin_hypercube(vary: list[str], table: Path | None, count: int, seed: int = 0) -> list[dict]:
+    """Changes of `count` cases that fill the ranges KEY=low:high of `vary`: of each key one value in every
+    `count`-th of its range, by scipy.stats.qmc.LatinHypercube.  Raises InputError."""
+    import numpy as np
+    from scipy.stats import qmc
+
+    if table is not None or not vary:
+        raise InputError("--latin: needs --vary KEY=low:high for each key that it samples, and no --table.")
+    ranges = dict(_limits(text) for text in vary)
+    if len(ranges) < len(vary):
+        raise InputError("--vary: a key is given more than once.")
+    if not 1 <= count <= MOST_CASES:
+        raise InputError(f"--latin {count}: must be from 1 to {MOST_CASES}.")
+    low, high = np.array(list(ranges.values())).T
+    name = "rng" if "rng" in inspect.signature(qmc.LatinHypercube).parameters else "seed"  # scipy 1.15 calls it so
+    points = qmc.LatinHypercube(len(ranges), **{name: np.random.default_rng(seed)}).random(count)
+    return [dict(zip(ranges, map(float, low + point * (high - low)), strict=True)) for point in points]
+
+
+def _limits(text):
+    """`key=low:high` -> (key, (low, high))."""
+    key, equals, values = (part.strip() for part in text.partition("="))
+    try:
+        low, high = (float(part) for part in values.split(":"))
+    except ValueError:
+        low = high = math.nan
+    if not (equals and key and text.isprintable() and -math.inf < low < high < math.inf):
+        raise InputError(f"--vary {text}: with --latin it must be section.key=low:high in finite numbers that rise.")
+    return key, (low, high)
+
+
+def with_seeds(changes: list[dict], seeds: int) -> list[dict]:
+    """Each case so many times, with values of waves.seed of its own: they follow from the case and its number alone,
+    whatever other cases there are and whoever computes them.  Raises InputError."""
+    if seeds < 1 or len(changes) * seeds > MOST_CASES:
+        raise InputError(f"--seeds {seeds}: must be at least 1, and give {MOST_CASES} cases at most.")
+    if any(SEED in change for change in changes):
+        raise InputError(f"--seeds {seeds}: does not go with {SEED} among the keys that vary.")
+    return [change | {SEED: _seed(change, k)} for change in changes for k in range(seeds)]
+
+
+def _seed(change, number):
+    digest = hashlib.sha256(json.dumps([change, number], sort_keys=True).encode()).digest()
+    return int.from_bytes(digest[:4], "big")
+
+
+def probabilities(table: Path) -> list[tuple[dict, float]]:
+    """[(changes, probability), ...] of a scatter diagram: a table of cases with a column `probability`.
+
+    Raises InputError if that column is missing, or does not hold probabilities whose sum is 1 at most.
+    """
+    rows = _rows(table, keep=True)
+    try:
+        found = [(row, float(row.pop(PROBABILITY))) for row in rows]
+        good = all(p >= 0 for _, p in found) and sum(p for _, p in found) <= 1 + 1e-6
+    except (KeyError, TypeError, ValueError):
+        good = False
+    if not good:
+        raise InputError(f"--scatter {table}: needs a column {PROBABILITY} of numbers >= 0 whose sum is 1 at most.")
+    return found
+
+
+def _rows(table, keep=False):
     if not Path(table).is_file():
         raise InputError(f"--table {table}: must be a CSV file.")
     try:
@@ -91,7 +159,8 @@ def _rows(table):
     for number, row in enumerate(rows, start=1):
         if len(row) != len(header) or not all(value.strip() for value in row):
             raise InputError(f"--table {table}: row {number} does not have one value for each of {', '.join(header)}.")
-    return [dict(parse_assignment(f"{k}={v}") for k, v in zip(header, row, strict=True)) for row in rows]
+    found = [dict(parse_assignment(f"{k}={v}") for k, v in zip(header, row, strict=True)) for row in rows]
+    return found if keep else [{k: v for k, v in row.items() if k != PROBABILITY} for row in found]
 
 
 def check_known(scene: Scene, key: str) -> None:
@@ -99,5 +168,5 @@ def check_known(scene: Scene, key: str) -> None:
     try:
         build_scene(scene.to_dict(), {key: scene.to_dict()})
     except InputError as error:
-        if UNKNOWN in str(error) or NO_SECTION in str(error):
+        if any(words in str(error) for words in (UNKNOWN, NO_SECTION, NO_TABLE)):
             raise InputError(f"--vary {key}: {error}") from None

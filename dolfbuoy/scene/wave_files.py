@@ -1,4 +1,4 @@
-"""Files of waves that a scene names: spectra, components, records of the elevation.
+"""Files of numbers that a scene names: of waves (spectra, components, records of the elevation) and of motions.
 
 They are read when the scene is, under the rules of `mesh_file` for what a stranger's scene may name.  The scene keeps
 their numbers: it is complete without them.
@@ -30,6 +30,11 @@ def components_of(value):
 def elevation_of(value):
     """What `waves.elevation` may be, likewise: two columns."""
     return _columns(_path(value, "a table, or the name of a file"), 2) if _is_file(value) else value
+
+
+def motion_of(value):
+    """What `motion` of an end that is held may be, likewise: four columns."""
+    return _columns(_path(value, "a table, or the name of a file"), 4) if _is_file(value) else value
 
 
 def _is_file(value):

@@ -53,6 +53,8 @@ typedef struct {                /* arguments of put and take */
     double *values, *scale;
     int *places;
     ptrdiff_t n;
+    int *tied, *to;
+    ptrdiff_t ties;
 } scaled;
 
 typedef struct {                /* of TensionOnly */
@@ -71,8 +73,8 @@ typedef struct {
     int64_t *assembled;
     const int *failed;          /* a Python function before an evaluation has raised */
     void (*add_up)(void *, void *, int, double *, double *, double *, ptrdiff_t);
-    void (*put)(const double *, const double *, const int *, ptrdiff_t, double *);
-    void (*take)(const double *, const double *, const int *, ptrdiff_t, double *);
+    void (*put)(const double *, const double *, const int *, ptrdiff_t, const int *, const int *, ptrdiff_t, double *);
+    void (*take)(const double *, const double *, const int *, ptrdiff_t, const int *, const int *, ptrdiff_t, double *);
     sum residuals, jacobians;
     scaled unknowns, rows;
     void *matrix, *row_scale, *unknown_scale;           /* of PETSc */
@@ -104,8 +106,9 @@ static double larger(double a, double b)
 int read_solution(const newton *N, void *x)
 {
     const double *values;
+    const scaled *u = &N->unknowns;
     TRY(N->petsc->VecGetArrayRead(x, &values));
-    N->put(values, N->unknowns.scale, N->unknowns.places, N->unknowns.n, N->unknowns.values);
+    N->put(values, u->scale, u->places, u->n, u->tied, u->to, u->ties, u->values);
     return N->petsc->VecRestoreArrayRead(x, &values);
 }
 
@@ -164,14 +167,15 @@ static int unsettled(const one_sided *L)
 int residual(void *snes, void *x, void *f, void *context)
 {
     const newton *N = context;
+    const scaled *r = &N->rows;
     double *to;
     ++N->numbers->residuals_total;
     TRY(add_up_at(N, &N->residuals, x));
     if (N->law)
         change_residual(N->law, N->residuals.out);
     TRY(N->petsc->VecGetArray(f, &to));
-    N->take(N->rows.values, N->rows.scale, N->rows.places, N->rows.n, to);
-    if (*N->failed && N->rows.n)  /* the solve ends in order, then Python tells: an error code leaves vectors locked */
+    N->take(r->values, r->scale, r->places, r->n, r->tied, r->to, r->ties, to);
+    if (*N->failed && r->n)  /* the solve ends in order, then Python tells: an error code leaves vectors locked */
         to[0] = NAN;
     return N->petsc->VecRestoreArray(f, &to);
 }

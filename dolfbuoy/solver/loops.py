@@ -38,7 +38,7 @@ typedef struct {
 
 typedef struct {
     int count;
-    hook hooks[8];
+    hook hooks[64];
 } hooks;
 
 typedef struct {
@@ -49,8 +49,10 @@ typedef struct {
 void add_up(const hooks *before, const integral *integrals, int count, double *values, double *work, double *out,
             ptrdiff_t length);
 void read_arrays(const array *arrays, int count, double *values);
-void put(const double *x, const double *scale, const int *places, ptrdiff_t n, double *values);
-void take(const double *values, const double *scale, const int *places, ptrdiff_t n, double *x);
+void put(const double *x, const double *scale, const int *places, ptrdiff_t n, const int *tied, const int *to,
+         ptrdiff_t ties, double *values);
+void take(const double *values, const double *scale, const int *places, ptrdiff_t n, const int *tied, const int *to,
+          ptrdiff_t ties, double *x);
 """
 
 _SOURCE = """
@@ -122,16 +124,22 @@ void read_arrays(const array *arrays, int count, double *values)
         memcpy(values + arrays[n].place, arrays[n].data, arrays[n].length * sizeof(double));
 }
 
-void put(const double *x, const double *scale, const int *places, ptrdiff_t n, double *values)
+void put(const double *x, const double *scale, const int *places, ptrdiff_t n, const int *tied, const int *to,
+         ptrdiff_t ties, double *values)
 {
     for (ptrdiff_t k = 0; k < n; ++k)
         values[places[k]] = scale[k] * x[k];
+    for (ptrdiff_t k = 0; k < ties; ++k)
+        values[tied[k]] = scale[to[k]] * x[to[k]];
 }
 
-void take(const double *values, const double *scale, const int *places, ptrdiff_t n, double *x)
+void take(const double *values, const double *scale, const int *places, ptrdiff_t n, const int *tied, const int *to,
+          ptrdiff_t ties, double *x)
 {
     for (ptrdiff_t k = 0; k < n; ++k)
         x[k] = scale[k] * values[places[k]];
+    for (ptrdiff_t k = 0; k < ties; ++k)
+        x[to[k]] += scale[to[k]] * values[tied[k]];
 }
 """
 
@@ -162,24 +170,27 @@ def reading(pieces, values):
 class Scaled:
     """Some entries of an array in units of their own, as PETSc sees them: entry k is scale[k] * values[places[k]].
 
-    scale: may be changed, in place.  `arguments`: values, scale, places and their number, for C.
+    scale: may be changed, in place.  ties: (places, entries): what is put into an entry goes to these places too, and
+    what is taken from there is added to the entry.  `arguments`: of put and take but the arrays, for C.
     """
 
-    def __init__(self, values, places, scale):
+    def __init__(self, values, places, scale, ties=((), ())):
         self._library, self.x = compiled(), np.zeros(len(places))
-        self._alive = values, scale, np.array(places, dtype=np.int32), self.x
-        self._values, self._scale, self._places, self._x = map(address, self._alive)
-        self.arguments = self._values, self._scale, self._places, len(self.x)
+        places, tied, to = (np.array(a, dtype=np.int32) for a in (places, *ties))
+        self._alive = values, scale, places, tied, to, self.x
+        self._values, self._scale, places, *pairs, self._x = map(address, self._alive)
+        self._which = places, len(self.x), *pairs, len(tied)
+        self.arguments = self._values, self._scale, *self._which
 
     def take(self):
         """x, from the values."""
-        self._library.lib.take(self._values, self._scale, self._places, len(self.x), self._x)
+        self._library.lib.take(self._values, self._scale, *self._which, self._x)
         return self.x
 
     def put(self, x):
         """values[places[k]] = scale[k] * x[k]."""
         x = self._library.ffi.from_buffer("double[]", x)
-        self._library.lib.put(x, self._scale, self._places, len(self.x), self._values)
+        self._library.lib.put(x, self._scale, *self._which, self._values)
 
 
 class Hooks:

@@ -8,13 +8,14 @@ class Numbering:
     """Global numbers of the free unknowns: rank after rank, `order` within a rank.
 
     comm: of the whole problem.  size: number of local unknowns.  order: free local unknowns owned by this rank, in the
-    order of the matrix.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.
+    order of the matrix.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.  ties: arrays of local
+    unknowns and of those, in the order or ghosts, whose global index they have.
 
     Constrained dofs (an anchored end) are no unknowns: PETSc is given the index -1 for them and drops their rows and
     columns.  `visible` are the owned free unknowns, in their order, and the ghosts behind them.
     """
 
-    def __init__(self, comm, size, order, ghosts=None):
+    def __init__(self, comm, size, order, ghosts=None, ties=None):
         self.comm, self.size, self.order = comm, size, np.asarray(order)
         first = comm.scan(len(order)) - len(order)
         self.unknowns = comm.allreduce(len(order))  #: free unknowns of all ranks
@@ -27,11 +28,19 @@ class Numbering:
             self.ghosts = local[free]
             self.global_index[self.ghosts] = number[free]
         self.visible = np.concatenate([self.order, self.ghosts]).astype(np.int64)
+        #: Local unknowns that are tied, and where in `visible` those stand that they are tied to.
+        self.tied, self.tied_to = self._tie(*ties) if ties is not None else (np.zeros(0, dtype=np.int64),) * 2
         self.lgmap = PETSc.LGMap().create(self.global_index, comm=comm)
         self.shared = comm.size > 1  #: whether other ranks add to this rank's rows
         if self.shared:
             numbers = self.global_index[self.ghosts]
             self._ghosted = PETSc.Vec().createGhost(numbers, (len(self.order), self.unknowns), comm=comm)
+
+    def _tie(self, tied, standing):
+        self.global_index[tied] = self.global_index[standing]
+        place = np.empty(self.size, dtype=np.int64)
+        place[self.visible] = np.arange(len(self.visible))
+        return np.asarray(tied, dtype=np.int64), place[standing]
 
     def vector(self):
         """A PETSc vector of the free unknowns."""
@@ -59,8 +68,11 @@ class Numbering:
     def added_up(self, values):
         """Values of the owned free unknowns, with what other ranks add to them; values: of all local unknowns."""
         g = self._ghosted
+        seen = values[self.visible]
+        with np.errstate(invalid="ignore"):  # NaN of a step that fails
+            np.add.at(seen, self.tied_to, values[self.tied])
         with g.localForm() as local:
-            local.setArray(values[self.visible])
+            local.setArray(seen)
         g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         return g.array_r
 

@@ -24,6 +24,8 @@ ZERO = 1e-5
 PART, PARTS = 0.2, (0.02, 2.0)
 #: Relative accuracy of an eigenvalue that is computed with all the others.
 ACCURACY = 1e-6
+#: Of eigenvalues that are computed all at once: ratio of the radii of rings, and the most rings.
+RING, RINGS = 30.0, 7
 #: Size of the companion form up to which all its eigenvalues are computed at once.
 DENSE = 240
 
@@ -55,13 +57,13 @@ class Quadratic:
         self.K, self.E, self.M = (left @ A @ right for A in (K, speed * E, speed**2 * M))
         self.norms = [np.sqrt(comm.allreduce(float(abs(A).power(2).sum()))) for A in (self.K, self.E, self.M)]
 
+    def is_small(self, count):
+        """Whether all eigenvalues are computed at once if `count` of them are asked for."""
+        return 2 * self.K.shape[1] <= max(DENSE, 4 * count)
+
     def pairs(self, count):
-        """Eigenvalues next to -1, `count` or more, their vectors, and the distance up to which none is missing."""
-        size = 2 * self.K.shape[1]
-        if size <= max(DENSE, 4 * count):
-            return *self._all_pairs(), np.inf
-        roots, vectors = self._nearest_pairs(count)
-        return roots, vectors, np.abs(roots + 1).max()
+        """Eigenvalues next to -1, `count` or more, and their vectors."""
+        return self._all_pairs() if self.is_small(count) else self._nearest_pairs(count)
 
     def _all_pairs(self):
         """Of mu = 1/(lambda + 1) of the companion form in (x, lambda x).
@@ -75,8 +77,7 @@ class Quadratic:
         first = -np.linalg.solve(K - E + M, np.hstack([E - M, M]))
         inverse = np.vstack([first, np.hstack([np.eye(n), np.zeros((n, n))]) - first])
         mu, left, right = eig(inverse, left=True, right=True)
-        cosines = np.abs((left.conj() * right).sum(axis=0))  # both have unit length
-        uncertain = np.finfo(float).eps * np.linalg.norm(inverse) / np.maximum(cosines, 1e-300)
+        uncertain = np.finfo(float).eps * np.linalg.norm(inverse) / np.maximum(_cosines(mu, left, right), 1e-300)
         known = (uncertain < ACCURACY * np.abs(mu)) | (np.abs(mu - 1) < ZERO)
         return 1 / mu[known] - 1, right[:n, known]
 
@@ -142,6 +143,18 @@ class Quadratic:
         return np.sqrt(squares) / (sizes * np.linalg.norm(vectors, axis=0))
 
 
+def _cosines(mu, left, right):
+    """Cosines between left and right eigenvectors, 1/condition of mu; of several that are one, between their spaces."""
+    found, left_over = np.zeros(len(mu)), np.ones(len(mu), dtype=bool)
+    for i in range(len(mu)):
+        if left_over[i]:
+            same = np.flatnonzero(np.abs(mu - mu[i]) <= 1e-6 * abs(mu[i]))
+            left_over[same] = False
+            spaces = (np.linalg.qr(vectors[:, same])[0] for vectors in (left.conj(), right))
+            found[same] = np.linalg.svd(np.einsum("ki,kj->ij", *spaces), compute_uv=False)[-1]
+    return found
+
+
 def lowest_pairs(comm, K, E, M, count) -> Pairs:
     """The `count` eigenvalues of smallest |lambda|, or all that are finite; K, E, M: this rank's rows.
 
@@ -149,11 +162,14 @@ def lowest_pairs(comm, K, E, M, count) -> Pairs:
     if the solver fails, or for a pair whose residual is above RESIDUAL.
     """
     problem = _about_the_lowest(comm, K, E, M)
-    roots, vectors = _lowest(problem, count)
-    residuals = problem.residuals(roots, vectors)
+    found = _rings(problem, (K, E, M), count) if problem.is_small(2 * count) else [_nearest(problem, count)]
+    parts = [(at.speed * roots, at.columns[:, None] * x, at.residuals(roots, x)) for at, roots, x in found]
+    roots, vectors, residuals = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
+    chosen = np.argsort(np.abs(roots), kind="stable")[:count]
+    roots, vectors, residuals = roots[chosen], vectors[:, chosen], residuals[chosen]
     if residuals.max(initial=0.0) > RESIDUAL:
         raise SolveError(f"a mode was found with a residual of {residuals.max():.2g}, above {RESIDUAL:g}.")
-    return Pairs(problem.speed * roots, problem.columns[:, None] * vectors, residuals, np.abs(roots) < ZERO, problem)
+    return Pairs(roots, vectors, residuals, np.abs(roots) < ZERO * problem.speed, problem)
 
 
 def _about_the_lowest(comm, K, E, M):
@@ -169,17 +185,30 @@ def _about_the_lowest(comm, K, E, M):
     return problem
 
 
-def _lowest(problem, count):
-    """Roots and vectors by rising |lambda|, none left out: what is within a distance of -1 is within one less of 0."""
-    wanted = 2 * count + 8
+def _nearest(problem, count):
+    """(problem, roots, vectors), none left out: what is within a distance of -1 is within one less of 0."""
+    wanted, limit = 2 * count + 8, problem.K.shape[1]
     while True:
-        roots, vectors, distance = problem.pairs(wanted)
-        chosen = np.flatnonzero((roots.imag >= 0) & (np.abs(roots) <= distance - 1))
-        if len(chosen) >= count or distance == np.inf:
+        roots, vectors = problem.pairs(wanted)
+        chosen = (roots.imag >= 0) & (np.abs(roots) <= np.abs(roots + 1).max() - 1)
+        if np.count_nonzero(chosen) >= count or wanted >= limit:
+            return problem, roots[chosen], vectors[:, chosen]
+        wanted = min(2 * wanted, limit)
+
+
+def _rings(problem, matrices, count):
+    """[(problem, roots, vectors)] of rings about 0, each with a shift of its own: accurate in all of them."""
+    found, inner = [], -1.0
+    for _ in range(RINGS):
+        roots, vectors = problem.pairs(2 * count)
+        sizes = np.abs(roots)
+        chosen = (roots.imag >= 0) & (sizes > inner) & (sizes <= RING)
+        found.append((problem, roots[chosen], vectors[:, chosen]))
+        count -= np.count_nonzero(chosen)
+        if count <= 0:
             break
-        wanted *= 2
-    chosen = chosen[np.argsort(np.abs(roots[chosen]), kind="stable")][:count]
-    return roots[chosen], vectors[:, chosen]
+        problem, inner = Quadratic(problem.comm, *matrices, RING * problem.speed), 1.0
+    return found
 
 
 def _equilibrated(comm, A, sweeps=8):

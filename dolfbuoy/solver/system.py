@@ -43,8 +43,9 @@ class System:
         self._b = self.add_residuals.out
         #: Units of the visible unknowns, and 1/units of the rows.
         self.unknown_scales, self.row_scales = np.ones(len(numbering.visible)), np.ones(len(self.order))
-        self.scaled_unknowns = Scaled(self.u, numbering.visible, self.unknown_scales)
-        self.scaled_residual = Scaled(self._b, self.order, self.row_scales)
+        ties = numbering.tied, numbering.tied_to
+        self.scaled_unknowns = Scaled(self.u, numbering.visible, self.unknown_scales, ties)
+        self.scaled_residual = Scaled(self._b, self.order, self.row_scales, ((), ()) if numbering.shared else ties)
         self.A = self._create_matrix()
         self._row_scale, self._unknown_scale = numbering.vector(), numbering.vector()
         if law is not None:
@@ -86,7 +87,12 @@ class System:
         self.unknown_scales[:], self.row_scales[:] = xs[self.numbering.visible], fs[self.order]
         self._row_scale.setArray(self.row_scales)
         self._unknown_scale.setArray(xs[self.order])
+        if self.numbering.shared:  # a ghost has the size that its owner gives it
+            self.numbering.read(self._unknown_scale, self._take_scales)
         return True
+
+    def _take_scales(self, values):
+        self.unknown_scales[:] = values
 
     # -- evaluation in physical values ---------------------------------------------------------------------------------
 
@@ -168,6 +174,13 @@ class System:
             self.numbering.read(x, self.scaled_unknowns.put)
         else:
             self.scaled_unknowns.put(x.array_r)
+
+    def share(self):
+        """Give every unknown in `u` that another one stands for, here or on another rank, the value of that one."""
+        x = self.numbering.vector()
+        x.setArray(self.scaled_start())
+        self.put(x)
+        x.destroy()
 
     def scaled_start(self):
         """Scaled owned unknowns."""

@@ -19,13 +19,21 @@ ROUNDING = 1e-9
 def solve_cable(problem, shape) -> None:
     """Newton from the closed-form `shape`; where it fails or ends compressed, one continuation after the other.
 
+    Sets and raises what `find_rest` does.
+    """
+    find_rest(problem, lambda: begin(problem, shape), ways(problem, shape), _why)
+
+
+def find_rest(problem, begin, ways, why=lambda problem: "") -> None:
+    """The first of the ways, each after a `begin`, that leads to a state where nothing is compressed.
+
     Sets problem.iterations (all of them) and problem.route, the name of the way that led there ("newton" if none was
-    needed).  A compressed state is kept only if no way leads to another.  Raises SolveError.
+    needed).  A compressed state is kept only if no way leads to another.  Raises SolveError, with what `why` adds.
     """
     system, failures, compressed = problem.system, [], None
     problem.iterations = 0
-    for name, way in ways(problem, shape):
-        begin(problem, shape)
+    for name, way in ways:
+        begin()
         try:
             way()
         except SolveError as error:
@@ -37,7 +45,7 @@ def solve_cable(problem, shape) -> None:
         compressed = compressed or (name, system.u.copy())
     if compressed is None:
         tried = ", ".join(name for name, _ in failures[1:])
-        raise SolveError(f"{failures[0][1]}{f' (continuation tried: {tried})' if tried else ''}{_why(problem)}")
+        raise SolveError(f"{failures[0][1]}{f' (continuation tried: {tried})' if tried else ''}{why(problem)}")
     problem.route, system.u[:] = compressed
     system.publish()
     system.evaluate()

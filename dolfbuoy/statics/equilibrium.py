@@ -13,8 +13,10 @@ from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
 from ..model.seabed import plane
+from ..scene.stretching import TensionTable, secant
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
+from .moorings import solve_network
 from .pulled import pull
 from .relaxation import relax
 
@@ -33,7 +35,9 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
     if rubs:
         problem.lines.bed.rub(False)
-    if scene.buoy is None:
+    if scene.is_network:
+        solve_network(problem)
+    elif scene.buoy is None:
         solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
@@ -59,7 +63,7 @@ def _cable_start(scene, w):
                 f"cable.top.force = {list(c.top.force)}: nothing pulls at this cable, which has no weight here either: "
                 "nothing determines its equilibrium; give a force, weight or a current, or take another initial.kind."
             )
-        return _under_end_force(scene, c.top.force, w)
+        return _by_hooke(c, lambda EA: _under_end_force(scene, c.top.force, w, EA))
     end = top_position(c.top, 0.0)
     distance = np.linalg.norm(end - np.array(scene.anchor))
     if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
@@ -73,13 +77,23 @@ def _cable_start(scene, w):
             f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, or "
             "take another initial.kind."
         )
-    ends = scene.anchor, end, c.length, w, c.axial_stiffness
-    return on_bed.between(*ends, _bed(scene)) if scene.seabed else catenary.between(*ends)
+    ends, bed = (scene.anchor, end, c.length, w), _bed(scene) if scene.seabed else None
+    return _by_hooke(c, lambda EA: on_bed.between(*ends, EA, bed) if bed else catenary.between(*ends, EA))
 
 
-def _under_end_force(scene, force, w):
+def _by_hooke(cable, shape_of, rounds=20):
+    """Closed form with the one stiffness that a table T(e) has, roughly, where the line is pulled hardest."""
+    shape = shape_of(float(cable.axial_stiffness))
+    for _ in range(rounds if isinstance(cable.axial_stiffness, TensionTable) else 0):
+        T = float(np.max(shape.tension(np.array([0.0, cable.length]))))
+        shape = shape_of(secant(cable.axial_stiffness, T))
+    return shape
+
+
+def _under_end_force(scene, force, w, EA=None):
     """Closed-form shape under an end force, on the bed if there is one."""
-    given = scene.anchor, force, scene.cable.length, w, scene.cable.axial_stiffness
+    c = scene.cable
+    given = scene.anchor, force, c.length, w, float(c.axial_stiffness) if EA is None else EA
     return on_bed.under_end_force(*given, _bed(scene)) if scene.seabed else catenary.under_end_force(*given)
 
 

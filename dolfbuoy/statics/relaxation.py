@@ -54,7 +54,7 @@ def relax(problem, shape=None) -> None:
 def laid_out(lines, line=0):
     """s -> points of a line that lies from its anchor along the bed and then goes straight to its top."""
     section, bed = lines.sections[line], lines.bed
-    start, end = np.array(lines.lines[line].anchor(lines.scene)), lines.top_position(0.0, line)
+    start, end = np.array(lines.pieces[line].ends[0].top.position), lines.top_position(0.0, line)
     n, along = bed.normal.value, (end - start) * [1.0, 1.0, 0.0]
     along = along if np.any(along) else np.array([1.0, 0.0, 0.0])
     along = along - (along @ n) * n  # in the plane of the bed

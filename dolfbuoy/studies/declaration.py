@@ -21,6 +21,7 @@ STUDIES = {
     "hard-cases": "hard_cases.runner",
     "regularisation": "stability.regularisation",
     "work-precision": "accuracy.work_precision",
+    "touchdown": "accuracy.touchdown",
     "effects": "physics.effects",
     "energy": "physics.energy",
     "hull": "physics.hull",

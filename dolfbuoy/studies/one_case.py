@@ -41,11 +41,11 @@ def evaluate(case: dict, running: str | None = None, deadline: float = math.inf)
         found = {"status": "done", "statistics": statistics(record), "sample": _sample(record, scene)}
     except Exception as error:  # whatever it is, the others go on
         found = failed(error)
-    return found | {"seconds": clock.monotonic() - begin}
+    return found | {"changes": case["changes"], "base": case["base"], "seconds": clock.monotonic() - begin}
 
 
 def failed(error: Exception) -> dict:
-    """The result of a case that failed."""
+    """What is kept of a case that failed."""
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
 
 

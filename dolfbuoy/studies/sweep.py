@@ -1,5 +1,6 @@
 """Many variants of one scene: statistics of each run, spread over ranks, parts or an executor, kept case by case."""
 
+import hashlib
 import json
 import math
 import re
@@ -20,7 +21,7 @@ from ..results.folder import claimed
 from ..results.many import collect, draw
 from ..results.record import replacing
 from ..scene import Scene, build_scene, load_scene
-from ..scene.variants import cases_of, check_known
+from ..scene.variants import cases_of, check_known, latin_hypercube, with_seeds
 from .one_case import evaluate, failed
 
 #: What `status` and `collect` say of a case that has no result.
@@ -40,7 +41,8 @@ class Plan:
     def cases(self) -> list[dict]:
         """As `parallel.cases` takes them."""
         data = json.dumps(self.base.to_dict(), sort_keys=True)
-        return [{"scene": data, "changes": change} for change in self.changes]
+        base = hashlib.sha256(data.encode()).hexdigest()[:12]
+        return [{"scene": data, "base": base, "changes": change} for change in self.changes]
 
     def share(self, part: "Part | None") -> list[dict]:
         """The cases of a part, or all."""
@@ -71,10 +73,14 @@ class Part:
         return f"part {self.number} of {self.of}"
 
 
-def plan(scene, vary, table) -> Plan:
-    """What a sweep consists of.  Raises InputError for a bad scene or bad cases."""
+def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None) -> Plan:
+    """What a sweep consists of; seeds, latin: see `variants.with_seeds`, `variants.latin_hypercube`.
+
+    Raises InputError for a bad scene or bad cases.
+    """
     base = load_scene(scene)
-    changes = cases_of(vary, table)
+    changes = cases_of(vary, table) if latin is None else latin_hypercube(vary, table, latin)
+    changes = changes if seeds is None else with_seeds(changes, seeds)
     for key in dict.fromkeys(key for change in changes for key in change):
         check_known(base, key)
     check_wavelength(base, changes)
@@ -110,19 +116,26 @@ def check_wavelength(base, changes):
 
 
 def sweep(
-    scene, vary, table, folder: Path, say: Callable = lambda sentences: None, retry=False, executor=None, limit=None
+    scene,
+    vary,
+    table,
+    folder: Path,
+    say: Callable = lambda sentences: None,
+    seeds: int | None = None,
+    latin: int | None = None,
+    **how,
 ) -> xr.Dataset | None:
     """Run all cases and write folder/sweep.nc, sweep.png and .svg; the dataset on rank 0, None on the others.
 
     Finished cases, failed ones included, are kept in folder/cases and not computed again; all ranks take part and share
-    the folder.  say: called with the warnings about the cases, before the first is run.  retry: cases that failed are
-    run again.  executor, limit: see `run_part`.  Raises InputError for a bad scene, bad cases, or a folder where
+    the folder.  say: called with the warnings about the cases, before the first is run.  seeds, latin: see `plan`.
+    how: retry, executor and limit, see `run_part`.  Raises InputError for a bad scene, bad cases, or a folder where
     nothing can be written.
     """
-    planned, folder = plan(scene, vary, table), Path(folder)
+    planned, folder = plan(scene, vary, table, seeds, latin), Path(folder)
     with claimed(folder, MPI.COMM_WORLD):
         say(warnings(planned.base, planned.changes))
-        _compute(planned.cases, folder, "", say, retry, executor, limit)
+        _compute(planned.cases, folder, "", say, **how)
         return _written(planned, folder) if MPI.COMM_WORLD.rank == 0 else None
 
 
@@ -131,22 +144,20 @@ def run_part(
     folder: Path,
     part: Part,
     say: Callable = lambda sentences: None,
-    retry=False,
-    executor=None,
-    limit: float | None = None,
+    **how,
 ) -> None:
     """Run the cases of one part and keep them in folder/cases, beside other parts that other processes run.
 
-    executor: see `parallel.cases.compute`.  limit: seconds of wall time, after which the running case is left with a
-    checkpoint and interruption.TimeUp is raised.  Raises InputError if another process runs this part, or parts of
-    another division are being run.
+    how: retry: cases that failed are run again.  executor: see `parallel.cases.compute`.  limit: seconds of wall time,
+    after which the running case is left with a checkpoint and interruption.TimeUp is raised.
+    Raises InputError if another process runs this part, or parts of another division are being run.
     """
     with claimed(folder, MPI.COMM_WORLD, shared=True), claimed(folder / "cases" / part.folder, MPI.COMM_WORLD):
         _check_division(folder, part)
-        _compute(planned.share(part), folder, part.folder, say, retry, executor, limit)
+        _compute(planned.share(part), folder, part.folder, say, **how)
 
 
-def _compute(cases, folder, part, say, retry, executor, limit):
+def _compute(cases, folder, part, say, retry=False, executor=None, limit=None):
     deadline = math.inf if limit is None else clock.time() + limit
     how = partial(evaluate, running=str(Path(folder) / RUNNING), deadline=deadline)
     again = (lambda result: result["status"] != "done") if retry else (lambda result: False)

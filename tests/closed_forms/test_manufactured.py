@@ -73,8 +73,8 @@ def forced(monkeypatch):
     plain_residual, plain_set_time = Lines.residual, Problem.set_time
 
     def force(EA):
-        def residual(self, test, attachments=()):
-            F = plain_residual(self, test, attachments)
+        def residual(self, test):
+            F = plain_residual(self, test)
             if not self.dynamic:
                 return F
             self.now = fem.Constant(self.mesh, 0.0)

@@ -9,7 +9,7 @@ import ufl
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
-from dolfbuoy.model.lines import Line, Lines
+from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.statics import catenary
@@ -28,10 +28,9 @@ def alone(cable):
     return load_scene({**REST, "cable": cable})
 
 
-def pair(second):
-    """Both lines, as functions of the scene of the first."""
-    section = alone(second).cable
-    return [Line("first", lambda scene: scene.cable), Line("second", lambda scene: section)]
+def pair(first, second):
+    """A scene of both lines."""
+    return load_scene({**REST, "cable": [{**first, "name": "first"}, {**second, "name": "second"}]})
 
 
 def steps(problem, sections, count=10):
@@ -58,7 +57,7 @@ def line_state(problem, k):
     lines, u = problem.lines, problem.system.u
     nodes, cells = np.flatnonzero(lines.line_of_node == k), np.flatnonzero(lines.line_of_cell == k)
     nodes, cells = nodes[np.argsort(lines.node_s[nodes])], cells[np.argsort(lines.cell_ends[cells, 0])]
-    forces = np.array([problem.anchor_force(line=k), problem.end_tension(line=k)])
+    forces = np.array([problem.anchor_force(cable=k), problem.end_tension(cable=k)])
     return u[lines.node_dofs[nodes]], np.sort(u[lines.T_dofs[cells]], axis=1), forces
 
 
@@ -66,7 +65,7 @@ def line_state(problem, k):
 def answers():
     """(two lines on one mesh, each line alone)."""
     first, second = alone(FIRST), alone(SECOND)
-    both = Problem(first, dynamic=True, comm=MPI.COMM_SELF, lines=pair(SECOND))
+    both = Problem(pair(FIRST, SECOND), dynamic=True, comm=MPI.COMM_SELF)
     found = steps(both, [first.cable, second.cable])
     both.destroy()
     single = []
@@ -95,10 +94,8 @@ def test_the_lines_move(answers):
 
 def test_what_lines_share_is_no_property_per_cell():
     """Lines that are equal but for their places have constants only; an inextensible scene has no strain."""
-    scene = alone(FIRST)
-    twin = scene.cable.model_copy(update={"anchor": (0.0, 40.0, -30.0)})
-    equal = Lines(MPI.COMM_SELF, scene, True, [Line("a", lambda s: s.cable), Line("b", lambda s: twin)])
-    different = Lines(MPI.COMM_SELF, scene, True, pair(SECOND))
+    twin = pair(FIRST, FIRST | {"anchor": [0.0, 40.0, -30.0]})
+    equal, different = (Lines(MPI.COMM_SELF, scene, True) for scene in (twin, pair(FIRST, SECOND)))
     count = [len(_coefficients(lines)) for lines in (equal, different)]
     assert count[1] == count[0] + 3  # line density, axial stiffness, normal drag
     chain = alone(FIRST | {"axial_stiffness": float("inf")})
@@ -110,10 +107,9 @@ def _coefficients(lines):
 
 
 def test_one_line_is_numbered_as_ever():
-    """One line begins at s = 0 and has the tags 1 and 2."""
+    """One line begins at s = 0."""
     with_one = Simulation(alone(FIRST), MPI.COMM_SELF)
     lines = with_one.problem.lines
     assert lines.begins.tolist() == [0.0]
-    assert sorted(lines.ends.values.tolist()) == [1, 2]
     assert lines.node_s.max() == pytest.approx(FIRST["length"])
     with_one.problem.destroy()

@@ -11,7 +11,7 @@ import xarray as xr
 from helpers import reference
 
 from dolfbuoy import InputError, load_scene, wave_components
-from dolfbuoy.model import spectra
+from dolfbuoy.model import sea_statistics, spectra
 from dolfbuoy.model.airy import AirySum
 from dolfbuoy.model.components import components_of, dispersion_wavenumber, propagation
 from dolfbuoy.scene.waves import Waves
@@ -240,6 +240,31 @@ def test_variance_of_velocities_at_depth():
     assert variance / variance.sum() == pytest.approx([expected["mean_cos2"], expected["mean_sin2"]], abs=0.02)
 
 
+@pytest.mark.parametrize("crests", [100, 1000])
+def test_largest_of_rayleigh_crests(crests):
+    expected = CASES[f"sea/rayleigh_max_{crests}"]["expected"]
+    found = sea_statistics.largest_crest(crests)
+    assert found == pytest.approx((expected["mean_over_sigma"], expected["std_over_sigma"]), rel=1e-6)
+
+
+@pytest.mark.parametrize("row", CASES["sea/m0_scatter"]["expected"], ids=lambda row: f"{row['T']} s")
+def test_scatter_in_theory(row):
+    found = sea_statistics.scatter_of_m0(spectra.jonswap(2.0, 6.0), row["T"])
+    assert found == pytest.approx(row["cv"], rel=1e-6)
+
+
+@pytest.mark.parametrize("count", [12, 25])
+def test_few_components_have_low_crests(count):
+    """The envelope of N phasors, by 10^7 draws, against Pearson's term: the level that one of 1000 exceeds."""
+    rng, levels = np.random.default_rng(1), []
+    for _ in range(20):
+        phasors = np.exp(2j * math.pi * rng.random((count, 500_000))).sum(0) * math.sqrt(2 / count)
+        levels.append(np.quantile(np.abs(phasors), 0.999))
+    low = 1 - np.mean(levels) / math.sqrt(2 * math.log(1000))
+    assert low == pytest.approx((math.log(1000) / 2 - 1) / (4 * count), rel=0.2)
+    assert abs(sea_statistics.components_needed(1000, low) - count) <= 0.25 * count
+
+
 @pytest.mark.slow
 def test_largest_crest_of_three_hours():
     """Mean over 30 seeds beside that of as many independent Rayleigh crests."""
@@ -251,10 +276,7 @@ def test_largest_crest_of_three_hours():
         crossings = np.flatnonzero((eta[:-1] < 0) & (eta[1:] >= 0))
         found.append(eta.max())
         count.append(len(crossings))
-    crests, x = np.mean(count), np.linspace(0, 8, 20001)
-    below = (1 - np.exp(-(x**2) / 2)) ** crests
-    mean = np.sum(1 - below) * (x[1] - x[0])
-    spread = math.sqrt(2 * np.sum(x * (1 - below)) * (x[1] - x[0]) - mean**2)
+    mean, spread = sea_statistics.largest_crest(np.mean(count))
     assert np.mean(found) == pytest.approx(mean, abs=3 * spread / math.sqrt(30) + 0.02 * mean)
     assert np.std(found) == pytest.approx(spread, rel=0.5)
 

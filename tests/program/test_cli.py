@@ -21,7 +21,7 @@ SHORT = ["--set", "time.end=0.03", "--no-plot"]
 def test_list_names_the_shipped_scenes(call):
     code, out, _ = call("list")
     assert code == 0
-    for name in ("short", "long", "jumper", "jumper-waves", "free-buoy", "hanging-chain", "driven", "driven-slack"):
+    for name in ("short", "long", "jumper", "jumper-waves", "free-buoy", "hanging-chain", "driven", "storm"):
         assert name in out
 
 

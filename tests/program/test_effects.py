@@ -71,6 +71,7 @@ def test_a_new_effect_is_in_the_energy_balance(with_ground_drag, monkeypatch):
 
 def test_every_declaration_names_keys_of_the_scene():
     """Its own, those that it needs, and those that random scenes draw."""
-    known = {*Scene.model_fields, *(row.name for row in list_keys())}
+    keys = [row.name for row in list_keys()]
+    known = {*Scene.model_fields, *keys, *(key.rpartition(".")[0] for key in keys)}
     for effect in effects.EFFECTS:
         assert {effect.key, *effect.drawn, *effect.needs} <= known

@@ -26,6 +26,9 @@ def faults(value, rule, path="scene"):
     assert not unknown, unknown
     if "$ref" in rule:
         yield from faults(value, SCHEMA["$defs"][rule["$ref"].removeprefix("#/$defs/")], path)
+    if "if" in rule:
+        fits = not any(faults(value, rule["if"], path))
+        yield from faults(value, rule["then" if fits else "else"], path)
     if "anyOf" in rule and all(any(faults(value, choice)) for choice in rule["anyOf"]):
         yield f"{path}: none of the choices"
     if "enum" in rule and value not in rule["enum"]:
@@ -43,7 +46,7 @@ def faults(value, rule, path="scene"):
 WORDS = {
     "$ref", "$defs", "$schema", "title", "description", "default", "type", "anyOf", "enum", "const", "properties",
     "required", "additionalProperties", "items", "prefixItems", "minItems", "maxItems", "minimum", "maximum",
-    "exclusiveMinimum", "exclusiveMaximum", "maxLength",
+    "exclusiveMinimum", "exclusiveMaximum", "maxLength", "if", "then", "else", "propertyNames",
 }  # fmt: skip
 
 
@@ -115,14 +118,24 @@ def test_schema_refuses_what_the_models_refuse(changes, where):
         load_scene(changed)
 
 
+def tables_in(node):
+    """The tables that a node of the schema lets through, in whatever form."""
+    if "$ref" in node:
+        yield from tables_in(SCHEMA["$defs"][node["$ref"].removeprefix("#/$defs/")])
+    inner = [node.get(name) for name in ("else", "then", "items", "additionalProperties")]
+    for one in [*inner, *node.get("anyOf", ())]:
+        if isinstance(one, dict):
+            yield from tables_in(one)
+    yield node
+
+
 def test_schema_has_every_key_with_description_and_unit():
     for key in list_keys():
-        node = SCHEMA
+        nodes = [SCHEMA]
         for part in key.name.split("."):
-            node = node.get("items", node)
-            node = next((choice for choice in node.get("anyOf", []) if "$ref" in choice), node)
-            node = SCHEMA["$defs"][node["$ref"].removeprefix("#/$defs/")] if "$ref" in node else node
-            node = node["properties"][part]
+            inner = [one["properties"] for node in nodes for one in tables_in(node) if "properties" in one]
+            nodes = [table[part] for table in inner if part in table] or nodes  # NAME: any name
+        node = nodes[0]
         assert node["description"].startswith(key.description), key.name
         assert key.unit in ("", "1") or node["description"].endswith(f" [{key.unit}]"), key.name
     assert set(SCHEMA["$defs"]["Solver"]["properties"]["petsc"]["properties"]) == set(ALLOWED)

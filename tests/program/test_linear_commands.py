@@ -145,3 +145,31 @@ def test_ranks_find_the_same(tmp_path):
             matrix = dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF).total
             shared = xr.load_dataset(tmp_path / name / "stiffness.nc").total
             np.testing.assert_allclose(shared, matrix, rtol=1e-3, atol=1e-4 * np.abs(matrix.values).max())
+
+
+def test_response_prints_and_writes(call, tmp_path):
+    """Amplitudes, spectra, a run in time beside them, and that it is linear."""
+    sea = ["--significant-height", 2, "--peak-period", 6, "--periods", "5,9", "--verify", "9", "--height", 0.2]
+    code, out, _ = call("response", "short", *FEW, *sea, "--out", tmp_path)
+    assert code == 0
+    for text in ("small waves", "waves of 0.2 m", "no extremes", "9 s against a run", "three standard deviations"):
+        assert text in out
+    found = xr.load_dataset(tmp_path / "response.nc")
+    assert found.period.values.tolist() == [5.0, 9.0]
+    assert {"rao", "rao_drag_tension", "motion_spectrum", "tension_std"} <= set(found)
+    for name in ("response_amplitudes.png", "response_spectra.svg"):
+        assert (tmp_path / "figures" / name).stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["short", "--significant-height", 1], "both or none"),
+        (["short", "--periods", "0,1"], "must be positive"),
+        (["hanging-chain"], r"needs [sea]"),
+    ],
+)
+def test_response_refuses(call, tmp_path, options, words):
+    code, _, err = call("response", *options, "--out", tmp_path)
+    assert code == 2
+    assert words in err.replace("\n", " ")

@@ -233,10 +233,11 @@ def residuals(scene, dynamic):
     """Signatures of the UFL residuals and their number of constants; nothing is compiled."""
     scene = load_scene(scene)
     lines, buoy = Lines(MPI.COMM_SELF, scene, dynamic), Buoy(scene, dynamic)
-    attachment = Attachment(lines, 2, buoy, buoy.offset)
+    attachment = Attachment(lines, 0, 1, 0, buoy, buoy.offset)
     attachment.number(0)
     buoy.part = Part("buoy", buoy.state, 6)
-    forms = [lines.residual(ufl.TestFunction(lines.space), [attachment])]
+    test = ufl.TestFunction(lines.space)
+    forms = [lines.residual(test) + attachment.end_force(ufl.split(test)[0])]
     forms += [form for _, form in buoy.residuals([attachment])]
     return [form.signature() for form in forms], [len(form.constants()) for form in forms]
 

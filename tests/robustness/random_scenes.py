@@ -124,6 +124,8 @@ P2P1 = {"position_degree": 2, "tension_degree": 1}
 FIXED, FREE = {"top": {"kind": "fixed"}}, {"top": {"kind": "free", "force": ANY}}
 MOVED = {"top": {"kind": "prescribed", "amplitude": ANY, "period": ANY, "phase_deg": ANY, "ramp": ANY}}
 WAVES = dict.fromkeys(("amplitude", "period", "direction_deg", "phase_deg", "ramp"), ANY)
+IRREGULAR = {"spectrum": "jonswap", "components": 30, "amplitudes": "random"}
+IRREGULAR |= dict.fromkeys(("significant_height", "peak_period", "gamma", "spreading", "direction_deg", "ramp"), ANY)
 CURRENT = {"speed": ANY, "direction_deg": ANY}
 BED = dict.fromkeys(("friction", "stiffness", "damping_ratio", "stick_length", "slope"), ANY)
 WIND = dict.fromkeys(("speed_10m", "direction_deg", "drag_coefficient", "area", "height", "air_density"), ANY)
@@ -170,6 +172,14 @@ STRUCTURES = {
         "sea": SEA, "buoy": LOADED_BODY, "waves": WAVES | {"wavelength": ANY, "stretching": "vertical"},
         "wind": WIND, "initial": PUSHED,
     },
+    "free buoy in a storm": {
+        "sea": SEA, "buoy": LOADED_BODY, "waves": IRREGULAR | {"kinematics": "exact"}, "wind": WIND, "initial": PUSHED,
+    },
+    "moored in a storm": {"sea": SEA, "cable": LOADED | ELASTIC, "buoy": LOADED_BODY, "waves": IRREGULAR},
+    "cable in a storm": {
+        "sea": SEA, "cable": LOADED | ELASTIC | FIXED, "waves": IRREGULAR | {"period_seen_from": "water"},
+        "current": CURRENT,
+    },
     "free body": {"buoy": {"mass": ANY}, "initial": POSED},
     "moored, everything": {
         "sea": SEA, "cable": LOADED | ELASTIC, "buoy": LOADED_BODY, "waves": WAVES, "current": CURRENT, "wind": WIND,
@@ -205,7 +215,8 @@ def free_structures(draw):
         structure |= {"external_force": {"force": ANY, "height": ANY}} if draw(flag) else {}
         structure["initial"] = PUSHED if draw(flag) else {"kind": "equilibrium"}
     if wet and draw(flag):
-        structure["waves"] = WAVES | {"stretching": draw(st.sampled_from(["wheeler", "vertical", "none"]))}
+        regular = WAVES | {"stretching": draw(st.sampled_from(["wheeler", "vertical", "none"]))}
+        structure["waves"] = draw(st.sampled_from([regular, regular, IRREGULAR]))
     if wet and draw(flag):
         structure["current"] = CURRENT | draw(st.sampled_from([{}, {"profile": "power", "exponent": ANY}]))
     return structure

@@ -8,6 +8,8 @@ import matplotlib
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
+from ...model.components import components_of
+from ...model.sea_statistics import components_needed, largest_crest, seeds_needed
 from ...results import measured as acc
 from ...results.compare import percent
 from ...results.measured import QUANTITIES
@@ -111,9 +113,26 @@ def sentences(advice: Advice) -> list[str]:
         error = pilot.predicted(*own)
         known = f": {percent(error)} predicted" if math.isfinite(error) else ""
         said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
+    said += _of_the_sea(pilot.whole, choice)
     if not settings.period_of(pilot.whole):
         said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
     return said
+
+
+def _of_the_sea(scene, choice) -> list[str]:
+    """What extremes of an irregular sea need besides, in components, seeds and computing time."""
+    if scene.waves is None or scene.waves.spectrum is None:
+        return []
+    sea = components_of(scene.waves)
+    crests = 10800.0 / (2 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2)))
+    mean, deviation = largest_crest(crests)
+    seeds, minutes = seeds_needed(crests, 0.03), choice.seconds * 10800.0 / scene.time.end / 60
+    needed, given = components_needed(crests, 0.01), len(sea.amplitude)
+    return [
+        f"The sea: 1 % of the largest crest in 3 h takes {needed} components, the scene has {given}. That crest "
+        f"scatters by {100 * deviation / mean:.2g} % from seed to seed; its mean to 3 % takes {seeds} seeds of 3 h, "
+        f"{seeds * minutes:.2g} min of computing."
+    ]
 
 
 def table_rows(advice: Advice) -> list[dict]:

@@ -4,7 +4,7 @@ from importlib import import_module
 
 from .case import CATALOGUE
 
-for _module in ("cable", "cable_motion", "slack", "buoy", "numerics"):  # the order of the catalogue
+for _module in ("cable", "cable_motion", "slack", "buoy", "network", "numerics"):  # the order of the catalogue
     import_module(f".{_module}", __name__)
 
 __all__ = ["CATALOGUE"]

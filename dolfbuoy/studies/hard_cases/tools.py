@@ -17,7 +17,7 @@ from ...scene import load_scene, merged
 INF = float("inf")
 
 SCENES = tomllib.loads(Path(__file__).with_name("scenes.toml").read_text(encoding="utf-8"))
-UNIT, SHORT, CHAIN, FLOATING, FLOATING_SPAR, TOP = SCENES.values()
+UNIT, SHORT, CHAIN, FLOATING, FLOATING_SPAR, TOP = list(SCENES.values())[:6]
 MOORED = SHORT | FLOATING
 
 

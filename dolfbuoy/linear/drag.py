@@ -1,0 +1,192 @@
+"""Drag in waves that are not small, linearised: its slope, averaged over the velocities that the waves bring.
+
+|v| v has no slope at rest.  In a Gaussian sea the best linear law is B_ij = E[d(|v| v_i)/dv_j] of the relative velocity
+with its mean, the current (Borgman; Atalik and Utku).  The forms know d/dv exactly: so B is the mean of the exact K and
+E over samples of the velocity, for every term with a velocity in it, and no law of drag is written again.
+
+- Every node of a line has samples of its own covariance, and the same random numbers.
+- A hull has samples of its six velocities relative to the water, which across its wet axis is taken for a rigid motion
+  (least squares) and along it for its mean over the wet faces.
+- In regular waves the samples are phases of the one motion.  There the least-squares law is 2/3 of the mean slope, for
+  every ellipse of velocities without a mean (|v| v is homogeneous of degree 2); so amplitudes are counted 2/3.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags
+from scipy.stats import norm, qmc
+
+from ..model.rigid import mass_properties, rotation_of, shape_of
+from .layout import Body
+from .linearisation import Linearisation, jacobian
+
+#: Amplitude of phases whose mean slope is the least-squares slope of a cycle.
+CYCLE = 2 / 3
+#: Phases of a cycle; pairs of opposite samples of a Gaussian velocity.
+PHASES, PAIRS = 16, 64
+
+
+@dataclass
+class Sea:
+    """Complex amplitudes of the velocity of the water for one frequency, per metre.
+
+    at_nodes: one array (n, 3) for each line.  on_hulls: (6,) for each body, of C and about it.
+    """
+
+    at_nodes: list[np.ndarray]
+    on_hulls: list[np.ndarray]
+
+
+class Velocities:
+    """Where velocities are in the linearised equations."""
+
+    def __init__(self, found: Linearisation):
+        self.found = found
+        self._axes = [_WetAxis(body, found.problem.scene) for body in found.bodies]
+
+    def of_water(self, velocity) -> Sea:
+        """Of a function of points (n, 3)."""
+        at_nodes = [velocity(line.positions) for line in self.found.lines]
+        return Sea(at_nodes, [axis.fit @ velocity(axis.points).ravel() for axis in self._axes])
+
+    def relative(self, X, omega, water: Sea) -> Sea:
+        """Of what moves with Re[X exp(-i omega t)], less that of the water."""
+        found = self.found
+        at_nodes = [-1j * omega * line.moved(X) - u for line, u in zip(found.lines, water.at_nodes, strict=True)]
+        on_hulls = [-1j * omega * body.motion(X) - u for body, u in zip(found.bodies, water.on_hulls, strict=True)]
+        return Sea(at_nodes, on_hulls)
+
+    def as_rates(self, velocity: Sea):
+        """(rates of the lines' unknowns, state of the buoys) with these velocities, each of the local unknowns."""
+        problem = self.found.problem
+        kind = np.result_type(*velocity.at_nodes, *velocity.on_hulls, float)
+        rates, state = (np.zeros(problem.system.size, kind) for _ in range(2))
+        for dofs, values in zip(self._nodes, velocity.at_nodes, strict=True):
+            rates[dofs] = values
+        for body, values in zip(self.found.bodies, velocity.on_hulls, strict=True):
+            state[problem.system.order[body.at.momentum]] = body.mass * values[:3]
+            state[problem.system.order[body.at.angular_momentum]] = body.inertia @ values[3:]
+        return rates, state
+
+    @cached_property
+    def _nodes(self):
+        """Local unknowns (n, 3) of the nodes of each line, held ends included, in the order of `LineNodes`."""
+        lines = self.found.problem.lines
+        if lines is None:
+            return []
+        order = np.argsort(lines.node_s, kind="stable")
+        return [lines.node_dofs[order[lines.line_of_node[order] == k]] for k in range(len(lines.lines))]
+
+
+class _WetAxis:
+    """Points on the wet axis of a body, and what makes its six velocities of those of the water there (6, 3 points).
+
+    Across the axis: the rigid motion that is nearest (least squares).  Along it: the mean over the wet faces.
+    """
+
+    def __init__(self, body: Body, scene):
+        d, x = rotation_of(body.orientation)[:, 2], np.polynomial.legendre.leggauss(8)[0]
+        shape = shape_of(scene.buoy)
+        center = mass_properties(scene.buoy, shape).height
+        surface = center - body.position[2] / d[2] if abs(d[2]) > 1e-6 else shape.height
+        low, high = (0.0, min(surface, shape.height)) if d[2] > 0 else (max(surface, 0.0), shape.height)
+        heights, areas = _faces(shape)
+        wet = (heights >= low) & (heights <= high)
+        heights, areas = (heights[wet], areas[wet]) if areas[wet].sum() > 0 else (np.array([low]), np.ones(1))
+        along = (low + high) / 2 + max(high - low, 0.0) / 2 * x
+        levers = (np.concatenate([along, heights]) - center)[:, None] * d
+        self.points = body.position + levers
+        across = np.eye(3) - np.outer(d, d)
+        rigid = np.vstack([across @ np.hstack([np.eye(3), -_crossing(lever)]) for lever in levers[: len(x)]])
+        nearest = np.linalg.pinv(rigid) @ np.kron(np.eye(len(x)), across)
+        mean = np.vstack([np.kron(areas / areas.sum(), np.outer(d, d)), np.zeros((3, 3 * len(areas)))])
+        self.fit = np.hstack([nearest, mean])
+
+
+def _faces(shape):
+    """Heights and areas of what a hull turns along its axis: its ends, steps and cones."""
+    z, R = np.array(shape.stations, dtype=float).T
+    squares = (R / 2) ** 2
+    heights = np.concatenate([z[:1], (z[1:] + z[:-1]) / 2, z[-1:]])
+    return heights, np.concatenate([squares[:1], np.abs(np.diff(squares)), squares[-1:]])
+
+
+def _crossing(v):
+    """Matrix of v x."""
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+
+
+class LinearDrag:
+    """What waves add to K and E, and so to the forces of the waves."""
+
+    def __init__(self, velocities: Velocities):
+        self.velocities, self.found = velocities, velocities.found
+        self.forget()
+
+    def forget(self):
+        """As in small waves."""
+        n = self.found.K.shape[1]
+        self.dK = self.dE = csr_matrix((n, n))
+
+    def in_cycle(self, relative: Sea, amplitude):
+        """Of regular waves, of the relative velocities per metre."""
+        phases = CYCLE * amplitude * np.exp(-2j * np.pi * (np.arange(PHASES) + 0.5) / PHASES)
+        self._average(
+            Sea([(v * z).real for v in relative.at_nodes], [(v * z).real for v in relative.on_hulls]) for z in phases
+        )
+
+    def in_sea(self, relatives: list[Sea], energies):
+        """Of a Gaussian sea; energies: S dw [m^2] of the frequencies of the relative velocities."""
+        nodes = [_roots(np.array(v), energies) for v in zip(*(r.at_nodes for r in relatives), strict=True)]
+        hulls = [_roots(np.array(v), energies) for v in zip(*(r.on_hulls for r in relatives), strict=True)]
+        self._average(
+            Sea([sign * (root @ xi[:3]) for root in nodes], [sign * (root @ xi[3:]) for root in hulls])
+            for xi in self._normal
+            for sign in (1, -1)
+        )
+
+    @cached_property
+    def _normal(self):
+        """Nine normal numbers, PAIRS times: evenly spread, with the variance 1."""
+        numbers = norm.ppf(qmc.Sobol(9, scramble=True, seed=0).random(PAIRS))
+        return numbers / np.sqrt((numbers**2).mean(axis=0))
+
+    def _average(self, samples):
+        found, problem = self.found, self.found.problem
+        K, E, count = 0, 0, 0
+        for sample in samples:
+            rates, state = self.velocities.as_rates(sample)
+            problem.system.u[:] = found.u + state
+            problem.system.publish()
+            at_rest = jacobian(problem, 0.0, 0.0, rates)
+            K, E, count = K + at_rest, E + jacobian(problem, 1.0, 0.0, rates) - at_rest, count + 1
+        problem.system.u[:] = found.u
+        problem.system.publish()
+        self.dK = csr_matrix((K / count - found.K) @ self._momenta)
+        self.dE = csr_matrix(E / count - found.E)
+
+    @cached_property
+    def _momenta(self):
+        """Keeps the columns in which velocities of the buoys stand: what else waves change in K is no damping."""
+        kept = np.zeros(self.found.K.shape[1])
+        for body in self.found.bodies:
+            kept[[*body.at.momentum, *body.at.angular_momentum]] = 1.0
+        return diags(kept)
+
+    def matrices(self):
+        """K and E with it."""
+        return self.found.K + self.dK, self.found.E + self.dE
+
+    def force(self, water: Sea):
+        """What it adds to the slope of the residual in the amplitude."""
+        rates, state = (values[self.found.problem.system.order] for values in self.velocities.as_rates(water))
+        return -(self.dE @ rates + self.dK @ state)
+
+
+def _roots(velocities, energies):
+    """Symmetric roots (..., d, d) of the covariances of complex velocities (frequencies, ..., d)."""
+    covariance = np.einsum("n,n...i,n...j->...ij", energies, velocities, velocities.conj()).real
+    values, vectors = np.linalg.eigh(covariance)
+    return (vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]) @ np.swapaxes(vectors, -1, -2)

@@ -1,0 +1,111 @@
+"""How the unknowns of a Problem are numbered: elimination order, joints tied by one index, ghosts on other ranks."""
+
+import numpy as np
+from dolfinx import fem
+
+
+class Joining:
+    """Order, ghosts and ties of the unknowns of a `Problem` on this rank, for `solver.numbering.Numbering`.
+
+    All ends of lines at a free joint, and its body if it has one, have one global index: that of the first end.  Where
+    several of them are on one rank, one stands for the others there.
+    """
+
+    def __init__(self, problem):
+        self.comm, self.lines, self.bodies = problem.comm, problem.lines, problem.bodies
+        self.attachments, self.buoys = problem.attachments, problem.buoys
+        self.groups = self._groups() if self.lines else []
+
+    def _groups(self):
+        """Of each joint where something is tied: local dofs (3,) of its members on this rank, None for the others."""
+        found = []
+        for name, ends in self.lines.meetings().items():
+            members = [self.lines.end_dofs[piece][end] for piece, end in ends]
+            members = [dofs if len(dofs) else None for dofs in members]
+            if self.bodies and name in self.bodies.names:
+                members.append(self.bodies.part.offset + self.bodies.dofs[self.bodies.names.index(name)])
+            found.append(members)
+        return found
+
+    def numbers(self):
+        """(order, ghosts or None, ties): arguments of a Numbering."""
+        order, ties = self._order(), self._ties()
+        if self.comm.size == 1 or self.lines is None:
+            return order, None, ties
+        return order, self._ghosts(order, ties), ties
+
+    def _ties(self):
+        """(local dofs, local dofs that stand for them)."""
+        tied, standing = [np.zeros(0, int)], [np.zeros(0, int)]
+        for members in self.groups:
+            here = [dofs for dofs in members if dofs is not None]
+            for dofs in here[1:]:
+                tied.append(dofs)
+                standing.append(here[0])
+        return np.concatenate(tied), np.concatenate(standing)
+
+    def _order(self):
+        """Free owned unknowns: lines and joints, behind each line what attaches it to a buoy, the buoys at the end.
+
+        A single line has its attachment behind the buoy.
+        """
+        states = [np.arange(b.part.slice.start, b.part.slice.stop) for b in self.buoys.values()]
+        mine = [a for a in self.attachments if a.rank == self.comm.rank]
+        sixes = [np.arange(a.slice.start, a.slice.stop) for a in mine]
+        if self.lines is None:
+            return np.concatenate([np.zeros(0, int), *states])
+        order, stages = self.lines.elimination_order()
+        followers = [dofs for members in self.groups for dofs in members[1:] if dofs is not None]
+        free = ~np.isin(order, np.concatenate([np.zeros(0, int), *followers]))
+        order, stages = order[free], stages[free]
+        if len(self.attachments) == 1:
+            return np.concatenate([order, *states, *sixes])
+        turns = [self.lines.turn_of(a.piece) for a in mine]
+        parts = [order, *sixes]
+        keys = [stages, *(np.full(6, turn + 0.25) for turn in turns)]
+        merged, keys = np.concatenate(parts), np.concatenate(keys)
+        return np.concatenate([merged[np.argsort(keys, kind="stable")], *states])
+
+    def _ghosts(self, order, ties):
+        """(local, global) numbers of the unknowns that other ranks own."""
+        first = self.comm.scan(len(order)) - len(order)
+        w = self.lines.w
+        n, size = self.lines.space.dofmap.index_map.size_local, len(w.x.array)
+        number = np.full(size if self.bodies is None else size + self.bodies.part.size, -1, dtype=np.int64)
+        mine = order < n
+        number[order[mine]] = first + np.flatnonzero(mine)
+        shared = fem.Function(self.lines.space)
+        shared.x.array[:] = number[:size]
+        shared.x.scatter_forward()
+        number[n:size] = shared.x.array[n:].astype(np.int64)
+        known = self._numbers_of_joints(number)
+        for members, numbers in zip(self.groups, known, strict=True):
+            here = [dofs for dofs in members if dofs is not None]
+            if here:
+                number[here[0]] = numbers
+        elsewhere = np.setdiff1d(np.arange(len(number)), np.concatenate([order, ties[0]]))
+        local, numbers = self._attachments_elsewhere(order, first)
+        return np.concatenate([elsewhere, local]), np.concatenate([number[elsewhere], numbers])
+
+    def _numbers_of_joints(self, number):
+        """Global numbers (3,) of each joint, which the rank that owns its first end tells."""
+        n = self.lines.space.dofmap.index_map.size_local
+        found = np.full((len(self.groups), 3), -1, dtype=np.int64)
+        for k, members in enumerate(self.groups):
+            if members[0] is not None and members[0][0] < n:
+                found[k] = number[members[0]]
+        return np.max(self.comm.allgather(found), axis=0)
+
+    def _attachments_elsewhere(self, order, first):
+        """(local, global) numbers of attachments whose line ends here and whose buoy is on another rank."""
+        place = np.full(max((a.slice.stop for a in self.attachments), default=0), -1, dtype=np.int64)
+        inside = order < len(place)
+        place[order[inside]] = first + np.flatnonzero(inside)
+        local, numbers = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+        for attachment in self.attachments:
+            here = attachment.rank == self.comm.rank
+            told = self.comm.bcast(place[attachment.slice] if here else None, root=attachment.rank)
+            if not here and self.lines.owns_end(attachment.piece, attachment.end):
+                local.append(np.arange(attachment.slice.start, attachment.slice.stop))
+                numbers.append(told)
+        return np.concatenate(local), np.concatenate(numbers)

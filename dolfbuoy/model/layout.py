@@ -1,0 +1,216 @@
+"""Where lines lie: a mesh of disjoint intervals, its spaces, and which unknown sits where."""
+
+from functools import cached_property
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from ..meshes import cable_nodes
+from ..solver import compat
+from .elimination import order_of_pieces
+
+
+class Layout:
+    """Mesh, space and numbering of the pieces of a network (`scene.network`); w = (r, T) or (r, T, mean T) is unknown.
+
+    Piece k lies on the mesh from `begins[k]` on, with tags 2 k + 1 at s = 0 and 2 k + 2 at s = L.  All share pair and
+    strain, and are in the order in which a tension follows the positions that it constrains.
+    """
+
+    def __init__(self, comm, network, averaged):
+        self.comm, self.network = comm, network
+        self.sections = [piece.section for piece in network.pieces]
+        self.section = self.sections[0]
+        self._lay_out()
+        self.space = compat.function_space(self.mesh, self._element(averaged))
+        self.w, self.part = fem.Function(self.space), None
+        self._numbering(averaged)
+
+    def _lay_out(self):
+        """Intervals one after the other, apart from each other by a tenth of the longest."""
+        nodes = [cable_nodes(c.length, c.elements, c.grading) for c in self.sections]
+        lengths = [c.length for c in self.sections]
+        gap = 0.1 * max(lengths)
+        self.begins = np.concatenate([[0.0], np.cumsum(np.array(lengths) + gap)])[:-1]
+        self.nodes = [begin + n for begin, n in zip(self.begins, nodes, strict=True)]
+        self.smallest_cell = min(np.diff(n).min() for n in nodes)
+        self.mesh = compat.interval_mesh(self.comm, *self.nodes)
+        self._tolerance = 1e-9 * max(*lengths, self.begins[-1] + lengths[-1] if len(lengths) > 1 else 0.0)
+
+    def _element(self, averaged):
+        c = self.section
+        elements = [
+            compat.element(self.mesh, "P", c.position_degree, 3),
+            compat.element(self.mesh, "DG", c.tension_degree),
+        ]
+        if averaged:
+            elements.append(compat.element(self.mesh, "DG", 0))
+        return compat.mixed_element(elements)
+
+    def _numbering(self, averaged):
+        """Where the dofs of w sit on the mesh: nodes of r, cells of T."""
+        V, r_dofs = compat.collapse(self.space, 0)
+        self.positions = V  #: the space of r
+        Q, T_dofs = compat.collapse(self.space, 1)
+        self.node_s = V.tabulate_dof_coordinates()[:, 0].copy()
+        self.node_dofs = np.asarray(r_dofs).reshape(-1, 3)
+        self.owned_nodes = V.dofmap.index_map.size_local
+        self.cell_ends = compat.cell_ends(self.mesh)
+        cells = compat.cell_dofs(Q)
+        self.T_dofs, self.T_s = np.asarray(T_dofs)[cells], Q.tabulate_dof_coordinates()[cells, 0]
+        self.mean_dofs = None
+        if averaged:
+            Q0, mean_dofs = compat.collapse(self.space, 2)
+            self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
+        self.line_of_node = self.line_at(self.node_s)
+        self.line_of_cell = self.line_at(self.cell_ends.mean(axis=1))
+        #: Dofs of r at s = 0 and s = L of each piece, empty where another rank has them.
+        self.end_dofs = [tuple(self._dofs_at(n[i]) for i in (0, -1)) for n in self.nodes]
+        firsts = [np.isclose(self.cell_ends[:, 0], n[0], rtol=0, atol=self._tolerance) for n in self.nodes]
+        self._anchor_cell_dofs = [self.T_dofs[first].ravel() for first in firsts]
+        self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
+
+    def line_at(self, s):
+        """Number of the piece at mesh coordinates."""
+        return np.searchsorted(self.begins, s + self._tolerance, side="right") - 1
+
+    def _dofs_at(self, s):
+        return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=self._tolerance)].ravel()
+
+    def _weights(self, moment):
+        """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.
+
+        All cells number their dofs alike, as affine images of one reference cell.
+        """
+        ends = self.cell_ends[0]
+        xi = (self.T_s[0] - ends[0]) / (ends[1] - ends[0])
+        degree = np.arange(len(xi))
+        return np.linalg.solve(xi[None, :] ** degree[:, None], [moment(k) for k in degree])
+
+    # -- ends ---------------------------------------------------------------------------------------------------------
+
+    def end_measure(self, piece, end):
+        """`ds` of an end of a piece: a measure of its own, so that the forms of all ends are the same."""
+        tags = compat.end_tags(self.mesh, self.nodes[piece][-end])
+        return ufl.Measure("ds", domain=self.mesh, subdomain_data=tags)(1)
+
+    def owns_end(self, piece, end) -> bool:
+        """Whether the cell at an end is one of this rank's, which evaluates what acts there."""
+        s = self.nodes[piece][-end]
+        return bool(np.isclose(self.cell_ends[:, end], s, rtol=0, atol=self._tolerance).any())
+
+    def meetings(self) -> dict[str, list[tuple[int, int]]]:
+        """Name of a free joint -> [(piece, end)] of all that meet there."""
+        found = {}
+        for k, piece in enumerate(self.network.pieces):
+            for i, end in enumerate(piece.ends):
+                if end.kind == "joint":
+                    found.setdefault(end.name, []).append((k, i))
+        return found
+
+    def held_ends(self):
+        """(piece, end, its dofs) of all ends whose position is given."""
+        for k, piece in enumerate(self.network.pieces):
+            for i, end in enumerate(piece.ends):
+                if end.held:
+                    yield k, i, self.end_dofs[k][i]
+
+    def constrained_dofs(self):
+        """Dofs that are given."""
+        return np.concatenate([np.zeros(0, int), *(dofs for _, _, dofs in self.held_ends())])
+
+    def anchor_dofs(self, line=0):
+        """Dofs of r at s = 0."""
+        return self.end_dofs[line][0]
+
+    def top_dofs(self, line=0):
+        """Dofs of r at s = L."""
+        return self.end_dofs[line][1]
+
+    def places(self):
+        """Mesh coordinates of the nodes, in the order of their dofs [m]."""
+        return self.node_s
+
+    def force_dofs(self):
+        """Local unknowns that are tensions."""
+        dofs = self.T_dofs.ravel()
+        return dofs if self.mean_dofs is None else np.concatenate([dofs, self.mean_dofs])
+
+    # -- elimination --------------------------------------------------------------------------------------------------
+
+    def elimination_order(self):
+        """(free owned dofs, how early each): along one piece after the other, each tension behind its positions.
+
+        In this order the saddle-point matrix has a factorisation without pivoting.  Dofs of a joint, all of them, come
+        behind the last but one of its pieces, so that little fills in; behind them the tensions that only they precede.
+        """
+        n, size = self.space.dofmap.index_map.size_local, len(self.w.x.array)
+        stage, place, kind = np.zeros(size), np.zeros(size), np.ones(size)
+        turn, backwards, joints = self.turns
+        far = np.where(
+            backwards[self.line_of_cell],
+            self._from_top(self.cell_ends[:, 0], self.line_of_cell),
+            self.cell_ends[:, 1] - self.begins[self.line_of_cell],
+        )
+        here = self.node_s - self.begins[self.line_of_node]
+        here = np.where(backwards[self.line_of_node], self._from_top(self.node_s, self.line_of_node), here)
+        stage[self.node_dofs], place[self.node_dofs] = turn[self.line_of_node][:, None], here[:, None]
+        kind[self.node_dofs] = 0
+        behind = self.T_dofs if self.mean_dofs is None else np.column_stack([self.T_dofs, self.mean_dofs])
+        stage[behind], place[behind] = turn[self.line_of_cell][:, None], far[:, None]
+        if self.mean_dofs is not None:
+            kind[self.mean_dofs] = 2
+        for name, ends in self.meetings().items():
+            for k, i in ends:
+                dofs = self.end_dofs[k][i]
+                stage[dofs], place[dofs] = joints[name], 0.0
+                if i != backwards[k] and joints[name] > turn[k]:  # its last tension has to wait for the joint
+                    last = behind[self._cell_at(k, i)].ravel()
+                    stage[last], place[last] = joints[name], 0.0
+        order = np.lexsort((np.arange(n), kind[:n], place[:n], stage[:n]))
+        order = order[~np.isin(order, self.constrained_dofs())]
+        return order, stage[order]
+
+    @cached_property
+    def turns(self):
+        """(turn of each piece, whether it goes backwards, turn of each joint by name) in the elimination."""
+        pieces, joints = order_of_pieces(self.network.pieces)
+        found = [pieces[k] for k in range(len(self.nodes))]
+        return np.array([turn for turn, _ in found], dtype=float), np.array([back for _, back in found]), joints
+
+    def turn_of(self, piece) -> float:
+        """Of a piece in the elimination."""
+        return self.turns[0][piece]
+
+    def _from_top(self, s, lines):
+        lengths = np.array([c.length for c in self.sections])
+        return (self.begins + lengths)[lines] - s
+
+    def _cell_at(self, piece, end):
+        """Mask of the cell at an end of a piece."""
+        return np.isclose(self.cell_ends[:, end], self.nodes[piece][-end], rtol=0, atol=self._tolerance)
+
+    # -- numbers ------------------------------------------------------------------------------------------------------
+
+    @property
+    def longest(self) -> float:
+        """Length of the longest piece [m]."""
+        return max(c.length for c in self.sections)
+
+    def set_shape(self, u, position, tension, line=0):
+        """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) of a piece into the local unknowns u."""
+        nodes, cells = self.line_of_node == line, self.line_of_cell == line
+        u[self.node_dofs[nodes]] = position(self.node_s[nodes] - self.begins[line])
+        u[self.T_dofs[cells]] = tension(self.T_s[cells] - self.begins[line])
+        if self.mean_dofs is not None:
+            u[self.mean_dofs] = self.mean_tension(u)
+
+    def mean_tension(self, u):
+        """Average of T on each owned cell [N]."""
+        return u[self.T_dofs] @ self._averaging
+
+    def anchor_tension(self, u, line=0):
+        """T_h(0) of a piece [N], on the rank that owns its first cell; nan elsewhere."""
+        dofs = self._anchor_cell_dofs[line]
+        return float(self._at_anchor @ u[dofs]) if len(dofs) else np.nan

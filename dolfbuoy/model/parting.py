@@ -1,0 +1,64 @@
+"""Lines that part: an element that carries no tension any more.
+
+In the parted element the strain equation is replaced by T = 0.  Its mass, weight and drag stay, each node's share where
+the node goes; nothing else of the problem changes, no unknown and no tie.
+"""
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from ..parallel.ranks import combined
+from ..solver import compat
+
+
+class Parting:
+    """Which elements of `Lines` have parted, and when others do.
+
+    memory: 0 for each element that is whole, 1 for one that is parted: what accepted steps leave behind.
+    """
+
+    def __init__(self, lines):
+        self.lines = lines
+        self.parted = fem.Function(compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0)))
+        self.memory = {"parted_elements": self.parted.x.array}
+        self._dofs = compat.cell_dofs(self.parted.function_space)[: len(lines.line_of_cell), 0]
+
+    def strain_equation(self, equation, T, q):
+        """The strain equation of whole elements, T = 0 of parted ones, over a tension that makes it a strain."""
+        weight = max(section.line_density for section in self.lines.sections) * self.lines.longest
+        return (1 - self.parted) * equation + self.parted * (T / weight) * q
+
+    def accept(self, u, t) -> bool:
+        """Part what has reached its time or its tension in an accepted step; whether anything has parted now."""
+        found = [self._part(k, section.fails_at, u, t) for k, section in enumerate(self.lines.sections)]
+        if not any(found):
+            return False
+        compat.scatter_forward(self.parted)
+        return True
+
+    def _part(self, line, rule, u, t):
+        """One line parts once, at one place."""
+        mine = self.lines.line_of_cell == line
+        parted = self.parted.x.array[self._dofs[mine]].max(initial=0.0)
+        if rule is None or combined(self.lines.comm, float(parted), MPI.MAX):
+            return False
+        weakest = self._at(line, rule, mine) if rule.tension is None else self._above(rule.tension, u, mine)
+        if rule.tension is None and t < rule.time * (1 - 1e-12):
+            return False
+        self.parted.x.array[self._dofs[weakest]] = 1.0
+        return combined(self.lines.comm, bool(weakest.any()), MPI.LOR)
+
+    def _at(self, line, rule, mine):
+        """Mask of the element at `rule.at`, at the upper end without it."""
+        section, begin = self.lines.sections[line], self.lines.begins[line]
+        s = begin + (section.length if rule.at is None else min(rule.at, section.length))
+        low, high = self.lines.cell_ends[: len(mine)].T
+        slip = 1e-9 * section.length
+        return mine & (low < max(s, begin + 2 * slip) - slip) & (s - slip <= high)
+
+    def _above(self, tension, u, mine):
+        """Mask of the element with the largest tension, if that is above `tension`."""
+        T = np.where(mine, u[self.lines.T_dofs[: len(mine)]].max(axis=1), -np.inf)
+        largest = combined(self.lines.comm, float(T.max(initial=-np.inf)), MPI.MAX)
+        return mine & (largest == T) & (largest > tension)

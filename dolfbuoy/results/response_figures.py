@@ -1,0 +1,84 @@
+"""Figures of the linear response: amplitudes over the period, and spectra in an irregular sea."""
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from .response_record import complex_of
+from .style import COLORS, PAGE, PALETTE, STYLE, legend_below, new_figure
+from .tables import force_unit
+
+#: Panels of motions: title, motions, factor, unit.
+PANELS = (
+    ("translation", ("surge", "sway", "heave"), 1.0, "m/m"),
+    ("rotation", ("roll", "pitch"), 180 / np.pi, "deg/m"),
+)
+
+
+def amplitudes(dataset, runs=()) -> Figure:
+    """Amplitude per metre over the period: lines in small waves, dashed in waves of the height, marks from runs.
+
+    runs: dicts with "period", and the amplitudes per metre by name.
+    """
+    with matplotlib.rc_context(STYLE):
+        panels = [panel for panel in PANELS if "rao" in dataset]
+        figure = new_figure(PAGE, 2.9)
+        axes = figure.subplots(1, len(panels) + 1, squeeze=False)[0]
+        for ax, (title, names, factor, unit) in zip(axes, panels, strict=False):
+            for name, colour in zip(names, PALETTE, strict=False):
+                pick = {"motion": name}
+                _curves(ax, dataset, "rao", pick, factor, colour, runs, name)
+            ax.set(xlabel="period [s]", ylabel=f"{title} [{unit}]")
+            ax.legend()
+        unit, factor = force_unit(np.abs(dataset.rao_tension.values))
+        for name, colour in zip(dataset.tension.values.tolist(), PALETTE[3:] + PALETTE, strict=False):
+            _curves(axes[-1], dataset, "rao", {"tension": name}, factor, colour, runs, name, "_tension")
+        axes[-1].set(xlabel="period [s]", ylabel=f"tension [{unit}/m]")
+        axes[-1].legend()
+        legend_below(figure, 0.25, 3, _styles(dataset, runs))
+    return figure
+
+
+def _curves(axes, dataset, name, pick, factor, colour, runs, label, ending=""):
+    T = dataset.period.values
+    axes.plot(T, factor * np.abs(complex_of(dataset[f"{name}{ending}"].sel(pick))), color=colour, label=label)
+    if f"{name}_drag{ending}" in dataset:
+        axes.plot(T, factor * np.abs(complex_of(dataset[f"{name}_drag{ending}"].sel(pick))), "--", color=colour)
+    found = [(run["period"], factor * abs(run[label])) for run in runs if label in run]
+    if found:
+        axes.plot(*np.transpose(found), "o", color=colour, ms=3.5, mfc="none")
+
+
+def _styles(dataset, runs):
+    from matplotlib.lines import Line2D
+
+    found = [Line2D([], [], color=COLORS["ink"], label="small waves")]
+    if "height_m" in dataset.attrs:
+        words = f"height {dataset.attrs['height_m']:g} m, drag linearised"
+        found.append(Line2D([], [], color=COLORS["ink"], ls="--", label=words))
+    if runs:
+        found.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", ls="none", label="runs in time"))
+    return found
+
+
+def spectra(dataset) -> Figure:
+    """Spectra of the elevation, the motions and the tensions in an irregular sea, each over its own scale."""
+    f = dataset.omega.values / (2 * np.pi)
+    with matplotlib.rc_context(STYLE):
+        figure = new_figure(PAGE, 2.6)
+        axes = figure.subplots(1, 3)
+        axes[0].plot(f, 2 * np.pi * dataset.spectrum.values, color=COLORS["ink"], label="elevation")
+        if "motion_spectrum" in dataset:
+            for name, colour in zip(("surge", "sway", "heave"), PALETTE, strict=False):
+                axes[0].plot(f, 2 * np.pi * dataset.motion_spectrum.sel(motion=name), color=colour, label=name)
+            for name, colour in zip(("roll", "pitch"), PALETTE, strict=False):
+                values = 2 * np.pi * np.degrees(1) ** 2 * dataset.motion_spectrum.sel(motion=name)
+                axes[1].plot(f, values, color=colour, label=name)
+        for name, colour in zip(dataset.tension.values.tolist(), PALETTE[3:] + PALETTE, strict=False):
+            values = 2e-6 * np.pi * dataset.tension_spectrum.sel(tension=name)
+            axes[2].plot(f, values, color=colour, label=name.replace("_", " "))
+        for ax, unit in zip(axes, ("m²/Hz", "deg²/Hz", "kN²/Hz"), strict=True):
+            ax.set(xlabel="frequency [Hz]", ylabel=f"spectral density [{unit}]", ylim=(0, None))
+            if ax.lines:
+                ax.legend()
+    return figure

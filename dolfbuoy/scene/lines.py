@@ -1,0 +1,130 @@
+"""Sections of a network: [[cable]] with its segments, [material.NAME] and [[joint]]."""
+
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field, create_model, model_validator
+
+from .cable import MOTION, Cable, Top
+from .quantities import Coefficient, DragArea, Height, Name, Volume, Wrong, finite_numbers
+from .section import Section, key
+
+
+def _place(value):
+    if isinstance(value, str):
+        return value
+    try:
+        return finite_numbers(3)(value)
+    except ValueError:
+        raise ValueError("must be [x, y, z] or the name of a joint, a buoy or BUOY.FAIRLEAD") from None
+
+
+Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
+
+#: Keys of [cable] that all cables of a scene share, and those that say how long it is, and where.
+SHARED = ("position_degree", "tension_degree", "strain", "strain_form", "slack")
+SIZE = ("length", "elements", "grading")
+ENDS = ("anchor", "top")
+#: What a piece of line is made of.
+PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *SIZE, *ENDS))
+
+
+def _absent(model, names):
+    """Keys of a section as keys that may be absent: fields for create_model."""
+    found = {}
+    for name in names:
+        info = model.model_fields[name]
+        unit = (info.json_schema_extra or {}).get("unit")
+        annotation = Annotated[info.annotation, *info.metadata] if info.metadata else info.annotation
+        found[name] = annotation | None, key(info.description or "", unit, default=None)
+    return found
+
+
+class Body(Section):
+    """A clump or a float."""
+
+    mass: Annotated[float, Field(ge=0, le=1e9)] = key("mass", "kg", default=0.0)
+    volume: Volume = key("volume, for its buoyancy", "m^3", default=0.0)
+    drag_area: DragArea = key("drag coefficient times area, C_D A", "m^2", default=0.0)
+    added_mass: Coefficient = key("C_A, of the mass of water that it displaces", "1", default=0.0)
+
+
+class Material(create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))):
+    """What a piece of line is made of."""
+
+
+class _Piece(Section):
+    material: str | None = key("name of a [material.NAME], whose keys hold where these are absent", default=None)
+
+
+class Segment(
+    create_model("_Segment", __base__=_Piece, **_absent(Cable, (*SIZE, *PHYSICAL)), body=(Body | None, None))
+):
+    """A piece of a cable, of one material."""
+
+
+_Line = create_model(
+    "_Line",
+    __base__=_Piece,
+    **{
+        "name": (Name | None, key("name of the cable; several need one each", default=None)),
+        "from": (
+            Place | None,
+            key("lower end, s = 0: [x, y, z], a joint or a buoy; absent: the anchor", "m", default=None),
+        ),
+        "to": (Place | None, key("upper end: [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)),
+        "segments": (list[Segment] | None, key("pieces from the lower end on, instead of length", default=None)),
+    },
+    **_absent(Cable, Cable.model_fields),
+)
+
+
+class Line(_Line):
+    """A cable of several: the keys of [cable], and what it hangs together with."""
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        for name, other in (("from", "anchor"), ("to", "top")):
+            if getattr(self, name) is not None and getattr(self, other) is not None:
+                raise Wrong(name, getattr(self, name), f"does not go with {other}: give one of them")
+        if self.segments is None:
+            return self
+        if not self.segments:
+            raise Wrong("segments", [], "must hold at least one segment")
+        for name in SIZE:
+            if getattr(self, name) is not None:
+                raise Wrong(name, getattr(self, name), "does not go with segments, which have their own")
+        return self
+
+
+_Joint = create_model(
+    "_Joint",
+    __base__=Body,
+    name=(Name, key("name of the joint")),
+    **_absent(Top, [name for name in Top.model_fields if name not in ("kind", "force")]),
+)
+
+
+class Joint(_Joint):
+    """A point where cables meet: free, with a body if it has mass or volume; held where it has a position."""
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if self.position is None:
+            for name in (*MOTION, "phase_deg", "ramp"):
+                if getattr(self, name) is not None:
+                    raise Wrong(name, getattr(self, name), "goes with a position, the middle of the motion")
+            return self
+        for name in Body.model_fields:
+            if getattr(self, name):
+                raise Wrong(name, getattr(self, name), "goes with a free joint only, and this one has a position")
+        if self.held.kind == "prescribed":
+            self.held.check_motion()
+        return self
+
+    @property
+    def held(self) -> Top | None:
+        """How it is held; None: it is free."""
+        if self.position is None:
+            return None
+        given = {name: value for name in Top.model_fields if (value := getattr(self, name, None)) is not None}
+        return Top(kind="prescribed" if any(name in given for name in MOTION) else "fixed", **given)

@@ -1,0 +1,335 @@
+"""What a scene hangs together with: pieces of line between ends, joints and buoys, from either form of its sections.
+
+A scene with one [cable] and at most one [buoy] is a network too: one piece from its anchor to its top.
+"""
+
+from dataclasses import dataclass, field
+
+from pydantic import ValidationError
+
+from .buoy import Buoy
+from .cable import Cable, Top
+from .lines import PHYSICAL, SHARED, SIZE, Body
+from .quantities import Missing, Wrong
+
+
+@dataclass(frozen=True)
+class End:
+    """What an end of a piece of line hangs on.
+
+    kind: "fixed", "prescribed", "free" (`top` says where, or the force on it), "joint" (a free one) or "buoy" (at the
+    named fairlead, None: on its axis).  name: of the joint, held or free, or of the buoy.
+    """
+
+    kind: str
+    top: Top | None = None
+    name: str | None = None
+    fairlead: str | None = None
+
+    @property
+    def held(self) -> bool:
+        """Whether its position is given."""
+        return self.kind in ("fixed", "prescribed")
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of one material: an interval of its own.  cable, number: which cable, and which of its segments."""
+
+    cable: int
+    number: int
+    section: Cable
+    ends: tuple[End, End]
+
+
+@dataclass(frozen=True)
+class Network:
+    """Pieces, cable after cable and each from its lower end on; names of cables, joints (with what holds them, None:
+    free) and buoys; bodies of free joints by their names."""
+
+    pieces: list[Piece] = field(default_factory=list)
+    cables: list[str] = field(default_factory=list)
+    joints: dict[str, Top | None] = field(default_factory=dict)
+    bodies: dict[str, Body] = field(default_factory=dict)
+    buoys: dict[str, Buoy] = field(default_factory=dict)
+
+    def last_of(self, cable: int) -> int:
+        """Number of the last piece of a cable."""
+        return max(k for k, piece in enumerate(self.pieces) if piece.cable == cable)
+
+    def first_of(self, cable: int) -> int:
+        """Number of the first piece of a cable."""
+        return min(k for k, piece in enumerate(self.pieces) if piece.cable == cable)
+
+
+def network_of(scene) -> Network:
+    """The network of a scene.  Raises Wrong or Missing for what hangs together with nothing."""
+    if not scene.is_network:
+        return _plain(scene)
+    return _Resolver(scene).network()
+
+
+def _plain(scene):
+    buoys = {"buoy": scene.buoy} if scene.buoy else {}
+    if scene.cable is None:
+        return Network(buoys=buoys)
+    c = scene.cable
+    ends = _fixed(scene.anchor_of(c)), _end_of(c.top) if c.top else End("buoy", name="buoy")
+    return Network([Piece(0, 0, c, ends)], ["cable"], buoys=buoys)
+
+
+def _fixed(position):
+    return End("fixed", Top(kind="fixed", position=position))
+
+
+def _end_of(top):
+    return End(top.kind, top)
+
+
+def named(sections, what: str) -> dict[str, object]:
+    """Sections by name, `what` alone if it is one without a name.  Raises Missing, or Wrong for a name given twice."""
+    found = {}
+    for section in sections:
+        name = getattr(section, "name", None) or (what if len(sections) == 1 else None)
+        if name is None:
+            raise Missing(f"{what}.name", f"each [[{what}]] of several needs one")
+        if name in found:
+            raise Wrong(f"{what}.name", name, "is given twice")
+        found[name] = section
+    return found
+
+
+class _Resolver:
+    """Reads the sections of a network."""
+
+    def __init__(self, scene):
+        self.scene = scene
+        self.cables = named(scene.cables, "cable")
+        self.buoys = named(scene.buoys, "buoy")
+        joints = named(scene.joint or [], "joint")
+        for name in joints:
+            if name in self.buoys or name == "buoy":
+                raise Wrong("joint.name", name, "is the name of a buoy")
+        self.joints = {name: joint.held for name, joint in joints.items()}
+        self.bodies = {name: joint for name, joint in joints.items() if any(_numbers(joint))}
+        self.used = set()
+
+    def network(self):
+        pieces = []
+        for number, (name, line) in enumerate(self.cables.items()):
+            key = f"cable.{name}" if isinstance(self.scene.cable, list) and len(self.cables) > 1 else "cable"
+            sections = sections_of(line, self.scene.material or {}, key)
+            ends = self._low(name, line), self._high(name, line)
+            pieces += self._chain(number, name, line, sections, ends)
+        for name in self.joints:
+            if name not in self.used:
+                raise Wrong("joint.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out")
+        return Network(pieces, list(self.cables), self.joints, self.bodies, self.buoys)
+
+    def _chain(self, number, name, line, sections, ends):
+        """Pieces of a cable, with a free joint between each two."""
+        bodies = [segment.body for segment in getattr(line, "segments", None) or []]
+        if bodies and bodies[-1] is not None:
+            place = f"cable.{name}.segments.{len(bodies) - 1}.body"
+            raise Wrong(
+                place,
+                bodies[-1].mass,
+                "goes with the upper end of a segment that another one follows: what "
+                "sits at the end of a cable is a [[joint]]",
+            )
+        between = [f"{name}.{k}" for k in range(1, len(sections))]
+        for joint, body in zip(between, bodies, strict=False):
+            self.joints[joint] = None
+            self.used.add(joint)
+            if body is not None and any(_numbers(body)):
+                self.bodies[joint] = body
+        places = [ends[0], *(End("joint", name=joint) for joint in between), ends[1]]
+        return [Piece(number, k, section, (places[k], places[k + 1])) for k, section in enumerate(sections)]
+
+    def _low(self, name, line):
+        place = getattr(line, "from", None)
+        return self._end(place, f"cable.{name}.from") if place is not None else _fixed(self.scene.anchor_of(line))
+
+    def _high(self, name, line):
+        place = getattr(line, "to", None)
+        if place is not None:
+            return self._end(place, f"cable.{name}.to")
+        if line.top is not None:
+            return _end_of(line.top)
+        if len(self.buoys) != 1:
+            raise Missing(f"cable.{name}.to", "or top: something must hold the upper end of the cable")
+        return End("buoy", name=next(iter(self.buoys)))
+
+    def _end(self, place, key):
+        if not isinstance(place, str):
+            return _fixed(place)
+        if place in self.joints:
+            self.used.add(place)
+            held = self.joints[place]
+            return End(held.kind, held, place) if held else End("joint", name=place)
+        buoy, _, fairlead = place.partition(".")
+        if buoy == "buoy" and len(self.buoys) == 1:
+            buoy = next(iter(self.buoys))
+        if buoy not in self.buoys:
+            known = [*self.joints, *self.buoys]
+            allowed = f"must be [x, y, z] or one of the joints and buoys: {', '.join(known) or 'there is none'}"
+            raise Wrong(key, place, allowed)
+        fairleads = self.buoys[buoy].fairleads or {}
+        if fairlead and fairlead not in fairleads:
+            raise Wrong(key, place, f"must be one of the fairleads of {buoy}: {', '.join(fairleads) or 'it has none'}")
+        return End("buoy", name=buoy, fairlead=fairlead or None)
+
+
+def _numbers(body):
+    return [getattr(body, name) for name in Body.model_fields]
+
+
+def sections_of(line, materials, key: str) -> list[Cable]:
+    """A section [cable] for each segment of a cable: its own keys, else those of its material, else of the cable.
+
+    key: of the cable, for messages.  Raises Wrong or Missing.
+    """
+    if isinstance(line, Cable):
+        return [line]
+    own = _material(line, materials, key) | _given(line, (*PHYSICAL, *SHARED))
+    if line.segments is None:
+        return [_section(own | _given(line, SIZE), key)]
+    found = []
+    for k, segment in enumerate(line.segments):
+        place = f"{key}.segments.{k}"
+        keys = own | _material(segment, materials, place) | _given(segment, (*SIZE, *PHYSICAL))
+        found.append(_section(keys, place))
+    return found
+
+
+def _given(section, names):
+    return {name: value for name in names if (value := getattr(section, name, None)) is not None}
+
+
+def _material(piece, materials, key):
+    if piece.material is None:
+        return {}
+    if piece.material not in materials:
+        known = ", ".join(materials) or "there is none"
+        raise Wrong(f"{key}.material", piece.material, f"must be the name of a [material.NAME]: {known}")
+    return _given(materials[piece.material], PHYSICAL)
+
+
+def _section(keys, place):
+    try:
+        return Cable.model_validate(keys)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join([place, *map(str, first["loc"])])
+        cause = first.get("ctx", {}).get("error")
+        if first["type"] == "missing":
+            info = Cable.model_fields[first["loc"][0]]
+            raise Missing(where, f"{info.description} [{info.json_schema_extra['unit']}]") from None
+        if isinstance(cause, Missing):
+            raise Missing(f"{where}.{cause.key}", cause.why) from None
+        if isinstance(cause, Wrong):
+            raise Wrong(f"{where}.{cause.key}", cause.value, cause.allowed) from None
+        raise Wrong(where, first["input"], first["msg"]) from None
+
+
+def attached_ends(network) -> list[tuple[int, int]]:
+    """(piece, end: 0 at s = 0, 1 at s = L) of all ends on buoys, buoy after buoy."""
+    ends = [(k, i) for k in range(len(network.pieces)) for i in (1, 0)]
+    return [(k, i) for name in network.buoys for k, i in ends if _is_on(network.pieces[k].ends[i], name)]
+
+
+def _is_on(end, buoy):
+    return end.kind == "buoy" and end.name == buoy
+
+
+# -- what must be so ---------------------------------------------------------------------------------------------------
+
+
+def check_network(scene) -> None:
+    """Refuse a network that is none: cables of different elements, parts that nothing holds.  Raises Wrong, Missing."""
+    network = network_of(scene)
+    first = network.pieces[0].section if network.pieces else None
+    for piece in network.pieces:
+        name, section = f"cable.{network.cables[piece.cable]}", piece.section
+        for key in SHARED:
+            if getattr(section, key) != getattr(first, key):
+                allowed = f"must be the same for all cables, and is {getattr(first, key)!r} for {network.cables[0]}"
+                raise Wrong(f"{name}.{key}", getattr(section, key), allowed)
+        if scene.sea is not None and section.diameter is None:
+            raise Missing(f"{name}.diameter", "the sea needs it")
+        low, high = piece.ends
+        if low.name is not None and low.kind == high.kind and low.name == high.name and low.fairlead == high.fairlead:
+            raise Wrong(f"{name}.to", high.name, "is where the cable comes from: its ends must be two places")
+    if scene.seabed is not None and scene.seabed.start == "pulled" and len(network.pieces) > 1:
+        raise Wrong("seabed.start", "pulled", "goes with one line that is laid and pulled, not with a network")
+    _check_held(network)
+    _check_buoys(scene, network)
+
+
+def _check_held(network):
+    """Every part needs an end that is held."""
+    parts = {name: {name} for name in [*network.joints, *network.buoys]}
+    held = {name for name, top in network.joints.items() if top is not None}
+    for number, piece in enumerate(network.pieces):
+        names = {end.name for end in piece.ends if end.name is not None} | {number}
+        held |= {number} if any(end.held for end in piece.ends) else set()
+        joined = set().union(names, *(parts.get(name, set()) for name in names))
+        for name in joined:
+            parts[name] = joined
+    for number, piece in enumerate(network.pieces):
+        if not parts[number] & held:
+            name = network.cables[piece.cable]
+            raise Wrong("cable.name", name, "hangs on nothing that is held: some end must have a place [x, y, z]")
+    for name in network.buoys:
+        if network.pieces and not parts[name] & held:
+            raise Wrong("buoy.name", name, "hangs on no cable: name it in from or to of a [[cable]]")
+
+
+def _check_buoys(scene, network):
+    """Sections that belong to one buoy."""
+    if len(network.buoys) < 2:
+        return
+    for name in ("wind", "external_force"):
+        if getattr(scene, name) is not None:
+            raise Wrong(
+                name, "[...]", f"belongs to one buoy, and there are several: give [buoy.{name}] to those it acts on"
+            )
+    for name in type(scene.initial).model_fields:
+        if name.startswith("buoy_") and getattr(scene.initial, name) is not None:
+            value = getattr(scene.initial, name)
+            raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
+
+
+# -- a scene as if it had one line, or one buoy ------------------------------------------------------------------------
+
+
+def with_line(scene, section: Cable):
+    """The scene as if it had this section [cable] only, and no buoy."""
+    return scene.model_copy(update={"cable": section, "buoy": None, "joint": None})
+
+
+def with_buoy(scene, name: str):
+    """The scene as if it had only the buoy of this name, without a cable; its own wind, external force and start."""
+    if not isinstance(scene.buoy, list):
+        return scene.model_copy(update={"cable": None, "joint": None}) if scene.is_network else scene
+    buoy = network_of(scene).buoys[name]
+    own = {key: getattr(buoy, key) for key in ("wind", "external_force", "initial")}
+    if len(scene.buoy) == 1:
+        own = {key: section or getattr(scene, key) for key, section in own.items()}
+    own["initial"] = own["initial"] or type(scene.initial)()
+    return scene.model_copy(update={"cable": None, "joint": None, "buoy": buoy, **own})
+
+
+def with_body(scene, body: Body):
+    """The scene as if it had this body at a joint only."""
+    return scene.model_copy(update={"cable": None, "buoy": None, "joint": body})
+
+
+def single_scenes(scene) -> list:
+    """The scene, or of a network one for each piece of line, body at a joint and buoy, as if it had that one only."""
+    if not scene.is_network:
+        return [scene]
+    network = network_of(scene)
+    found = [with_line(scene, piece.section) for piece in network.pieces]
+    found += [with_body(scene, body) for body in network.bodies.values()]
+    return found + [with_buoy(scene, name) for name in network.buoys]

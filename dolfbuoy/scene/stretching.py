@@ -1,0 +1,93 @@
+"""Axial stiffness of a cable: one number, or the tension as a table over the strain."""
+
+from functools import cached_property
+from itertools import pairwise
+from typing import Annotated
+
+from pydantic import Field, PlainSerializer, WrapValidator
+
+from .quantities import Stiffness, finite_numbers
+
+MOST_ROWS = 50
+
+
+class TensionTable(float):
+    """Tension [N] over strain, linear between the rows and on both sides of them.
+
+    Where one number is asked for it is the slope where the line is first pulled from below, or at 0 if the table has no
+    strain below 0: as a number of Hooke's law is.  Tables are equal if their rows are.
+    """
+
+    rows: tuple[tuple[float, float], ...]
+
+    def __new__(cls, rows):
+        """Raises ValueError for what is no law of a material."""
+        rows = tuple((float(strain), float(tension)) for strain, tension in rows)
+        if not 2 <= len(rows) <= MOST_ROWS:
+            raise ValueError(f"must be a number or a table of 2 to {MOST_ROWS} rows [strain, tension]")
+        if any(b[0] <= a[0] or b[1] <= a[1] for a, b in pairwise(rows)) or (0.0, 0.0) not in rows:
+            raise ValueError("must hold [strain, tension] that both grow from row to row, one of them [0, 0]")
+        if rows[0][0] <= -1 or rows[-1][0] > 100 or max(abs(rows[0][1]), rows[-1][1]) > 1e10:
+            raise ValueError("must hold strains above -1 and up to 100, tensions up to 1e10")
+        first = max(rows.index((0.0, 0.0)) - 1, 0)
+        (e0, T0), (e1, T1) = rows[first : first + 2]
+        made = super().__new__(cls, (T1 - T0) / (e1 - e0))
+        made.rows = rows
+        return made
+
+    def __getnewargs__(self):
+        return (self.rows,)
+
+    def __eq__(self, other):
+        return self.rows == other.rows if isinstance(other, TensionTable) else float(self) == other
+
+    def __ne__(self, other):
+        return not self == other
+
+    def __hash__(self):
+        return hash(self.rows)
+
+    def __repr__(self):
+        return repr([list(row) for row in self.rows])
+
+    @cached_property
+    def bends(self) -> list[tuple[float, float]]:
+        """(T, change of the compliance de/dT there [1/N]) on the way from 0 to each end of the table."""
+        compliances = [(b[0] - a[0]) / (b[1] - a[1]) for a, b in pairwise(self.rows)]
+        inner = zip(self.rows[1:-1], pairwise(compliances), strict=True)
+        return [(T, after - before if T >= 0 else before - after) for (_, T), (before, after) in inner]
+
+    def strain(self, T: float) -> float:
+        """e of a tension."""
+        found = T / self
+        for bend, change in self.bends:
+            found += change * (max(T - bend, 0.0) if bend >= 0 else min(T - bend, 0.0))
+        return found
+
+
+def _number_or_table(value, as_number):
+    if isinstance(value, list | tuple):
+        return TensionTable(map(finite_numbers(2), value))
+    return value if isinstance(value, TensionTable) else as_number(value)
+
+
+def _written(value):
+    return [list(row) for row in value.rows] if isinstance(value, TensionTable) else value
+
+
+AxialStiffness = Annotated[
+    Stiffness | Annotated[list[tuple[float, float]], Field(min_length=2, max_length=MOST_ROWS)],
+    WrapValidator(_number_or_table),
+    PlainSerializer(_written),
+]  # N
+
+
+def bends_of(stiffness, below: bool) -> list[tuple[float, float]]:
+    """Bends of a table at T < 0 or at T >= 0; none of a number."""
+    bends = stiffness.bends if isinstance(stiffness, TensionTable) else []
+    return [bend for bend in bends if (bend[0] < 0) == below]
+
+
+def secant(stiffness, T: float) -> float:
+    """EA of Hooke's law that gives the same strain at a tension [N]."""
+    return T / stiffness.strain(T) if isinstance(stiffness, TensionTable) and T > 0 else float(stiffness)

@@ -1,0 +1,183 @@
+"""Where a line leaves the sea bed: what elements and steps its tensions need, and what friction laws make of them.
+
+Errors are against the finest run of the same kind.  A law that is regularised by the velocity is that of the scene with
+a memory of one step only, f = mu p v/v_0 below v_0 = ell/step: at rest it lets go.
+"""
+
+import itertools
+
+import numpy as np
+from mpi4py import MPI
+
+from ...errors import InputError
+from ...motion.simulation import Simulation
+from ...results.compare import percent
+from ...results.tables import groups
+from ...scene import Scene, load_scene
+from ...scene.settings import Space, Stepping, period_of, ramp_of, space_of, with_settings
+from ..declaration import declared
+from ..study import Table
+
+WORDS = declared(__file__)
+
+PAIRS = ((1, 0), (2, 1), (3, 2))
+ELEMENTS, FINEST = (10, 14, 20, 28, 40, 56, 80), Space(3, 2, 160)
+#: Steps of a period, and the finest.
+STEPS, MOST_STEPS = (25, 50, 100, 200, 400), 1600
+SCHEMES = ("backward-euler", "bdf2")
+VELOCITY = "by velocity"
+#: Friction law -> changes of the scene's [seabed].
+LAWS = {
+    "none": {"seabed.friction": 0.0},
+    "spring and slider": {},
+    "stick length / 10": {"seabed.stick_length": 0.1},
+    "pulled at the start": {"seabed.start": "pulled"},
+    VELOCITY: {},
+}
+REST = 60.0  # s
+ACCURACIES = (0.01, 0.001)
+
+
+def request(scene: str, t_end: float) -> dict:
+    """The scene until t_end."""
+    chosen = load_scene(scene, time__end=t_end, time__tolerance=None)
+    if chosen.seabed is None or chosen.buoy is not None or period_of(chosen) is None:
+        raise InputError(
+            "seabed: must be given, and a cable whose top is prescribed: this study follows its touchdown."
+        )
+    return {"scene": chosen}
+
+
+def _scene(scene, space, stepping, **changes):
+    return with_settings(load_scene(scene, **changes), space, stepping).to_dict()
+
+
+def cases(scene: Scene) -> list[dict]:
+    """Elements of each pair, steps of each scheme, laws; and a finest run of the first two."""
+    stepping, space, period = Stepping(scene.time.scheme, scene.time.step), space_of(scene), period_of(scene)
+    found = []
+    for mu, nu in PAIRS:
+        found += [{"kind": "elements", "space": [mu, nu, n]} for n in ELEMENTS]
+    found.append({"kind": "elements", "space": [FINEST.mu, FINEST.nu, FINEST.cells], "finest": True})
+    for case in found:
+        case |= {"scene": _scene(scene, Space(*case["space"]), stepping)}
+    for scheme, count in [*((s, n) for s in SCHEMES for n in STEPS), ("bdf2", MOST_STEPS)]:
+        chosen = Stepping(scheme, period / count)
+        case = {"kind": "steps", "scheme": scheme, "step": chosen.step, "finest": count == MOST_STEPS}
+        found.append(case | {"scene": _scene(scene, space, chosen)})
+    for law, changes in LAWS.items():
+        changed = dict(changes)
+        if "seabed.stick_length" in changed:
+            usual = scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
+            changed["seabed.stick_length"] *= usual
+        found.append({"kind": "laws", "law": law, "scene": _scene(scene, space, stepping, **changed)})
+    return found
+
+
+def evaluate(case: dict) -> dict:
+    """Tensions at equal times after the ramp, at rest before the run, and if friction laws are compared after it."""
+    scene = load_scene(case["scene"])
+    simulation = Simulation(scene, MPI.COMM_SELF)
+    try:
+        forgets = case.get("law") == VELOCITY
+        rest, rows = _tensions(simulation), []
+        for _ in simulation.run():
+            _forget(simulation, forgets)
+            rows.append((simulation.t, *_tensions(simulation)))
+        result = {"static_top": rest[0], "static_anchor": rest[1], "failed": simulation.control.failed}
+        t, top, anchor = np.array(rows).T
+        start = min(ramp_of(scene), 0.5 * scene.time.end)
+        at = np.linspace(start, scene.time.end, 401)
+        result |= {"top": np.interp(at, t, top).tolist(), "anchor": np.interp(at, t, anchor).tolist()}
+        late = t >= start
+        result |= {"top_peak": top[late].max(), "anchor_peak": anchor[late].max(), "anchor_least": anchor[late].min()}
+        if case["kind"] == "laws":
+            result["held"] = _held(simulation, forgets)
+        return {key: value if isinstance(value, list) else float(value) for key, value in result.items()}
+    finally:
+        simulation.problem.destroy()
+
+
+def _tensions(simulation):
+    return float(np.linalg.norm(simulation.end_tension)), simulation.problem.anchor_tension()
+
+
+def _forget(simulation, forgets):
+    if forgets:
+        simulation.problem.lines.begin(simulation.system.u)
+
+
+def _held(simulation, forgets):
+    """T_anchor after the top has rested where it is [N]."""
+    lines, stop = simulation.problem.lines, simulation.t
+    constrain = lines.constrain
+    lines.constrain = lambda u, t: constrain(u, stop)
+    for _ in simulation.advance(simulation.t + REST):
+        _forget(simulation, forgets)
+    return simulation.problem.anchor_tension()
+
+
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+
+def tables(rows: list[dict], scene: Scene) -> list[Table]:
+    """Errors over elements and steps, with what 1 % and 0.1 % need; laws side by side."""
+    kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in ("elements", "steps", "laws")}
+    elements, steps = _errors(kinds["elements"]), _errors(kinds["steps"])
+    for row in elements:
+        row |= {"pair": str(Space(*row["space"]).pair), "elements": row["space"][2]}
+    space, end = str(space_of(scene)).rstrip(", "), scene.time.end
+    finest = str(FINEST).rstrip(", ")
+    titles = {
+        "elements": WORDS.say("elements", step=scene.time.step, end=end, reference=finest),
+        "steps": WORDS.say("steps", space=space, scheme="bdf2", step=period_of(scene) / MOST_STEPS),
+        "laws": WORDS.say("laws", space=space, rest=REST),
+    }
+    laws = [_law(row) for row in kinds["laws"]]
+    at_rest = {"static_top": "T_top at rest", "static_anchor": "T_anchor at rest"}
+    moving = {"top": "T_top", "anchor": "T_anchor", "top_peak": "largest T_top", "anchor_peak": "largest T_anchor"}
+    notes = {
+        "elements": _needed(elements, "pair", "elements", 1, at_rest | moving),
+        "steps": _needed(steps, "scheme", "step", -1, moving),
+    }
+    found = {"elements": elements, "steps": steps, "laws": laws}
+    return [
+        Table(f"touchdown-{kind}", found[kind], titles[kind], WORDS.columns[kind], notes.get(kind, []))
+        for kind in found
+    ]
+
+
+def _errors(rows):
+    """Errors of every row but the finest, relative: values at rest, rms over the range, peaks."""
+    finest, found = next(row for row in rows if row.get("finest")), []
+    for row in (row for row in rows if not row.get("finest")):
+        errors = {key: row[key] / finest[key] - 1 for key in ("static_top", "static_anchor", "top_peak", "anchor_peak")}
+        for key in ("top", "anchor"):
+            there = np.array(finest[key])
+            errors[key] = float(np.sqrt(np.mean((np.array(row[key]) - there) ** 2)) / np.ptp(there))
+        kept = {key: row[key] for key in ("kind", "space", "scheme", "step", "failed") if key in row}
+        found.append(kept | errors)
+    return found
+
+
+def _law(row):
+    names = {"static_anchor": "static_anchor_N", "held": "held_N"}
+    names |= {key: f"{key}_N" for key in ("top_peak", "anchor_peak", "anchor_least")}
+    return {"law": row["law"]} | {name: row[key] for key, name in names.items()}
+
+
+def _needed(rows, by, size, sign, quantities):
+    """Sentences: the coarsest of each kind from which on the error stays below an accuracy."""
+    said = []
+    for (key, name), accuracy in itertools.product(quantities.items(), ACCURACIES):
+        found = []
+        for kind, mine in groups(rows, by).items():
+            finest_first = sorted(mine, key=lambda row: -sign * row[size])
+            found.append(f"{kind} {_coarsest(finest_first, key, size, accuracy)}")
+        said.append(WORDS.say("needed", quantity=name, accuracy=percent(accuracy), found=", ".join(found)))
+    return said
+
+
+def _coarsest(finest_first, key, size, accuracy):
+    good = list(itertools.takewhile(lambda row: abs(row[key]) <= accuracy, finest_first))
+    return f"{good[-1][size]:g}" if good else WORDS.say("none")

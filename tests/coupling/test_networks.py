@@ -1,0 +1,246 @@
+"""Lines that hang together: joints, bodies, bridles, several buoys.
+
+Source: the same line in one piece; each part alone; the network mirrored and turned; the balance of energy; one rank.
+"""
+
+import copy
+import itertools
+
+import numpy as np
+import pytest
+from dynamics_helpers import MOORED
+from mpi4py import MPI
+from mpi_helpers import needs_mpirun, start_scenes
+
+from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy.motion.energy import STORED, Meter
+from dolfbuoy.motion.simulation import Simulation
+from dolfbuoy.results.record import read
+
+ROPE = {"line_density": 12.0, "diameter": 0.05, "axial_stiffness": 3e6, "added_mass": 0.9}
+ROPE |= {"normal_drag": 1.1, "tangential_drag": 0.1}
+TOP = {"kind": "prescribed", "position": [30.0, 3.0, -4.0], "amplitude": [0.3, 0.2, 0.5], "period": 2.0, "ramp": 1.0}
+WATER = {"sea": {"depth": 30.0}, "current": {"speed": 0.6, "direction_deg": 40.0}, "solver": {"step_tolerance": 1e-12}}
+TIME = {"time": {"end": 5.0, "step": 0.05, "scheme": "bdf2"}}
+WHOLE = {**WATER, **TIME, "cable": {**ROPE, "length": 48.0, "elements": 12, "top": TOP}}
+CUT = {**WATER, **TIME, "cable": {**ROPE, "top": TOP, "segments": [
+    {"length": 16.0, "elements": 4}, {"length": 8.0, "elements": 2}, {"length": 24.0, "elements": 6},
+]}}  # fmt: skip
+
+BRIDLE = {
+    **WATER,
+    "waves": {"amplitude": 0.5, "period": 4.0, "direction_deg": 20.0, "ramp": 1.0},
+    "time": {"end": 1.5, "step": 0.05, "scheme": "bdf2"},
+    "material": {"rope": ROPE},
+    "joint": [
+        {"name": "Y", "mass": 200.0, "volume": 0.1, "drag_area": 0.5, "added_mass": 0.5},
+        {"name": "rail", "position": [30.0, 3.0, -4.0], "amplitude": [0.3, 0.2, 0.5], "period": 2.0, "ramp": 1.0},
+    ],
+    "cable": [
+        {"name": "main", "material": "rope", "from": [0.0, 0.0, -30.0], "to": "Y", "segments": [
+            {"length": 12.0, "elements": 4, "body": {"mass": 20.0}},
+            {"length": 14.0, "elements": 6, "axial_stiffness": float("inf"), "line_density": 9.0},
+        ]},
+        {"name": "port", "material": "rope", "from": "Y", "to": "rail", "length": 18.0, "elements": 5},
+        {"name": "starboard", "material": "rope", "from": [30.0, -5.0, -4.0], "to": "Y", "length": 19.0, "elements": 5},
+    ],
+}  # fmt: skip
+
+HULL = {**MOORED["buoy"], "hull": [[0.0, 1.0], [0.8, 1.0], [0.8, 3.0], [2.0, 3.0]], "mass": 4000.0}
+HULL |= {"center_of_mass": 0.9, "inertia": [4000.0, 5000.0], "point_masses": [], "rotational_damping": 0.0}
+DIRECTIONS = {"east": 0.0, "north": 2.1, "south": -2.0}
+
+
+def spread(x, name, legs=DIRECTIONS):
+    """(cables, buoy) of a hull at x on legs that begin at fairleads off its axis."""
+    around = {leg: [1.5 * np.cos(a), 1.5 * np.sin(a), 0.8] for leg, a in legs.items()}
+    cables = [
+        {**ROPE, "name": f"{name}-{leg}", "from": [x + 40 * np.cos(a), 40 * np.sin(a), -30.0], "to": f"{name}.{leg}",
+         "length": 52.0, "elements": 6}
+        for leg, a in legs.items()
+    ]  # fmt: skip
+    return cables, {**HULL, "name": name, "fairleads": around}
+
+
+def moored(*parts, **changes):
+    cables = [cable for cables, _ in parts for cable in cables]
+    scene = {**BRIDLE, "cable": cables, "buoy": [buoy for _, buoy in parts], **changes}
+    return {name: section for name, section in scene.items() if name not in ("joint", "material")}
+
+
+def apart(a, b, name):
+    """Largest difference of a quantity of two records, relative to its range."""
+    a, b = a[name].values, b[name].values
+    return np.abs(a - b).max() / np.ptp(a)
+
+
+def test_a_line_cut_into_three_is_the_line():
+    """Positions and tensions over five seconds, to 1e-10 of the length and of their range."""
+    whole, cut = simulate(WHOLE), simulate(CUT)
+    np.testing.assert_allclose(whole.s, cut.s, rtol=1e-15)
+    assert cut.segment_of_cell.values.tolist() == 4 * [0] + 2 * [1] + 6 * [2]
+    np.testing.assert_allclose(cut.cable_position, whole.cable_position, rtol=0, atol=48e-10)
+    for name in ("cable_tension", "end_tension", "anchor_force", "tension_top"):
+        assert apart(whole, cut, name) < 1e-10, name
+    assert np.ptp(whole.cable_position.values, axis=0).max() > 0.5
+    assert cut.joint.values.tolist() == ["cable.1", "cable.2"]
+
+
+def test_cutting_brings_no_unknowns():
+    assert solve_static(WHOLE).attrs["unknowns"] == solve_static(CUT).attrs["unknowns"]
+
+
+def test_forces_of_lines_on_a_joint_add_up():
+    """Of the lines on a body at a joint that moves: to what its mass, weight and the water ask for."""
+    simulation = Simulation(load_scene(BRIDLE), MPI.COMM_SELF)
+    problem = simulation.problem
+    ends = [(0, 1), (1, 0)]  # both pieces of the main line, between them 20 kg
+    for _ in simulation.run():
+        total = sum(problem.end_force(*end, fresh=False) for end in ends)
+        k = problem.bodies.names.index("main.1")
+        v = problem.bodies
+        dofs = v.dofs[k]
+        r_tt = v.gamma_a.value * problem.system.u[v.part.offset + dofs] + v.history_a.x.array[dofs]
+        np.testing.assert_allclose(total, -20.0 * (r_tt + [0.0, 0.0, 9.81]), atol=1e-4)
+    assert np.linalg.norm(problem.end_force(0, 1)) > 500.0
+    problem.destroy()
+
+
+def turned(scene, matrix, heading):
+    """The scene with all its vectors turned, and its directions by `heading`."""
+    scene = copy.deepcopy(scene)
+
+    def turn(vector):
+        return (matrix @ np.array(vector)).tolist()
+
+    for joint in scene.get("joint", []):
+        for name in ("position", "amplitude"):
+            if name in joint:
+                joint[name] = turn(joint[name])
+    for cable in scene["cable"]:
+        for name in ("from", "to"):
+            if isinstance(cable[name], list):
+                cable[name] = turn(cable[name])
+    for buoy in scene.get("buoy", []):
+        buoy["fairleads"] = {name: turn(point) for name, point in buoy["fairleads"].items()}
+    for name in ("waves", "current"):
+        scene[name]["direction_deg"] = heading(scene[name]["direction_deg"])
+    return scene
+
+
+TURN, MIRROR = 1.1, np.diag([1.0, -1.0, 1.0])
+TURNED = np.array([[np.cos(TURN), -np.sin(TURN), 0], [np.sin(TURN), np.cos(TURN), 0], [0, 0, 1.0]])
+
+
+@pytest.mark.parametrize("scene", [BRIDLE, moored(spread(0.0, "one"))], ids=["bridle", "three legs"])
+@pytest.mark.parametrize(
+    ("matrix", "heading"),
+    [(TURNED, lambda a: a + np.degrees(TURN)), (MIRROR, lambda a: -a)],
+    ids=["turned", "mirrored"],
+)
+def test_a_turned_and_a_mirrored_network(scene, matrix, heading):
+    straight, other = simulate(scene), simulate(turned(scene, matrix, heading))
+    length = np.abs(straight.cable_position.values).max()
+    np.testing.assert_allclose(other.cable_position, straight.cable_position.values @ matrix.T, atol=1e-9 * length)
+    for name in ("tension_top", "tension_anchor"):
+        assert apart(straight, other, name) < 1e-8, name
+
+
+def test_two_buoys_apart_are_two_answers():
+    """Neither knows of the other."""
+    first, second = spread(0.0, "left"), spread(200.0, "right", {"east": 0.2, "north": 1.9, "south": -2.2})
+    both = simulate(moored(first, second))
+    assert both.buoy.values.tolist() == ["left", "right"]
+    for k, part in enumerate((first, second)):
+        alone = simulate(moored(part))
+        np.testing.assert_allclose(both.buoy_position[:, k], alone.buoy_position, atol=1e-8)
+        np.testing.assert_allclose(both.pitch[:, k], alone.pitch, atol=1e-6)
+        tension = both.tension_top[:, 3 * k : 3 * k + 3].values
+        np.testing.assert_allclose(tension, alone.tension_top, atol=1e-7 * tension.max())
+        assert np.ptp(alone.buoy_position.values, axis=0).max() > 0.1
+
+
+def shared():
+    """Two buoys with a line between them and two legs each."""
+    cables, left = spread(0.0, "left", {"west": np.pi, "north": 1.8})
+    more, right = spread(25.0, "right", {"east": 0.0, "south": -1.9})
+    left["fairleads"]["fore"], right["fairleads"]["aft"] = [1.5, 0.0, 0.8], [-1.5, 0.0, 0.8]
+    line = {**ROPE, "name": "between", "from": "left.fore", "to": "right.aft", "length": 24.0, "elements": 6}
+    return moored((cables, left), (more, right), cable=[*cables, line, *more])
+
+
+def test_action_and_reaction_of_a_shared_line():
+    """The whole network at every step: what holds the anchors, weights, buoyancy and water; here at rest, dry of it."""
+    scene = {name: section for name, section in shared().items() if name not in ("waves", "current", "time")}
+    at_rest = solve_static(scene)
+    assert at_rest.attachment.values.tolist()[:3] == ["left-west.to", "left-north.to", "between.from"]
+    lines = sum(cable["length"] for cable in scene["cable"]) * (12.0 - 1025.0 * np.pi * 0.05**2 / 4)
+    weight = 9.81 * (lines + 2 * 4000.0 - at_rest.displaced_mass.values.sum())
+    held = at_rest.anchor_force.values[[0, 1, 3, 4]].sum(axis=0)
+    np.testing.assert_allclose(held, [0.0, 0.0, weight], atol=1e-4)
+    assert at_rest.tension_top.values.min() > 100.0
+
+
+def test_energy_of_a_network_is_kept():
+    """Its defect falls with the second order of the scheme; bodies, a prescribed joint and two buoys take part."""
+    for scene in (BRIDLE, shared()):
+        defects = [_defect(scene, step) for step in (0.02, 0.01)]
+        assert defects[1][0] < 2e-3 * defects[1][1]
+        assert np.log2(defects[0][0] / defects[1][0]) > 1.4
+
+
+def _defect(scene, step):
+    """(energy that appeared from nowhere, work done) in a second [J]."""
+    simulation = Simulation(load_scene({**scene, "time": {"end": 1.0, "step": step, "scheme": "bdf2"}}), MPI.COMM_SELF)
+    meter, stored, powers = Meter(simulation), [], []
+    for _ in itertools.chain([None], simulation.run()):
+        found = meter.read()
+        stored.append(sum(found.pop(name) for name in STORED))
+        powers.append(list(found.values()))
+    simulation.problem.destroy()
+    work = step * (np.array(powers)[:-1] + np.array(powers)[1:]) / 2
+    return abs(stored[-1] - stored[0] - work.sum()), np.abs(work).sum()
+
+
+def test_a_table_is_a_list_of_one():
+    """[[cable]] and [[buoy]] with one table each are [cable] and [buoy], from another start of Newton."""
+    scene = {**MOORED, "time": {"end": 0.3, "step": 0.02}}
+    plain, listed = simulate(scene), simulate({**scene, "cable": [scene["cable"]], "buoy": [scene["buoy"]]})
+    assert plain.attrs["unknowns"] == listed.attrs["unknowns"]
+    for name in ("cable_position", "buoy_position", "tension_top", "mooring_force"):
+        a, b = listed[name].values, plain[name].values
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-7 * np.abs(b).max())
+
+
+def test_one_of_several_is_named():
+    scene = load_scene(
+        BRIDLE, **{"cable.port.length": 17.0, "joint.Y.mass": 150.0, "cable.main.segments.1.elements": 7}
+    )
+    assert [cable.length for cable in scene.cables] == [None, 17.0, 19.0]
+    assert scene.joint[0].mass == 150.0
+    assert scene.cables[0].segments[1].elements == 7
+
+
+SCRIPT = """
+import json, sys
+import dolfbuoy
+
+for name, scene in json.load(open(sys.argv[1])).items():
+    dolfbuoy.simulate(scene, out=name)
+"""
+
+
+@pytest.mark.mpi
+@needs_mpirun
+@pytest.mark.parametrize("ranks", [2, 3])
+def test_ranks(ranks, tmp_path):
+    """The same trajectory on two and three ranks, to 1e-8 of the size of each quantity."""
+    bridle = copy.deepcopy(BRIDLE)
+    bridle["cable"][0]["segments"][1]["axial_stiffness"] = 1e7  # JSON knows no inf
+    scenes = {"bridle": bridle, "shared": shared()}
+    done = start_scenes(ranks, scenes, tmp_path, SCRIPT)
+    assert done.returncode == 0, done.stderr[-2000:]
+    for name, scene in scenes.items():
+        alone, together = simulate(scene), read(tmp_path / name / "results.nc")
+        for quantity in ("cable_position", "cable_tension", "end_tension", "anchor_force"):
+            assert apart(alone, together, quantity) < 1e-8, (name, quantity)

@@ -1,0 +1,90 @@
+"""Chains on a rubbing bed whose tops heave, against another program's table: peaks, and the whole period.
+
+Source: MoorDyn's test data (quasi-static moorings, there said to be validated against OrcaFlex); tests/reference.
+"""
+
+import csv
+import functools
+import math
+
+import numpy as np
+import pytest
+from helpers import REFERENCE, reference
+
+import dolfbuoy
+
+BEDS = reference("bed_and_networks")["cases"]
+CASES = {name: case for name, case in BEDS.items() if name.startswith("chain_")}
+HEAVE = {"chain_wd0050_heave2": 2.0, "chain_wd0200_heave5": 5.0, "chain_wd0600_heave2": 2.0}
+PERIOD = 10.0
+#: The table's heave begins a little later than ours: z(10 s) = -0.036 m of 2 m, -0.09 m of 5 m.
+LAG = PERIOD * math.asin(0.018) / (2 * math.pi)
+STATED = {"stiffness": 1e6, "stick_length": 0.05}
+
+
+@functools.cache
+def run(name, stated=True):
+    """Record of a case with the bed that the reference states, or with the default one."""
+    case = CASES[name]["input"]
+    keys = ("line_density", "diameter", "axial_stiffness", "added_mass", "normal_drag", "tangential_drag")
+    cable = {key: float(case[key]) for key in keys} | {"length": float(case["L"]), "elements": 80}
+    cable |= {"slack": "tension-only"}
+    cable["top"] = {"kind": "prescribed", "position": [float(case["X"]), 0.0, 0.0], "period": PERIOD, "ramp": 20.0}
+    cable["top"] |= {"amplitude": [0.0, 0.0, HEAVE[name]]}
+    bed = {"friction": case["friction"]} | (STATED if stated else {})
+    time = {"end": 60.0, "step": 0.05, "scheme": "bdf2"}
+    found = dolfbuoy.simulate({"sea": {"depth": float(case["depth"])}, "cable": cable, "seabed": bed, "time": time})
+    assert found.attrs["failed_steps"] == 0
+    return found
+
+
+def extremes(found):
+    """Of the last three periods [kN]."""
+    last = found.time.values > 30.0
+    top, anchor = found.tension_top.values[last] / 1e3, found.tension_anchor.values[last] / 1e3
+    return {"top_max": top.max(), "top_min": top.min(), "anchor_max": anchor.max(), "anchor_min": anchor.min()}
+
+
+@pytest.mark.parametrize("stated", [True, False], ids=["stated bed", "default bed"])
+@pytest.mark.parametrize("name", CASES)
+def test_extremes(name, stated):
+    """Within the acceptance of the case at its settings; the default bed, printed beside, is as near."""
+    found, accepted = extremes(run(name, stated)), CASES[name]["acceptance"]
+    table = CASES[name]["values"]["tabulated_kN"]
+    print(name, "stated" if stated else "default", {key: f"{x:.1f} ({table[key]:.1f})" for key, x in found.items()})
+    assert found["top_max"] == pytest.approx(table["top_max"], rel=accepted["top_peak"])
+    assert found["top_min"] == pytest.approx(table["top_min"], rel=accepted["top_peak"])
+    assert found["anchor_max"] == pytest.approx(table["anchor_max"], rel=accepted["anchor_peak"])
+    assert found["anchor_min"] == pytest.approx(table["anchor_min"], rel=accepted["anchor_peak"])
+
+
+def table_of(name):
+    """(t, top [kN]) of a period of the table."""
+    with open(REFERENCE / "chains.csv", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["case"] == name]
+    return tuple(np.array([float(row[key]) for row in rows]) for key in ("t", "top"))
+
+
+@pytest.mark.parametrize("name", ["chain_wd0050_heave2", "chain_wd0200_heave5"])
+def test_the_whole_period(name):
+    """Root mean square of the difference over the table's range."""
+    found, (t, top) = run(name), table_of(name)
+    assert len(t) == 20
+    ours = np.interp(t + 4 * PERIOD - LAG, found.time, found.tension_top / 1e3)
+    rms = 100 * float(np.sqrt(np.mean((ours - top) ** 2))) / np.ptp(top)
+    print(name, f"rms {rms:.2f} % of the range")
+    assert rms < CASES[name]["acceptance"]["rms_percent_of_range"]
+
+
+def test_chain_on_bed():
+    """The shipped scene: no failed step, at rest as the closed form says, and the peak is not the bed's."""
+    values = BEDS["bed_chain100_frictionless"]["values"]
+    found = dolfbuoy.simulate("chain-on-bed")
+    assert found.attrs["failed_steps"] == 0
+    assert float(found.tension_top[0]) == pytest.approx(values["T_top"], rel=1e-3)
+    peak, weight = found.tension_top.values.max(), 700.0
+    for factor in (0.1, 10.0, 100.0):
+        stiffness = factor * weight / 0.1 / 0.01
+        other = dolfbuoy.simulate("chain-on-bed", seabed__stiffness=stiffness)
+        assert other.attrs["failed_steps"] == 0
+        assert other.tension_top.values.max() == pytest.approx(peak, rel=0.02)
