@@ -12,6 +12,8 @@ _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
     "cable.top.phase_deg": "or one of each component",
     "current.profile": "or a table [[z, speed], ...]",
+    "waves.spectrum": "or a table [[f, S], ...] of numbers >= 0, or a file",
+    "waves.components": "or a list of [amplitude, period, direction_deg, phase_deg], or a file",
 }
 #: What is said of a key that no scene has.
 UNKNOWN = "unknown key"
