@@ -227,7 +227,7 @@ def _describe(one, points, read, count):
     heights = np.zeros(max(1, len(points.cells) * nodes))
     kept = [count, *ints, shape, out, heights]
     one.kind, one.weight, one.size, one.radius = points.kind, points.weight, bs, points.radius
-    one.cells, one.points, one.nodes, one.most = address(count), len(shape), nodes, len(points.cells)
+    one.cells, one.points, one.nodes = address(count), len(shape), nodes
     one.places, one.to, one.shape, one.out = address(ints[0]), address(ints[1]), address(shape), address(out)
     if points.source is not None:
         source = points.source if isinstance(points.source, np.ndarray) else read(points.source)

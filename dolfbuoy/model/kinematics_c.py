@@ -139,7 +139,7 @@ enum {PLAIN, MEAN, MOMENT};
 typedef struct {                /* points on the cells of a mesh, and where their numbers go */
     int kind, weight, size;
     const int *cells;           /* how many, from the first on */
-    int points, nodes, most;    /* of a cell; most: cells */
+    int points, nodes;          /* of a cell */
     const double *shape;        /* values at the points of what interpolates between the nodes */
     const double *source;       /* positions on a line; heights and radii on the axis */
     const int *places;          /* there, of the nodes of every cell: three numbers on a line, else one */

@@ -60,11 +60,6 @@ class Simulation:
         u = self.system.u
         self.problem.set_time(0.0)
         start.put(self.problem, u)
-        if self.problem.network.joints:
-            self.system.share()
-        for model in self.problem.models:
-            model.begin(u)
-        start.remember(self.problem)
         self.begin(start.line_velocity)
         self.set_end_forces(start.end_forces)
         if not start.at_rest:

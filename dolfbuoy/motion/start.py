@@ -45,7 +45,7 @@ class Start:
     poses: dict[str, Pose] = field(default_factory=dict)
 
     def put(self, problem, u):
-        """Into the local unknowns of a dynamic Problem."""
+        """Into the local unknowns of a dynamic Problem, and what the equilibrium left behind besides them."""
         if problem.lines:
             u[problem.lines.part.slice] = self.lines
         for attachment, values in zip(problem.attachments, self.moorings, strict=True):
@@ -54,9 +54,10 @@ class Start:
             pose = self.poses[name]
             state = buoy.moving_state(pose.position, pose.quaternion, pose.velocity, pose.angular_velocity)
             u[buoy.part.slice] = state
-
-    def remember(self, problem):
-        """What the equilibrium left behind besides unknowns (where friction holds), into a dynamic Problem."""
+        if problem.network.joints:
+            problem.system.share()
+        for model in problem.models:
+            model.begin(u)
         for name, values in self.line_memory.items():
             problem.lines.memory[name][:] = values
 

@@ -10,7 +10,10 @@ from .sections import LIST, NETWORK, Scene
 #: What else a key takes, where the message speaks only of its numbers.
 _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
+    "cable.top.phase_deg": "or one of each component",
     "current.profile": "or a table [[z, speed], ...]",
+    "waves.spectrum": "or a table [[f, S], ...] of numbers >= 0, or a file",
+    "waves.components": "or a list of [amplitude, period, direction_deg, phase_deg], or a file",
 }
 #: What is said of a key that no scene has.
 UNKNOWN = "unknown key"

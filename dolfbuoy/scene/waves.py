@@ -132,12 +132,13 @@ class Waves(Section):
         return self
 
     def _kinds(self):
-        return {
-            REGULAR: self.period is not None or self.amplitude is not None or self.height is not None,
+        sea = {
             SPECTRUM: self.spectrum is not None,
             COMPONENTS: isinstance(self.components, list),
             ELEVATION: self.elevation is not None,
         }
+        sized = self.amplitude is not None or self.height is not None
+        return {REGULAR: self.period is not None or (sized and not any(sea.values()))} | sea
 
     def _regular(self):
         if self.period is None:

@@ -28,13 +28,14 @@ def pull(problem) -> None:
 
 
 def _behind(problem):
-    """Places (cells, points, 3) where lines were laid that lie at their start, or behind; else where they are."""
+    """Places (cells, points, 3) where lines were laid that lie from a held start on, or behind; else where they are."""
     lines, bed, scene = problem.lines, problem.lines.bed, problem.scene
     places = bed.points.of(problem.system.u[lines.node_dofs])
     for k, piece in enumerate(lines.pieces):
-        found, start = bed.lying(problem.system.u, k), np.array(piece.ends[0].top.position)
-        if not found.length or bed.gap(start) > found.sag:
+        held, found = piece.ends[0].top, bed.lying(problem.system.u, k)
+        if held is None or not found.length or bed.gap(np.array(held.position)) > found.sag:
             continue
+        start = np.array(held.position)
         along = (found.touchdown - start) / np.linalg.norm(found.touchdown - start)
         rise = along[2] + scene.seabed.friction * bed.normal.value[2]
         fall = weight_per_length(scene, lines.sections[k]) * rise

@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.errors import SolveError
+from dolfbuoy.linear.linearisation import linearise
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.energy import STORED, Meter
 from dolfbuoy.solver.real import real_space
@@ -220,6 +221,24 @@ def test_adaptive_steps():
     assert np.ptp(run.time_step.values[1:]) > 1e-3
     error = np.abs(np.interp(fine.time, run.time, run.tension_top) - fine.tension_top).max()
     assert error < 0.02 * float(np.ptp(fine.tension_top.values))
+
+
+@pytest.mark.parametrize("start", ["frictionless", "pulled"])
+def test_linearised_about_what_friction_holds(start):
+    """The equilibrium is one of the linearised problem too, and what lies is held along the bed by k_t."""
+    found = linearise(load_scene(still(merged(CHAIN, seabed__start=start))), MPI.COMM_SELF)
+    problem = found.problem
+    problem.system.publish()
+    residual = problem.system.evaluate()[problem.system.order] * problem.system.row_scales
+    assert np.abs(residual).max() < 1e-6
+    free = linearise(load_scene(still(merged(CHAIN, seabed__friction=0.0))), MPI.COMM_SELF)
+    sideways = np.flatnonzero(np.isin(problem.system.order, problem.lines.node_dofs[:, 1]))
+    added = (found.K.diagonal() - free.K.diagonal())[sideways]
+    w, h = problem.lines.weight_per_length, 60.0 / 16
+    assert added.max() == pytest.approx(0.7 * w / 0.02 * 2 * h / 3, rel=0.05)  # ell = 1e-3 depth
+    assert abs(added[-1]) < 0.02 * added.max()  # what hangs is free
+    for one in (found, free):
+        one.problem.destroy()
 
 
 def test_jacobian_on_the_bed():

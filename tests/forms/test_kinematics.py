@@ -12,8 +12,9 @@ from dolfbuoy import load_scene
 from dolfbuoy.forms import sea
 from dolfbuoy.model.airy import AirySum
 from dolfbuoy.model.kinematics import Kinematics, compiled_sums
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.scene.waves import Waves
-from dolfbuoy.solver import c_code
+from dolfbuoy.solver import c_code, compat
 
 THREE = next(case for case in reference("sea")["cases"] if "sum_of_three" in case["id"])
 STORM = {"spectrum": "jonswap", "significant_height": 3.0, "peak_period": 7.0, "spreading": 6.0, "components": 100}
@@ -69,6 +70,37 @@ def test_sums_in_vectors_are_those_of_numpy(stretching, depth):
         assert surface[0] == pytest.approx(float(sums.airy.elevation(23.7, x)), abs=1e-12)
         for found, expected in zip((velocity, acceleration), sums.airy.flow(23.7, x), strict=True):
             np.testing.assert_allclose(found[:3], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("degree", [1, 3])
+def test_points_of_a_deep_cable(degree):
+    """From the surface to 300 m, where most components do not reach: at the points of the elements, in their order."""
+    cable = {"length": 320.0, "line_density": 20.0, "diameter": 0.05, "axial_stiffness": 1e7, "elements": 7}
+    cable |= {"position_degree": degree, "tension_degree": 0, "normal_drag": 1.0, "top": {"kind": "free"}}
+    scene = {"sea": {"depth": 300.0}, "cable": cable, "waves": STORM | {"kinematics": "exact"}}
+    problem = Problem(load_scene(scene), dynamic=True)
+    along = (
+        np.random.default_rng(2).standard_normal((3, 4)) * [[3.0], [2.0], [4.0]] * [1, 1, 1, 0]
+    )  # the anchor is held
+    bent = lambda s: np.array([np.polyval(p, s / 320) for p in along]).T + np.outer(s, [0.1, 0.0, 0.95]) - [0, 0, 300]  # noqa: E731
+    problem.lines.set_shape(problem.system.u, bent, lambda s: 1e3 + s)
+    problem.set_time(11.0)
+    problem.system.publish()
+    problem.system.evaluate()
+    (points,) = problem.lines.sea.kinematics.sets
+    found = problem.system.numbers_of(points.coefficient).reshape(-1, sea.SMALL)
+    u, airy = problem.system.numbers_of(problem.lines.w), AirySum.of(problem.scene)
+    places = np.einsum("qn,cni->cqi", points.shape, u[points.places]).reshape(-1, 3)
+    dofs = compat.cell_dofs(points.coefficient.function_space).ravel()
+    velocity, acceleration = airy.flow(11.0, places)
+    np.testing.assert_allclose(found[dofs][:, sea.V : sea.V + 3], velocity, atol=1e-8)
+    np.testing.assert_allclose(found[dofs][:, sea.A : sea.A + 3], acceleration, atol=1e-8)
+    np.testing.assert_allclose(found[dofs][:, sea.ETA], airy.elevation(11.0, places), atol=1e-11)
+    s, at = problem.lines.cell_ends, compat.interval_quadrature(max(2 * degree + 1, 3 * degree - 3))[0]
+    expected = bent((s[:, :1] + np.diff(s, axis=1) * at).ravel())
+    assert degree < 3 or np.abs(places - expected).max() < 1e-10  # a cubic is what the elements hold
+    assert places[:, 2].min() < -250
+    problem.destroy()
 
 
 def tensor(g):
