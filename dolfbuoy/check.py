@@ -16,6 +16,8 @@ from .model.hydrostatics import float_upright
 from .model.material import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
 from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
+from .results.parts import cable_alone
+from .scene.network import network_of, with_buoy
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
 
@@ -54,13 +56,15 @@ def check(scene) -> Report:
     check_first_shape(scene)
     report = derived(scene)
     if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
-        _equilibrium(scene, report)
+        (_network_at_rest if scene.is_network else _equilibrium)(scene, report)
     return report
 
 
 def derived(scene) -> Report:
     """Numbers and warnings that need no equilibrium.  Raises InputError for a buoy that sinks."""
     report = Report(effects_of(scene))
+    if scene.is_network:
+        return _network(scene, report)
     if scene.cable:
         _cable(scene, report)
     if scene.buoy and scene.sea and scene.gravity:
@@ -69,6 +73,38 @@ def derived(scene) -> Report:
         _sea(scene, report)
         _waves(_main_wave(scene), report)
     return report
+
+
+def _network(scene, report):
+    """Each cable and each buoy as if it were alone, and the waves."""
+    network = network_of(scene)
+    alone = {name: cable_alone(scene, k) for k, name in enumerate(network.cables)}
+    alone |= {name: with_buoy(scene, name) for name in network.buoys}
+    for name, one in alone.items():
+        own = derived(one.model_copy(update={"waves": None}))
+        report.numbers += [(f"{name}: {what}", *number) for what, *number in own.numbers]
+        report.warnings += [f"{name}: {sentence}" for sentence in own.warnings]
+    if scene.waves:
+        empty = scene.model_copy(update={"cable": None, "buoy": None, "joint": None})
+        _sea(empty, report)
+        _waves(_main_wave(empty), report)
+    return report
+
+
+def _network_at_rest(scene, report):
+    """Forces on the ends of every cable."""
+    problem = solve_equilibrium(scene)
+    for k, name in enumerate(network_of(scene).cables):
+        held = problem.anchor_force(cable=k)
+        report.add(
+            f"equilibrium: tension at the upper end of {name}", np.linalg.norm(problem.end_tension(cable=k)), "N"
+        )
+        report.add(f"equilibrium: force at the lower end of {name}", np.linalg.norm(held), "N")
+        report.add(f"equilibrium: uplift at the lower end of {name}", -held[2], "N", "the part that pulls it up")
+    smallest = problem.smallest_tension()
+    if smallest <= 0:
+        report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
+    problem.destroy()
 
 
 def _cable(scene, report):

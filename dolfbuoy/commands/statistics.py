@@ -101,7 +101,8 @@ def show(found, folder):
     """The tables of every set."""
     for k in range(min(found.sizes["set"], MOST_SETS)):
         mine = found.isel(run=found.set_of_run.values == k, set=k)
-        names = [name for name in SHOWN if f"{name}_mean" in mine]
+        known = [name.removesuffix("_mean") for name in mine if name.endswith("_mean")]
+        names = [name for shown in SHOWN for name in known if name == shown or name.startswith(f"{shown}_")]
         out.print(_numbers(mine, names, _title(mine, found, folder)))
         for table in (_sea(mine), _fatigue(mine, names, found.attrs), _extremes(mine, names), _circle(mine)):
             if table is not None:

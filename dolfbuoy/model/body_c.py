@@ -1,27 +1,30 @@
 """Numbers of a rigid body that are asked for once or more in a step, in C."""
 
-from functools import partial
-
 from ..solver import c_code
 from ..solver.c_code import address
+from ..solver.rows import Work
 
 _DECLARATIONS = """
-void spin(const double *quaternion, const double *angular_momentum, double *out);
-void make_unit(double *quaternion, double *drift);
+void spin(const void *arrays);
+void make_unit(const void *arrays);
 """
 
 _SOURCE = """
 #include <math.h>
-void spin(const double *quaternion, const double *angular_momentum, double *out)
+void spin(const void *arrays)
 {
+    double *const *const array = arrays;
+    const double *quaternion = array[0], *angular_momentum = array[1];
     const double a = quaternion[0], b = quaternion[1], c = quaternion[2], d = quaternion[3];
     const double x = angular_momentum[0], y = angular_momentum[1], z = angular_momentum[2];
     const double along = 2 * (b * d + a * c) * x + 2 * (c * d - a * b) * y + (a * a - b * b - c * c + d * d) * z;
-    *out = along / (a * a + b * b + c * c + d * d);
+    *array[2] = along / (a * a + b * b + c * c + d * d);
 }
 
-void make_unit(double *quaternion, double *drift)
+void make_unit(const void *arrays)
 {
+    double *const *const array = arrays;
+    double *quaternion = array[0], *drift = array[1];
     double square = 0;
     for (int k = 0; k < 4; ++k)
         square += quaternion[k] * quaternion[k];
@@ -49,6 +52,5 @@ def make_unit(quaternion, drift):
 
 
 def _call(name, *arrays):
-    call = partial(getattr(compiled().lib, name), *map(address, arrays))
-    call.alive = arrays
-    return call
+    library = compiled()
+    return Work.of(library, name, library.ffi.new("double *[]", [address(array) for array in arrays]), arrays)

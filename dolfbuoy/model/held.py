@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from ..solver.rows import copies
 from .sea import ramp
 
 
@@ -41,23 +42,23 @@ def _along_rows(position, rows, duration):
 
 
 class HeldEnds:
-    """Puts the positions of all ends that are held into the unknowns, in one go.
+    """Puts the positions of all ends that are held into the local unknowns u, which stay in place, in one go.
 
     ends: [(three dofs, motion), ...]; a motion is a function of time, or a position [m].
     """
 
-    def __init__(self, ends):
-        self._dofs = np.concatenate([np.zeros(0, int), *(dofs for dofs, _ in ends)])
-        self._positions, self._moved = np.zeros(len(self._dofs)), []
-        for k, (_, motion) in enumerate(ends):
-            place = slice(3 * k, 3 * k + 3)
+    def __init__(self, ends, u):
+        self._positions, self._moved = np.zeros((len(ends), 3)), []
+        dofs = np.array([dofs for dofs, _ in ends], dtype=int).ravel()
+        self._put = copies([(u[dof:][:1], x) for dof, x in zip(dofs, self._positions.reshape(-1, 1), strict=True)])
+        for positions, (_, motion) in zip(self._positions, ends, strict=True):
             if callable(motion):
-                self._moved.append((place, motion))
+                self._moved.append((positions, motion))
             else:
-                self._positions[place] = motion
+                positions[:] = motion
 
-    def put(self, u, t):
-        """At time t, into the local unknowns u."""
-        for place, motion in self._moved:
-            self._positions[place] = motion(t)
-        u[self._dofs] = self._positions
+    def put(self, t):
+        """Those of time t."""
+        for positions, motion in self._moved:
+            positions[0], positions[1], positions[2] = motion(t)
+        self._put()

@@ -279,10 +279,10 @@ class Lines(Layout):
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""
-        if self._held is None:
+        if self._held is None:  # u stays in place
             held = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
-            self._held = HeldEnds([(dofs, _motion(top)) for dofs, top in held])
-        self._held.put(u, t)
+            self._held = HeldEnds([(dofs, _motion(top)) for dofs, top in held], u)
+        self._held.put(t)
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""

@@ -86,7 +86,7 @@ class Problem:
         c = self.lines.cable
         if c.compliance is not None:
             return 1 / float(np.max(c.compliance.x.array))
-        return float(np.min(c.EA.value if isinstance(c.EA, fem.Constant) else c.EA.x.array))
+        return float(c.EA.value if isinstance(c.EA, fem.Constant) else c.EA.x.array.min())
 
     @property
     def buoy(self) -> Buoy | None:

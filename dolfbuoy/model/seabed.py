@@ -54,12 +54,16 @@ def stick_length(scene) -> float:
     return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
 
 
-def grip_of_line(scene, section, sections) -> Grip:
-    """Of a line; sections: those of all lines, of which the heaviest says how hard the bed is."""
-    pressure = scene.seabed.stiffness
-    if pressure is None:
-        pressure = max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)
-    return _grip(scene, _load(scene, section), section.line_density, pressure * section.diameter)
+def hardness(scene, sections) -> float:
+    """k_b [Pa/m]; sections: of all lines, of which the heaviest says how hard the bed is if the scene does not."""
+    if scene.seabed.stiffness is not None:
+        return scene.seabed.stiffness
+    return max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)
+
+
+def grip_of_line(scene, section, k_b) -> Grip:
+    """Of a line on a bed of hardness k_b."""
+    return _grip(scene, _load(scene, section), section.line_density, k_b * section.diameter)
 
 
 def grip_of_body(scene, mass, volume) -> Grip:
@@ -118,7 +122,7 @@ class Seabed:
     """
 
     def __init__(self, lines, number, per_line, positions, degree):
-        self.lines = lines
+        self.lines, self._known = lines, None
         self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         self.grip = Grip(*(per_line(self._part(name)) for name in Grip._fields))
         self.friction = number(lambda scene, _: scene.seabed.friction)
@@ -136,7 +140,14 @@ class Seabed:
         self._nodes = np.take_along_axis(cells, np.argsort(lines.node_s[cells], axis=1), axis=1)
 
     def _part(self, name):
-        return lambda section: getattr(grip_of_line(self.lines.scene, section, self.lines.sections), name)
+        return lambda section: getattr(grip_of_line(self.lines.scene, section, self._hardness()), name)
+
+    def _hardness(self):
+        """Of the bed of the present scene."""
+        scene = self.lines.scene
+        if self._known is None or self._known[0] is not scene:
+            self._known, self._cells = (scene, hardness(scene, self.lines.sections)), None
+        return self._known[1]
 
     # -- forms ---------------------------------------------------------------------------------------------------------
 
@@ -195,9 +206,11 @@ class Seabed:
     @property
     def _grips(self):
         """Numbers of the contact in every cell, arrays (cells, 1)."""
-        scene, sections = self.lines.scene, self.lines.sections
-        grips = np.array([grip_of_line(scene, section, sections) for section in sections])
-        return grips[self.points.line].T[:, :, None]
+        hard = self._hardness()
+        if self._cells is None:
+            grips = np.array([grip_of_line(self.lines.scene, section, hard) for section in self.lines.sections])
+            self._cells = grips[self.points.line].T[:, :, None]
+        return self._cells
 
     def rub(self, on):
         """Let friction act in statics, or not."""

@@ -8,7 +8,7 @@ import itertools
 
 import numpy as np
 
-from ..solver.rows import Sums, copies
+from ..solver.rows import Sums, copies, together
 from ..solver.unknowns import array_of
 from .schemes import KEPT, Series, same_step
 
@@ -116,21 +116,12 @@ class Past:
             series.second[: len(rate.rate)] = rate.rate
 
     def reading(self):
-        """A function that copies the entries of the unknowns at hand to the new value of the first series."""
+        """Functions that copy the entries of the unknowns at hand to the new value of the first series."""
         pairs, functions = [], []
         for evolution, place in zip(self.evolutions, self.places, strict=True):
             found = evolution.reader(self.u, self.series[0].new[place])
             (functions if callable(found) else pairs).append(found)
-        if not functions:
-            return copies(pairs)
-
-        functions.append(copies(pairs))
-
-        def read():
-            for function in functions:
-                function()
-
-        return read
+        return copies(pairs), *functions
 
     def rules_of_forms(self, gammas):
         """[(array of a Constant or Function of the forms, gamma or history that belongs there), ...]."""
@@ -177,12 +168,14 @@ class Operations:
         for of_kind in sums:
             end = first + len(_flat((), of_kind))
             rows = [(out, [row for _, row in terms]) for out, terms, _ in of_kind]
-            found.append(Sums(rows, self._numbers[first:end]))
+            found.append(Sums(rows, self._numbers[first:end]).work())
             first = end
-        self._rules, self._rates, self._updates = found
-        self._read = past.reading()
-        self._hand_out = copies(past.rules_of_forms(self._numbers))
-        self._age = copies([pair for series in self._series for pair in series.passed(past.scheme.keep)])
+        rules, rates, updates = found
+        read, hand_out = past.reading(), copies(past.rules_of_forms(self._numbers))
+        age = copies([pair for series in self._series for pair in series.passed(past.scheme.keep)])
+        self._begin = together(rules, hand_out)
+        self.find_rates = together(*read, rates)  #: values and rates at the end of the step
+        self.accept = together(*read, updates, age)  #: what was new is past
 
     def _of_step(self, step):
         """gamma of every derivative; and as (out, [(weight, row), ...], divisor) the histories, the rates, and what
@@ -209,20 +202,8 @@ class Operations:
             numbers = _flat(*self._of_step(step))
             self._known[step] = numbers[0], np.array(numbers)
         gamma, self._numbers[:] = self._known[step]
-        self._rules()
-        self._hand_out()
+        self._begin()
         return gamma
-
-    def find_rates(self):
-        """Values and rates at the end of the step."""
-        self._read()
-        self._rates()
-
-    def accept(self):
-        """What was new is past."""
-        self._read()
-        self._updates()
-        self._age()
 
 
 def _in(series, total):

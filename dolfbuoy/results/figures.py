@@ -15,6 +15,7 @@ from .drawing import Missing, TooShort
 from .folder import enlist
 from .over_time import cone_angle, heave, roll_pitch_yaw, tension
 from .paraview import read_run
+from .parts import parts_of
 from .paths import orbit, track, trajectory
 from .snapshot import snapshot
 from .spectra import motion_spectrum, tension_spectrum
@@ -42,19 +43,23 @@ __all__ = [*FIGURES, "draw_all"]
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
+    Of a network each cable and each buoy has its own, with its name behind that of the figure.
+
     say: called with a sentence for each that the run is too short for.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
     target, written = Path(folder) / "figures", []
-    for name, draw in FIGURES.items():
-        try:
-            figure = draw(record, scene)
-        except Missing:
-            continue
-        except TooShort as reason:
-            say(str(reason))
-            continue
-        enlist(folder, files_of(target / name))
-        target.mkdir(exist_ok=True)
-        written += save(figure, target / name)
+    for part, known, alone in parts_of(record, scene):
+        for name, draw in FIGURES.items():
+            try:
+                figure = draw(known, alone)
+            except Missing:
+                continue
+            except TooShort as reason:
+                say(str(reason))
+                continue
+            file = target / (f"{name}_{part.replace('-', '_')}" if part else name)
+            enlist(folder, files_of(file))
+            target.mkdir(exist_ok=True)
+            written += save(figure, file)
     return written

@@ -14,6 +14,7 @@ from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
 from .checkpoint import read_scene
 from .folder import enlist
+from .parts import parts_of
 from .record import read
 
 
@@ -25,8 +26,12 @@ def export(folder: str | Path) -> list[Path]:
     """
     record, scene = read_run(folder)
     target, times = Path(folder) / "paraview", instants(record, scene)
-    meshes = {kind: make(record, scene) for kind, make in KINDS.items()}
-    meshes = {kind: of_instant for kind, of_instant in meshes.items() if of_instant}
+    meshes = {}
+    for part, known, alone in parts_of(record, scene):
+        for kind, make in KINDS.items():
+            name = kind if not part or kind in ("water", "bed") else f"{kind}_{part.replace('-', '_')}"
+            if name not in meshes and (of_instant := make(known, alone)):
+                meshes[name] = of_instant
     shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
     paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
     collections = {kind: target / f"{kind}.pvd" for kind in paths}

@@ -153,12 +153,14 @@ class Record:
         """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
         import xarray as xr
 
-        columns = self._columns()
-        data = {name: values for name, values in columns.items() if name in SERIES and name != "time"}
-        labels = {k: (k, LABELS[k], {"long_name": LABELED[k]}) for k in LABELS if any(k in SERIES[n][0] for n in data)}
-        time = ("time", columns["time"], _attributes("time"))
-        variables = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in data.items()}
-        return xr.Dataset(variables, {"time": time} | labels, self.attributes)
+        data = {
+            name: (("time", *_dimensions(name, self.labels)), values, _attributes(name))
+            for name, values in self._columns().items()
+            if name in SERIES
+        }
+        found = [k for k in self.labels if any(k in dimensions for dimensions, _, _ in data.values())]
+        named = {k: (k, self.labels[k], {"long_name": LABELED[k]}) for k in found}
+        return xr.Dataset(data, named, self.attributes).set_coords("time")
 
     def _columns(self):
         """All rows that are not on disk yet, by name."""

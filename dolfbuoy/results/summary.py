@@ -6,6 +6,8 @@ import numpy as np
 
 from ..meshes import number_of_cells
 from ..motion.schemes import make_scheme
+from ..scene.network import network_of
+from .parts import parts_of
 from .tables import force_unit
 
 
@@ -61,7 +63,7 @@ SHARING_SLOWER_TO = 1_000_000
 
 def sharing_note(scene, ranks: int) -> str | None:
     """A sentence if one rank would run this scene faster than so many; None if not."""
-    cells = number_of_cells(scene.cable.elements) if scene.cable else 0
+    cells = sum(number_of_cells(piece.section.elements) for piece in network_of(scene).pieces)
     if ranks == 1 or cells > SHARING_SLOWER_TO:
         return None
     return (
@@ -72,6 +74,8 @@ def sharing_note(scene, ranks: int) -> str | None:
 
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
+    if scene.is_network:
+        return _of_parts(warnings, record, scene)
     found = []
     if "cable_tension" in record:
         found += _compressed(record, scene) + _unresolved_fold(record, scene)
@@ -86,6 +90,8 @@ def warnings(record, scene) -> list[str]:
 
 def static_warnings(record, scene) -> list[str]:
     """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
+    if scene.is_network:
+        return _of_parts(static_warnings, record, scene)
     if "cable_tension" not in record:
         return []
     found = warnings(record.expand_dims("frame"), scene)
@@ -96,6 +102,14 @@ def static_warnings(record, scene) -> list[str]:
             "shape is not that of the cable."
         )
     return found
+
+
+def _of_parts(say, record, scene):
+    """Sentences about each cable of a network, by its name; what is said of the whole run is said once."""
+    found = []
+    for name, part, alone in parts_of(record, scene):
+        found += [f"{name}: {sentence}" if "cable" in sentence.lower() else sentence for sentence in say(part, alone)]
+    return list(dict.fromkeys(found))
 
 
 def _compressed(record, scene):

@@ -1,4 +1,4 @@
-"""dolfinx's assemblers and the direct solver alone: the floor of a Newton iteration, to measure or to check it by.
+"""The loops in C and the direct solver alone: the floor of a Newton iteration; dolfinx's assemblers, to check them by.
 
 Beside it what a form costs wherever it is compiled: its operations.
 """
@@ -11,18 +11,18 @@ from ufl.corealg.traversal import unique_pre_traversal
 
 
 def back_to_back(newton):
-    """A function of numbers of iterations, residuals and Jacobians: assemblers and direct solver alone, in turn."""
-    assemblers = Assemblers(newton.system)
+    """A function of numbers of iterations, residuals and Jacobians: loops and direct solver alone, in turn."""
+    system = newton.system
     factorise, solve = direct_solver(newton)
 
     def floor(n_K, n_R, n_J):
         for k in range(n_K):
             for _ in range(n_J * k // n_K, n_J * (k + 1) // n_K):
-                assemblers.jacobians()
+                system.add_jacobians()
                 factorise()
             solve()
             for _ in range(n_R * k // n_K, n_R * (k + 1) // n_K):
-                assemblers.residuals()
+                system.add_residuals()
 
     return floor
 

@@ -51,7 +51,8 @@ class JacobianAge:
 
     def judge_solve(self, iterations):
         """A solve has ended."""
-        self.valid = self.valid and self.keep and iterations < self.MANY
+        if iterations >= self.MANY or not self.keep:
+            self.valid = False
 
 
 class SolverOptions:

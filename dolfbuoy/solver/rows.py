@@ -32,15 +32,51 @@ typedef struct {{
     double factor;
 }} entry;
 
-void add_rows(const sum *sums, int count, const double *weights);
-void copy_all(const copy *copies, int count);
-void lagrange(const double *times, int count, double t, double *weights);
-void pick(const entry *entries, int count, double *out);
+typedef struct {{
+    const sum *sums;
+    int count;
+    const double *weights;      /* of each sum, and its divisor */
+}} sums;
+
+typedef struct {{
+    const copy *copies;
+    int count;
+}} copies;
+
+typedef struct {{
+    const double *times;
+    int count;
+    const double *t;
+    double *weights;
+}} polynomial;
+
+typedef struct {{
+    const entry *entries;
+    int count;
+    double *out;
+}} picked;
+
+typedef struct {{
+    uintptr_t call;             /* void (*)(const void *context) */
+    const void *context;
+}} work;
+
+typedef struct {{
+    const work *works;
+    int count;
+}} works;
+
+void add_rows(const void *context);
+void copy_all(const void *context);
+void lagrange(const void *context);
+void pick(const void *context);
+void do_all(const void *context);
 double smallest(const double *values, const int *places, int count, double bound);
 """
 
 _SOURCE = """
 #include <stddef.h>
+#include <stdint.h>
 #include <string.h>
 enum {PIECE = 64};
 
@@ -59,37 +95,50 @@ static void add_piece(const sum *S, const double *weights, ptrdiff_t first, ptrd
         S->out[first + k] = over == 1 ? total[k] : total[k] / over;
 }
 
-void add_rows(const sum *sums, int count, const double *weights)
+void add_rows(const void *context)
 {
-    for (int s = 0; s < count; ++s) {
-        for (ptrdiff_t first = 0; first < sums[s].n; first += PIECE) {
-            const ptrdiff_t left = sums[s].n - first;
-            add_piece(sums + s, weights, first, left < PIECE ? left : PIECE);
+    const sums *A = context;
+    const double *weights = A->weights;
+    for (const sum *S = A->sums; S < A->sums + A->count; ++S) {
+        for (ptrdiff_t first = 0; first < S->n; first += PIECE) {
+            const ptrdiff_t left = S->n - first;
+            add_piece(S, weights, first, left < PIECE ? left : PIECE);
         }
-        weights += sums[s].terms + 1;
+        weights += S->terms + 1;
     }
 }
 
-void copy_all(const copy *copies, int count)
+void copy_all(const void *context)
 {
-    for (int k = 0; k < count; ++k)
-        memmove(copies[k].to, copies[k].from, copies[k].n * sizeof(double));
+    const copies *C = context;
+    for (int k = 0; k < C->count; ++k)
+        memmove(C->copies[k].to, C->copies[k].from, C->copies[k].n * sizeof(double));
 }
 
-void lagrange(const double *times, int count, double t, double *weights)
+void lagrange(const void *context)
 {
-    for (int i = 0; i < count; ++i) {
-        weights[i] = 1;
-        for (int j = 0; j < count; ++j)
+    const polynomial *P = context;
+    const double *times = P->times, t = *P->t;
+    for (int i = 0; i < P->count; ++i) {
+        P->weights[i] = 1;
+        for (int j = 0; j < P->count; ++j)
             if (times[j] != times[i])
-                weights[i] *= (t - times[j]) / (times[i] - times[j]);
+                P->weights[i] *= (t - times[j]) / (times[i] - times[j]);
     }
 }
 
-void pick(const entry *entries, int count, double *out)
+void pick(const void *context)
 {
-    for (int k = 0; k < count; ++k)
-        out[k] = entries[k].factor * *entries[k].from;
+    const picked *P = context;
+    for (int k = 0; k < P->count; ++k)
+        P->out[k] = P->entries[k].factor * *P->entries[k].from;
+}
+
+void do_all(const void *context)
+{
+    const works *W = context;
+    for (int k = 0; k < W->count; ++k)
+        ((void (*)(const void *))W->works[k].call)(W->works[k].context);
 }
 
 double smallest(const double *values, const int *places, int count, double bound)
@@ -106,6 +155,39 @@ def compiled():
     return c_code.module("rows", _DECLARATIONS, c_code.EVERY_PRODUCT_ROUNDED + _SOURCE)
 
 
+class Work(partial):
+    """A function of C that takes its context only: arrays that stay where they are.  See `together`."""
+
+    @classmethod
+    def of(cls, library, name, context, alive):
+        """The function `name` of a module of `c_code`; alive: what the context points to."""
+        made = cls(getattr(library.lib, name), context)
+        pointers = library.ffi.addressof(library.lib, name), context
+        made.numbers = [int(library.ffi.cast("uintptr_t", pointer)) for pointer in pointers]
+        made.alive = alive
+        return made
+
+
+def _work(name, kind, fields, alive):
+    library = compiled()
+    context = library.ffi.new(f"{kind} *", fields)
+    return Work.of(library, name, context, (fields, alive))
+
+
+def _described(kind, count):
+    return compiled().ffi.new(f"{kind}[]", max(1, count))
+
+
+def together(*functions):
+    """One function that calls these, without Python in between if all are `Work`."""
+    if not all(isinstance(function, Work) for function in functions):
+        return lambda: [function() for function in functions]
+    described, ffi = _described("work", len(functions)), compiled().ffi
+    for one, function in zip(described, functions, strict=False):
+        one.call, one.context = function.numbers[0], ffi.cast("void *", function.numbers[1])
+    return _work("do_all", "works", [described, len(functions)], functions)
+
+
 class Sums:
     """Linear combinations of rows, one after the other: each the sum of weight x row, over a divisor.
 
@@ -116,18 +198,17 @@ class Sums:
     in_c = True
 
     def __init__(self, sums, weights):
-        library = compiled()
-        self._sums, self._weights, described = sums, weights, library.ffi.new("sum[]", max(1, len(sums)))
-        for one, (out, rows) in zip(described, sums, strict=False):
+        self._sums, self._weights = sums, weights
+
+    def work(self):
+        """A function that does it."""
+        if not self.in_c:
+            return self.in_python
+        described = _described("sum", len(self._sums))
+        for one, (out, rows) in zip(described, self._sums, strict=False):
             one.out, one.terms, one.n = address(out), len(rows), len(out)
             one.rows[0 : len(rows)] = [address(row) for row in rows]
-        self._call = partial(library.lib.add_rows, described, len(sums), address(weights))
-
-    def __call__(self):
-        if self.in_c:
-            self._call()
-        else:
-            self.in_python()
+        return _work("add_rows", "sums", [described, len(self._sums), address(self._weights)], self)
 
     def in_python(self):
         """The same."""
@@ -141,14 +222,11 @@ class Sums:
 
 def copies(pairs):
     """A function that copies arrays, one after the other; pairs: [(to, from), ...], each of one length."""
-    library = compiled()
-    described = library.ffi.new("copy[]", max(1, len(pairs)))
+    described = _described("copy", len(pairs))
     for one, (to, origin) in zip(described, pairs, strict=False):
         one.to, one.n = address(to), len(origin)
         setattr(one, "from", address(origin))
-    call = partial(library.lib.copy_all, described, len(pairs))
-    call.alive = pairs
-    return call
+    return _work("copy_all", "copies", [described, len(pairs)], pairs)
 
 
 class Extrapolation:
@@ -160,23 +238,23 @@ class Extrapolation:
     in_c = True
 
     def __init__(self, times, rows):
-        self._times, self._weights, self.out = times, np.ones(len(times) + 1), np.zeros(len(rows[0]))
-        self._sum = Sums([(self.out, rows)], self._weights)
-        self._call = partial(compiled().lib.lagrange, address(times), len(times))
-        self._place = address(self._weights)
+        self._times, self._t, self._weights = times, np.zeros(1), np.ones(len(times) + 1)
+        self.out = np.zeros(len(rows[0]))
+        weigh = self.weigh
+        if self.in_c:
+            fields = [address(times), len(times), address(self._t), address(self._weights)]
+            weigh = _work("lagrange", "polynomial", fields, (times, self._t, self._weights))
+        self._work = together(weigh, Sums([(self.out, rows)], self._weights).work())
 
     def __call__(self, t):
-        if self.in_c:
-            self._call(t, self._place)
-        else:
-            self._weights[:-1] = self.weights(t)
-        self._sum()
+        self._t[0] = t
+        self._work()
         return self.out
 
-    def weights(self, t):
-        """Of the rows, in Python [Lagrange]."""
-        times = self._times.tolist()
-        return [prod((t - tj) / (ti - tj) for tj in times if tj != ti) for ti in times]
+    def weigh(self):
+        """Weights of the rows, in Python [Lagrange]."""
+        times, t = self._times.tolist(), self._t.item()
+        self._weights[:-1] = [prod((t - tj) / (ti - tj) for tj in times if tj != ti) for ti in times]
 
 
 def picked(entries, out):
@@ -184,14 +262,11 @@ def picked(entries, out):
 
     entries: [(array, place, factor), ...], as many as `out` has numbers.
     """
-    library = compiled()
-    described = library.ffi.new("entry[]", max(1, len(entries)))
+    described = _described("entry", len(entries))
     for one, (array, place, factor) in zip(described, entries, strict=False):
         setattr(one, "from", address(array) + int(place))
         one.factor = factor
-    call = partial(library.lib.pick, described, len(entries), address(out))
-    call.alive = entries, out
-    return call
+    return _work("pick", "picked", [described, len(entries), address(out)], (entries, out))
 
 
 def traced(function, arrays):

@@ -10,7 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dolfbuoy import solve_static
+from dolfbuoy import load_scene, solve_static
+from dolfbuoy.model.material import weight_per_length
+from dolfbuoy.scene.network import network_of
+from dolfbuoy.statics.catenary import between
 
 CASES = json.loads((Path(__file__).parents[1] / "reference" / "bed_and_networks.json").read_text())["cases"]
 DENSITY, G = 1025.0, 9.81
@@ -106,3 +109,26 @@ def test_three_lines_on_the_bed(offset):
     size = np.linalg.norm(wanted["restoring_force"])
     np.testing.assert_allclose(-found.end_tension.sum("cable"), wanted["restoring_force"], atol=2e-3 * size)
     assert found.length_on_bed.values.min() > 300.0
+
+
+@pytest.mark.parametrize(("name", "count"), [("three-legs", 3), ("two-buoys", 5)])
+def test_lines_of_a_shipped_scene_are_catenaries(name, count):
+    """In still water, between the places of their ends; what pulls the ends is the closed form's, to 1e-3."""
+    finer = {f"cable.{cable.name}.elements": 60 for cable in load_scene(name).cables}
+    scene = load_scene(name, current=None, waves=None, **finer)
+    found = solve_static(scene)
+    assert found.sizes["cable"] == count
+    for k, piece in enumerate(network_of(scene).pieces):
+        c, nodes = piece.section, found.cable_position.values[found.cable_of_node.values == k]
+        shape = between(nodes[0], nodes[-1], c.length, weight_per_length(scene, c), c.axial_stiffness)
+        size = shape.tension(np.array([c.length]))[0]
+        np.testing.assert_allclose(found.end_tension[k], shape.force(np.array([c.length]))[0], atol=1e-3 * size)
+        np.testing.assert_allclose(found.anchor_force[k], -shape.force(np.array([0.0]))[0], atol=1e-3 * size)
+        assert size > 100.0
+
+
+def test_lazy_wave_is_that_of_the_references():
+    """The shipped scene is the case that the others are checked against, to 2e-3 of its top tension at P1-P0."""
+    found, values = solve_static("lazy-wave"), CASES["lazy_wave_current"]["values"]
+    assert float(found.tension_top) == pytest.approx(values["T_top"], rel=2e-3)
+    assert float(found.length_on_bed) == pytest.approx(values["length_on_bed"], rel=1e-2)

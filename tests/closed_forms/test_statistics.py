@@ -18,6 +18,7 @@ from dolfbuoy.results.elevation import elevation
 from dolfbuoy.results.ensemble import set_of
 from dolfbuoy.results.offsets import smallest_circle
 from dolfbuoy.results.sample import numbers_of, sample_of
+from dolfbuoy.results.statistics import described
 
 # -- cycles ----------------------------------------------------------------------------------------------------------
 
@@ -303,6 +304,20 @@ def test_a_driven_cable_has_statistics_too(tmp_path):
     assert set(sample["peaks"]) == {"tension_top", "tension_anchor"}
     assert sample["duration"] == pytest.approx(0.3)
     assert "circle_radius" not in statistics(record)
+
+
+def test_several_lines_have_statistics_each():
+    """Of a record with a dimension for them, by their names."""
+    t = np.linspace(0, 50, 501)
+    tension = np.stack([5 + np.sin(t), 7 + 2 * np.sin(2 * t)], axis=1)
+    force = np.stack([tension, 0 * tension, -tension], axis=2)
+    data = {"tension_top": (("time", "cable"), tension), "anchor_force": (("time", "cable", "xyz"), force)}
+    record = xr.Dataset(data, {"time": t, "cable": ["fore", "aft"], "xyz": list("xyz")})
+    sample = sample_of(record, load_scene("hanging-chain"), start=0.0)
+    assert set(sample["cycles"]) == {"tension_top_fore", "tension_top_aft"}
+    assert sample["series"]["tension_top_aft"]["period"] == pytest.approx(math.pi, rel=1e-3)
+    assert sample["series"]["anchor_force_aft_z"]["minimum"] == pytest.approx(-9, abs=1e-3)
+    assert described("anchor_force_aft_z") == ("N", described("anchor_force")[1])
 
 
 # -- the command -----------------------------------------------------------------------------------------------------

@@ -14,9 +14,11 @@ from scipy.spatial.transform import Rotation
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
 from ufl.algorithms.apply_derivatives import apply_derivatives
 
+from dolfbuoy import load_scene
 from dolfbuoy.forms import buoy, cable, hull, morison, sea
 from dolfbuoy.forms.sea import Flow
 from dolfbuoy.model.lines import top_position
+from dolfbuoy.model.material import cross_section, weight_per_length
 from dolfbuoy.scene import Top
 from dolfbuoy.solver.compat import MPI, interval_mesh
 
@@ -366,3 +368,23 @@ def test_place_of_a_driven_top():
     for t, grown in ((1.0, 0.5 * (1 - math.cos(math.pi / 4))), (7.0, 1.0)):
         swing = grown * math.sin(2 * math.pi * t / 5 + math.radians(40))
         assert top_position(top, t) == pytest.approx(np.array([12.0, 0.5, -3.5]) + swing * np.array([0.1, 0.2, 1.5]))
+
+
+def test_a_phase_for_each_component():
+    """An end that runs round an ellipse."""
+    numbers = {"position": (12.0, 0.5, -3.5), "amplitude": (0.1, 0.2, 1.5), "period": 5.0}
+    phases = (40.0, -20.0, 130.0)
+    top = Top(kind="prescribed", phase_deg=phases, **numbers)
+    for t in (0.0, 1.3, 4.1):
+        swing = np.array([math.sin(2 * math.pi * t / 5 + math.radians(phase)) for phase in phases])
+        expected = np.array([12.0, 0.5, -3.5]) + swing * np.array([0.1, 0.2, 1.5])
+        assert top_position(top, t) == pytest.approx(expected, rel=1e-14)
+
+
+def test_area_apart_from_the_diameter_of_the_drag():
+    """What a chain displaces is not the circle of its drag diameter; without it, it is."""
+    cable = {"length": 9.0, "line_density": 60.0, "diameter": 0.1, "top": {"kind": "free"}}
+    scene = load_scene({"sea": {"depth": 20.0, "density": RHO}, "cable": cable | {"area": 0.003}})
+    assert cross_section(scene.cable) == 0.003
+    assert weight_per_length(scene, scene.cable) == pytest.approx((60.0 - RHO * 0.003) * 9.81, rel=1e-14)
+    assert cross_section(load_scene(scene, cable__area=None).cable) == pytest.approx(math.pi * 0.01 / 4, rel=1e-14)

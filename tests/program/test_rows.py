@@ -11,7 +11,7 @@ from mpi4py import MPI
 from dolfbuoy import load_scene
 from dolfbuoy.model import body_c
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.solver.rows import MOST, Extrapolation, Sums, copies, picked, smallest, traced
+from dolfbuoy.solver.rows import MOST, Extrapolation, Sums, copies, picked, smallest, together, traced
 
 RANDOM = np.random.default_rng(17)
 SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "step": 0.02})
@@ -29,7 +29,7 @@ def test_sums(size):
     weights = RANDOM.standard_normal(sum(counts) + len(counts))
     weights[1] = 1.0  # a divisor
     sums, before = Sums(described, weights), rows.copy()
-    sums()
+    sums.work()()
     in_c, rows[:] = rows.copy(), before
     sums.in_python()
     np.testing.assert_array_equal(in_c, rows)
@@ -51,8 +51,19 @@ def test_extrapolation(count):
     extrapolate = Extrapolation(times, rows)
     found = extrapolate(1.5).copy()
     np.testing.assert_allclose(found, 1.5**powers @ coefficients, rtol=0, atol=1e-8 * np.abs(found).max())
-    extrapolate.in_c = False
-    np.testing.assert_array_equal(extrapolate(1.5), found)
+    weights = extrapolate._weights.copy()
+    extrapolate.weigh()
+    np.testing.assert_array_equal(extrapolate._weights, weights)
+
+
+def test_together():
+    """One after the other, whether all are C or not."""
+    array = np.arange(4.0)
+    first, second = copies([(array[1:2], array[:1])]), copies([(array[2:3], array[1:2])])
+    together(first, second)()
+    np.testing.assert_array_equal(array, [0, 0, 0, 3])
+    together(first, lambda: array.__setitem__(0, 7.0), first, together(second))()
+    np.testing.assert_array_equal(array, [7, 7, 7, 3])
 
 
 def states(scene):

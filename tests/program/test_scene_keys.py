@@ -49,6 +49,8 @@ def test_every_key_is_described(key):
 #: Tables whose keys are names that the scene gives: as one value, and of sections.
 BY_NAME = ("solver.petsc", "buoy.fairleads", "initial.points")
 NAMED = "material"
+#: Sections that may be a list of tables.
+SECTIONS = ("cable", "buoy", "joint")
 
 
 def leaves(tree, prefix=""):
@@ -59,6 +61,8 @@ def leaves(tree, prefix=""):
         if isinstance(value, list) and value and isinstance(value[0], dict):
             for table in value:
                 yield from leaves(table, f"{prefix}{name}.")
+            if prefix + name in SECTIONS:
+                continue
         if isinstance(value, dict) and prefix + name not in BY_NAME:
             yield from leaves(value, f"{prefix}{name}.")
         else:

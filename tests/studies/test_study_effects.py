@@ -20,6 +20,9 @@ SCENE = merged(MOORED, cable__elements=3, waves__ramp=0.1, time={"end": 0.4, "st
 #: What cannot be left out, because nothing would remain.
 ALWAYS = {"inextensible cable", "buoy", "hydrostatics"}
 
+#: What goes with what is left out.
+GO_WITH = {"waves": {"cable tangential Froude-Krylov", "disk averages"}, "sea bed": {"bed friction"}}
+
 
 def test_every_effect_can_be_left_out():
     """Whatever `effects.names` can name is in the table, and leaving it out takes the name away."""
@@ -33,13 +36,16 @@ def test_every_effect_can_be_left_out():
         cable__strain="element-average",
         cable__slack="tension-only",
         cable__damping=100.0,
+        cable__fails_at={"time": 1.0},
+        seabed={"friction": 0.5},
     )
     names = study.effects_of(scene)
-    assert set(names) == set(effects.names(scene)) - ALWAYS == {e.name for e in effects.EFFECTS if e.removable}
+    every = {e.name for e in effects.EFFECTS if e.removable and not e.key.startswith("joint.")}
+    assert set(names) == set(effects.names(scene)) - ALWAYS == every
     with pytest.raises(InputError, match="damping = 100"):  # a strain is what it damps
         study.variant(scene, ["elastic cable"])
     for name in set(names) - {"elastic cable"}:
-        left = set(names) - {name} - ({"cable tangential Froude-Krylov", "disk averages"} if name == "waves" else set())
+        left = set(names) - {name} - GO_WITH.get(name, set())
         assert set(effects.names(study.variant(scene, [name]))) - ALWAYS == left
     assert set(effects.names(study.variant(scene, only=[]))) == ALWAYS
     assert set(effects.names(study.variant(scene, only=["current"]))) == ALWAYS | {"current"}

@@ -56,10 +56,9 @@ def test_figure_has_every_part_in_its_place(rows):
 def test_floor_calls_what_the_run_called(monkeypatch):
     """As often, the Jacobians spread over the iterations."""
     called = []
-    assemblers = SimpleNamespace(residuals=lambda: called.append("R"), jacobians=lambda: called.append("J"))
-    monkeypatch.setattr(floor, "Assemblers", lambda system: assemblers)
+    loops = SimpleNamespace(add_residuals=lambda: called.append("R"), add_jacobians=lambda: called.append("J"))
     monkeypatch.setattr(floor, "direct_solver", lambda newton: (lambda: called.append("F"), lambda: called.append("S")))
-    floor.back_to_back(SimpleNamespace(system=None))(6, 8, 2)
+    floor.back_to_back(SimpleNamespace(system=loops))(6, 8, 2)
     assert "".join(called) == "SRSRJFSRRSRSRJFSRR"
 
 

@@ -3,12 +3,11 @@
 A scene is run for a number of steps, with a new Jacobian in every iteration and with kept ones, and timed as it goes.
 What PETSc calls is timed apart, on a twin of the run: the loops and insertion after every few steps, as often as the
 run called them, factorisation and solve many times over at one state.
-The floor of a Newton iteration is dolfinx's assemblers and the direct solver called back to back, with nothing else
-between them, in turn and as often as the run called them; it is measured after every few steps, side by side with
-them.  `ratio`: of Newton's method to the floor (below 1 where the loops of `dolfbuoy.solver.loops` gain more than all
-else takes); `ratio of a step` counts what surrounds it too: time scheme, predictor, forcing, record.  All times are
-this process's time on the processor; a ratio is the median of those of groups of steps, each side by side with its
-floor.
+The floor of a Newton iteration is the loops in C and the direct solver called back to back, with nothing else between
+them, in turn and as often as the run called them; it is measured after every few steps, side by side with them.
+`ratio`: of Newton's method to the floor; `ratio of a step` counts what surrounds it too: time scheme, predictor,
+forcing, record.  All times are this process's time on the processor; a ratio is the median of those of groups of
+steps, each side by side with its floor.
 """
 
 import time

@@ -57,7 +57,9 @@ def variant(scene: Scene, left_out=(), only=None) -> Scene:
     """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
-    return load_scene(scene, **{e.key: e.neutral for e in model.EFFECTS if e.name in left_out})
+    changes = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}
+    # a key of a section that is left out as a whole would bring the section back
+    return load_scene(scene, **{key: value for key, value in changes.items() if key.rpartition(".")[0] not in changes})
 
 
 BASES = {"full": {}, "barest": {"only": []}}
