@@ -7,13 +7,15 @@ The model and the reading of the paper's ambiguous places are described in forms
 `dolfbuoy.forms`.
 """
 
+import importlib
 import os
 
 from .errors import InputError, SolveError
 from .version import __version__ as __version__
 
-#: What `api` offers at first use.
-_OF_API = ("modes", "offsets", "response", "simulate", "solve_static", "stiffness", "wave_components")
+#: The interface by its module, imported at first use.
+_OF_API = dict.fromkeys(("offsets", "simulate", "solve_static", "wave_components"), "api")
+_OF_API |= dict.fromkeys(("modes", "response", "stiffness"), "linear_api")
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
 # A process alone needs no daemon of Open MPI, which takes 0.2 s to start; under mpirun this means nothing.
@@ -32,14 +34,14 @@ def __getattr__(name):
         return load_scene
     if name in _OF_API:
         try:
-            from . import api
+            module = importlib.import_module(f".{_OF_API[name]}", __name__)
         except ImportError as error:
             from .errors import missing
 
             if missing(error) is None:
                 raise
             raise ImportError(str(missing(error))) from None
-        return getattr(api, name)
+        return getattr(module, name)
     if name == "figures":
         from .results import figures
 

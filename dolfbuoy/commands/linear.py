@@ -39,7 +39,7 @@ def modes(
     paraview: ParaviewOption = True,
 ):
     """Natural periods, damping and shapes about the equilibrium.  Example: dolfbuoy modes short --number 10"""
-    from ..api import modes as find
+    from ..linear_api import modes as find
     from ..results.mode_figures import draw_modes
     from ..results.mode_record import KINDS
 
@@ -62,7 +62,7 @@ def modes(
 
 def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
     """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
-    from ..api import stiffness as find
+    from ..linear_api import stiffness as find
     from ..results.stiffness_record import notes
 
     loaded, folder = load(scene, assign), folder_of(scene, folder)
@@ -163,8 +163,8 @@ def response(
     plot: PlotOption = True,
 ):
     """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8"""
-    from ..api import PERIODS
-    from ..api import response as find
+    from ..linear_api import PERIODS
+    from ..linear_api import response as find
     from ..results.response_record import LINEAR, warnings
     from ..scene.settings import parse_numbers
     from ..scene.variants import numbers_of

@@ -17,7 +17,7 @@ import dolfbuoy.meshes
 LAYERS = (
     ("commands",),
     ("studies",),
-    ("api", "check"),
+    ("api", "linear_api", "check"),
     ("results", "motion", "linear"),
     ("statics",),
     ("model",),

@@ -1,0 +1,115 @@
+"""The Python interface: `modes`, `stiffness`, `response`; apart from `api`, as a run in time needs none of it."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from mpi4py import MPI
+
+from .errors import InputError
+from .linear.linearisation import linearise
+from .linear.natural import lowest_modes
+from .linear.seaway import Seaway
+from .linear.spectrum import bins_of, irregular_waves
+from .linear.stiffness import condensed, mooring_stiffness
+from .results import folder as folders
+from .results import record as results
+from .results.mode_record import dataset_of_modes
+from .results.response_record import dataset_of_response
+from .results.stiffness_record import dataset_of_stiffness
+from .scene import Scene, load_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Of the linear response, unless others are given [s].
+PERIODS = np.concatenate([np.arange(2.0, 12.0, 0.25), np.arange(12.0, 30.5, 1.0)])
+
+
+def modes(
+    scene: "Scene | str | Path | dict", number=10, out=None, comm=MPI.COMM_WORLD, direction_deg=0.0, **overrides
+) -> "xr.Dataset":
+    """Natural modes about the equilibrium in the mean current, wind and external force, the slowest first.
+
+    number: of modes, a pair of conjugates once; fewer if there are not as many.  out: folder for modes.nc.
+    direction_deg: of surge and roll, from x.  Returns eigenvalues, damping, names and shapes (complete on rank 0).
+    Raises InputError for an impossible scene, or for a state with a line that is slack or kinked; SolveError if the
+    equilibrium or the modes are not found.
+    """
+    scene = load_scene(scene, **overrides)
+    found = linearise(scene, comm)
+    try:
+        dataset = dataset_of_modes(found, lowest_modes(found, number, direction_deg))
+    finally:
+        found.destroy()
+    if out is not None:
+        folders.keep(out, "modes", scene, dataset, comm)
+    return dataset
+
+
+def stiffness(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, **overrides) -> "xr.Dataset":
+    """Restoring matrices (6, 6) about C at the equilibrium: of the mooring, of the hull, and of both.
+
+    Forces [N] and torques [N m] that hold a displacement of 1 m or a turn of 1 rad, in world axes.  out: folder for
+    stiffness.nc.  Raises InputError for an impossible scene or one without a buoy, SolveError if the equilibrium is not
+    found or a line is slack.
+    """
+    scene = load_scene(scene, **overrides)
+    if scene.buoy is None:
+        raise InputError("A restoring matrix is that of a buoy: the scene needs [buoy].")
+    found = linearise(scene, comm)
+    try:
+        every = condensed(found)
+        dataset = dataset_of_stiffness(found.problem, every.bodies, every.stiffness, mooring_stiffness(found, every))
+    finally:
+        found.destroy()
+    if out is not None:
+        folders.keep(out, "stiffness", scene, dataset, comm)
+    return dataset
+
+
+def response(
+    scene: "Scene | str | Path | dict",
+    periods=None,
+    height=None,
+    sea=None,
+    direction_deg=None,
+    out=None,
+    comm=MPI.COMM_WORLD,
+    **overrides,
+) -> "xr.Dataset":
+    """Linear response to waves: amplitudes per metre over periods [s] (default: 2 to 30 s), and to an irregular sea.
+
+    height: of regular waves [m], for whose velocities the drag is linearised too.  sea: (significant height [m], peak
+    period [s], gamma) of a JONSWAP sea; by default the scene's, if it is irregular; all of it runs in one direction.
+    direction_deg: of the waves, by default the scene's.  out: folder for response.nc.  Complete on rank 0, which alone
+    computes it.  Raises InputError for an impossible scene, SolveError if the equilibrium is not found or the drag does
+    not settle.
+    """
+    scene = load_scene(scene, **overrides)
+    if comm.rank != 0:
+        return results.nothing()
+    if direction_deg is None:
+        direction_deg = scene.waves.direction_deg if scene.waves else 0.0
+    seaway = Seaway(scene, direction_deg)
+    try:
+        irregular = irregular_waves(scene, sea, direction_deg)
+        dataset = _response(seaway, PERIODS if periods is None else np.asarray(periods, float), height, irregular)
+    finally:
+        seaway.destroy()
+    if out is not None:
+        folders.keep(out, "response", scene, dataset)
+    return dataset
+
+
+def _response(seaway, periods, height, sea):
+    waves = [seaway.wave(2 * math.pi / T) for T in periods]
+    small, high, irregular = np.array([seaway.regular(wave) for wave in waves]).T, None, None
+    if height:
+        high = np.array([seaway.regular(wave, height / 2) for wave in waves]).T
+    if sea is not None:
+        omega, energies = bins_of(sea)
+        seaway.drag.forget()
+        irregular = omega, energies, seaway.irregular([seaway.wave(w) for w in omega], energies)
+    return dataset_of_response(seaway, periods, small, high, height, irregular)
