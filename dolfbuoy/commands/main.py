@@ -146,6 +146,7 @@ def advise(
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
     from mpi4py import MPI
 
+    from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
     from ..model.feasible import check_feasible
     from ..results.folder import claimed
 

@@ -93,6 +93,7 @@ def _is_there(folder, scene, overwrite):
     """Whether the finished run of the scene is in the folder."""
     from mpi4py import MPI
 
+    from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
     from ..results.folder import claimed, holds
 
     with claimed(folder, MPI.COMM_WORLD):

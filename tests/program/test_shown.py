@@ -479,18 +479,19 @@ def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
 
 
 def test_units_of_the_record():
-    """SI, degrees for the one angle."""
+    """SI, degrees for angles."""
     units = {
         "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
-        "cable_position s s_cell length_on_bed touchdown",
-        "s": "time time_step frame",
+        "cable_position s s_cell length_on_bed touchdown joint_position "
+        "wave_amplitude",
+        "s": "time time_step frame wave_period",
         "m s-1": "cable_velocity",
         "kg": "displaced_mass",
         "kg m s-1": "linear_momentum",
         "kg m2 s-1": "angular_momentum",
-        "degree": "cone_angle roll pitch yaw",
-        "1": "newton_iterations buoy_orientation",
+        "degree": "cone_angle roll pitch yaw wave_direction_deg wave_phase_deg",
+        "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell",
     }
     known = {name: unit for unit, names in units.items() for name in names.split()}
     assert {name: unit for name, (_, unit, _) in {**SERIES, **FRAMES, **FIXED}.items()} == known
