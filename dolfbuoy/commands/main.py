@@ -116,17 +116,14 @@ def static(
 ):
     """Equilibrium without waves, written to static.nc.  Example: dolfbuoy static short --out calm"""
     from ..api import solve_static
-    from ..results.summary import static_warnings
+    from ..results.summary import static_rows, static_warnings
 
     folder, loaded = folder_of(scene, folder), load(scene, assign)
     record = solve_static(loaded, out=folder, overwrite=overwrite)
     if rank() == 0:
         shown = table_of(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
-        for variable in record.data_vars.values():
-            if variable.ndim == 0 or variable.dims == ("xyz",):
-                unit, factor = unit_of(variable.values, variable.attrs["units"])
-                value = " ".join(f"{factor * v:.6g}" for v in variable.values.ravel())
-                shown.add_row(variable.attrs["long_name"], value, unit)
+        for row in static_rows(record, loaded):
+            shown.add_row(*row)
         out.print(shown)
         say_warnings(static_warnings(record, loaded))
 

@@ -24,6 +24,11 @@ class Parting:
         self.memory = {"parted_elements": self.parted.x.array}
         self._dofs = compat.cell_dofs(self.parted.function_space)[: len(lines.line_of_cell), 0]
 
+    @property
+    def of_elements(self) -> np.ndarray:
+        """`memory` of this rank's elements, in their order."""
+        return self.parted.x.array[self._dofs]
+
     def strain_equation(self, equation, T, q):
         """The strain equation of whole elements, T = 0 of parted ones, over a tension that makes it a strain."""
         weight = max(section.line_density for section in self.lines.sections) * self.lines.longest

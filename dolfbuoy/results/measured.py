@@ -11,6 +11,7 @@ from mpi4py import MPI
 from ..errors import InputError
 from ..motion.simulation import Simulation
 from ..scene import Scene
+from ..scene.network import network_of
 from ..scene.settings import ramp_of
 from .observe import cone_angle
 
@@ -31,9 +32,11 @@ def window_start(scene: Scene) -> float:
 
 def quantities_of(scene: Scene) -> list[str]:
     """Those of QUANTITIES that vary in the scene."""
-    free = scene.cable and scene.cable.top and scene.cable.top.kind == "free"
-    tensions = ["tension_top", "tension_anchor"][1 if free else 0 :] if scene.cable else []
-    return tensions + (["buoy_position", "cone_angle"] if scene.buoy else [])
+    network = network_of(scene)
+    tops = [network.pieces[network.last_of(cable)].ends[1] for cable in range(len(network.cables))]
+    free = all(end.kind == "free" for end in tops)
+    tensions = ["tension_top", "tension_anchor"][1 if free else 0 :] if tops else []
+    return tensions + (["buoy_position", "cone_angle"] if network.buoys else [])
 
 
 def check_quantity(scene: Scene, quantity: str) -> None:
@@ -94,15 +97,16 @@ def _once(scene, names, comm):
 
 
 def _look(simulation, names):
+    """Of a network the numbers of each cable and of each buoy side by side."""
     problem = simulation.problem
-    state = problem.buoy.fields.of(problem.system.u[problem.buoy.part.slice]) if problem.buoy else None
+    states = [buoy.fields.of(problem.system.u[buoy.part.slice]) for buoy in problem.buoys.values()]
     how = {
-        "tension_top": lambda: float(np.linalg.norm(simulation.end_tension)),
-        "tension_anchor": problem.anchor_tension,
-        "buoy_position": lambda: state.position.copy(),
-        "cone_angle": lambda: cone_angle(state.orientation),
+        "tension_top": lambda: np.linalg.norm(simulation.end_tension, axis=-1),
+        "tension_anchor": lambda: [problem.anchor_tension(cable) for cable in range(len(problem.network.cables))],
+        "buoy_position": lambda: np.concatenate([state.position for state in states]),
+        "cone_angle": lambda: [cone_angle(state.orientation) for state in states],
     }
-    return {name: how[name]() for name in names}
+    return {name: np.squeeze(how[name]()) for name in names}
 
 
 def machine() -> str:

@@ -212,6 +212,18 @@ class Observer:
         found |= {"cable_of_node": cable[piece], "cable_of_cell": cable[of_cell]}
         return found | {"segment_of_cell": number[of_cell]}
 
+    def parted(self, fixed) -> str:
+        """Which cables have parted and where, in words, on rank 0; fixed: what `fixed` gave."""
+        parting = self.problem.lines.parting if self.problem.lines else None
+        if parting is None:
+            return ""
+        gone = self._gather(parting.of_elements)
+        if self.comm.rank != 0:
+            return ""
+        gone = np.flatnonzero(gone[self._cell_order])
+        cable = fixed.get("cable_of_cell", np.zeros(len(self._cell_order), dtype=int))
+        return ", ".join(f"{self.network.cables[cable[k]]} at s = {fixed['s_cell'][k]:g} m" for k in gone)
+
     def frame(self, velocity=None):
         """Shape, velocity and element tensions in order from the anchor, on rank 0; call `fixed` before.
 

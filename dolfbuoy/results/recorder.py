@@ -26,11 +26,11 @@ class Recorder:
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
         self.observer = Observer(simulation.problem, simulation.latest_end_forces)
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
-        fixed = self.observer.fixed()
+        self._fixed = fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
         labels = self.observer.labels()
         self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)
-        self._drift = 0.0
+        self._drift, self._parted = 0.0, ""
         self._end, self._tolerance = scene.time.end, 1e-6 * scene.time.step
         self._rows, self._count = np.zeros((ROWS, 3 + self.observer.width)), 0
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
@@ -79,6 +79,7 @@ class Recorder:
         comm = self.simulation.comm
         states = comm.gather(self.simulation.state())
         self._drift = combined(comm, self.simulation.quaternion_drift, MPI.MAX)  # the buoy is on one rank only
+        self._parted = self.observer.parted(self._fixed)
         if self.root:
             self._flush()
             scene, rows = self.simulation.scene, self.record.counts
@@ -101,4 +102,6 @@ class Recorder:
             "quaternion_drift": self._drift,
             "linear_solver_fallbacks": sim.newton.fallbacks,
         }
+        if self._parted:
+            self.record.attributes["parted"] = self._parted
         self.record.flush()

@@ -8,11 +8,52 @@ from ..meshes import number_of_cells
 from ..motion.schemes import make_scheme
 from ..scene.network import network_of
 from .parts import parts_of
-from .tables import force_unit
+from .tables import force_unit, unit_of
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
+    rows = []
+    for name, part, _ in parts_of(record, scene):
+        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in _extremes(part)]
+    if "parted" in record.attrs:
+        rows.append(("parted", record.attrs["parted"], ""))
+    steps = record.sizes["time"] - 1
+    rows.append(("steps, of which retried", f"{steps}, {record.attrs['failed_steps']}", ""))
+    if steps:
+        rows.append(("Newton iterations per step", f"{float(record.newton_iterations[1:].mean()):.2f}", ""))
+    wall = record.attrs["wall_time_s"]
+    rows.append(("wall time", f"{wall:.1f}", "s"))
+    rows.append(("speed", f"{float(record.time[-1]) / max(wall, 1e-9):.1f}", "x real time"))
+    if scene.waves:
+        rest = 100 * remaining_amplitude(scene.waves.main_period, scene)
+        rows.append((f"left by the scheme of a free {scene.waves.main_period:g} s motion", f"{rest:.1f}", "%"))
+    return rows
+
+
+def static_rows(record, scene) -> list[tuple[str, str, str]]:
+    """(quantity, value, unit) of an equilibrium: all numbers and vectors; of a network by cable, buoy and joint."""
+    rows = []
+    for name, part, _ in parts_of(record, scene):
+        if name:  # of the whole network
+            part = part.drop_vars("newton_iterations")
+        for variable in part.data_vars.values():
+            if variable.ndim == 0 or variable.dims == ("xyz",):
+                what = variable.attrs["long_name"]
+                rows.append(_static_row(f"{name}: {what}" if name else what, variable.values, variable.attrs["units"]))
+    for joint in record.get("joint", ()):
+        position = record.joint_position.sel(joint=joint)
+        rows.append(_static_row(f"{joint.item()}: position of the joint", position.values, "m"))
+    return rows
+
+
+def _static_row(what, values, unit):
+    unit, factor = unit_of(values, unit)
+    return what, " ".join(f"{factor * v:.6g}" for v in values.ravel()), unit
+
+
+def _extremes(record):
+    """Rows of `summary` of one cable, one buoy, or both of a scene that is no network."""
     rows = []
 
     def extremes(name, values, unit, scale=1.0):
@@ -34,16 +75,6 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
         if "surface_elevation" in record:
             extremes("z of C over the water", record.buoy_position.sel(xyz="z") - record.surface_elevation, "m")
         extremes("cone angle", record.cone_angle, "deg")
-    steps = record.sizes["time"] - 1
-    rows.append(("steps, of which retried", f"{steps}, {record.attrs['failed_steps']}", ""))
-    if steps:
-        rows.append(("Newton iterations per step", f"{float(record.newton_iterations[1:].mean()):.2f}", ""))
-    wall = record.attrs["wall_time_s"]
-    rows.append(("wall time", f"{wall:.1f}", "s"))
-    rows.append(("speed", f"{float(record.time[-1]) / max(wall, 1e-9):.1f}", "x real time"))
-    if scene.waves:
-        rest = 100 * remaining_amplitude(scene.waves.main_period, scene)
-        rows.append((f"left by the scheme of a free {scene.waves.main_period:g} s motion", f"{rest:.1f}", "%"))
     return rows
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
+from .network import network_of
 
 
 @dataclass(frozen=True)
@@ -43,8 +44,10 @@ SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alph
 
 
 def space_of(scene: Scene) -> Space:
-    """The scene's own elements."""
+    """The scene's own elements.  Raises InputError for a network, whose lines have elements of their own."""
     c = scene.cable
+    if c and scene.is_network:
+        raise InputError("cable: settings are compared and advised for one [cable] without segments, not for networks.")
     return Space(c.position_degree, c.tension_degree, number_of_cells(c.elements)) if c else Space()
 
 
@@ -82,14 +85,19 @@ def period_of(scene: Scene) -> float | None:
     """Period of what drives the scene."""
     if scene.waves:
         return scene.waves.main_period
-    return scene.cable.top.period if scene.cable and scene.cable.top else None
+    return next((top.period for top in _moved(scene) if top.period), None)
 
 
 def ramp_of(scene: Scene) -> float:
     """Time in which the drive grows."""
     if scene.waves:
         return scene.waves.ramp
-    return scene.cable.top.ramp if scene.cable and scene.cable.top else 0.0
+    return max((top.ramp for top in _moved(scene)), default=0.0)
+
+
+def _moved(scene):
+    """What moves or pulls ends of lines."""
+    return [end.top for piece in network_of(scene).pieces for end in piece.ends if end.top and end.kind != "fixed"]
 
 
 def check_time(scene: Scene) -> None:

@@ -13,9 +13,13 @@ from mpi4py import MPI
 from mpi_helpers import needs_mpirun, start_scenes
 
 from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy.errors import InputError
 from dolfbuoy.motion.energy import STORED, Meter
 from dolfbuoy.motion.simulation import Simulation
+from dolfbuoy.results.measured import compute, quantities_of
 from dolfbuoy.results.record import read
+from dolfbuoy.results.summary import static_rows, static_warnings, summary
+from dolfbuoy.scene.settings import period_of, ramp_of, space_of
 
 ROPE = {"line_density": 12.0, "diameter": 0.05, "axial_stiffness": 3e6, "added_mass": 0.9}
 ROPE |= {"normal_drag": 1.1, "tangential_drag": 0.1}
@@ -219,6 +223,43 @@ def test_one_of_several_is_named():
     assert [cable.length for cable in scene.cables] == [None, 17.0, 19.0]
     assert scene.joint[0].mass == 150.0
     assert scene.cables[0].segments[1].elements == 7
+
+
+def test_what_is_said_of_a_network():
+    """Of each line, buoy and joint by its name; a leg that parts, in summary and record."""
+    scene = load_scene(shared(), **{"cable.between.fails_at": {"time": 0.1}, "time.end": 0.3})
+    record = simulate(scene)
+    assert record.attrs["parted"] == "between at s = 22 m"
+    rows = {name: value for name, value, _ in summary(record, scene)}
+    assert rows["parted"] == record.attrs["parted"]
+    z = record.buoy_position.sel(buoy="right", xyz="z")
+    assert rows["right: z of C"] == f"{float(z.min()):.4g} ... {float(z.max()):.4g}"
+    bridle, found = load_scene(BRIDLE), solve_static(BRIDLE)
+    rows = {name: value for name, value, _ in static_rows(found, bridle)}
+    tension = float(found.tension_top.sel(cable="port"))
+    assert rows["port: tension at the upper end of the cable, |T_bnd|"] == f"{tension / 1e3:.6g}"
+    assert float(rows["Y: position of the joint"].split()[2]) == pytest.approx(float(found.joint_position[0, 2]), 1e-5)
+
+
+def test_a_compressed_line_of_a_network_is_named():
+    """In the record of an equilibrium; a rope would not take it."""
+    found = solve_static(BRIDLE)
+    found.cable_tension[found.cable_of_cell.values == 1] *= -1.0
+    said = static_warnings(found, load_scene(BRIDLE))
+    assert next(sentence for sentence in said if "compressed" in sentence).startswith("port: The cable is compressed")
+
+
+def test_lines_and_buoys_of_a_network_are_compared():
+    """Top tension of each line and position of each buoy, as they are recorded; what drives it is found."""
+    scene = load_scene(shared(), time__end=0.2)
+    names = quantities_of(scene)
+    run, record = compute(scene, names), simulate(scene)
+    for name in names:
+        assert np.array_equal(run.values[name].reshape(len(run.t), -1), record[name].values.reshape(len(run.t), -1))
+    held = load_scene({name: section for name, section in BRIDLE.items() if name != "waves"})
+    assert (period_of(held), ramp_of(held)) == (2.0, 1.0)
+    with pytest.raises(InputError, match=r"one \[cable\] without segments"):
+        space_of(held)
 
 
 SCRIPT = """
