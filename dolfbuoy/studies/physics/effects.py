@@ -289,6 +289,8 @@ def _draw_times(axes, rows, places):
 
 def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
     """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
+    if scene.is_network:
+        raise InputError("SCENE: effects are left out of one [cable] and one [buoy], not of networks.")
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
         raise InputError("SCENE: must have an effect that can be left out, and a quantity to compare.")
