@@ -10,7 +10,6 @@ from ..errors import InputError
 from ..results.tables import force_unit
 from .shared import (
     OutOption,
-    ParaviewOption,
     SceneArgument,
     SetOption,
     folder_of,
@@ -24,6 +23,9 @@ from .shared import (
 DirectionOption = Annotated[
     float, typer.Option("--direction", help="Of surge and of the figures' plane, from x \\[deg].")
 ]
+#: Motions that are shown, factor, unit.
+MOTIONS = [(name, 1.0, "m") for name in ("surge", "sway", "heave")]
+MOTIONS += [(name, float(np.degrees(1)), "deg") for name in ("roll", "pitch")]
 #: Amplitude of the runs beside small waves [m].
 SMALL = 1e-3
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
@@ -36,7 +38,7 @@ def modes(
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
-    paraview: ParaviewOption = True,
+    paraview: Annotated[bool, typer.Option("--paraview", help="Write the shapes, moving, for ParaView.")] = False,
 ):
     """Natural periods, damping and shapes about the equilibrium.  Example: dolfbuoy modes short --number 10"""
     from ..linear_api import modes as find
@@ -44,6 +46,8 @@ def modes(
     from ..results.mode_record import KINDS
 
     loaded, folder = load(scene, assign), folder_of(scene, folder)
+    if paraview and loaded.is_network:
+        raise InputError("--paraview: is for one line and one buoy; modes.nc has the shapes of all of them.")
     found = find(loaded, number, folder, direction_deg=direction)
     if rank() != 0:
         return
@@ -63,26 +67,32 @@ def modes(
 def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
     """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
     from ..linear_api import stiffness as find
+    from ..results.response_record import each_buoy
     from ..results.stiffness_record import notes
 
     loaded, folder = load(scene, assign), folder_of(scene, folder)
     found = find(loaded, folder)
     if rank() != 0:
         return
-    motions = found.motion.values.tolist()
+    for of_buoy, one in each_buoy(found):
+        _show_stiffness(of_buoy, one)
+    for note in notes(found, loaded):
+        out.print(note, soft_wrap=True)
+
+
+def _show_stiffness(of_buoy, found):
+    """Matrices of a buoy, and the eigenvalues of their symmetric parts."""
     for name in ("mooring", "hull", "total"):
-        title = f"{found[name].attrs['long_name']}; N and N m for 1 m and 1 rad"
-        shown = table_of(f"\n{title}", "", *motions)
+        title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
+        shown = table_of(f"\n{title}", "", *found.motion.values.tolist())
         for row, values in zip(found.reaction.values.tolist(), found[name].values, strict=True):
             shown.add_row(row, *(f"{value:.5g}" for value in values))
         out.print(shown)
-    title = "\nEigenvalues of the symmetric parts, turns at the radius of gyration [N/m]"
+    title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
     shown = table_of(title, "", *map(str, range(1, 7)))
     for name in ("mooring", "hull", "total"):
         shown.add_row(name, *(f"{value:.5g}" for value in found[f"{name}_eigenvalue"].values))
     out.print(shown)
-    for note in notes(found, loaded):
-        out.print(note, soft_wrap=True)
 
 
 def offsets(
@@ -115,6 +125,8 @@ def offsets(
 
 def _show_offsets(found, what, folder):
     """Largest offset and tension of each direction."""
+    from ..results.offset_record import top_tension
+
     unit, factor = force_unit(found.tension_top.values)
     title = f"Largest offset and tension towards each side, {folder / 'offsets.nc'}"
     shown = table_of(title, "direction [deg]", f"at {what}", "offset [m]", f"tension at the top [{unit}]")
@@ -123,7 +135,7 @@ def _show_offsets(found, what, folder):
         if one.found.any():
             row = one.isel({what: int(np.nanargmax(one.offset.values))}) if "offset" in one else one.isel({what: -1})
             offset = f"{row.offset.item():.5g}" if "offset" in row else "-"
-            tension = f"{factor * one.tension_top.max().item():.5g}"
+            tension = f"{factor * top_tension(one).max().item():.5g}"
             shown.add_row(f"{direction:g}", f"{row[what].item():g}", offset, tension)
     out.print(shown)
 
@@ -132,11 +144,13 @@ def _draw_offsets(found, scene, folder):
     from ..results.folder import enlist
     from ..results.offset_figures import offset_curves
     from ..results.style import files_of, save
+    from ..scene.network import network_of
 
+    held = [end.top.position[:2] for piece in network_of(scene).pieces for end in piece.ends if end.held]
     target = folder / "figures" / "offsets"
     enlist(folder, files_of(target), "offsets")
     target.parent.mkdir(exist_ok=True)
-    save(offset_curves(found, scene.anchor[:2]), target)
+    save(offset_curves(found, held), target)
     out.print(f"figure: {target}.png", soft_wrap=True)
 
 
@@ -165,7 +179,7 @@ def response(
     """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8"""
     from ..linear_api import PERIODS
     from ..linear_api import response as find
-    from ..results.response_record import LINEAR, warnings
+    from ..results.response_record import HELD, LINEAR, warnings
     from ..scene.settings import parse_numbers
     from ..scene.variants import numbers_of
 
@@ -174,6 +188,8 @@ def response(
     loaded, folder, checked = load(scene, assign), folder_of(scene, folder), parse_numbers("--verify", verify) or []
     if height is None and loaded.waves is not None and not loaded.waves.irregular:
         height = 2 * loaded.waves.size
+    if checked and _moves_otherwise(loaded):
+        raise InputError("--verify: is for one line on a buoy or held still; this scene has more, or moves it.")
     asked = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
     if min(asked) <= 0:
         raise InputError(f"--periods {periods}: must be positive.")
@@ -186,6 +202,8 @@ def response(
     seconds = time.monotonic() - began
     _show_response(found, folder)
     out.print(f"{LINEAR}  {len(asked)} periods took {seconds:.2g} s.", soft_wrap=True)
+    if _ends_move(loaded):
+        out.print(HELD, soft_wrap=True)
     say_warnings(warnings(found))
     runs = _verified(found, loaded, checked, height)
     if plot:
@@ -194,32 +212,55 @@ def response(
 
 def _show_response(found, folder):
     """Amplitudes at a few periods, and standard deviations."""
-    from ..results.response_record import complex_of
+    from ..results.response_record import each_buoy
 
-    names = [*(["surge", "sway", "heave", "roll", "pitch"] if "rao" in found else []), *found.tension.values.tolist()]
     for key, words in (("rao", "small waves"), ("rao_drag", f"waves of {found.attrs.get('height_m', 0):g} m")):
         if f"{key}_tension" not in found:
             continue
+        whole = np.isclose(found.period.values % 1, 0)
+        few = found.isel(period=whole) if whole.any() else found
+        amplitudes = _amplitudes(few, key)
         title = f"\nAmplitudes per metre in {words}, {folder / 'response.nc'} [m, deg, N]"
-        shown = table_of(title, "period [s]", *names)
-        whole = found.period.values[np.isclose(found.period.values % 1, 0)]
-        for T in whole if len(whole) else found.period.values:
-            one = found.sel(period=T)
-            values = [np.abs(complex_of(one[key].sel(motion=n))) for n in names if key in one and n in one.motion]
-            values = [v * np.degrees(1) if n in ("roll", "pitch") else v for n, v in zip(names, values, strict=False)]
-            values += [np.abs(complex_of(one[f"{key}_tension"].sel(tension=n))) for n in one.tension.values]
-            shown.add_row(f"{T:g}", *(f"{float(value):.4g}" for value in values))
+        shown = table_of(title, "period [s]", *amplitudes)
+        for T, *values in zip(few.period.values, *amplitudes.values(), strict=True):
+            shown.add_row(f"{T:g}", *(f"{value:.4g}" for value in values))
         out.print(shown)
     if "tension_std" in found:
         shown = table_of("\nStandard deviations in the irregular sea", "", "standard deviation", "mean", "unit")
-        for name in ("surge", "sway", "heave", "roll", "pitch") if "motion_std" in found else ():
-            turn = name in ("roll", "pitch")
-            value = found.motion_std.sel(motion=name).item() * (np.degrees(1) if turn else 1.0)
-            shown.add_row(name, f"{value:.4g}", "", "deg" if turn else "m")
+        for of_buoy, one in each_buoy(found) if "motion_std" in found else ():
+            for name, factor, unit in MOTIONS:
+                shown.add_row(f"{name}{of_buoy}", f"{factor * one.motion_std.sel(motion=name).item():.4g}", "", unit)
         for name in found.tension.values.tolist():
             one = found.sel(tension=name)
             shown.add_row(name, f"{one.tension_std.item():.5g}", f"{one.tension_mean.item():.5g}", "N")
         out.print(shown)
+
+
+def _amplitudes(found, key):
+    """Name -> amplitudes over the periods, of motions [m, deg] and tensions [N]."""
+    from ..results.response_record import complex_of, each_buoy
+
+    sizes = {}
+    for of_buoy, one in each_buoy(found) if key in found else ():
+        for name, factor, _ in MOTIONS:
+            sizes[f"{name}{of_buoy}"] = factor * np.abs(complex_of(one[key].sel(motion=name)))
+    for name in found.tension.values.tolist():
+        sizes[name] = np.abs(complex_of(found[f"{key}_tension"].sel(tension=name)))
+    return sizes
+
+
+def _moves_otherwise(scene):
+    """Whether runs in time are not what the linear response is compared with."""
+    from ..scene.network import network_of
+
+    network = network_of(scene)
+    return _ends_move(scene) or len(network.cables) > 1 or len(network.buoys) > 1
+
+
+def _ends_move(scene):
+    from ..scene.network import network_of
+
+    return any(end.kind == "prescribed" for piece in network_of(scene).pieces for end in piece.ends)
 
 
 def _verified(found, scene, periods, height):

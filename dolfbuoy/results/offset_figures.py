@@ -5,6 +5,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from .offset_record import top_tension
 from .style import COLORS, PAGE, STYLE, legend_below, new_figure
 from .tables import force_unit
 
@@ -12,10 +13,10 @@ from .tables import force_unit
 MARKS = {"slack": ("x", "line slack"), "under": ("v", "buoy under water")}
 
 
-def offset_curves(dataset, anchor=None) -> Figure:
+def offset_curves(dataset, anchors=()) -> Figure:
     """Offset along the load and top tension over its size, and the watch circles; slack and drowned states are marked.
 
-    anchor: (x, y) of a mark in the plan view [m].
+    anchors: (x, y) of marks in the plan view [m].
     """
     load = dataset.slack.dims[1]
     sizes, directions = dataset[load].values, dataset.direction.values
@@ -25,14 +26,15 @@ def offset_curves(dataset, anchor=None) -> Figure:
         figure = new_figure(PAGE, 3.1)
         left, middle, right = figure.subplots(1, 3)
         colours = matplotlib.colormaps["plasma"](np.linspace(0, 0.9, len(directions)))
-        tension, scale = force_unit(dataset.tension_top.values)
+        top = top_tension(dataset).values
+        tension, scale = force_unit(top)
         for i, colour in enumerate(colours):
             one = dataset.isel(direction=i)
             _curve(left, factor * sizes, one.offset_along.values, one, colour)
-            _curve(middle, factor * sizes, scale * one.tension_top.values, one, colour)
+            _curve(middle, factor * sizes, scale * top[i], one, colour)
         left.set(xlabel=title, ylabel="offset of C along the load [m]")
         middle.set(xlabel=title, ylabel=f"tension at the upper end [{tension}]")
-        _plan(right, dataset, sizes, directions, colours, anchor)
+        _plan(right, dataset, sizes, directions, colours, anchors)
         handles = _legend(dataset, directions, colours)
         legend_below(figure, 0.25, len(handles), handles)
     return figure
@@ -45,7 +47,7 @@ def _curve(axes, x, y, one, colour):
         axes.plot(x[bad], y[bad], mark, color=COLORS["red"], ms=5, ls="none")
 
 
-def _plan(axes, dataset, sizes, directions, colours, anchor):
+def _plan(axes, dataset, sizes, directions, colours, anchors):
     x, y = (dataset.buoy_position.sel(xyz=name).values for name in "xy")
     whole = len(directions) > 2 and np.ptp(np.diff([*directions, directions[0] + 360])) < 1e-6
     for j in range(len(sizes)):
@@ -53,7 +55,7 @@ def _plan(axes, dataset, sizes, directions, colours, anchor):
         axes.plot(x[ring, j], y[ring, j], color="#bbbbbb", lw=0.6)
     for i, colour in enumerate(colours):
         axes.plot(x[i], y[i], ".-", color=colour, ms=3)
-    if anchor is not None:
+    for anchor in anchors:
         axes.plot(*anchor, "s", color=COLORS["ink"], ms=4)
     axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.set_aspect("equal", adjustable="datalim")

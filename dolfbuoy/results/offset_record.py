@@ -33,7 +33,8 @@ class Rows:
     """Collects equilibria (`statics.offsets.Rest`) one after the other; collective."""
 
     def __init__(self, load):
-        self.load, self._observer, self._rows, self.attributes = load, None, [], {}
+        self.load, self._observer, self._rows = load, None, []
+        self.attributes, self.labels = {}, {}
 
     def add(self, rest):
         """One more; its Problem may change afterwards."""
@@ -45,6 +46,7 @@ class Rows:
     def _values(self, problem):
         if self._observer is None or self._observer.problem is not problem:
             self._observer, self.attributes = Observer(problem), attributes(problem)
+            self.labels = self._observer.labels()
         smallest = problem.smallest_tension()
         values = self._observer.values(problem.end_forces())
         slack = smallest <= LEAST_TENSION * problem.typical_force
@@ -61,7 +63,8 @@ class Rows:
         for name, shape in shapes.items():
             values = [row.get(name, np.full(shape, np.nan)) for _, _, row in self._rows]
             data[name] = np.reshape(values, (len(directions), len(sizes), *shape))
-        described = dataset_of({n: np.zeros(s) for n, s in shapes.items() if n not in SAID}, {}, self.attributes)
+        recorded = {n: np.zeros(s) for n, s in shapes.items() if n not in SAID}
+        described = dataset_of(recorded, {}, self.attributes, self.labels)
         variables = {n: (("direction", self.load, *described[n].dims), data[n], described[n].attrs) for n in described}
         for name in (n for n in SAID if n in data):
             variables[name] = (("direction", self.load), data[name], _attributes(SAID[name]))
@@ -74,6 +77,12 @@ class Rows:
         )
         made[self.load] = (self.load, sizes, _attributes(UNITS[self.load]))
         return _with_offsets(made, at_rest) if "buoy_position" in made and at_rest is not None else made
+
+
+def top_tension(dataset) -> "xr.DataArray":
+    """Largest tension at the upper end of a line [N], over directions and sizes."""
+    tension = dataset.tension_top
+    return tension.max([name for name in ("cable",) if name in tension.dims])
 
 
 def _attributes(said):

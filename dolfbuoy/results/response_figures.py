@@ -1,10 +1,12 @@
 """Figures of the linear response: amplitudes over the period, and spectra in an irregular sea."""
 
+import itertools
+
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 
-from .response_record import complex_of
+from .response_record import complex_of, each_buoy
 from .style import COLORS, PAGE, PALETTE, STYLE, legend_below, new_figure
 from .tables import force_unit
 
@@ -25,9 +27,8 @@ def amplitudes(dataset, runs=()) -> Figure:
         figure = new_figure(PAGE, 2.9)
         axes = figure.subplots(1, len(panels) + 1, squeeze=False)[0]
         for ax, (title, names, factor, unit) in zip(axes, panels, strict=False):
-            for name, colour in zip(names, PALETTE, strict=False):
-                pick = {"motion": name}
-                _curves(ax, dataset, "rao", pick, factor, colour, runs, name)
+            for (name, of_buoy, one), colour in zip(_of_buoys(dataset, names), itertools.cycle(PALETTE)):
+                _curves(ax, one, "rao", {"motion": name}, factor, colour, runs, f"{name}{of_buoy}")
             ax.set(xlabel="period [s]", ylabel=f"{title} [{unit}]")
             ax.legend()
         unit, factor = force_unit(np.abs(dataset.rao_tension.values))
@@ -37,6 +38,11 @@ def amplitudes(dataset, runs=()) -> Figure:
         axes[-1].legend()
         legend_below(figure, 0.25, 3, _styles(dataset, runs))
     return figure
+
+
+def _of_buoys(dataset, names):
+    """(motion, " of its buoy", what there is of that buoy) of all buoys."""
+    return [(name, of_buoy, one) for of_buoy, one in each_buoy(dataset) for name in names]
 
 
 def _curves(axes, dataset, name, pick, factor, colour, runs, label, ending=""):
@@ -69,11 +75,10 @@ def spectra(dataset) -> Figure:
         axes = figure.subplots(1, 3)
         axes[0].plot(f, 2 * np.pi * dataset.spectrum.values, color=COLORS["ink"], label="elevation")
         if "motion_spectrum" in dataset:
-            for name, colour in zip(("surge", "sway", "heave"), PALETTE, strict=False):
-                axes[0].plot(f, 2 * np.pi * dataset.motion_spectrum.sel(motion=name), color=colour, label=name)
-            for name, colour in zip(("roll", "pitch"), PALETTE, strict=False):
-                values = 2 * np.pi * np.degrees(1) ** 2 * dataset.motion_spectrum.sel(motion=name)
-                axes[1].plot(f, values, color=colour, label=name)
+            for ax, (_, names, factor, _) in zip(axes, PANELS, strict=False):
+                for (name, of_buoy, one), colour in zip(_of_buoys(dataset, names), itertools.cycle(PALETTE)):
+                    values = 2 * np.pi * factor**2 * one.motion_spectrum.sel(motion=name)
+                    ax.plot(f, values, color=colour, label=f"{name}{of_buoy}")
         for name, colour in zip(dataset.tension.values.tolist(), PALETTE[3:] + PALETTE, strict=False):
             values = 2e-6 * np.pi * dataset.tension_spectrum.sel(tension=name)
             axes[2].plot(f, values, color=colour, label=name.replace("_", " "))

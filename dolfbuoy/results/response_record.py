@@ -16,6 +16,8 @@ LINEAR = (
     "Linear: standard deviations and amplitudes about the mean, no extremes; slack lines, snaps, a buoy under water "
     "and drift are not in it."
 )
+#: What is said of a scene that moves the ends of its lines.
+HELD = "Ends that the scene moves are held still: only the waves are in this response."
 
 
 def dataset_of_response(seaway, periods, small, high, height, sea=None) -> "xr.Dataset":
@@ -91,6 +93,13 @@ def _irregular(seaway, omega, energies, X):
         said = _said("m, rad", "standard deviation of the motions")
         found["motion_std"] = (dims, np.sqrt(motions @ energies), said)
     return found
+
+
+def each_buoy(dataset) -> list[tuple[str, "xr.Dataset"]]:
+    """(" of its name", its part) of each of several buoys; ("", all of it) of the only one, or without any."""
+    if "buoy" not in dataset.dims:
+        return [("", dataset)]
+    return [(f" of {name}", dataset.sel(buoy=name)) for name in dataset.buoy.values.tolist()]
 
 
 def complex_of(variable) -> np.ndarray:

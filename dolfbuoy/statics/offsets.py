@@ -61,7 +61,7 @@ def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD) -> Itera
     """
     network = network_of(scene)
     if len(network.buoys) != 1 or not network.pieces:
-        raise InputError("Offsets are those of one moored buoy: they need [buoy] and [cable].")
+        raise InputError("Offsets are those of one moored buoy: they need one [buoy] and a [cable].")
     calm, problem = scene.model_copy(update={"waves": None}), None
     try:
         for direction in directions_deg:

@@ -16,6 +16,8 @@ from dolfbuoy.linear.natural import lowest_modes
 from dolfbuoy.statics import catenary
 
 CASES = reference("modes")
+HULL = reference("hull")
+RHO = 1025.0
 HIGH = {"position_degree": 4, "tension_degree": 3}
 
 
@@ -92,6 +94,38 @@ def test_chain_with_body():
     assert (modes[0].name, modes[0].kind, modes[0].omega) == ("yaw", "drifts", 0.0)
     np.testing.assert_allclose([mode.omega for mode in modes[1:]], np.repeat(exact, 2), rtol=1e-6)
     assert sum(modes[1].shares.values()) == pytest.approx(1)
+
+
+def afloat(case, **buoy):
+    """A cylinder of reference/hull.json in deep water."""
+    stations = {"hull": [[0.0, case["D"]], [1.5 * case["draft"], case["D"]]], "center_of_mass": case["z_C"]}
+    body = {"inertia": [case["I_transverse"], 900.0], "added_mass": case["C_A"]}
+    return {"sea": {"depth": 1e5, "density": RHO}, "buoy": stations | body | buoy}
+
+
+@pytest.mark.parametrize("name", ["float_cylinder", "float_spar_CA1"])
+def test_floating(name):
+    """Three drifts, pitch and roll as the reference has them, and heave, whose added mass is that of its disc alone."""
+    case, exact = HULL[name]["input"], HULL[name]["expected"]["out"]
+    axial = case["axial_added_mass"]
+    modes = modes_of(afloat(case, mass=exact["mass"], axial_added_mass=axial))
+    assert [mode.kind for mode in modes] == ["drifts"] * 3 + ["oscillates"] * 3
+    disc = RHO * 2 / 3 * math.pi * (case["D"] / 2) ** 3 * axial
+    heave = math.sqrt(RHO * 9.81 * math.pi * case["D"] ** 2 / 4 / (exact["mass"] + disc))
+    for way, omega in (("pitch", exact["omega_pitch"]), ("roll", exact["omega_pitch"]), ("heave", heave)):
+        assert omegas(modes, way) == [pytest.approx(omega, rel=1e-6)]
+
+
+def test_moored_buoy():
+    """On an inextensible vertical cable: it swings and pitches, the cable swings, each in two planes; no heave."""
+    case, exact = HULL["moored_buoy"]["input"], HULL["moored_buoy"]["expected"]["omega"]
+    buoy = {"hull": [[0.0, case["hull_D"]], [case["hull_height"], case["hull_D"]]], "center_of_mass": case["z_C"]}
+    buoy |= {"mass": case["mass"], "inertia": [case["I_transverse"], 400.0], "added_mass": case["C_A"]}
+    cable = {"length": case["L"], "line_density": case["rho0"], "diameter": case["cable_diameter"], "elements": 12}
+    cable |= {"added_mass": case["cable_C_A"], "axial_stiffness": math.inf} | HIGH
+    modes = modes_of({"sea": {"depth": case["depth"], "density": RHO}, "buoy": buoy, "cable": cable}, 9)
+    assert (modes[0].name, modes[0].kind) == ("yaw", "drifts")
+    np.testing.assert_allclose([mode.omega for mode in modes[1:]], np.repeat(exact, 2), rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["catenary_sagging_95", "catenary_deep_70", "catenary_short_in_water"])

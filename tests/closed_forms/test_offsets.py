@@ -88,7 +88,7 @@ def test_slack_and_under_and_none():
     assert drowned.under.values[0].tolist() == [False, True, True] or drowned.under.values[0, -1]
     said = sentences(drowned)
     assert any("drawn under" in sentence and "Towards 0 degrees" in sentence for sentence in said), said
-    figure = offset_curves(drowned, (0.0, 0.0))
+    figure = offset_curves(drowned, [(0.0, 0.0)])
     assert len(figure.axes) == 3
     assert any(text.get_text() == "buoy under water" for text in figure.legends[0].get_texts())
 

@@ -19,7 +19,7 @@ FEW = ["--set", "cable.elements=6"]
 
 def test_modes_prints_and_writes(call, tmp_path):
     """A table, modes.nc with the names of the interface, a figure and a moving mesh of every mode."""
-    code, out, _ = call("modes", "short", *FEW, "--number", 4, "--out", tmp_path)
+    code, out, _ = call("modes", "short", *FEW, "--number", 4, "--paraview", "--out", tmp_path)
     assert code == 0
     for text in ("sway", "surge", "nothing holds it", "damping ratio", "residual"):
         assert text in out
@@ -37,8 +37,9 @@ def test_modes_prints_and_writes(call, tmp_path):
     for n in range(1, 5):
         assert (tmp_path / "figures" / f"mode_{n:02d}.png").stat().st_size > 5000
         assert (tmp_path / "paraview" / f"mode_{n:02d}_hull.pvd").is_file()
-    again = call("modes", tmp_path / "modes.toml", "--number", 2, "--no-paraview", "--out", tmp_path)
+    again = call("modes", tmp_path / "modes.toml", "--number", 2, "--out", tmp_path)
     assert again[0] == 0
+    assert not (tmp_path / "paraview" / "mode_01_hull.pvd").exists()
     assert not (tmp_path / "figures" / "mode_03.png").exists()
 
 
@@ -159,6 +160,38 @@ def test_response_prints_and_writes(call, tmp_path):
     assert {"rao", "rao_drag_tension", "motion_spectrum", "tension_std"} <= set(found)
     for name in ("response_amplitudes.png", "response_spectra.svg"):
         assert (tmp_path / "figures" / name).stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("options", "texts"),
+    [
+        (["modes", "two-buoys", "--number", 2, "--no-plot"], ["left sway + right sway"]),
+        (["stiffness", "two-buoys"], ["about C of left", "about C of right"]),
+        (["offsets", "three-legs", "--force", "0,1000", "--directions", "0"], ["offset [m]", "offsets.png"]),
+        (["response", "two-buoys", "--periods", "8"], ["surge of left", "pitch of right", "tension_anchor_west"]),
+        (["response", "bridle", "--periods", "8"], ["tension_anchor_leg2", "are held still"]),
+    ],
+)
+def test_networks(call, tmp_path, options, texts):
+    code, out, _ = call(*options, "--out", tmp_path)
+    assert code == 0
+    for text in texts:
+        assert text in out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["modes", "bridle", "--paraview"], "for one line and one buoy"),
+        (["stiffness", "bridle"], "needs [buoy]"),
+        (["offsets", "two-buoys", "--force", 1], "one moored buoy"),
+        (["response", "three-legs", "--verify", 8], "this scene has more, or moves it"),
+    ],
+)
+def test_networks_refuse(call, tmp_path, options, words):
+    code, _, err = call(*options, "--out", tmp_path)
+    assert code == 2
+    assert words in err.replace("\n", " ")
 
 
 @pytest.mark.parametrize(
