@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from ..parallel.ranks import rank
 from ..results.tables import out, table
@@ -55,7 +56,7 @@ def say_warnings(warnings):
     """On rank 0, a line each."""
     if rank() == 0:
         for warning in warnings:
-            out.print(f"[yellow]Warning:[/yellow] {warning}", soft_wrap=True)
+            out.print(f"[yellow]Warning:[/yellow] {escape(warning)}", soft_wrap=True)
 
 
 class Interrupted(Exception):

@@ -66,7 +66,7 @@ def lowest_modes(found: Linearisation, number=10, direction_deg=0.0) -> list[Mod
     matrices = quaternions.without_lengths(first, found.K, found.E, found.M)
     pairs = lowest_pairs(comm, *matrices, number + 6 * len(found.bodies))
     moving = Moving(found, direction_deg)
-    drifting = _drifting(moving, quaternions.as_they_were(pairs.vectors[:, pairs.zero]))
+    drifting = _drifting(moving, quaternions.as_they_were(pairs.at_zero()))
     unheld = pairs.residuals_at_zero(quaternions.exchanged(drifting))
     modes = [_mode(moving, 0j, x, residual) for x, residual in zip(drifting.T, unheld, strict=True)]
     shown = np.flatnonzero(~pairs.zero)

@@ -228,8 +228,14 @@ EFFECTS: list[Effect] = [
             "waves.significant_height": Drawn(1e-6, 1e2, zero=True),
             "waves.peak_period": Drawn(0.1, 1e3),
             "waves.gamma": Drawn(1, 10, even=True),
-            "waves.spreading": Drawn(0.1, 1e3),
         },
+    ),
+    Effect(
+        "wave spreading",
+        "waves.spreading",
+        neutral=None,
+        needs=("sea", "waves"),
+        drawn={"waves.spreading": Drawn(0.1, 1e3)},
     ),
     Effect(
         "current",

@@ -74,7 +74,7 @@ def given_shapes(scene, poses):
         pieces = [piece for piece in network.pieces if piece.cable == number]
         ends = pieces[0].ends[0], pieces[-1].ends[1]
         places = [place_of(network, end, poses) for end in ends]
-        points, key = _points_of(scene, network, number, places)
+        points, key = _points_of(scene, network, number, ends, places)
         length = sum(piece.section.length for piece in pieces)
         _check_ends(points, key, places, length)
         _check_joints(points, key, ends, joints, length)
@@ -86,10 +86,11 @@ def given_shapes(scene, poses):
     return shapes
 
 
-def _points_of(scene, network, number, places):
+def _points_of(scene, network, number, ends, places):
     """(points of the initial line of a cable, name of their key).  Raises InputError."""
     kind, given, name = scene.initial.kind, scene.initial.points, network.cables[number]
     if kind == "straight":
+        places = [_begins_at(end, place) for end, place in zip(ends, places, strict=True)]
         if any(place is None for place in places):
             raise InputError(f"initial.kind = 'straight': where cable.{name} ends is not known; take 'polyline'.")
         return places, "initial.points"
@@ -103,6 +104,12 @@ def _points_of(scene, network, number, places):
     if name not in given or not set(given) <= set(network.cables):
         raise InputError(f"initial.points: must have the points of each cable by name, of {', '.join(network.cables)}.")
     return [np.array(p) for p in given[name]], f"initial.points.{name}"
+
+
+def _begins_at(end, place):
+    """Place of an end; where a free one is let go, if its section says so."""
+    given = end.top.position if place is None and end.top is not None else None
+    return place if given is None else np.array(given)
 
 
 def _check_ends(points, key, places, length):

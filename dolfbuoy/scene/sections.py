@@ -226,7 +226,9 @@ class Scene(Section):
         need("waves", "sea", "without it there is no water")
         need("current", "sea", "without it there is no water")
         if self.waves is not None and self.gravity == 0 and self.waves.irregular:
-            raise Wrong("gravity", self.gravity, "carries no irregular sea: no dispersion relation gives wavelengths")
+            raise Wrong(
+                "gravity", self.gravity, "carries no irregular sea of [waves]: no dispersion relation gives wavelengths"
+            )
         if self.waves is not None and self.gravity == 0 and self.waves.wavelength is None:
             raise Missing("waves.wavelength", "without gravity no dispersion relation gives it")
         need("seabed", "sea", "its depth says where the bed is")

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
-from scipy.sparse import csr_matrix, diags
+from scipy.sparse import csc_matrix, csr_matrix, diags, identity, vstack
+from scipy.sparse.linalg import splu
 
 from ..errors import SolveError
 
@@ -21,12 +22,16 @@ REAL = 1e-9
 RESIDUAL = 1e-8
 #: An eigenvalue below this part of the shift is zero: rounding splits a double zero to about sqrt(1e-16) of it.
 ZERO = 1e-5
+#: What is added to K where it is singular.
+NEARLY = 1e-13
 #: The shift is moved until it is this part of the smallest eigenvalue that is not zero, or between these parts.
 PART, PARTS = 0.2, (0.02, 2.0)
 #: Of eigenvalues that are computed all at once: another shift, about which those that are finite are the same.
 ACCURACY, OTHER = 1e-6, 1.7
 #: Of eigenvalues that are computed all at once: ratio of the radii of rings, and the most rings.
 RING, RINGS = 30.0, 7
+#: How often SLEPc is asked, each time for other numbers of eigenvalues.
+TRIALS = 3
 #: Size of the companion form up to which all its eigenvalues are computed at once.
 DENSE = 240
 
@@ -42,6 +47,11 @@ class Pairs(NamedTuple):
     residuals: np.ndarray
     zero: np.ndarray
     problem: "Quadratic"
+
+    def at_zero(self):
+        """Vectors (unknowns, k) with lambda = 0, made solutions of K x = 0; some may be the same."""
+        problem = self.problem
+        return problem.columns[:, None] * problem.in_kernel(self.vectors[:, self.zero] / problem.columns[:, None])
 
     def residuals_at_zero(self, vectors):
         """Backward errors of vectors (unknowns, k) with lambda = 0."""
@@ -145,6 +155,16 @@ class Quadratic:
             raise SolveError("the modes were not found: SLEPc's solver did not converge.")
         return np.array(roots), np.array(vectors).T
 
+    def in_kernel(self, vectors):
+        """Inverse iteration with K: a double zero's vectors are as good as the root of the rounding, or worse."""
+        if not vectors.shape[1]:
+            return vectors
+        K = csc_matrix(vstack(self.comm.allgather(csr_matrix(self.K))))
+        solve = splu((K + NEARLY * identity(K.shape[0])).astype(complex).tocsc()).solve
+        for _ in range(2):
+            vectors = solve(vectors / np.linalg.norm(vectors, axis=0))
+        return vectors / np.linalg.norm(vectors, axis=0)
+
     def residuals(self, roots, vectors):
         """Backward errors |(K + lambda E + lambda^2 M) x| over the sum of the terms' norms times |x|."""
         r = self.K @ vectors + (self.E @ vectors) * roots + (self.M @ vectors) * roots**2
@@ -188,11 +208,21 @@ def _nearest(problem, count):
     """(problem, roots, vectors), none left out: what is within a distance of -1 is within one less of 0."""
     wanted, limit = 2 * count + 8, problem.K.shape[1]
     while True:
-        roots, vectors = problem.pairs(wanted)
+        roots, vectors = _tried(problem, wanted)
         chosen = (roots.imag >= 0) & (np.abs(roots) <= np.abs(roots + 1).max() - 1)
         if np.count_nonzero(chosen) >= count or wanted >= limit:
             return problem, roots[chosen], vectors[:, chosen]
         wanted = min(2 * wanted, limit)
+
+
+def _tried(problem, count):
+    """`pairs`, of a few more where LAPACK could not put the values in order, as those that are nearly one."""
+    for more in range(0, 7 * TRIALS, 7):
+        try:
+            return problem.pairs(count + more)
+        except SolveError:
+            if more == 7 * (TRIALS - 1):
+                raise
 
 
 def _rings(problem, matrices, count):

@@ -116,12 +116,21 @@ def test_floating(name):
         assert omegas(modes, way) == [pytest.approx(omega, rel=1e-6)]
 
 
-def test_moored_buoy():
-    """On an inextensible vertical cable: it swings and pitches, the cable swings, each in two planes; no heave."""
+@pytest.mark.parametrize("elements", [8, 10])
+def test_moored_buoy(elements):
+    """On an inextensible vertical cable: it swings and pitches, the cable swings, each in two planes; no heave.
+
+    With 8 elements LAPACK cannot order the values of SLEPc's first attempt; with 10 a vector of the zeros is none.
+    """
     case, exact = HULL["moored_buoy"]["input"], HULL["moored_buoy"]["expected"]["omega"]
     buoy = {"hull": [[0.0, case["hull_D"]], [case["hull_height"], case["hull_D"]]], "center_of_mass": case["z_C"]}
     buoy |= {"mass": case["mass"], "inertia": [case["I_transverse"], 400.0], "added_mass": case["C_A"]}
-    cable = {"length": case["L"], "line_density": case["rho0"], "diameter": case["cable_diameter"], "elements": 12}
+    cable = {
+        "length": case["L"],
+        "line_density": case["rho0"],
+        "diameter": case["cable_diameter"],
+        "elements": elements,
+    }
     cable |= {"added_mass": case["cable_C_A"], "axial_stiffness": math.inf} | HIGH
     modes = modes_of({"sea": {"depth": case["depth"], "density": RHO}, "buoy": buoy, "cable": cable}, 9)
     assert (modes[0].name, modes[0].kind) == ("yaw", "drifts")

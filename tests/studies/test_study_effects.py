@@ -21,7 +21,9 @@ SCENE = merged(MOORED, cable__elements=3, waves__ramp=0.1, time={"end": 0.4, "st
 ALWAYS = {"inextensible cable", "buoy", "hydrostatics"}
 
 #: What goes with what is left out.
-GO_WITH = {"waves": {"cable tangential Froude-Krylov", "disk averages"}, "sea bed": {"bed friction"}}
+GO_WITH = {"waves": {"cable tangential Froude-Krylov", "disk averages", "wave spreading"}, "sea bed": {"bed friction"}}
+
+STORM = {"spectrum": "jonswap", "significant_height": 0.5, "peak_period": 5.0, "spreading": 10.0, "components": 10}
 
 
 def test_every_effect_can_be_left_out():
@@ -38,6 +40,7 @@ def test_every_effect_can_be_left_out():
         cable__damping=100.0,
         cable__fails_at={"time": 1.0},
         seabed={"friction": 0.5},
+        waves={"amplitude": None, "period": None} | STORM,
     )
     names = study.effects_of(scene)
     every = {e.name for e in effects.EFFECTS if e.removable and not e.key.startswith("joint.")}
