@@ -152,7 +152,7 @@ def test_a_matrix_that_somebody_else_has_used_is_new(driven):
         before = newton.jacobians_total
         newton.solve()
         made.append(newton.jacobians_total - before)
-    assert made == [0, 1]
+    assert made[0] == 0 < made[1]
 
 
 @pytest.mark.parametrize("error", [ArithmeticError, KeyboardInterrupt])

@@ -304,7 +304,7 @@ def test_set_changes_all_cases(call, tmp_path):
 
 def test_an_interrupted_sweep_goes_on(tmp_path):
     """SIGINT after the first case: exit code 130, finished cases stay as they are, the rest is computed."""
-    load_scene(ROD, **{"time.end": 5.0}).save(tmp_path / "rod.toml")  # half a second per case: time for a signal
+    load_scene(ROD, **{"time.end": 20.0}).save(tmp_path / "rod.toml")  # half a second per case: time for a signal
     dataset = sweep(tmp_path / "rod.toml", VARY, None, tmp_path / "uninterrupted")
     command = [
         sys.executable,
@@ -324,7 +324,7 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background shell ignores it
     )
     deadline = time.monotonic() + 120
-    while not list((tmp_path / "cases").glob("*.jsonl")):
+    while not any(b'"status":"done"' in file.read_bytes() for file in (tmp_path / "cases").glob("*.jsonl")):
         assert process.poll() is None, process.stderr.read()
         assert time.monotonic() < deadline
         time.sleep(0.005)
