@@ -8,7 +8,7 @@ from mpi4py import MPI
 from ..forms import joint as form
 from ..scene.network import network_of, with_body
 from ..solver import compat
-from ..solver.unknowns import Block, array_of
+from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
 from .kinematics import on_points
@@ -34,7 +34,7 @@ class Bodies:
         which = np.floor(compat.cell_ends(self.mesh).mean(axis=1)).astype(int)
         self.dofs[which] = 3 * cells[:, None] + np.arange(3)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
-        self._sampled, self._publish = [], None
+        self._sampled = []
         if self.sea.kinematics is not None:
             self._sampled = [
                 self.sea.kinematics.add(on_points(self.mesh, self.state, 3 * cells[:, None] + np.arange(3)))
@@ -91,14 +91,11 @@ class Bodies:
 
     def follow_water(self, system):
         """An irregular sea follows the unknowns of a System."""
-        if self.sea.kinematics is not None:
-            self.sea.kinematics.follow(system)
+        self.sea.follow(system)
 
     def publish_points(self):
         """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
-        if self.sea.kinematics is not None:
-            self._publish = self._publish or self.sea.kinematics.into_functions(array_of)
-            self._publish()
+        self.sea.publish()
 
     @property
     def dx(self):

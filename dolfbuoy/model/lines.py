@@ -12,7 +12,7 @@ from ..scene.network import Piece, network_of, with_line
 from ..scene.stretching import bends_of
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
-from ..solver.unknowns import Block, array_of
+from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
 from .held import HeldEnds, motion_of
@@ -60,7 +60,7 @@ class Lines(Layout):
         self._material()
         self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
         self.memory |= self.parting.memory if self.parting else {}
-        self._sampled, self._publish = self._waves_at_points(), None
+        self._sampled = self._waves_at_points()
         self._lay_on_bed()
         if dynamic:
             self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
@@ -188,14 +188,11 @@ class Lines(Layout):
 
     def follow_water(self, system):
         """An irregular sea follows the unknowns of a System."""
-        if self.sea.kinematics is not None:
-            self.sea.kinematics.follow(system)
+        self.sea.follow(system)
 
     def publish_points(self):
         """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
-        if self.sea.kinematics is not None:
-            self._publish = self._publish or self.sea.kinematics.into_functions(array_of)
-            self._publish()
+        self.sea.publish()
 
     def material_powers(self):
         """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""

@@ -126,7 +126,7 @@ class SeaState:
 
     def __init__(self, mesh, scene, with_waves=True):
         self._mesh, self._numbers, self._speeds = mesh, Numbers(mesh, scene), []
-        self.kinematics = None  #: of an irregular sea
+        self.kinematics = self._publish = None  #: of an irregular sea
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
         self.wave = self.current = None
         if with_waves and scene.waves and scene.waves.irregular:
@@ -173,6 +173,17 @@ class SeaState:
         samples = [self.kinematics.samples(points, self._depth) for points in at]
         waves = sea.sampled_average(samples, x) if len(samples) > 1 else sea.sampled_flow(samples[0], x)
         return sea.with_current(waves, x, self.current)
+
+    def follow(self, system):
+        """An irregular sea follows the unknowns of a System."""
+        if self.kinematics is not None:
+            self.kinematics.follow(system)
+
+    def publish(self):
+        """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
+        if self.kinematics is not None:
+            self._publish = self._publish or self.kinematics.into_functions(array_of)
+            self._publish()
 
     def set_time(self, t):
         """Advance the waves' phases and ramp."""

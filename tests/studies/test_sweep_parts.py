@@ -61,14 +61,18 @@ def test_what_is_written_is_read(tmp_path):
     assert [store.attempt(name) for name in ("one", "two", "three")] == [1, 2, 0]
 
 
-def test_a_kill_at_any_byte_loses_at_most_the_last_line(tmp_path):
-    """Cut anywhere, every whole line counts; the next writer goes on behind them."""
-    file = tmp_path / "x.jsonl"
+def _written(file, results):
+    """A file of so many results, and what it holds."""
     writer = Writer(file, "p")
-    for k in range(3):
+    for k in range(results):
         writer.add(str(k), {"k": k})
     writer.close()
-    whole = file.read_bytes()
+    return file, file.read_bytes()
+
+
+def test_a_kill_at_any_byte_loses_at_most_the_last_line(tmp_path):
+    """Cut anywhere, every whole line counts; the next writer goes on behind them."""
+    file, whole = _written(tmp_path / "x.jsonl", 3)
     for size in range(len(whole)):
         file.write_bytes(whole[:size])
         store = Store(tmp_path, "p")
@@ -82,12 +86,7 @@ def test_a_kill_at_any_byte_loses_at_most_the_last_line(tmp_path):
 
 
 def test_every_wrong_bit_is_noticed(tmp_path):
-    file = tmp_path / "x.jsonl"
-    writer = Writer(file, "p")
-    for k in range(2):
-        writer.add(str(k), {"k": k})
-    writer.close()
-    whole = file.read_bytes()
+    file, whole = _written(tmp_path / "x.jsonl", 2)
     for place in range(whole.index(b"\n")):
         for bit in (1, 128):
             file.write_bytes(whole[:place] + bytes([whole[place] ^ bit]) + whole[place + 1 :])
