@@ -20,7 +20,7 @@ class Landing:
         self.bodies, scene = bodies, bodies.scene
         self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         self.grip = Grip(*(per_body(lambda body, name=name: self._grip_of(body)[name]) for name in Grip._fields))
-        self.friction = number(lambda scene, _: scene.seabed.friction)
+        self.friction = number(lambda scene, _: scene.seabed.friction if bodies.dynamic else 0.0)
         self.held = fem.Function(bodies.space) if rubs(scene, bodies.dynamic) else None
         self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
         terms = effects.called_by(scene, "bed")
@@ -53,9 +53,9 @@ class Landing:
         """Let friction hold the body at a joint on to a place."""
         self.held.x.array[self.bodies.dofs[self.bodies.names.index(name)]] = place
 
-    def rub(self, on):
-        """Let friction act in statics, or not."""
-        self.friction.value = self.bodies.scene.seabed.friction if on else 0.0
+    def rub(self):
+        """Let friction act in statics too."""
+        self.friction.value = self.bodies.scene.seabed.friction
 
     def pressure(self, name, u):
         """What the body at a joint presses on the bed with at rest [N]."""

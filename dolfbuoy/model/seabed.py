@@ -132,7 +132,7 @@ class Seabed:
         self.lines, self._known = lines, None
         self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         self.grip = Grip(*(per_line(self._part(name)) for name in Grip._fields))
-        self.friction = number(lambda scene, _: scene.seabed.friction)
+        self.friction = number(lambda scene, _: scene.seabed.friction if lines.dynamic else 0.0)
         self.held = self.points = None
         if rubs(lines.scene, lines.dynamic):
             self.points = Points(lines, positions, degree)
@@ -218,9 +218,9 @@ class Seabed:
             self._cells = grips[self.points.line].T[:, :, None]
         return self._cells
 
-    def rub(self, on):
-        """Let friction act in statics, or not."""
-        self.friction.value = self.lines.scene.seabed.friction if on else 0.0
+    def rub(self):
+        """Let friction act in statics too."""
+        self.friction.value = self.lines.scene.seabed.friction
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
@@ -242,12 +242,13 @@ class Seabed:
         mine = Lying(float(share @ sizes), -np.inf, np.full(3, np.nan), max(-float(g[nodes].min(initial=0.0)), 0.0))
         if len(a):
             last, first = int(np.argmax(lines.node_s[b])), int(np.argmin(lines.node_s[a]))
-            ends = [(last, share[last] if g[a[last]] < 0 else 1.0), (first, 0.0 if g[a[first]] < 0 else 1 - share[first])]
+            upper = last, share[last] if g[a[last]] < 0 else 1.0
+            lower = first, 0.0 if g[a[first]] < 0 else 1 - share[first]
             (s, touchdown), (begin, foot) = (
-                (lines.node_s[a[k]] + x * sizes[k] - lines.begins[line], (1 - x) * r[a[k]] + x * r[b[k]])
-                for k, x in ends
+                (float(lines.node_s[a[k]] + x * sizes[k] - lines.begins[line]), (1 - x) * r[a[k]] + x * r[b[k]])
+                for k, x in (upper, lower)
             )
-            mine = mine._replace(s=float(s), touchdown=touchdown, first=float(begin), foot=foot)
+            mine = mine._replace(s=s, touchdown=touchdown, first=begin, foot=foot)
         every = [mine] if lines.comm.size == 1 else lines.comm.allgather(mine)
         last, first = max(every, key=lambda one: one.s), min(every, key=lambda one: one.first)
         length, sag = sum(one.length for one in every), max(one.sag for one in every)

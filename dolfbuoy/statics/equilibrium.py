@@ -17,7 +17,7 @@ from ..scene.stretching import TensionTable, secant
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
 from .moorings import solve_network
-from .pulled import pull, rub
+from .pulled import pull
 from .relaxation import relax
 
 
@@ -32,16 +32,13 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     if scene.cable is None:
         return _free_buoy(scene, comm, make)
     problem = make(scene, dynamic=False, comm=comm)
-    pulled = scene.seabed is not None and rubs(scene, dynamic=False)
-    if pulled:
-        rub(problem, False)
     if scene.is_network:
         solve_network(problem)
     elif scene.buoy is None:
         solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
-    if pulled:
+    if scene.seabed is not None and rubs(scene, dynamic=False):
         pull(problem)
     return problem
 

@@ -1,7 +1,7 @@
 """Lines that were laid slack on a sea bed and pulled in place: friction along all that has moved.
 
-They are laid from the ends that are held on the bed on, over joints that lie too.  What the tension T_0 at the touchdown
-s_0 can pull on has slid towards it, the rest lies as it was laid: along a line of one weight
+They are laid from the ends that are held on the bed on, over joints that lie too.  What the tension T_0 at the
+touchdown s_0 can pull on has slid towards it, the rest lies as it was laid: along a line of one weight
 
     T(s) = max(T_0 - w (sin(alpha) + mu cos(alpha)) (s_0 - s), 0),
 
@@ -17,6 +17,7 @@ import numpy as np
 from ..model.material import weight_per_length
 from ..model.seabed import Lying, stick_length
 from ..parallel.ranks import told
+from .on_bed import UP
 from .relaxation import relax
 
 ROUNDS = 3  # friction on the bed changes T_0 by less than a hundredth, and that its reach
@@ -24,32 +25,24 @@ ROUNDS = 3  # friction on the bed changes T_0 by less than a hundredth, and that
 WHOLE = 1e-9
 
 
-def rub(problem, on) -> None:
-    """Let the friction of all that lies act in statics, or not."""
-    for bed in _beds(problem):
-        bed.rub(on)
-
-
 def pull(problem) -> None:
     """From the equilibrium without friction at hand to that of pulled lines.  Raises SolveError."""
-    rub(problem, True)
+    beds = [model.bed for model in (problem.lines, problem.bodies) if model]
+    for bed in beds:
+        bed.rub()
     for _ in range(ROUNDS):
         _Laying(problem).hold()
         relax(problem)
-    for bed in _beds(problem):
+    for bed in beds:
         bed.accept(problem.system.u)
-
-
-def _beds(problem):
-    return [model.bed for model in (problem.lines, problem.bodies) if model]
 
 
 @dataclass
 class Laid:
     """What lies of a piece that was laid from its end `near` on; distances are from there.
 
-    begin, end: where it lies; along: unit vector from one to the other, in the plane of the bed; behind: name of the joint at its far end, if it
-    lies down to that, and what was laid on from there.
+    begin, end: where it lies; along: unit vector from one to the other, in the plane of the bed; joint: name of that at
+    the far end, if it lies down to there; behind: what was laid on from it.
     """
 
     piece: int
@@ -68,6 +61,8 @@ class _Laying:
         self.problem, self.lines, self.bed = problem, problem.lines, problem.lines.bed
         self.u, self.mu, self.n = problem.system.u, problem.scene.seabed.friction, self.bed.normal.value
         self.stick = stick_length(problem.scene)
+        #: Where friction carries the weight down the slope from, for what lies still.
+        self.uphill = self.stick / self.mu * (UP - self.n[2] * self.n)
         self.meetings = self.lines.meetings()
         self.places = self.bed.points.of(self.u[self.lines.node_dofs])
 
@@ -143,11 +138,13 @@ class _Laying:
         still = laid.end - T / fall if fall > 0 else -np.inf
         s = points.s - lines.begins[laid.piece]
         distance = s if laid.near == 0 else section.length - s
-        places = base + np.multiply.outer(distance - laid.begin - self.stick * (distance > still), laid.along)
+        slid = (distance > still)[..., None]
+        places = base + np.multiply.outer(distance - laid.begin, laid.along)
+        places = np.where(slid, places - self.stick * laid.along, places + self.uphill)
         lies = (distance <= laid.end) & (points.line == laid.piece)[:, None]
         self.places = np.where(lies[..., None], places, self.places)
         base = base + (laid.end - laid.begin) * laid.along
         if laid.joint in self.problem.network.bodies and self.problem.bodies:
-            self.problem.bodies.bed.hold(laid.joint, base - self.stick * (T > 0) * laid.along)
+            self.problem.bodies.bed.hold(laid.joint, base + (-self.stick * laid.along if T > 0 else self.uphill))
         for one in laid.behind:
             self._hold(one, base)
