@@ -94,11 +94,14 @@ class Top(Section):
 MOTION = ("amplitude", "period", "velocity", "motion")
 
 
+BreakingLoad = Annotated[float, Field(gt=0, le=1e10)]
+
+
 class FailsAt(Section):
     """When the cable parts: at a time, or where its tension is largest once that is reached."""
 
     time: Duration | None = key("time at which it parts", "s", default=None)
-    tension: Annotated[float, Field(gt=0, le=1e10)] | None = key("tension at which it parts", "N", default=None)
+    tension: BreakingLoad | None = key("tension at which it parts", "N", default=None)
     at: Annotated[float, Field(ge=0, le=1e5)] | None = key(
         "where it parts at the time; absent: at its upper end", "m", default=None
     )
@@ -148,6 +151,7 @@ class Cable(Section):
     strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
     slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
+    breaking_load: BreakingLoad | None = key("minimum breaking load; it says what T/it is", "N", default=None)
     damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
     fails_at: FailsAt | None = None
     top: Top | None = None
