@@ -62,7 +62,7 @@ class Top(Section):
     amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
     period: Period | None = key("period of the motion", "s", default=None)
     phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
-    ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
+    ramp: Duration = key("time over which the motion, of a tow its speed, grows from nothing", "s", default=0.0)
     velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
     motion: Motion | None = key("rows [t, x, y, z] from position, or a file of them", "s, m", default=None)
 
