@@ -1,4 +1,4 @@
-"""One HTML file that needs nothing else: a template with style, text, data, script, and a policy that lets in only these.
+"""One HTML file that needs nothing else: style, text, data, script, and a policy that lets in only these.
 
 Whatever comes from a scene enters as escaped text or inside the JSON block, where `<` cannot end it.
 """

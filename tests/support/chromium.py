@@ -143,7 +143,9 @@ class Browser:
 
     def paper(self, path=None):
         """PDF of the page, as it is printed."""
-        found = self.ask("Page.printToPDF", printBackground=True, preferCSSPageSize=True, paperWidth=8.27, paperHeight=11.69)
+        found = self.ask(
+            "Page.printToPDF", printBackground=True, preferCSSPageSize=True, paperWidth=8.27, paperHeight=11.69
+        )
         printed = base64.b64decode(found["data"])
         if path is not None:
             Path(path).write_bytes(printed)
