@@ -19,7 +19,7 @@ LAYERS = (
     ("studies",),
     ("page",),
     ("api", "linear_api", "check"),
-    ("results", "motion", "linear"),
+    ("results", "motion", "linear", "formats"),
     ("statics",),
     ("model",),
     ("solver", "scene"),
