@@ -1,4 +1,4 @@
-"""A page in Debian's chromium, without a window: its DevTools protocol over two pipes, and nothing to install beside it."""
+"""A page in Debian's chromium, without a window, over the two pipes of its DevTools protocol."""
 
 import base64
 import json
@@ -124,8 +124,19 @@ class Browser:
         return found + [c for c in calls if c["type"] in ("error", "warning", "assert")]
 
     def requests(self):
-        """Addresses that the page asked for."""
-        return [e["params"]["request"]["url"] for e in self.events if e.get("method") == "Network.requestWillBeSent"]
+        """Addresses that the page asked for, but for those that its policy stopped."""
+        named = {"Network.requestWillBeSent": [], "Network.loadingFailed": []}
+        for event in self.events:
+            named.get(event.get("method"), []).append(event.get("params"))
+        stopped = {e["requestId"] for e in named["Network.loadingFailed"] if e.get("blockedReason") == "csp"}
+        return [e["request"]["url"] for e in named["Network.requestWillBeSent"] if e["requestId"] not in stopped]
+
+    def choose(self, name, value):
+        """Set the element with this id to a value (JavaScript), as its user would."""
+        self.run(
+            f"(() => {{ const e = document.getElementById('{name}'); e.value = {value}; "
+            "e.dispatchEvent(new Event(e.type === 'range' ? 'input' : 'change')); })()"
+        )
 
     def picture(self, path=None, whole=True):
         """PNG of the page, all of it or what is seen."""
