@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..model.material import weight_per_length
 from ..model.seabed import Lying, stick_length
 from ..parallel.ranks import told
 from .on_bed import UP
@@ -108,8 +107,7 @@ class _Laying:
 
     def _fall(self, laid):
         """Of the tension along what lies, towards where it was laid from [N/m]."""
-        weight = weight_per_length(self.problem.scene, self.lines.sections[laid.piece])
-        return weight * (laid.along[2] + self.mu * self.n[2])
+        return self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2])
 
     def _pull(self, laid):
         """Tension at the far end of what lies [N]."""
