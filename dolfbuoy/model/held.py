@@ -19,7 +19,7 @@ def motion_of(top) -> Callable[[float], list[float]]:
     if top.motion:
         return _along_rows(np.array(position), np.array(top.motion), top.ramp)
     if top.velocity:
-        return lambda t: [r + ramp(t, top.ramp) * t * v for r, v in zip(position, top.velocity, strict=True)]
+        return lambda t: [r + _towed(t, top.ramp) * v for r, v in zip(position, top.velocity, strict=True)]
     phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
     axes = list(zip(position, map(float, top.amplitude), map(math.radians, phases), strict=True))
     period, duration = top.period, top.ramp
@@ -54,6 +54,13 @@ def _still_joint(joint):
         return joint
     at_rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
     return joint.model_copy(update=at_rest | {"position": tuple(motion_of(joint.held)(0.0))})
+
+
+def _towed(t, duration):
+    """Way over speed of a tow whose speed grows as `ramp` does [s]: its integral."""
+    if t >= duration:
+        return t - duration / 2
+    return t / 2 - duration / (2 * math.pi) * math.sin(math.pi * t / duration)
 
 
 def _along_rows(position, rows, duration):

@@ -17,7 +17,7 @@ from ..parallel.cases import store_in
 from ..scene import Scene
 from ..scene.variants import SEED
 from . import cycles
-from .drawing import scene_of
+from .behind_ramp import scene_of
 from .extremes import COVERED, Gumbel, fit_gumbel
 from .offsets import smallest_circle
 from .record import read

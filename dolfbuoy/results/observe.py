@@ -17,6 +17,7 @@ from ..solver import compat
 from ..solver.rows import picked, traced
 from ..solver.unknowns import Part
 from ..version import __version__
+from .utilisation import Utilisation, stressed
 
 
 class Observer:
@@ -33,6 +34,7 @@ class Observer:
             if problem.scene.sea:
                 form = buoy.wet_hull_form()
                 self._wet[name] = problem.system.functional(form, Part("wet hull", _function_of(form), 0))
+        self._stress = Utilisation(problem) if stressed(self.network) else None
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
             self._places[name] = slice(self.width, self.width + len(entries))
@@ -49,6 +51,8 @@ class Observer:
             found["tension_anchor"] = _joined(map(self._tension_at, range(len(self.network.cables))))
             if problem.lines.bed is not None:
                 found["bed"] = _all_of(self._lying, root)
+            if self._stress is not None:
+                found["utilisation"] = _all_of(self._stress.values, root)
         if self.network.buoys:
             fields = MOTION if problem.dynamic else REST
             mine = [problem.buoys.get(name) for name in self.network.buoys]
@@ -95,6 +99,8 @@ class Observer:
             found["attachment"] = [".".join(end) for end in ends]
         if n.joints:
             found["joint"] = list(n.joints)
+        if self._stress is not None and self.problem.scene.is_network:
+            found["segment"] = list(stressed(n))
         return {name: np.array(names) for name, names in found.items()}
 
     def values(self, end_forces):
@@ -112,6 +118,8 @@ class Observer:
                 wet()
         if "bed" in self._places:
             self._note_bed()
+        if self._stress is not None:
+            self._stress.note()
         self._pick()
         if self.comm.size == 1:
             return self._row
@@ -142,6 +150,9 @@ class Observer:
         if "bed" in noted:
             bed = _each(noted["bed"], 4)
             values["length_on_bed"], values["touchdown"] = bed[..., 0], bed[..., 1:]
+        if "utilisation" in noted:
+            named = self.problem.scene.is_network
+            values["utilisation"] = noted["utilisation"] if named else noted["utilisation"][..., 0]
         if "buoy" in noted:
             fields = MOTION if self.problem.dynamic else REST
             y = fields.of(_each(noted["buoy"], fields.size))
@@ -173,8 +184,19 @@ class Observer:
         }
 
     def fixed(self):
-        """Arc lengths of nodes and cells, in order, and components of an irregular sea, on rank 0 (others: nothing)."""
-        return self._along() | (self._components() if self.comm.rank == 0 else {})
+        """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
+        (others: nothing)."""
+        return self._along() | self._grown() | (self._components() if self.comm.rank == 0 else {})
+
+    def _grown(self):
+        """After `_along`, which finds the order."""
+        growth = self.problem.lines.growth if self.problem.lines else None
+        if growth is None:
+            return {}
+        found = self._gather(np.column_stack([growth.factors, growth.weights]))
+        if self.comm.rank != 0:
+            return {}
+        return dict(zip(("growth_diameter", "growth_mass", "growth_weight"), found[self._cell_order].T, strict=True))
 
     def _components(self):
         waves = self.problem.scene.waves

@@ -45,7 +45,7 @@ def amplitudes(dataset, runs=()) -> Figure:
 
 def _name(axes):
     """Names of the curves."""
-    labels = [label.replace("tension_", "").replace("_", " ") for label in axes.get_legend_handles_labels()[1]]
+    labels = [label.replace("_", " ").replace("tension ", "") for label in axes.get_legend_handles_labels()[1]]
     if len(labels) <= FEW:
         axes.legend(loc="upper right")
         return
