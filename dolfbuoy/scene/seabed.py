@@ -19,6 +19,6 @@ class Seabed(Section):
     )
     slope: Slope = key("[dz/dx, dz/dy]", "1", default=(0.0, 0.0))
     start: Literal["frictionless", "pulled"] = key(
-        "equilibrium without friction, or of lines laid slack from where they are held on the bed, and pulled",
+        "equilibrium without friction, or of lines laid slack from their ends on the bed, and pulled",
         default="frictionless",
     )
