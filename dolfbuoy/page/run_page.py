@@ -16,8 +16,6 @@ from .series import columns_of, envelopes, panels, rows_that_fit, spectra
 from .view import view_of
 from .worth import worth
 
-SCRIPTS = ("core", "charts", "camera", "gl", "shapes", "sea", "motion", "viewer", "player", "run")
-
 
 def run_page(record, scene=None, advice: list[str] | None = None) -> str:
     """HTML of a record with its time; advice: see `worth`.  Raises InputError for a record without a scene."""
@@ -32,12 +30,13 @@ def run_page(record, scene=None, advice: list[str] | None = None) -> str:
                 "main",
                 words.warnings(said),
                 _keys(found["moments"]),
-                fragment("run", note=_thinned(found)),
+                fragment("stage", note=_thinned(found)),
+                fragment("series"),
                 _facts(record, scene, advice),
             ),
         ]
     )
-    return page(title, body, found, SCRIPTS)
+    return page(title, body, found, "run")
 
 
 def data_of(record, scene) -> dict:

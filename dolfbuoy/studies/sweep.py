@@ -15,6 +15,7 @@ from mpi4py import MPI
 
 from ..check import derived
 from ..errors import InputError
+from ..page.folder import write_pages
 from ..parallel.cases import compute, rows_of, store_in
 from ..results import style
 from ..results.folder import claimed
@@ -209,8 +210,9 @@ def collected(planned: Plan, folder: Path) -> xr.Dataset:
 
 def _written(planned, folder):
     dataset = collect(rows_of(planned.cases, folder, MISSING))
-    dataset.attrs["title"] = planned.base.title
+    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml()}
     with replacing(folder / "sweep.nc") as part:
         dataset.to_netcdf(part, engine="netcdf4")
     style.save(draw(dataset), folder / "sweep")
+    write_pages(folder, "sweep.nc")
     return dataset
