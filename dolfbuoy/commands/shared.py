@@ -63,6 +63,8 @@ def page_of(name, folder):
     """Write the page of a result in a folder, of all that are there without a name; says where."""
     from ..page.folder import write_pages
 
+    if rank() != 0:
+        return
     for path in write_pages(folder, name):
         out.print(f"page to look at and to send: {path}", soft_wrap=True, highlight=False)
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..results.folder import enlist, remarks
-from ..results.paraview import read_run
 from ..results.record import replacing
 
 
@@ -24,6 +23,7 @@ def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
 
 
 def _run(folder):
+    from ..results.paraview import read_run
     from .run_page import run_page
 
     record, scene = read_run(folder)

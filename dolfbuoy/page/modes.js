@@ -24,7 +24,7 @@ function start() {
   ];
   const rows = data.modes.map((mode, i) => ({ ...mode, number: i + 1 }));
   const table = new SortedTable(byId("table"), columns, rows, (mode) => show(mode, viewer, player));
-  table.choose(rows[0]);
+  table.choose(rows.find((row) => !row.said) ?? rows[0]);
 }
 
 function makeViewer() {
@@ -45,7 +45,7 @@ function show(mode, viewer, player) {
     element("strong", {}, `${mode.number}: ${mode.name}`),
     element("span", {}, said),
     element("span", {}, `${format(mode.factor, 3)} times the shape of modes.nc`),
-    element("span", {}, mode.scale ? `thick: tension grows, up to ${mode.scale.said}` : ""),
+    element("span", {}, mode.scale?.size > 1e-6 ? `thick: the tension grows, up to ${mode.scale.said}` : ""),
     element("span", { id: "grid-size" }),
   );
   player.change(new Mode(data.view, mode));
@@ -58,6 +58,8 @@ function drawShape(mode) {
   if (!mode.position) return;
   const [s, parts] = [unpack(data.view.lines.s), unpack(mode.position)];
   const half = parts.length / 2;
+  const most = range(parts.map(Math.abs))[1];
+  const yRange = [0, Math.max(1.05 * most, 1e-3)];
   for (const cable of data.view.lines.cables) {
     const nodes = Array.from({ length: cable.node[1] - cable.node[0] }, (_, i) => cable.node[0] + i);
     const x = nodes.map((k) => s[k]);
@@ -72,7 +74,7 @@ function drawShape(mode) {
     byId("charts").append(box);
     const largest = format(range(...curves.map((c) => c.y))?.[1]);
     const label = `${title} of mode ${mode.number}, at most ${largest}`;
-    new Chart(box, { label, curves, xName: "arc length s [m]", yName: "amplitude, largest motion = 1 [m]", height: 210 });
+    new Chart(box, { label, curves, xName: "arc length s [m]", yName: "amplitude, largest motion = 1 [m]", yRange, height: 210 });
   }
 }
 

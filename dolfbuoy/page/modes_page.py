@@ -32,7 +32,7 @@ def modes_page(dataset, scene=None) -> str:
                     aria_labelledby="modes-title",
                 ),
                 tag("div", class_="grid", id="charts"),
-                tag("div", words.scene(scene.to_toml()), words.versions(dataset.attrs), class_="grid"),
+                tag("div", words.scene(scene.to_toml(), "modes"), words.versions(dataset.attrs), class_="grid"),
             ),
         ]
     )

@@ -92,7 +92,7 @@ def moments(record, parts) -> list[dict]:
 
     lines = [(name, part) for name, part, _ in parts if "tension_top" in part]
     bodies = [(name, part) for name, part, _ in parts if "buoy_position" in part]
-    for label, key in (("largest tension, upper end", "tension_top"), ("largest force on an anchor", "anchor_force")):
+    for label, key in (("largest tension, upper end", "tension_top"), ("largest force at a lower end", "anchor_force")):
         able = [(name, _size(part[key].values)) for name, part in lines if key in part]
         if able:
             name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
@@ -142,7 +142,7 @@ def _facts(record, scene, advice):
     """The lower part: tables and words."""
     rows = words.table(("quantity", "value", "unit"), summary(record, scene))
     matters = words.section("matters", "What matters", rows)
-    sources = tag("div", words.scene(scene.to_toml()), words.versions(record.attrs))
+    sources = tag("div", words.scene(scene.to_toml()), words.versions(record.attrs), class_="wide")
     return tag("div", matters, worth(record, scene, advice), sources, class_="grid")
 
 

@@ -2,7 +2,7 @@
 
 import { byId, data, element, format, themeButton, unpack } from "./core.js";
 import { ParallelAxes } from "./parallel.js";
-import { SortedTable } from "./table.js";
+import { SortedTable, cellOf } from "./table.js";
 
 const NAMES = { minimum: "least", maximum: "largest", mean: "mean", standard_deviation: "deviation", dominant_period: "period [s]" };
 
@@ -45,8 +45,8 @@ function open(k) {
       "tr",
       { title: q.said },
       element("th", { scope: "row" }, spoken(q.name)),
-      ...kept.map((name) => element("td", {}, format(q.statistics[name][k]))),
-      element("td", {}, q.unit),
+      ...kept.map((name) => cellOf(format(q.statistics[name][k]))),
+      cellOf(q.unit),
     ),
   );
   const where = data.scene ? "To run and see it, with the scene below saved as scene.toml:" : "To run and see it:";

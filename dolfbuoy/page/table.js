@@ -48,7 +48,7 @@ export class SortedTable {
     const cells = this.columns.map(({ key, text }) => (text ?? shown)(row[key], row));
     const choose = () => this.choose(row);
     const first = element("th", { scope: "row" }, element("button", { type: "button", class: "row", onclick: choose }, cells[0]));
-    const line = element("tr", { onclick: choose }, first, ...cells.slice(1).map((cell) => element("td", {}, cell)));
+    const line = element("tr", { onclick: choose }, first, ...cells.slice(1).map(cellOf));
     line.row = row;
     return line;
   }
@@ -68,6 +68,11 @@ export class SortedTable {
       line.querySelector("button").setAttribute("aria-pressed", is);
     }
   }
+}
+
+/** A cell; numbers are not broken into lines. */
+export function cellOf(text) {
+  return element("td", { class: /^[<−\d]/.test(text) && "n" }, text);
 }
 
 function shown(value) {
