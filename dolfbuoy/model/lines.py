@@ -15,7 +15,7 @@ from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
-from .held import HeldEnds, motion_of
+from .held import held, motion_of
 from .kinematics import on_line
 from .layout import Layout
 from .material import cross_section, weight_per_length
@@ -53,7 +53,7 @@ class Lines(Layout):
         self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
         super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section))
-        self.scene, self.dynamic, self._held = scene, dynamic, None
+        self.scene, self.dynamic = scene, dynamic
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
@@ -147,7 +147,7 @@ class Lines(Layout):
         """Take the numbers of another scene of the same structure."""
         self.scene, self.network = scene, network_of(scene)
         self.sections = [piece.section for piece in self.pieces]
-        self.section, self._held = self.sections[0], None
+        self.section = self.sections[0]
         self._numbers.change(scene)
         self._properties.change()
         self.sea.change(scene)
@@ -241,21 +241,20 @@ class Lines(Layout):
         rates = [(self.gamma_v, self.history_v), (self.gamma_a, self.history_a)]
         return [Evolution(self.part, rates, False, sizes)]
 
-    def set_time(self, t):
-        """Advance the sea."""
-        self.t = t
-        self.sea.set_time(t)
+    def clock(self, time, u):
+        """Functions that bring the sea, and in u the ends that are held, to time[0]."""
+        ends = [(dofs, _motion(self.pieces[k].ends[i].top)) for k, i, dofs in self.held_ends() if len(dofs)]
+        return [*self.sea.clock(time), *held(ends, time, u)]
 
     def begin(self, u):
         """Memory as at the start of a run."""
         if self.bed is not None:
             self.bed.begin(u)
 
-    def accept(self, u) -> bool:
-        """A step was taken; whether the equations are others now."""
-        if self.bed is not None:
-            self.bed.accept(u)
-        return self.parting is not None and self.parting.accept(u, self.t)
+    def when_accepted(self, time, u):
+        """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
+        found = [lambda: self.bed.accept(u)] if self.bed is not None else []
+        return found + ([lambda: self.parting.accept(u, time.item())] if self.parting is not None else [])
 
     # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
 
@@ -273,13 +272,6 @@ class Lines(Layout):
     def weight_per_length(self) -> float:
         """Weight in water per unstretched length of the first piece [N/m]."""
         return weight_per_length(self.scene, self.section)
-
-    def constrain(self, u, t):
-        """Put the given positions at time t into the local unknowns u."""
-        if self._held is None:  # u stays in place
-            held = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
-            self._held = HeldEnds([(dofs, _motion(top)) for dofs, top in held], u)
-        self._held.put(t)
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""

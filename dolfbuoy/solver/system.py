@@ -35,7 +35,8 @@ class System:
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
         self.u = self._values.unknowns
-        self._publish = copies([(part.values, self.u[part.slice]) for part in parts])
+        #: Copy `u` into the parts' Functions.
+        self.publish = copies([(part.values, self.u[part.slice]) for part in parts])
         self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
         shared = self._shared = Shared(self.hooks, self.coordinates, self.counts)
         self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
@@ -116,20 +117,20 @@ class System:
         return self._values.of(thing)
 
     def filled_by_hook(self, *functions):
-        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations."""
+        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations.
+
+        To be said before a Newton's method of this System is made.
+        """
         self._values.leave(functions)
 
     def functional(self, form, test):
         """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part of its numbers."""
         return Loop([Contribution(form, test)], self._values, self._shared, test.size)
 
-    def publish(self):
-        """Copy `u` into the parts' Functions."""
-        self._publish()
-
+    @property
     def read_given(self):
         """Read coefficients and constants again."""
-        self._values.read_given()
+        return self._values.read_given
 
     def evaluate(self):
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical].
