@@ -15,6 +15,7 @@ from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
+from .growth import Growth
 from .held import held, motion_of
 from .kinematics import on_line
 from .layout import Layout
@@ -54,9 +55,13 @@ class Lines(Layout):
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
         super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section))
         self.scene, self.dynamic = scene, dynamic
+        self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
+        grown = scene.sea is not None and any(c.marine_growth for c in self.sections)
+        self.growth = Growth(self) if grown else None
+        self.memory |= self.growth.memory if self.growth else {}
         self._material()
         self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
         self.memory |= self.parting.memory if self.parting else {}
@@ -97,6 +102,8 @@ class Lines(Layout):
             compliance=self._property(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
             bends=(*self._bends(below=False), *self._bends(below=True)),
         )
+        if self.growth is not None:
+            self.cable = self.cable.grown(self.growth.diameter, self.growth.mass)
         self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         self._loads, self._powers = self._called("line" if scene.sea else None), self._called("line_power")
         self.end_loads = {}
@@ -244,12 +251,19 @@ class Lines(Layout):
     def clock(self, time, u):
         """Functions that bring the sea, and in u the ends that are held, to time[0]."""
         ends = [(dofs, _motion(self.pieces[k].ends[i].top)) for k, i, dofs in self.held_ends() if len(dofs)]
-        return [*self.sea.clock(time), *held(ends, time, u)]
+        return [*self.sea.clock(time), *held(ends, time if self.stopped is None else self.stopped, u)]
 
     def begin(self, u):
         """Memory as at the start of a run."""
+        if self.growth is not None:
+            self.growth.begin(u)
         if self.bed is not None:
             self.bed.begin(u)
+
+    def grow_as(self, other):
+        """Take the marine growth of other Lines of the same elements."""
+        if self.growth is not None:
+            self.growth.factors = other.growth.factors
 
     def when_accepted(self, time, u):
         """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
@@ -270,8 +284,14 @@ class Lines(Layout):
 
     @property
     def weight_per_length(self) -> float:
-        """Weight in water per unstretched length of the first piece [N/m]."""
-        return weight_per_length(self.scene, self.section)
+        """`weight_of` the first piece [N/m]."""
+        return self.weight_of(0)
+
+    def weight_of(self, line) -> float:
+        """Weight in water per unstretched length of a piece, with what grows on it in the mean [N/m]."""
+        if self.growth is not None:
+            return self.growth.weight_per_length(line)
+        return weight_per_length(self.scene, self.sections[line])
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""

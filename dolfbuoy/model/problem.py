@@ -234,6 +234,10 @@ class Problem:
         """The functions that do it for `time`, until a `change`."""
         return [function for model in self.models for function in model.clock(self.time, self.system.u)]
 
+    def stop_ends(self):
+        """Ends that are moved stay where they are from now on."""
+        self.lines.stopped, self._advance = self.time.copy(), None
+
     def when_accepted(self):
         """Functions that are called when a step to `time` was taken; whether the equations are others now."""
         return [function for model in self.models for function in model.when_accepted(self.time, self.system.u)]

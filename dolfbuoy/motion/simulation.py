@@ -162,6 +162,11 @@ class Simulation:
         self.system.u[:] = state["u"]
         self.system.publish()
 
+    def stop_ends(self):
+        """Ends that are moved stay where they are from now on."""
+        self.problem.stop_ends()
+        self._made_for = None
+
     # -- steps --------------------------------------------------------------------------------------------------------
 
     def step(self, h, judge=None):

@@ -173,8 +173,19 @@ class Observer:
         }
 
     def fixed(self):
-        """Arc lengths of nodes and cells, in order, and components of an irregular sea, on rank 0 (others: nothing)."""
-        return self._along() | (self._components() if self.comm.rank == 0 else {})
+        """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
+        (others: nothing)."""
+        return self._along() | self._grown() | (self._components() if self.comm.rank == 0 else {})
+
+    def _grown(self):
+        """After `_along`, which finds the order."""
+        growth = self.problem.lines.growth if self.problem.lines else None
+        if growth is None:
+            return {}
+        found = self._gather(np.column_stack([growth.factors, growth.weights]))
+        if self.comm.rank != 0:
+            return {}
+        return dict(zip(("growth_diameter", "growth_mass", "growth_weight"), found[self._cell_order].T, strict=True))
 
     def _components(self):
         waves = self.problem.scene.waves

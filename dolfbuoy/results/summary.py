@@ -15,7 +15,8 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
     rows = []
     for name, part, _ in parts_of(record, scene):
-        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in _extremes(part)]
+        found = [*_extremes(part), *_grown(part)]
+        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
     if "parted" in record.attrs:
         rows.append(("parted", record.attrs["parted"], ""))
     steps = record.sizes["time"] - 1
@@ -31,6 +32,20 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     return rows
 
 
+def _grown(record):
+    """What marine growth adds to a cable."""
+    if "growth_weight" not in record:
+        return []
+    weight, largest = float(record.growth_weight.sum()), (record.growth_diameter.max(), record.growth_mass.max())
+    if max(largest) == 1:
+        return []
+    unit, factor = force_unit(weight)
+    return [
+        ("marine growth adds in water", f"{factor * weight:.4g}", unit),
+        ("its largest factors of diameter and mass", ", ".join(f"{float(x):.4g}" for x in largest), ""),
+    ]
+
+
 def static_rows(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of an equilibrium: all numbers and vectors; of a network by cable, buoy and joint."""
     rows = []
@@ -41,6 +56,7 @@ def static_rows(record, scene) -> list[tuple[str, str, str]]:
             if variable.ndim == 0 or variable.dims == ("xyz",):
                 what = variable.attrs["long_name"]
                 rows.append(_static_row(f"{name}: {what}" if name else what, variable.values, variable.attrs["units"]))
+        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in _grown(part)]
     for joint in record.get("joint", ()):
         position = record.joint_position.sel(joint=joint)
         rows.append(_static_row(f"{joint.item()}: position of the joint", position.values, "m"))

@@ -16,6 +16,7 @@ from .quantities import (
     Damping,
     Duration,
     ForceVector,
+    Height,
     Length,
     Mass,
     Missing,
@@ -36,6 +37,12 @@ MOST_ROWS = 100_000
 def _in_order(rows):
     if any(b[0] <= a[0] for a, b in pairwise(rows)):
         raise ValueError("must hold rows of growing time")
+    return rows
+
+
+def _upwards(rows):
+    if any(b[0] <= a[0] for a, b in pairwise(rows)):
+        raise ValueError("must hold rows [z, factor of the diameter, factor of the mass] with z increasing")
     return rows
 
 
@@ -105,6 +112,10 @@ class FailsAt(Section):
         return self
 
 
+_factor = Annotated[float, Field(ge=1, le=100)]
+_Grown = Annotated[tuple[Height, _factor, _factor], BeforeValidator(finite_numbers(3))]
+MarineGrowth = Annotated[list[_Grown], Field(min_length=1, max_length=100), AfterValidator(_upwards)]
+
 MOST_ELEMENTS = 10_000_000
 MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run
 Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share], BeforeValidator(element_lengths)]
@@ -130,6 +141,9 @@ class Cable(Section):
     normal_drag: Coefficient = key("drag coefficient across the cable", "1", default=0.0)
     tangential_drag: Coefficient = key("drag coefficient along the cable", "1", default=0.0)
     tangential_froude_krylov: bool = key("whether waves also push along the cable", default=True)
+    marine_growth: MarineGrowth | None = key(
+        "rows [z, factor of diameter, factor of line_density] at the start", "m, 1", default=None
+    )
     anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
     strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")

@@ -16,6 +16,7 @@ from ..model.seabed import plane
 from ..scene.stretching import TensionTable, secant
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
+from .growth import settle
 from .moorings import solve_network
 from .pulled import pull
 from .relaxation import relax
@@ -35,15 +36,23 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
     if rubs:
         problem.lines.bed.rub(False)
-    if scene.is_network:
-        solve_network(problem)
-    elif scene.buoy is None:
-        solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
+    if problem.lines.growth is None:
+        _rest(problem)
     else:
-        _moored_buoy(problem)
+        settle(problem, lambda: _rest(problem))
     if rubs:
         pull(problem)
     return problem
+
+
+def _rest(problem):
+    """Without friction, from nowhere."""
+    if problem.scene.is_network:
+        solve_network(problem)
+    elif problem.scene.buoy is None:
+        solve_cable(problem, _cable_start(problem.scene, problem.lines.weight_per_length))
+    else:
+        _moored_buoy(problem)
 
 
 def _bed(scene):

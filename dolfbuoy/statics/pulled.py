@@ -10,7 +10,6 @@ left as soon as the line would come back.  A form with limit friction everywhere
 
 import numpy as np
 
-from ..model.material import weight_per_length
 from ..model.seabed import stick_length
 from .relaxation import relax
 
@@ -38,7 +37,7 @@ def _behind(problem):
         start = np.array(held.position)
         along = (found.touchdown - start) / np.linalg.norm(found.touchdown - start)
         rise = along[2] + scene.seabed.friction * bed.normal.value[2]
-        fall = weight_per_length(scene, lines.sections[k]) * rise
+        fall = lines.weight_of(k) * rise
         still = found.s - problem.tension_at(found.s, k) / fall if fall > 0 else -np.inf
         s = bed.points.s - lines.begins[k]
         laid = start + np.multiply.outer(s - stick_length(scene) * (s > still), along)

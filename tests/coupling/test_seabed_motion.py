@@ -92,8 +92,7 @@ def test_friction_holds_after_a_motion():
             pass
         lines = simulation.problem.lines
         place = lines.top_position(simulation.t)
-        constrain, stop = lines.constrain, simulation.t
-        lines.constrain = lambda u, t: constrain(u, stop)
+        simulation.stop_ends()
         for _ in simulation.advance(40.0):
             pass
         first = simulation.problem.anchor_tension()

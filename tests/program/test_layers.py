@@ -18,7 +18,7 @@ LAYERS = (
     ("commands",),
     ("studies",),
     ("api", "linear_api", "check"),
-    ("results", "motion", "linear"),
+    ("results", "motion", "linear", "formats"),
     ("statics",),
     ("model",),
     ("solver", "scene"),

@@ -98,7 +98,7 @@ STRUCTURAL = {
     "waves.period_seen_from", "waves.spectrum", "waves.spectrum.frequency", "waves.spectrum.direction_deg",
     "waves.spectrum.density", "waves.components", "waves.band", "waves.seed", "waves.amplitudes", "waves.kinematics",
     "waves.elevation",
-    "initial.kind", "initial.points", "time.end", "seabed.start",
+    "initial.kind", "initial.points", "time.end", "seabed.start", "cable.marine_growth",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
@@ -163,6 +163,7 @@ STRUCTURES = {
     "released": {"cable": BARE | P2P1 | FREE, "initial": {"kind": "polyline"}},
     "elastic, straight": {"cable": BARE | ELASTIC | FIXED, "initial": {"kind": "straight"}},
     "top moved in water": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED},
+    "grown": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED | {"marine_growth": [[-50.0, 1.0, 1.0], [-1.0, 3.0, 2.0]]}},
     "inextensible, top moved": {"sea": SEA, "cable": LOADED | P2P1 | MOVED},
     "waves and current": {
         "sea": SEA, "cable": LOADED | ELASTIC | FIXED, "waves": WAVES, "current": CURRENT,
