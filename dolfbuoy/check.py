@@ -17,6 +17,7 @@ from .model.material import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
 from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
 from .results.parts import cable_alone
+from .results.utilisation import Utilisation, stressed
 from .scene.network import network_of, with_buoy
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
@@ -102,6 +103,7 @@ def _network_at_rest(scene, report):
         report.add(f"equilibrium: force at the lower end of {name}", np.linalg.norm(held), "N")
         report.add(f"equilibrium: uplift at the lower end of {name}", -held[2], "N", "the part that pulls it up")
         _grown(problem, report, k, f" to {name}")
+    _strength(problem, report)
     smallest = problem.smallest_tension()
     if smallest <= 0:
         report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
@@ -119,6 +121,18 @@ def _grown(problem, report, cable=0, which=""):
         diameter, mass = growth.factors[here].max(axis=0)
         remark = f"diameter times {diameter:.4g}, mass times {mass:.4g} at most"
         report.add(f"marine growth adds in water{which}", growth.weights[here].sum(), "N", remark)
+
+
+def _strength(problem, report):
+    """How near lines are to breaking."""
+    if names := stressed(problem.network):
+        use = Utilisation(problem)
+        use.note()
+        for name, value in zip(names, use.values, strict=True):
+            which = f" of {name}" if problem.scene.is_network else ""
+            report.add(f"equilibrium: largest tension over breaking load{which}", value)
+            if value > 1:
+                report.warnings.append(f"The equilibrium is above the breaking load of {name}.")
 
 
 def _cable(scene, report):
@@ -333,6 +347,7 @@ def _equilibrium(scene, report):
         report.add("equilibrium: force at the anchor", np.linalg.norm(held), "N")
         report.add("equilibrium: uplift at the anchor", -held[2], "N", "the part that pulls it up")
         _grown(problem, report)
+        _strength(problem, report)
         _shape_warnings(scene, problem, report)
         _cable_periods(scene, problem, report)
     if problem.buoy and problem.lines:

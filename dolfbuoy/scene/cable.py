@@ -62,7 +62,7 @@ class Top(Section):
     amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
     period: Period | None = key("period of the motion", "s", default=None)
     phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
-    ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
+    ramp: Duration = key("time over which the motion, of a tow its speed, grows from nothing", "s", default=0.0)
     velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
     motion: Motion | None = key("rows [t, x, y, z] from position, or a file of them", "s, m", default=None)
 
@@ -94,11 +94,14 @@ class Top(Section):
 MOTION = ("amplitude", "period", "velocity", "motion")
 
 
+BreakingLoad = Annotated[float, Field(gt=0, le=1e10)]
+
+
 class FailsAt(Section):
     """When the cable parts: at a time, or where its tension is largest once that is reached."""
 
     time: Duration | None = key("time at which it parts", "s", default=None)
-    tension: Annotated[float, Field(gt=0, le=1e10)] | None = key("tension at which it parts", "N", default=None)
+    tension: BreakingLoad | None = key("tension at which it parts", "N", default=None)
     at: Annotated[float, Field(ge=0, le=1e5)] | None = key(
         "where it parts at the time; absent: at its upper end", "m", default=None
     )
@@ -148,6 +151,7 @@ class Cable(Section):
     strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
     slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
+    breaking_load: BreakingLoad | None = key("minimum breaking load; it says what T/it is", "N", default=None)
     damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
     fails_at: FailsAt | None = None
     top: Top | None = None

@@ -102,8 +102,8 @@ STRUCTURAL = {
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
-    "time.min_step", "time.max_step", "time.output_every", "solver.petsc", "solver.step_tolerance",
-    "solver.keep_jacobian",
+    "time.min_step", "time.max_step", "time.output_every", "cable.breaking_load", "solver.petsc",
+    "solver.step_tolerance", "solver.keep_jacobian",
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
 }  # fmt: skip
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
