@@ -87,8 +87,7 @@ def runs_of(sources, start: float | None = None, point=None) -> list[Run]:
 def _cases_in(folder):
     """Runs of a sweep; those that failed, or end in their ramp, are left out."""
     found = []
-    for entry in store_in(folder).entries.values():
-        result = entry["result"]
+    for result in store_in(folder).results():
         if not result.get("sample"):
             continue
         changes = result["changes"]

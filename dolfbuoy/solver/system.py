@@ -35,7 +35,8 @@ class System:
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
         self.u = self._values.unknowns
-        self._publish = copies([(part.values, self.u[part.slice]) for part in parts])
+        #: Copy `u` into the parts' Functions.
+        self.publish = copies([(part.values, self.u[part.slice]) for part in parts])
         self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
         shared = self._shared = Shared(self.hooks, self.coordinates, self.counts)
         self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
@@ -116,20 +117,40 @@ class System:
         return self._values.of(thing)
 
     def filled_by_hook(self, *functions):
-        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations."""
+        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations.
+
+        To be said before a Newton's method of this System is made.
+        """
         self._values.leave(functions)
 
     def functional(self, form, test):
         """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part of its numbers."""
         return Loop([Contribution(form, test)], self._values, self._shared, test.size)
 
-    def publish(self):
-        """Copy `u` into the parts' Functions."""
-        self._publish()
+    def rows_of_jacobian(self, rows):
+        """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
 
+        csr_matrix (rows, free unknowns of all ranks) [physical], of what this rank assembles; those of tied unknowns
+        are not added up.
+        """
+        from scipy.sparse import csr_matrix
+
+        loop, place = Loop(self.jacobians, self._values, self._shared), np.full(self.size + 1, -1)
+        place[rows] = np.arange(len(rows))
+        at, columns = place[loop.entries[0]], np.append(self.numbering.global_index, -1)[loop.entries[1]]
+        kept = (at >= 0) & (columns >= 0)
+        places, shape = (at[kept], columns[kept]), (len(rows), self.unknowns)
+
+        def evaluate():
+            self._read_functions()
+            return csr_matrix((loop()[kept], places), shape)
+
+        return evaluate
+
+    @property
     def read_given(self):
         """Read coefficients and constants again."""
-        self._values.read_given()
+        return self._values.read_given
 
     def evaluate(self):
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical].
