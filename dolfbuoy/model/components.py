@@ -109,9 +109,18 @@ def _of_spectrum(waves):
 
 def _directions(waves, frequency, random):
     """One of each component [deg]: the distribution in as many equal parts, dealt out at random."""
-    if isinstance(waves.spectrum, str | list) and waves.spreading is None:
+    if not is_spread(waves):
         return np.zeros(len(frequency))
-    parts = (random.permutation(len(frequency)) + 0.5) / len(frequency)
+    return directions_at(waves, frequency, (random.permutation(len(frequency)) + 0.5) / len(frequency))
+
+
+def is_spread(waves) -> bool:
+    """Whether the sea of a spectrum has several directions."""
+    return waves.spreading is not None or not isinstance(waves.spectrum, str | list)
+
+
+def directions_at(waves, frequency, parts) -> np.ndarray:
+    """Angles from `direction_deg` on [deg] below which there are parts of the energy at each frequency [rad/s]."""
     if waves.spreading is not None:
         return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
     angles, density = _around(waves.spectrum)
