@@ -88,13 +88,17 @@ def _show_stiffness(of_buoy, found):
         title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
         shown = table_of(f"\n{title}", "", *found.motion.values.tolist())
         for row, values in zip(found.reaction.values.tolist(), found[name].values, strict=True):
-            shown.add_row(row, *(f"{value:.5g}" for value in values))
+            shown.add_row(row, *map(_stiffness_text, values))
         out.print(shown)
     title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
     shown = table_of(title, "", *map(str, range(1, 7)))
     for name in ("mooring", "hull", "total"):
-        shown.add_row(name, *(f"{value:.5g}" for value in found[f"{name}_eigenvalue"].values))
+        shown.add_row(name, *map(_stiffness_text, found[f"{name}_eigenvalue"].values))
     out.print(shown)
+
+
+def _stiffness_text(value):
+    return f"{value:.5g}" if np.isfinite(value) else "rigid" if value > 0 else "-rigid"
 
 
 def offsets(

@@ -136,6 +136,17 @@ def lines_of(problem, u) -> list[LineNodes]:
     return [LineNodes(name, s[r], positions[r], places[r]) for name, r in zip(names, rows, strict=True)]
 
 
+def inextensible_tensions(problem) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the tensions of inextensible elements among all unknowns, and the length that each stands for [m]."""
+    lines = problem.lines
+    if lines is None:
+        return np.zeros(0, dtype=int), np.zeros(0)
+    dofs = lines.T_dofs[~lines.stretches] if lines.elastic else lines.T_dofs
+    sizes = np.diff(lines.cell_ends, axis=1)[~lines.stretches] / dofs.shape[1] * np.ones(dofs.shape)
+    mine = problem.system.numbering.global_index[dofs].ravel().astype(int), sizes.ravel()
+    return tuple(np.concatenate(part) for part in zip(*problem.comm.allgather(mine), strict=True))
+
+
 def nodes_of(lines) -> list[np.ndarray]:
     """Local unknowns (n, 3) of the nodes of each cable, held ends included, as in `lines_of`; on one rank alone."""
     cable, s = _along(lines)
