@@ -89,7 +89,9 @@ def test_offsets_prints_and_writes(call, tmp_path):
         (["short", "--force", "1", "--current", "1"], "and not both"),
         (["short", "--force", "a"], "--force a: must be numbers"),
         (["short", "--force", "0:1:0"], "--force 0:1:0: a range"),
-        (["driven", "--force", "1"], "one moored buoy"),
+        (["driven", "--force", "1"], "those of moored buoys"),
+        (["two-buoys", "--force", "1", "--buoy", "middle"], "buoy middle: must be one of left, right"),
+        (["two-buoys", "--current", "1", "--buoy", "left"], "--buoy: goes with --force"),
     ],
 )
 def test_offsets_refuses(call, tmp_path, options, words):
@@ -167,6 +169,10 @@ def test_response_prints_and_writes(call, tmp_path):
     [
         (["modes", "two-buoys", "--number", 2, "--no-plot"], ["left sway + right sway"]),
         (["stiffness", "two-buoys"], ["about C of left", "about C of right"]),
+        (
+            ["offsets", "two-buoys", "--force", "0,6000", "--buoy", "left", "--directions", "0:270:90"],
+            ["offset of right [m]", "the watch circle of left has a radius of 3.75 m", "offsets.png"],
+        ),
         (["offsets", "three-legs", "--force", "0,1000", "--directions", "0"], ["offset [m]", "offsets.png"]),
         (
             ["response", "free-buoy", "--periods", "8", "--significant-height", 1, "--peak-period", 7],
@@ -191,7 +197,6 @@ def test_networks(call, tmp_path, options, texts):
     [
         (["modes", "bridle", "--paraview"], "for one line and one buoy"),
         (["stiffness", "bridle"], "needs [buoy]"),
-        (["offsets", "two-buoys", "--force", 1], "one moored buoy"),
     ],
 )
 def test_networks_refuse(call, tmp_path, options, words):
