@@ -50,8 +50,6 @@ def modes(
     from ..results.mode_record import KINDS
 
     loaded, folder = load(scene, assign), folder_of(scene, folder)
-    if paraview and loaded.is_network:
-        raise InputError("--paraview: is for one line and one buoy; modes.nc has the shapes of all of them.")
     found = find(loaded, number, folder, direction_deg=direction)
     if rank() != 0:
         return

@@ -24,6 +24,15 @@ class Body(NamedTuple):
         """Places by the names of the state."""
         return MOTION.of(self.places)
 
+    @property
+    def arms(self) -> np.ndarray:
+        """(6,): 1, and of turns one over the radius of gyration [1/m]."""
+        return np.array([1.0] * 3 + [np.sqrt(self.mass / np.trace(self.inertia))] * 3)
+
+    def scaled(self, block) -> np.ndarray:
+        """Symmetric part (6, 6) of a stiffness [N/m], turns at the radius of gyration."""
+        return (self.arms[:, None] * (block + block.T) * self.arms) / 2
+
     def motion(self, x) -> np.ndarray:
         """Change of C and rotation vector (6, ...) in a vector, or columns, of all unknowns."""
         return np.concatenate([x[self.at.position], 4 * half_turns(self.orientation).T @ x[self.at.orientation]])

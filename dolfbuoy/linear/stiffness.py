@@ -74,19 +74,8 @@ def _with_compliance(found, places, compliances):
 
 def _rigid(body, soft, hard):
     """Directions in which one block is as much larger as the compliance in it was smaller."""
-    (before, _), (after, vectors) = (np.linalg.eigh(scaled(body, block)) for block in (soft, hard))
+    (before, _), (after, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (soft, hard))
     return vectors[:, (after > STIFFER * before) & (after > 0)]
-
-
-def scaled(body, block) -> np.ndarray:
-    """Symmetric part (6, 6) of a block of a body [N/m], turns at its radius of gyration."""
-    arms = arms_of(body)
-    return (arms[:, None] * (block + block.T) * arms) / 2
-
-
-def arms_of(body) -> np.ndarray:
-    """(6,): 1, and of turns one over the radius of gyration [1/m]."""
-    return np.array([1.0] * 3 + [np.sqrt(body.mass / np.trace(body.inertia))] * 3)
 
 
 def condensed(found: Linearisation, more=None) -> Condensed:

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..linear.stiffness import arms_of, scaled
 from .observe import attributes
 
 if TYPE_CHECKING:
@@ -70,14 +69,14 @@ def _across(body, block, rigid):
     """The block of motions of which the part along rigid directions is taken away."""
     if not rigid.shape[1]:
         return block
-    arms, across = arms_of(body), np.eye(6) - rigid @ rigid.T
+    arms, across = body.arms, np.eye(6) - rigid @ rigid.T
     return across @ (arms[:, None] * block * arms) @ across / arms[:, None] / arms
 
 
 def _eigenvalues(body, block, rigid):
     """Rising, infinite ones last."""
     across = np.linalg.svd(rigid)[0][:, rigid.shape[1] :] if rigid.shape[1] else np.eye(6)
-    finite = np.linalg.eigvalsh(across.T @ scaled(body, block) @ across)
+    finite = np.linalg.eigvalsh(across.T @ body.scaled(block) @ across)
     return np.concatenate([finite, np.full(rigid.shape[1], np.inf)])
 
 
@@ -85,7 +84,7 @@ def _motions(body, rigid):
     """(6, 6): rows of the eigenvalues that are infinite, the largest entry positive; nan of the others."""
     rows = np.full((6, 6), np.nan)
     for row, direction in zip(rows[6 - rigid.shape[1] :], rigid.T, strict=True):
-        motion = arms_of(body) * np.where(np.abs(direction) > LEAST, direction, 0.0)
+        motion = body.arms * np.where(np.abs(direction) > LEAST, direction, 0.0)
         row[:] = motion * np.sign(motion[np.abs(motion).argmax()])
     return rows
 
