@@ -15,7 +15,7 @@ from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
 from . import formats, language, linear, statistics, sweep
-from .run import advised, draw, run
+from .run import advised, draw, run, write_page
 from .shared import (
     Interrupted,
     OutOption,
@@ -182,6 +182,14 @@ def plot(
     if (folder / "scene.toml").is_file() and is_edited(folder, read_scene(folder)):
         say_warnings([f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."])
     draw(folder, paraview)
+
+
+@app.command()
+def page(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run, of modes, a sweep or a study.")],
+):
+    """One HTML file to look at and to send, of a run, modes, sweep or study.  Example: dolfbuoy page results/short"""
+    write_page(folder)
 
 
 @app.command()

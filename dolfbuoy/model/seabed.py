@@ -29,6 +29,8 @@ class Lying(NamedTuple):
     s: float  #: arc length at which it leaves the bed towards s = L [m]; -inf if nothing lies
     touchdown: np.ndarray  #: that point [m]; nan if nothing lies
     sag: float  #: deepest penetration [m]
+    first: float = np.inf  #: arc length at which it leaves the bed towards s = 0 [m]; inf if nothing lies
+    foot: np.ndarray = np.full(3, np.nan)  #: that point [m]; nan if nothing lies
 
 
 def plane(scene) -> tuple[np.ndarray, float]:
@@ -52,6 +54,11 @@ def largest_sag(scene) -> float:
 def stick_length(scene) -> float:
     """Way on which friction builds up [m]."""
     return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
+
+
+def rubs(scene, dynamic) -> bool:
+    """Whether there is friction: in statics only where lines are taken as pulled."""
+    return scene.seabed.friction > 0 and (dynamic or scene.seabed.start == "pulled")
 
 
 def hardness(scene, sections) -> float:
@@ -125,17 +132,16 @@ class Seabed:
         self.lines, self._known = lines, None
         self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         self.grip = Grip(*(per_line(self._part(name)) for name in Grip._fields))
-        self.friction = number(lambda scene, _: scene.seabed.friction)
-        rubs = lines.scene.seabed.friction > 0 and (lines.dynamic or lines.scene.seabed.start == "pulled")
+        self.friction = number(lambda scene, _: scene.seabed.friction if lines.dynamic else 0.0)
         self.held = self.points = None
-        if rubs:
+        if rubs(lines.scene, lines.dynamic):
             self.points = Points(lines, positions, degree)
             element = compat.quadrature_element(lines.mesh, degree, 3)
             self.held = fem.Function(compat.function_space(lines.mesh, element))
             self._place = compat.cell_dofs(self.held.function_space)
-        self.memory = {"bed_holds": self.held.x.array} if rubs else {}
+        self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
         terms = effects.called_by(lines.scene, "bed")
-        self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
+        self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
         cells = compat.cell_dofs(positions)
         self._nodes = np.take_along_axis(cells, np.argsort(lines.node_s[cells], axis=1), axis=1)
 
@@ -212,9 +218,9 @@ class Seabed:
             self._cells = grips[self.points.line].T[:, :, None]
         return self._cells
 
-    def rub(self, on):
-        """Let friction act in statics, or not."""
-        self.friction.value = self.lines.scene.seabed.friction if on else 0.0
+    def rub(self):
+        """Let friction act in statics too."""
+        self.friction.value = self.lines.scene.seabed.friction
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
@@ -233,15 +239,20 @@ class Seabed:
         a, b = a[touching], b[touching]
         share = _share_below(g[a], g[b])
         sizes = lines.node_s[b] - lines.node_s[a]
-        last = int(np.argmax(lines.node_s[b])) if len(b) else None
         mine = Lying(float(share @ sizes), -np.inf, np.full(3, np.nan), max(-float(g[nodes].min(initial=0.0)), 0.0))
-        if last is not None:
-            x = share[last] if g[a[last]] < 0 else 1.0
-            s = lines.node_s[a[last]] + x * sizes[last] - lines.begins[line]
-            mine = mine._replace(s=float(s), touchdown=(1 - x) * r[a[last]] + x * r[b[last]])
+        if len(a):
+            last, first = int(np.argmax(lines.node_s[b])), int(np.argmin(lines.node_s[a]))
+            upper = last, share[last] if g[a[last]] < 0 else 1.0
+            lower = first, 0.0 if g[a[first]] < 0 else 1 - share[first]
+            (s, touchdown), (begin, foot) = (
+                (float(lines.node_s[a[k]] + x * sizes[k] - lines.begins[line]), (1 - x) * r[a[k]] + x * r[b[k]])
+                for k, x in (upper, lower)
+            )
+            mine = mine._replace(s=s, touchdown=touchdown, first=begin, foot=foot)
         every = [mine] if lines.comm.size == 1 else lines.comm.allgather(mine)
-        farthest = max(every, key=lambda one: one.s)
-        return farthest._replace(length=sum(one.length for one in every), sag=max(one.sag for one in every))
+        last, first = max(every, key=lambda one: one.s), min(every, key=lambda one: one.first)
+        length, sag = sum(one.length for one in every), max(one.sag for one in every)
+        return last._replace(length=length, sag=sag, first=first.first, foot=first.foot)
 
 
 def _share_below(first, last):

@@ -15,7 +15,6 @@ from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.rows import picked, traced
-from ..solver.unknowns import Part
 from ..version import __version__
 from .utilisation import Utilisation, stressed
 
@@ -29,11 +28,8 @@ class Observer:
     def __init__(self, problem, end_forces=None):
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b, shape_of(b)).mass for b in self.network.buoys.values()])
-        self._wet, self._lying = {}, np.zeros((len(self.network.cables), 4))
-        for name, buoy in problem.buoys.items():
-            if problem.scene.sea:
-                form = buoy.wet_hull_form()
-                self._wet[name] = problem.system.functional(form, Part("wet hull", _function_of(form), 0))
+        self._lying = np.zeros((len(self.network.cables), 4))
+        self._wet = {name: problem.wet_hull(name) for name in problem.buoys if problem.scene.sea}
         self._stress = Utilisation(problem) if stressed(self.network) else None
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
@@ -281,13 +277,6 @@ def _joined(lists):
 def _each(flat, size):
     """Of numbers (..., n size) those of each of n things, (..., n, size), or (..., size) if there is only one."""
     return flat if flat.shape[-1] == size else flat.reshape(*flat.shape[:-1], -1, size)
-
-
-def _function_of(form):
-    """A stand-in with the numbering of a linear form's test space."""
-    from dolfinx import fem
-
-    return fem.Function(form.arguments()[0].ufl_function_space())
 
 
 def length(vectors):

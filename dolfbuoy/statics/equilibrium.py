@@ -12,7 +12,7 @@ from ..model.lines import top_position
 from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
-from ..model.seabed import plane
+from ..model.seabed import plane, rubs
 from ..scene.stretching import TensionTable, secant
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
@@ -33,14 +33,11 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     if scene.cable is None:
         return _free_buoy(scene, comm, make)
     problem = make(scene, dynamic=False, comm=comm)
-    rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
-    if rubs:
-        problem.lines.bed.rub(False)
     if problem.lines.growth is None:
         _rest(problem)
     else:
         settle(problem, lambda: _rest(problem))
-    if rubs:
+    if scene.seabed is not None and rubs(scene, dynamic=False):
         pull(problem)
     return problem
 

@@ -17,6 +17,7 @@ import dolfbuoy.meshes
 LAYERS = (
     ("commands",),
     ("studies",),
+    ("page",),
     ("api", "linear_api", "check"),
     ("results", "motion", "linear", "formats"),
     ("statics",),
