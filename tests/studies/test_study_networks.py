@@ -7,16 +7,19 @@ import numpy as np
 import pytest
 
 from dolfbuoy import load_scene, simulate
+from dolfbuoy.errors import InputError
 from dolfbuoy.model import effects as declared
 from dolfbuoy.results import measured as acc
 from dolfbuoy.results.compare import Reference
+from dolfbuoy.results.many import draw
 from dolfbuoy.results.statistics import statistics
 from dolfbuoy.scene import settings
 from dolfbuoy.scene.network import network_of
 from dolfbuoy.scene.settings import Space, Stepping
 from dolfbuoy.studies.accuracy import advise as advice
-from dolfbuoy.studies.accuracy import work_precision
-from dolfbuoy.studies.physics import effects
+from dolfbuoy.studies.accuracy import touchdown, work_precision
+from dolfbuoy.studies.physics import effects, energy, hull
+from dolfbuoy.studies.stability import endurance, explicit_limit, regularisation
 from dolfbuoy.studies.study import run
 from dolfbuoy.studies.sweep import sweep
 
@@ -138,6 +141,22 @@ def test_every_effect_can_be_left_out(name):
     assert set(declared.names(effects.variant(scene, only=[]))) == ALWAYS
 
 
+@pytest.mark.parametrize(
+    ("study", "options"),
+    [
+        (explicit_limit, ()),
+        (regularisation, (1.0,)),
+        (endurance, (1.0, 0.1, "bdf2", 1e-9)),
+        (hull, ("none", None, None)),
+        (touchdown, (1.0,)),
+    ],
+)
+def test_studies_of_one_line_say_so(study, options):
+    """In a sentence, before anything is computed."""
+    with pytest.raises(InputError, match=r"is a network|and one cable"):
+        study.request("lazy-wave", *options)
+
+
 def test_what_is_left_out_is_what_hands_take_out():
     """The drag of all lines, and of both bodies; bit for bit."""
     scene = load_scene(BRIDLE, time__end=0.3)
@@ -170,10 +189,23 @@ def test_a_sweep_over_one_line_of_a_network(tmp_path):
     """Statistics of every cable and joint, as those of single runs."""
     scene = load_scene(BRIDLE, time__end=0.6)
     found = sweep(scene, ["cable.port.length=17.0,17.5", "joint.Y.mass=100.0,150.0"], None, tmp_path)
-    assert found.status.values.tolist() == 4 * ["ok"]
+    assert found.status.values.tolist() == 4 * ["done"]
     for k in (0, 3):
         case = {"cable.port.length": found.cable_port_length[k].item(), "joint.Y.mass": found.joint_Y_mass[k].item()}
         alone = statistics(simulate(load_scene(scene, **case)))
         for name in ("tension_top_port", "tension_anchor_main", "joint_position_Y_z"):
             assert float(found[f"{name}_maximum"][k]) == alone[name]["maximum"]
     assert len(set(found.tension_top_port_maximum.values)) == 4
+    labels = [axes.get_ylabel() for axes in draw(found).axes]
+    assert labels == [
+        f"tension {end} {cable} [N]" for end in ("top", "anchor") for cable in ("main", "port", "starboard")
+    ]
+
+
+def test_energy(tmp_path):
+    """The defect falls with the order of the scheme; lines of any degree are measured with one tension an element."""
+    scene = load_scene(BRIDLE, **{f"cable.{name}.position_degree": 2 for name in ("main", "port", "starboard")})
+    assert settings.space_of(energy.load(scene, 1.0, 0.1, "bdf2")) == Space(1, 0, 24)
+    rows = [energy.evaluate({"scene": BRIDLE, "t_end": 1.0, "step": h, "scheme": "bdf2"}) for h in (0.04, 0.02)]
+    assert 1.7 < np.log2(rows[0]["defect"] / rows[1]["defect"]) < 2.3
+    assert abs(rows[1]["defect"]) < 0.02 * abs(rows[1]["drag"])
