@@ -13,6 +13,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 import xarray as xr
+from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import InputError, modes, show, simulate
 from dolfbuoy.page.document import as_json, tag
@@ -215,6 +216,16 @@ def test_texts_and_curves_stand_out_from_their_ground(name, colors):
         assert contrast(colors[f"force-{kind}"], colors["sky-top"]) >= 4.5, (name, kind)
     away = [contrast(colors[f"scale-{k}"], colors["sky-low"]) for k in range(5)]
     assert (np.diff(away) > 0).all(), (name, away)  # more tension stands out more, without colour too
+
+
+@pytest.mark.mpi
+@needs_mpirun
+def test_one_of_several_ranks_writes_the_page(tmp_path):
+    arguments = ["-m", "dolfbuoy.commands.entry", "run", "short", "--out", "a", "--t-end", "0.1", "--no-plot", "--page"]
+    done = start(2, arguments, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("page.html") == 1
+    assert "buoy, heave" in (tmp_path / "a" / "page.html").read_text()
 
 
 def test_a_page_of_ones_own_is_not_replaced(call, tmp_path):
