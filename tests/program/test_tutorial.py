@@ -34,7 +34,7 @@ def test_tutorial_prints_what_it_says():
         if cell["cell_type"] == "code":
             said = io.StringIO()
             with contextlib.redirect_stdout(said):
-                exec(compile("".join(cell["source"]), "tutorial", "exec"), names)  # noqa: S102
+                exec(compile("".join(cell["source"]), "tutorial", "exec"), names)
             found, words = numbers(said.getvalue())
             expected, text = numbers(printed(cell))
             assert words == text
