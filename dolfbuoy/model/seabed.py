@@ -94,19 +94,25 @@ def contact(normal, level, grip, x, x_t=None, held=None) -> form.Contact:
 
 
 class Points:
-    """Points of the quadrature on the owned cells of lines.
+    """Points of the owned cells of lines: those of the quadrature of a degree; with_nodes: and their nodes, in order.
 
-    s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.
+    s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.  presses: mask of the points of
+    the quadrature, shape (points,).
     """
 
-    def __init__(self, lines, positions, degree):
+    def __init__(self, lines, positions, degree, with_nodes=False):
         self._nodes = compat.cell_dofs(positions)
         ends = lines.node_s[self._nodes]  # the first two nodes of a cell are its ends
         first, size = ends[:, :1], ends[:, 1:2] - ends[:, :1]
-        xi, _ = compat.interval_quadrature(degree)
+        nodes, (xi, _) = (ends[0] - first[0]) / size[0], compat.interval_quadrature(degree)
+        self.presses = np.ones(len(xi), bool)
+        if with_nodes:
+            xi = np.concatenate([nodes, xi])
+            order = np.argsort(xi)
+            xi, self.presses = xi[order], order >= len(nodes)
         self.s, self.line = first + xi * size, lines.line_of_cell
         power = np.arange(ends.shape[1])
-        self._basis = xi[:, None] ** power @ np.linalg.inv(((ends[0] - first[0]) / size[0])[:, None] ** power)
+        self._basis = xi[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
 
     def of(self, values):
         """Values at the points, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
@@ -136,8 +142,7 @@ class Seabed:
         self.memory = {"bed_holds": self.held.x.array} if rubs else {}
         terms = effects.called_by(lines.scene, "bed")
         self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
-        cells = compat.cell_dofs(positions)
-        self._nodes = np.take_along_axis(cells, np.argsort(lines.node_s[cells], axis=1), axis=1)
+        self.soundings = Points(lines, positions, degree, with_nodes=True)
 
     def _part(self, name):
         return lambda section: getattr(grip_of_line(self.lines.scene, section, self._hardness()), name)
@@ -223,28 +228,44 @@ class Seabed:
         return x @ self.normal.value - self.level.value
 
     def lying(self, u, line=0) -> Lying:
-        """What of a line lies, on every rank; the gap is taken as linear between nodes."""
-        lines = self.lines
-        nodes = self._nodes[lines.line_of_cell == line]
-        r = u[lines.node_dofs]
+        """What of a line lies, on every rank.
+
+        All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
+        what rises there is the element's wave, not the line.  Elsewhere the gap is linear from sounding to sounding.
+        """
+        s, r = self._sound(u, line)
         g = self.gap(r)
-        a, b = nodes[:, :-1].ravel(), nodes[:, 1:].ravel()
-        touching = np.minimum(g[a], g[b]) < 0
-        a, b = a[touching], b[touching]
-        share = _share_below(g[a], g[b])
-        sizes = lines.node_s[b] - lines.node_s[a]
-        last = int(np.argmax(lines.node_s[b])) if len(b) else None
-        mine = Lying(float(share @ sizes), -np.inf, np.full(3, np.nan), max(-float(g[nodes].min(initial=0.0)), 0.0))
-        if last is not None:
-            x = share[last] if g[a[last]] < 0 else 1.0
-            s = lines.node_s[a[last]] + x * sizes[last] - lines.begins[line]
-            mine = mine._replace(s=float(s), touchdown=(1 - x) * r[a[last]] + x * r[b[last]])
+        bridged = _bridged((g < 0) & self.soundings.presses)
+        s, r, g = s.ravel(), r.reshape(-1, 3), g.ravel()
+        share = np.where(bridged, 1.0, _share_below(g[:-1], g[1:]))
+        length, sag, lies = float(share @ np.diff(s)), max(-float(g.min()), 0.0), np.flatnonzero(share)
+        if not len(lies):
+            return Lying(length, -np.inf, np.full(3, np.nan), sag)
+        k = lies[-1]
+        x = 1.0 if bridged[k] or g[k] >= 0 else share[k]
+        return Lying(length, float((1 - x) * s[k] + x * s[k + 1]), (1 - x) * r[k] + x * r[k + 1], sag)
+
+    def _sound(self, u, line):
+        """(arc length, position) at the soundings of a line, shapes (cells, points) and (cells, points, 3)."""
+        lines, at = self.lines, self.soundings
+        here = at.line == line
+        mine = at.s[here] - lines.begins[line], at.of(u[lines.node_dofs])[here]
         every = [mine] if lines.comm.size == 1 else lines.comm.allgather(mine)
-        farthest = max(every, key=lambda one: one.s)
-        return farthest._replace(length=sum(one.length for one in every), sag=max(one.sag for one in every))
+        s, r = (np.concatenate(part) for part in zip(*every, strict=True))
+        order = np.argsort(s[:, 0])
+        return s[order], r[order]
+
+
+def _bridged(touches):
+    """Mask of the intervals between the points (cells, points) that have a touching point near on both sides."""
+    at, change = np.flatnonzero(touches), np.zeros(touches.size, int)
+    near = np.diff(at // touches.shape[1]) <= 1
+    change[at[:-1][near]] += 1
+    change[at[1:][near]] -= 1
+    return np.cumsum(change)[:-1] > 0
 
 
 def _share_below(first, last):
-    """Part of an interval on which a linear function that is negative at one end or both is negative."""
+    """Part of an interval on which a linear function is negative."""
     low, high = np.minimum(first, last), np.maximum(first, last)
-    return np.where(high <= 0, 1.0, low / np.minimum(low - high, -1e-300))
+    return np.where(high <= 0, 1.0, np.maximum(-low, 0.0) / np.maximum(high - low, 1e-300))
