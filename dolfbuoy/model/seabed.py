@@ -114,9 +114,13 @@ class Points:
         power = np.arange(ends.shape[1])
         self._basis = xi[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
 
-    def of(self, values):
-        """Values at the points, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
-        return self._basis @ values[self._nodes]
+    def of(self, values, cells=slice(None)):
+        """Values at the points of cells, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
+        return self._basis @ values[self._nodes[cells]]
+
+    def scalars(self, values, cells):
+        """Values at the points of cells, shape (cells, points), of values at the nodes (nodes,)."""
+        return values[self._nodes[cells]] @ self._basis.T
 
 
 class Seabed:
@@ -143,6 +147,10 @@ class Seabed:
         terms = effects.called_by(lines.scene, "bed")
         self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
         self.soundings = Points(lines, positions, degree, with_nodes=True)
+        first = self.soundings.s[:, 0]
+        mine = [np.flatnonzero(lines.line_of_cell == k) for k in range(len(lines.pieces))]
+        #: Own cells of each line from its start on, and where their soundings are.
+        self._along = [(c := cells[np.argsort(first[cells])], self.soundings.s[c]) for cells in mine]
 
     def _part(self, name):
         return lambda section: getattr(grip_of_line(self.lines.scene, section, self._hardness()), name)
@@ -233,27 +241,29 @@ class Seabed:
         All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
         what rises there is the element's wave, not the line.  Elsewhere the gap is linear from sounding to sounding.
         """
-        s, r = self._sound(u, line)
-        g = self.gap(r)
+        s, g, position = self._sound(u[self.lines.node_dofs], line)
         bridged = _bridged((g < 0) & self.soundings.presses)
-        s, r, g = s.ravel(), r.reshape(-1, 3), g.ravel()
+        s, g = s.ravel(), g.ravel()
         share = np.where(bridged, 1.0, _share_below(g[:-1], g[1:]))
         length, sag, lies = float(share @ np.diff(s)), max(-float(g.min()), 0.0), np.flatnonzero(share)
         if not len(lies):
             return Lying(length, -np.inf, np.full(3, np.nan), sag)
         k = lies[-1]
         x = 1.0 if bridged[k] or g[k] >= 0 else share[k]
-        return Lying(length, float((1 - x) * s[k] + x * s[k + 1]), (1 - x) * r[k] + x * r[k + 1], sag)
+        end = float((1 - x) * s[k] + x * s[k + 1]) - self.lines.begins[line]
+        return Lying(length, end, (1 - x) * position(k) + x * position(k + 1), sag)
 
-    def _sound(self, u, line):
-        """(arc length, position) at the soundings of a line, shapes (cells, points) and (cells, points, 3)."""
-        lines, at = self.lines, self.soundings
-        here = at.line == line
-        mine = at.s[here] - lines.begins[line], at.of(u[lines.node_dofs])[here]
-        every = [mine] if lines.comm.size == 1 else lines.comm.allgather(mine)
-        s, r = (np.concatenate(part) for part in zip(*every, strict=True))
+    def _sound(self, r, line):
+        """(s, gap, k -> position of the k-th) at the soundings of a whole line, s and gap of shape (cells, points)."""
+        (cells, s), at = self._along[line], self.soundings
+        g = at.scalars(self.gap(r), cells)
+        if self.lines.comm.size == 1:
+            return s, g, lambda k: at.of(r, cells[k // s.shape[1]])[k % s.shape[1]]
+        every = zip(*self.lines.comm.allgather((s, g, at.of(r, cells))), strict=True)
+        s, g, places = (np.concatenate(part) for part in every)
         order = np.argsort(s[:, 0])
-        return s[order], r[order]
+        places = places[order].reshape(-1, 3)
+        return s[order], g[order], lambda k: places[k]
 
 
 def _bridged(touches):
