@@ -1,6 +1,7 @@
 #!/bin/sh
 # Installs all that dolfbuoy needs: Debian packages, then .venv with this tree in editable mode.
-# Usage: sh docker/install.sh     (as root, or as a user who may sudo; not needed once the Debian packages are there)
+# Usage: sh docker/install.sh [browser]    (as root, or as a user who may sudo; not needed once the Debian packages are there)
+#        browser: with chromium, in which tests open pages
 set -eu
 
 root=$(cd -- "$(dirname -- "$0")/.." && pwd -P)
@@ -27,6 +28,11 @@ packages="python3-dolfinx python3-dolfinx-real python3-petsc4py python3-petsc4py
     python3-slepc4py python3-slepc4py-real python3-mpi4py openmpi-bin
     python3-netcdf4 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-xarray python3-pandas
     python3-venv python3-dev python3-setuptools python3-cffi gcc g++ libc6-dev pkgconf ca-certificates"
+case ${1:-} in
+    "") ;;
+    browser) packages="$packages chromium" ;;
+    *) die "unknown: $1; there is only browser" ;;
+esac
 
 apt() {
     $as_root env DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 -o DPkg::Lock::Timeout=300 "$@"
@@ -63,7 +69,7 @@ fi
 
 # Called through sudo in a tree that belongs to the caller: the rest needs no root and should not leave root's files.
 if [ "$(id -u)" -eq 0 ] && [ "${SUDO_UID:-0}" -ne 0 ] && [ "$(stat -c %u -- "$root")" = "${SUDO_UID:-0}" ]; then
-    exec sudo -H -u "#$SUDO_UID" sh "$root/docker/install.sh"
+    exec sudo -H -u "#$SUDO_UID" sh "$root/docker/install.sh" "$@"
 fi
 
 # ---- virtual environment

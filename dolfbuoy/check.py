@@ -17,6 +17,7 @@ from .model.material import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
 from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
 from .results.parts import cable_alone
+from .results.utilisation import Utilisation, stressed
 from .scene.network import network_of, with_buoy
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
@@ -101,10 +102,37 @@ def _network_at_rest(scene, report):
         )
         report.add(f"equilibrium: force at the lower end of {name}", np.linalg.norm(held), "N")
         report.add(f"equilibrium: uplift at the lower end of {name}", -held[2], "N", "the part that pulls it up")
+        _grown(problem, report, k, f" to {name}")
+    _strength(problem, report)
     smallest = problem.smallest_tension()
     if smallest <= 0:
         report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
     problem.destroy()
+
+
+def _grown(problem, report, cable=0, which=""):
+    """What marine growth adds to the weight of a cable."""
+    lines, growth = problem.lines, problem.lines.growth
+    if growth is None:
+        return
+    pieces = [k for k, piece in enumerate(lines.pieces) if piece.cable == cable and piece.section.marine_growth]
+    here = np.isin(lines.line_of_cell, pieces)
+    if here.any():
+        diameter, mass = growth.factors[here].max(axis=0)
+        remark = f"diameter times {diameter:.4g}, mass times {mass:.4g} at most"
+        report.add(f"marine growth adds in water{which}", growth.weights[here].sum(), "N", remark)
+
+
+def _strength(problem, report):
+    """How near lines are to breaking."""
+    if names := stressed(problem.network):
+        use = Utilisation(problem)
+        use.note()
+        for name, value in zip(names, use.values, strict=True):
+            which = f" of {name}" if problem.scene.is_network else ""
+            report.add(f"equilibrium: largest tension over breaking load{which}", value)
+            if value > 1:
+                report.warnings.append(f"The equilibrium is above the breaking load of {name}.")
 
 
 def _cable(scene, report):
@@ -318,6 +346,8 @@ def _equilibrium(scene, report):
         report.add("equilibrium: tension at the top", np.linalg.norm(T_bnd), "N")
         report.add("equilibrium: force at the anchor", np.linalg.norm(held), "N")
         report.add("equilibrium: uplift at the anchor", -held[2], "N", "the part that pulls it up")
+        _grown(problem, report)
+        _strength(problem, report)
         _shape_warnings(scene, problem, report)
         _cable_periods(scene, problem, report)
     if problem.buoy and problem.lines:
@@ -387,11 +417,15 @@ def _cable_periods(scene, problem, report):
     c, cable = scene.cable, problem.lines
     added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
     T, h = cable.mean_tension(problem.system.u), np.diff(cable.cell_ends, axis=1)[:, 0]
+    mass = np.full(len(T), c.line_density + added)
+    if cable.growth is not None:
+        thicker, heavier = cable.growth.factors.T
+        mass = heavier * c.line_density + thicker**2 * added
     if cable.bed is not None:  # what lies does not swing
         hangs = cable.cell_ends[:, 0] >= cable.bed.lying(problem.system.u).s
-        T, h = T[hangs], h[hangs]
+        T, h, mass = T[hangs], h[hangs], mass[hangs]
     if T.min() <= LEAST_TENSION * problem.typical_force:  # slack, it has no such modes
         return
-    travel = float(np.sum(h * np.sqrt((c.line_density + added) / T)))
+    travel = float(np.sum(h * np.sqrt(mass / T)))
     for n in (1, 2):
         report.periods[f"cable, transverse {n} (taut, fixed ends)"] = 2 * travel / n

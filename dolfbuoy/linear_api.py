@@ -82,10 +82,10 @@ def response(
     """Linear response to waves: amplitudes per metre over periods [s] (default: 2 to 30 s), and to an irregular sea.
 
     height: of regular waves [m], for whose velocities the drag is linearised too.  sea: (significant height [m], peak
-    period [s], gamma) of a JONSWAP sea; by default the scene's, if it is irregular; all of it runs in one direction.
-    direction_deg: of the waves, by default the scene's.  out: folder for response.nc.  Complete on rank 0, which alone
-    computes it.  Raises InputError for an impossible scene, SolveError if the equilibrium is not found or the drag does
-    not settle.
+    period [s], gamma, s of its spreading or None) of a JONSWAP sea; by default the scene's, if it is irregular.
+    direction_deg: of the waves (of an irregular sea the main one), by default the scene's.  out: folder for
+    response.nc.  Complete on rank 0, which alone computes it.  Raises InputError for an impossible scene, SolveError if
+    the equilibrium is not found or the drag does not settle.
     """
     scene = load_scene(scene, **overrides)
     if comm.rank != 0:
@@ -109,7 +109,6 @@ def _response(seaway, periods, height, sea):
     if height:
         high = np.array([seaway.regular(wave, height / 2) for wave in waves]).T
     if sea is not None:
-        omega, energies = bins_of(sea)
-        seaway.drag.forget()
-        irregular = omega, energies, seaway.irregular([seaway.wave(w) for w in omega], energies)
+        bins = bins_of(sea)
+        irregular = bins, seaway.irregular([seaway.wave(*pair) for pair in bins.pairs()], bins.energy)
     return dataset_of_response(seaway, periods, small, high, height, irregular)

@@ -39,6 +39,11 @@ class Cable(NamedTuple):
     compliance: Scalar | None = None  #: 1/EA [1/N], 0 where inextensible: instead of EA where not all lines are alike
     bends: tuple[Bend, ...] = ()  #: of a table T(e), whose slope next to 0 is EA; none: Hooke's law
 
+    def grown(self, diameter: Scalar, mass: Scalar) -> "Cable":
+        """With marine growth, by factors: thicker in drag and in volume, heavier, and as stiff as before."""
+        thicker = {"diameter": diameter * self.diameter, "area": diameter**2 * self.area}
+        return self._replace(line_density=mass * self.line_density, **thicker)
+
 
 class Point(NamedTuple):
     """A point of the cable: unit tangent, velocity and acceleration; the latter are None in statics."""

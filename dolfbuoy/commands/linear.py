@@ -28,6 +28,8 @@ MOTIONS = [(name, 1.0, "m") for name in ("surge", "sway", "heave")]
 MOTIONS += [(name, float(np.degrees(1)), "deg") for name in ("roll", "pitch")]
 #: Amplitude of the runs beside small waves [m].
 SMALL = 1e-3
+#: Part of its amplitudes by which those of a run may change in the end without a word.
+UNSETTLED = 0.01
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
 
 
@@ -166,36 +168,47 @@ def response(
     ] = None,
     peak: Annotated[float | None, typer.Option("--peak-period", min=0.1, help="Of an irregular sea \\[s].")] = None,
     gamma: Annotated[float, typer.Option("--gamma", min=1, help="Of its peak.")] = 3.3,
+    spreading: Annotated[
+        float | None, typer.Option("--spreading", min=0, help="s of its cos^2s of half the angle \\[default: none].")
+    ] = None,
     direction: Annotated[
         float | None, typer.Option("--direction", help="Of the waves \\[deg, default: the scene's].")
     ] = None,
     verify: Annotated[
-        str | None, typer.Option("--verify", metavar="PERIODS", help="Runs in time beside it, at these periods \\[s].")
+        str | None,
+        typer.Option("--verify", metavar="PERIODS", help="Runs in time beside it, at these periods \\[s], or 'sea'."),
     ] = None,
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
 ):
-    """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8"""
+    """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8
+
+    --verify runs in time beside it: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' both.
+    """
+    from ..linear.spectrum import irregular_waves
     from ..linear_api import PERIODS
     from ..linear_api import response as find
     from ..results.response_record import HELD, LINEAR, warnings
-    from ..scene.settings import parse_numbers
     from ..scene.variants import numbers_of
 
     if (significant is None) != (peak is None):
         raise InputError("--significant-height: goes with --peak-period, both or none.")
-    loaded, folder, checked = load(scene, assign), folder_of(scene, folder), parse_numbers("--verify", verify) or []
+    if spreading is not None and peak is None:
+        raise InputError("--spreading: goes with --significant-height and --peak-period.")
+    loaded, folder = load(scene, assign), folder_of(scene, folder)
+    sea = None if peak is None else (significant, peak, gamma, spreading)
+    checked, in_sea = _to_verify(verify)
+    waves = irregular_waves(loaded, sea, direction)
+    if in_sea and waves is None:
+        raise InputError("--verify sea: there is none; give --significant-height and --peak-period.")
     if height is None and loaded.waves is not None and not loaded.waves.irregular:
         height = 2 * loaded.waves.size
-    if checked and _moves_otherwise(loaded):
-        raise InputError("--verify: is for one line on a buoy or held still; this scene has more, or moves it.")
     asked = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
     if min(asked) <= 0:
         raise InputError(f"--periods {periods}: must be positive.")
     asked = sorted({*asked, *checked})
     began = time.monotonic()
-    sea = None if peak is None else (significant, peak, gamma)
     found = find(loaded, asked, height, sea, direction, folder)
     if rank() != 0:
         return
@@ -206,6 +219,8 @@ def response(
         out.print(HELD, soft_wrap=True)
     say_warnings(warnings(found))
     runs = _verified(found, loaded, checked, height)
+    if in_sea:
+        _verify_in_sea(loaded, waves)
     if plot:
         _draw_response(found, runs, folder)
 
@@ -249,12 +264,13 @@ def _amplitudes(found, key):
     return sizes
 
 
-def _moves_otherwise(scene):
-    """Whether runs in time are not what the linear response is compared with."""
-    from ..scene.network import network_of
+def _to_verify(text):
+    """(periods [s], whether the irregular sea) of the option --verify."""
+    from ..scene.settings import parse_numbers
 
-    network = network_of(scene)
-    return _ends_move(scene) or len(network.cables) > 1 or len(network.buoys) > 1
+    words = [word.strip() for word in text.split(",")] if text else []
+    numbers = ",".join(word for word in words if word != "sea")
+    return (parse_numbers("--verify", numbers) if numbers else []), "sea" in words
 
 
 def _ends_move(scene):
@@ -265,19 +281,41 @@ def _ends_move(scene):
 
 def _verified(found, scene, periods, height):
     """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
-    from ..results.response_record import complex_of
+    from ..results.response_record import complex_of, each_buoy
     from ..studies.physics.response_runs import compared, measured
 
     runs, key = [], "rao_drag" if "rao_drag_tension" in found else "rao"
     for T in periods:
-        one = found.sel(period=T)
-        own = {n: complex_of(one[key].sel(motion=n)) for n in one.motion.values} if key in one else {}
-        own |= {n: complex_of(one[f"{key}_tension"].sel(tension=n)) for n in one.tension.values}
+        one, own = found.sel(period=T), {}
+        for of_buoy, part in each_buoy(one) if key in one else ():
+            own |= {f"{n}{of_buoy}": complex_of(part[key].sel(motion=n)) for n in part.motion.values.tolist()}
+        own |= {n: complex_of(one[f"{key}_tension"].sel(tension=n)) for n in one.tension.values.tolist()}
         run = measured(scene, T, found.attrs["direction_deg"], height / 2 if height else SMALL)
-        words = ", ".join(f"{name} {value:+.1f} %" for name, value in compared(own, run).items())
-        out.print(f"{T:g} s against a run of {run['seconds']:.2g} s: {words}", soft_wrap=True)
+        out.print(
+            f"{T:g} s against a run of {run['seconds']:.2g} s: {_differences(compared(own, run))}", soft_wrap=True
+        )
+        if run["unsettled"] > UNSETTLED:
+            words = (
+                f"its amplitudes still change by up to {100 * run['unsettled']:.2g} %: in still water little damps it."
+            )
+            say_warnings([f"The run of {T:g} s waves has not settled, {words}"])
         runs.append({"period": T} | run)
     return runs
+
+
+def _verify_in_sea(scene, waves):
+    """A run in the irregular sea, and how far the linear standard deviations are from its own."""
+    from ..studies.physics.response_runs import compared, measured_in_sea
+
+    own, run = measured_in_sea(scene, waves)
+    words = f"a run of {run['seconds']:.2g} s in {run['time']:.4g} s of it, both in the same components"
+    out.print(
+        f"The sea, in {own['seconds']:.2g} s, against {words}: {_differences(compared(own, run))}", soft_wrap=True
+    )
+
+
+def _differences(found):
+    return ", ".join(f"{name} {value:+.1f} %" for name, value in found.items())
 
 
 def _draw_response(found, runs, folder):

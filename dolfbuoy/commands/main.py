@@ -14,8 +14,8 @@ from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
-from . import language, linear, statistics, sweep
-from .run import advised, draw, run
+from . import formats, language, linear, statistics, sweep
+from .run import advised, draw, run, write_page
 from .shared import (
     Interrupted,
     OutOption,
@@ -185,6 +185,14 @@ def plot(
 
 
 @app.command()
+def page(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run, of modes, a sweep or a study.")],
+):
+    """One HTML file to look at and to send, of a run, modes, sweep or study.  Example: dolfbuoy page results/short"""
+    write_page(folder)
+
+
+@app.command()
 def doctor():
     """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
     from .doctor import examine, installed
@@ -206,6 +214,7 @@ linear.add_to(app)
 statistics.add_to(app)
 sweep.add_to(app)
 language.add_to(app)
+formats.add_to(app)
 
 
 def main():

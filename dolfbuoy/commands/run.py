@@ -34,6 +34,9 @@ def run(
     assign: SetOption = None,
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures, write ParaView files.")] = True,
     paraview: ParaviewOption = True,
+    page: Annotated[
+        bool | None, typer.Option("--page/--no-page", help="Write page.html \\[default: unless --no-plot].")
+    ] = None,
     accuracy: Annotated[str | None, typer.Option("--accuracy", help="Find the settings first; see advise.")] = None,
     quantity: QuantityOption = "tension_top",
     resume: Annotated[
@@ -48,7 +51,8 @@ def run(
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
-    show = partial(draw, paraview=paraview) if plot else None
+    shows = {"figures": partial(draw, paraview=paraview)} if plot else {}
+    shows |= {"page.html": write_page} if (plot if page is None else page) else {}
     if resume is not None:
         if folder is not None or assign or accuracy is not None or overwrite:
             raise InputError(
@@ -57,18 +61,19 @@ def run(
             )
         loaded = _to_be_resumed(resume, end)
         if loaded is not None:
-            _compute(loaded, resume, show, {"resume": resume, **end})
+            _compute(loaded, resume, shows, {"resume": resume, **end})
         return
     loaded, folder = load(scene, assign, **end), folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
+    advice = None
     if accuracy is not None:
         _is_there(folder, loaded, overwrite=True)  # what cannot be written, or is the user's, before the pilot
-        loaded = advised(loaded, quantity, accuracy)
+        loaded, advice = advised(loaded, quantity, accuracy)
     if _is_there(folder, loaded, overwrite):
-        _show_again(loaded, folder, show)
+        _show_again(loaded, folder, shows)
     else:
-        _compute(loaded, folder, show, {"scene": loaded, "out": folder, "overwrite": overwrite})
+        _compute(loaded, folder, shows, {"scene": loaded, "out": folder, "overwrite": overwrite}, advice)
 
 
 def _to_be_resumed(folder, end):
@@ -100,19 +105,20 @@ def _is_there(folder, scene, overwrite):
         return holds(folder, "run", scene, overwrite, MPI.COMM_WORLD)
 
 
-def _show_again(scene, folder, show):
+def _show_again(scene, folder, shows):
     from ..results.record import read
 
     if rank() != 0:
         return
     out.print(f"The run in {folder} is complete already; --overwrite computes it again.", soft_wrap=True)
     _print_summary(read(folder / "results.nc"), scene, folder)
-    if show and not (folder / "figures").is_dir():
-        show(folder)
+    for name, show in shows.items():
+        if not (folder / name).exists():
+            show(folder)
 
 
-def _compute(scene, folder, show, source):
-    """Simulate, and print and `show` what came of it."""
+def _compute(scene, folder, shows, source, advice=None):
+    """Simulate, and print and show what came of it; advice: sentences that go with the run."""
     from ..api import simulate
     from ..check import derived
 
@@ -128,8 +134,12 @@ def _compute(scene, folder, show, source):
         raise
     if rank() != 0:
         return
+    if advice:
+        from ..results.folder import remark
+
+        remark(folder, "run", advice=advice)
     _print_summary(record, scene, folder)
-    if show:
+    for show in shows.values():
         show(folder)
 
 
@@ -154,7 +164,7 @@ def _say_if_one_rank_is_faster(scene):
 
 
 def advised(scene, quantity, accuracy, folder=None, write=None):
-    """The scene with settings of this accuracy; says what was chosen."""
+    """The scene with settings of this accuracy, and why in sentences (on rank 0); says what was chosen."""
     from ..results.compare import parse_accuracy
     from ..studies.accuracy import advise as study
 
@@ -163,9 +173,9 @@ def advised(scene, quantity, accuracy, folder=None, write=None):
 
     found = study.advise_all(scene, quantity, parse_accuracy(accuracy), say)
     if rank() != 0:
-        return found
+        return found, None
     study.report(found, folder, write)
-    return found.scene
+    return found.scene, study.sentences(found)
 
 
 def draw(folder, paraview=True):
@@ -177,6 +187,14 @@ def draw(folder, paraview=True):
     exported = export(folder) if paraview else []
     places = f"{folder / 'figures'} and {folder / 'paraview'}" if exported else f"{folder / 'figures'}"
     out.print(f"{len(figures) + len(exported)} files in {places}")
+
+
+def write_page(folder):
+    """Pages of all that a folder holds; says where they are."""
+    from ..page.folder import write_pages
+
+    for path in write_pages(folder):
+        out.print(f"page to look at and to send: {path}", soft_wrap=True, highlight=False)
 
 
 class _Bar:

@@ -20,7 +20,8 @@ from scipy.stats import norm, qmc
 
 from ..model.rigid import rotation_of
 from .layout import Body, nodes_of
-from .linearisation import Linearisation, jacobian
+from .linearisation import Linearisation
+from .reactions import WithReactions
 
 #: Amplitude of phases whose mean slope is the least-squares slope of a cycle.
 CYCLE = 2 / 3
@@ -65,10 +66,20 @@ class Velocities:
         rates, state = (np.zeros(problem.system.size, kind) for _ in range(2))
         for dofs, values in zip(self._nodes, velocity.at_nodes, strict=True):
             rates[dofs] = values
+        self._tie(rates)
         for body, values in zip(self.found.bodies, velocity.on_hulls, strict=True):
             state[problem.system.order[body.at.momentum]] = body.mass * values[:3]
             state[problem.system.order[body.at.angular_momentum]] = body.inertia @ values[3:]
         return rates, state
+
+    def _tie(self, rates):
+        """At joints one of the unknowns that are one has been given its rate, which is that of all."""
+        index, given = self.found.problem.system.numbering.global_index, np.zeros(len(rates), dtype=bool)
+        for dofs in self._nodes:
+            given[dofs] = index[dofs] >= 0
+        shared, free = np.zeros(self.found.K.shape[1], rates.dtype), index >= 0
+        shared[index[given]] = rates[given]
+        rates[free] = shared[index[free]]
 
     @cached_property
     def _nodes(self):
@@ -114,16 +125,16 @@ def _crossing(v):
 
 
 class LinearDrag:
-    """What waves add to K and E, and so to the forces of the waves."""
+    """What waves add to K and E, and so to the forces of the waves.  equations: those, with rows of reactions."""
 
-    def __init__(self, velocities: Velocities):
-        self.velocities, self.found = velocities, velocities.found
+    def __init__(self, velocities: Velocities, equations: WithReactions):
+        self.velocities, self.found, self.equations = velocities, velocities.found, equations
         self.forget()
 
     def forget(self):
         """As in small waves."""
-        n = self.found.K.shape[1]
-        self.dK = self.dE = csr_matrix((n, n))
+        self.dK = self.dE = csr_matrix(self.equations.K.shape)
+        self._sums = None
 
     def in_cycle(self, relative: Sea, amplitude):
         """Of regular waves, of the relative velocities per metre."""
@@ -155,24 +166,27 @@ class LinearDrag:
             rates, state = self.velocities.as_rates(sample)
             problem.system.u[:] = found.u + state
             problem.system.publish()
-            at_rest = jacobian(problem, 0.0, 0.0, rates)
-            K, E, count = K + at_rest, E + jacobian(problem, 1.0, 0.0, rates) - at_rest, count + 1
+            at_rest = self.equations.jacobian(0.0, 0.0, rates)
+            K, E, count = K + at_rest, E + self.equations.jacobian(1.0, 0.0, rates) - at_rest, count + 1
         problem.system.u[:] = found.u
         problem.system.publish()
-        self.dK = csr_matrix((K / count - found.K) @ self._momenta)
-        self.dE = csr_matrix(E / count - found.E)
+        self.dK = csr_matrix((K / count - self.equations.K) @ self._momenta)
+        self.dE = csr_matrix(E / count - self.equations.E)
+        self._sums = None
 
     @cached_property
     def _momenta(self):
         """Keeps the columns in which velocities of the buoys stand: what else waves change in K is no damping."""
-        kept = np.zeros(self.found.K.shape[1])
+        kept = np.zeros(self.equations.size)
         for body in self.found.bodies:
             kept[[*body.at.momentum, *body.at.angular_momentum]] = 1.0
         return diags(kept)
 
     def matrices(self):
         """K and E with it."""
-        return self.found.K + self.dK, self.found.E + self.dE
+        if self._sums is None:
+            self._sums = self.equations.K + self.dK, self.equations.E + self.dE
+        return self._sums
 
     def force(self, water: Sea):
         """What it adds to the slope of the residual in the amplitude."""

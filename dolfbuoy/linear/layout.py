@@ -39,9 +39,12 @@ class Body(NamedTuple):
 
 
 class Hold(NamedTuple):
-    """A line's end on a buoy: the buoy's name, lever from C [m] and force T_O [N] at rest, places of T_O."""
+    """A line's end on a buoy: the buoy's name, number of the cable, whether it is its upper end; lever from C [m] and
+    force T_O [N] at rest, places of T_O."""
 
     body: str
+    cable: int
+    is_top: bool
     lever: np.ndarray
     force: np.ndarray
     force_places: np.ndarray
@@ -112,7 +115,10 @@ def holds_of(problem, u) -> list[Hold]:
         at = attachment.of(u)
         lever = at.point - MOTION.of(u[attachment.buoy.part.slice]).position
         places = FIELDS.of(problem.system.numbering.global_index[attachment.slice]).force
-        mine.append(Hold(names[id(attachment.buoy)], lever, at.force.copy(), places.astype(int)))
+        cable = problem.network.pieces[attachment.piece].cable
+        is_top = attachment.end == 1 and attachment.piece == problem.network.last_of(cable)
+        end = names[id(attachment.buoy)], cable, is_top
+        mine.append(Hold(*end, lever, at.force.copy(), places.astype(int)))
     return [hold for holds in problem.comm.allgather(mine) for hold in holds]
 
 

@@ -84,6 +84,20 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisatio
     return Linearisation(problem, u, K, jacobian(problem, 1.0, 0.0) - K, jacobian(problem, 0.0, 1.0) - K)
 
 
+def without_rates(problem) -> None:
+    """All rates of a Problem become zero, whatever its unknowns are."""
+    for evolution in problem.evolutions():
+        for level in range(evolution.order):
+            evolution.hand_out(level, 0.0, 0.0)
+
+
+def free_rows(problem, residual) -> np.ndarray:
+    """Rows of the free unknowns of a local residual, those of unknowns that are tied added up; on one rank alone."""
+    numbering, total = problem.system.numbering, residual.copy()
+    np.add.at(total, numbering.visible[numbering.tied_to], residual[numbering.tied])
+    return total[problem.system.order]
+
+
 def jacobian(problem, gamma_v, gamma_a, velocities=None):
     """K + gamma_v E + gamma_a M at the unknowns at hand, whose rates are zero.
 

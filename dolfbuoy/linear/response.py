@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 from ..errors import InputError
 from ..model.sea import heading, wavenumber
 from ..scene.sections import Waves
-from .linearisation import Linearisation, linearise
+from .linearisation import Linearisation, free_rows, linearise, without_rates
 from .motions import Motions, motions
 
 #: Strips of a hull of radius R are 20 to 100 % wrong in waves whose k R is more than this (measured against potential
@@ -82,15 +82,18 @@ def force(found: Linearisation, time_phase) -> np.ndarray:
 
     With its sign turned, in the rows of the buoy's momenta: what an undisturbed wave does to the buoy at rest.
     """
+    return free_rows(found.problem, slope(found, time_phase))
+
+
+def slope(found: Linearisation, time_phase) -> np.ndarray:
+    """`force`, of all local unknowns."""
     problem, system = found.problem, found.problem.system
-    for evolution in problem.evolutions():
-        for level in range(evolution.order):
-            evolution.hand_out(level, 0.0, 0.0)  # no rates
+    without_rates(problem)
     system.u[:] = found.u
     system.publish()
     sides = []
     for amplitude in (SMALL, -SMALL):
         for model in problem.models:
             model.sea.set_wave(amplitude, time_phase)
-        sides.append(system.evaluate()[system.order].copy())
+        sides.append(system.evaluate().copy())
     return (sides[0] - sides[1]) / (2 * SMALL)

@@ -15,12 +15,13 @@ from scipy.sparse.linalg import splu
 
 from ..errors import InputError, SolveError
 from ..model.airy import AirySum
+from ..model.components import components_of
 from ..model.sea import heading, main_propagation
 from .drag import LinearDrag, Sea, Velocities
-from .layout import Hold
 from .linearisation import linearise
 from .motions import Motions, axes_along
-from .response import force, small_waves
+from .reactions import WithReactions
+from .response import slope, small_waves
 
 #: Relative change of the response at which the iteration ends, and the most iterations.
 SETTLED, MOST = 1e-3, 60
@@ -28,15 +29,21 @@ SETTLED, MOST = 1e-3, 60
 
 @dataclass
 class Wave:
-    """Of one frequency: omega at a fixed point [rad/s], slope F of the residual, the water's velocities; per metre."""
+    """Of one frequency and direction: omega at a fixed point [rad/s], k and direction as a vector [1/m]; per metre the
+    slope F of the residual and the water's velocities."""
 
     omega: float
+    k: np.ndarray
     F: np.ndarray
     water: Sea
 
 
 class Seaway:
-    """A scene linearised about its rest in waves of one direction [deg], on this rank alone."""
+    """A scene linearised about its rest in waves, on this rank alone.
+
+    direction_deg: of regular waves, and of surge.  X are amplitudes of all unknowns and of the forces at the ends of
+    `reactions.WithReactions`.
+    """
 
     def __init__(self, scene, direction_deg=0.0):
         if scene.sea is None or not scene.gravity:
@@ -45,8 +52,9 @@ class Seaway:
         self.found = linearise(scene, MPI.COMM_SELF, small_waves(scene, 10.0))
         bodies, lines = self.found.bodies, self.found.lines
         self.crest = bodies[0].position if bodies else lines[0].positions[-1]
+        self.equations = WithReactions(self.found)
         self.velocities = Velocities(self.found)
-        self.drag = LinearDrag(self.velocities)
+        self.drag = LinearDrag(self.velocities, self.equations)
         self._scales = None
 
     def destroy(self):
@@ -55,30 +63,36 @@ class Seaway:
 
     # -- waves -------------------------------------------------------------------------------------------------------
 
-    def wave(self, omega) -> Wave:
-        """What there is to know of one frequency of `waves.period`."""
-        problem = self.found.problem
-        waves = small_waves(problem.scene, 2 * math.pi / omega, self.direction_deg)
+    def wave(self, omega, direction_deg=None, wavelength=None) -> Wave:
+        """What there is to know of one frequency of `waves.period`, in a direction (None: that of all).
+
+        wavelength: if it does not follow from dispersion [m].
+        """
+        problem, turned = self.found.problem, self.direction_deg if direction_deg is None else direction_deg
+        waves = small_waves(problem.scene, 2 * math.pi / omega, turned).model_copy(update={"wavelength": wavelength})
         problem.change(problem.scene.model_copy(update={"waves": waves}))
         runs = main_propagation(problem.scene)
-        phase = -runs.wavenumber * float(heading(self.direction_deg) @ self.crest)
-        F = force(self.found, phase) + 1j * force(self.found, phase - math.pi / 2)
+        k = runs.wavenumber * heading(turned)
+        phase = -float(k @ self.crest)
+        F = self.equations.of_residual(slope(self.found, phase) + 1j * slope(self.found, phase - math.pi / 2))
         for model in problem.models:
             model.sea.set_wave(0.0, 0.0)
         unit = {"amplitude": 1.0, "phase_deg": math.degrees(phase), "ramp": 0.0, "stretching": "vertical"}
         water = AirySum.of(problem.scene.model_copy(update={"waves": waves.model_copy(update=unit)}))
         quarter = math.pi / 2 / runs.at_ground
-        return Wave(runs.at_ground, F, self.velocities.of_water(lambda x: _complex(water, x, quarter)))
+        return Wave(runs.at_ground, k, F, self.velocities.of_water(lambda x: _complex(water, x, quarter)))
 
-    def solve(self, wave: Wave) -> np.ndarray:
-        """X per metre, with the drag as it is at the moment."""
-        K, E = self.drag.matrices()
-        A = K - 1j * wave.omega * E - wave.omega**2 * self.found.M
-        rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
-        A = diags(rows) @ A
-        columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
-        x = splu(csc_matrix(A @ diags(columns))).solve(-rows * (wave.F + self.drag.force(wave.water)))
-        return columns * x
+    def solve(self, *waves: Wave) -> np.ndarray:
+        """X per metre (unknowns and reactions, waves) of one frequency, with the drag as it is at the moment."""
+        (K, E), M, omega, n = self.drag.matrices(), self.equations.M, waves[0].omega, self.equations.size
+        F = np.column_stack([wave.F + self.drag.force(wave.water) for wave in waves])
+        A = K - 1j * omega * E - omega**2 * M
+        inner = A[:n]
+        rows = 1 / np.maximum(abs(inner).max(axis=1).toarray().ravel(), 1e-300)
+        inner = diags(rows) @ inner
+        columns = 1 / np.maximum(abs(inner).max(axis=0).toarray().ravel(), 1e-300)
+        x = columns[:, None] * splu(csc_matrix(inner @ diags(columns))).solve(-rows[:, None] * F[:n])
+        return np.vstack([x, A[n:] @ x + F[n:]])
 
     def regular(self, wave: Wave, amplitude=0.0) -> np.ndarray:
         """X per metre in regular waves of an amplitude [m]; 0: small.  Begins with the drag at hand.
@@ -87,32 +101,50 @@ class Seaway:
         """
         if not amplitude:
             self.drag.forget()
-            return self.solve(wave)
+            return self.solve(wave)[:, 0]
         X = self.solve(wave)
         for _ in range(MOST):
-            self.drag.in_cycle(self.velocities.relative(X, wave.omega, wave.water), amplitude)
+            self.drag.in_cycle(self.velocities.relative(X[:, 0], wave.omega, wave.water), amplitude)
             before, X = X, self.solve(wave)
-            if self._change(before[:, None], X[:, None], np.ones(1)) < SETTLED:
-                return X
+            if self._change(before, X, np.ones(1)) < SETTLED:
+                return X[:, 0]
         raise SolveError(f"the drag in waves of {2 * math.pi / wave.omega:.4g} s did not settle in {MOST} iterations")
 
     def irregular(self, waves: list[Wave], energies) -> np.ndarray:
-        """X per metre (unknowns, frequencies) in a Gaussian sea with S dw = energies [m^2] at the frequencies.
+        """X per metre (unknowns and reactions, waves) in a Gaussian sea with S dw = energies [m^2] of the waves.
 
         Raises SolveError if the drag does not settle.
         """
         energies = np.asarray(energies)
-        X = self._all(waves)
+        self.drag.forget()
+        X = self.all_of(waves)
         for _ in range(MOST):
             moving = [self.velocities.relative(x, w.omega, w.water) for x, w in zip(X.T, waves, strict=True)]
             self.drag.in_sea(moving, energies)
-            before, X = X, self._all(waves)
+            before, X = X, self.all_of(waves)
             if self._change(before, X, energies) < SETTLED:
                 return X
         raise SolveError(f"the drag in this sea did not settle in {MOST} iterations")
 
-    def _all(self, waves):
-        return np.array([self.solve(wave) for wave in waves]).T
+    def over_time(self, waves, times) -> dict[str, np.ndarray]:
+        """`named` at times [s] in the components of an irregular sea, a section [waves], drag linearised for them."""
+        sea = components_of(waves)
+        parts = [self.wave(*pair) for pair in zip(sea.frequency, sea.direction_deg, strict=True)]
+        found = self.named(self.irregular(parts, sea.amplitude**2 / 2))
+        phase = sea.phase + np.array([part.k for part in parts]) @ self.crest
+        amplitudes = np.array(list(found.values())) * sea.amplitude * np.exp(1j * phase)
+        omega, many = np.array([part.omega for part in parts]), max(1, len(times) * len(parts) // 2_000_000)
+        rows = [(amplitudes @ np.exp(-1j * np.outer(omega, some))).real for some in np.array_split(times, many)]
+        return dict(zip(found, np.concatenate(rows, axis=1), strict=True))
+
+    def all_of(self, waves) -> np.ndarray:
+        """`solve` of waves of several frequencies, in their order."""
+        same, X = {}, np.zeros((self.equations.rows, len(waves)), dtype=complex)
+        for i, wave in enumerate(waves):
+            same.setdefault(wave.omega, []).append(i)
+        for chosen in same.values():
+            X[:, chosen] = self.solve(*(waves[i] for i in chosen))
+        return X
 
     def _change(self, before, X, energies):
         """Largest relative change of the standard deviations of what moves."""
@@ -120,7 +152,7 @@ class Seaway:
         return float((np.abs(new - old) / np.maximum(new, 1e-3 * new.max())).max(initial=0.0))
 
     def _moving(self, X):
-        return np.concatenate([*(body.motion(X) for body in self.found.bodies), *self.tensions(X).values()])
+        return np.concatenate([*(body.motion(X) for body in self.found.bodies), self.tensions(X)])
 
     # -- what is read ------------------------------------------------------------------------------------------------
 
@@ -130,28 +162,49 @@ class Seaway:
         moved = [body.motion(X) for body in self.found.bodies]
         return [Motions(*(axes @ motion[:3]), *(axes @ motion[3:])) for motion in moved]
 
-    def tensions(self, X) -> dict[str, np.ndarray]:
-        """Changes (1, frequencies) of the tension [N]: on top of every line that holds a buoy, and at every anchor."""
-        return {name: (values @ X)[None] for name, (_, values) in self.tension_slopes().items()}
+    def named(self, X) -> dict[str, np.ndarray]:
+        """Name -> changes (waves,) of each motion [m, rad], with its buoy if there are several, and of each tension."""
+        names, found = [body.name for body in self.found.bodies], {}
+        for body, moved in zip(names, self.motions(X), strict=True):
+            ending = f" of {body}" if len(names) > 1 else ""
+            found |= {f"{name}{ending}": values for name, values in moved._asdict().items()}
+        return found | dict(zip(self.tension_slopes(), self.tensions(X), strict=True))
+
+    def tensions(self, X) -> np.ndarray:
+        """Changes (tensions, waves) of the tensions of `tension_slopes` [N]."""
+        slopes = [slope for _, slope in self.tension_slopes().values()]
+        return np.reshape(slopes, (-1, self.equations.rows)) @ X
 
     def tension_slopes(self) -> dict[str, tuple[float, np.ndarray]]:
-        """Name -> tension at rest [N] and its slope in all unknowns."""
+        """Name -> tension at rest [N] and its slope in X: on top of every line that is not free there, at its anchor.
+
+        Those of a record: the size of the force that holds the upper end, and T_h(0).
+        """
         if self._scales is None:
-            self._scales = self._find_slopes()
+            self._scales = self._tops() | self._anchors()
         return self._scales
 
-    def _find_slopes(self):
-        found, slopes = self.found, {}
-        problem, lines = found.problem, found.problem.lines
-        several = len(found.lines) > 1
-        for i, hold in enumerate(found.holds):
-            slopes[f"tension_top_{i + 1}" if several else "tension_top"] = _of_hold(hold, found.K.shape[1])
-        for k, line in enumerate(found.lines):
-            name = f"tension_anchor_{line.name}" if several else "tension_anchor"
-            piece = lines.network.first_of(k)
-            slope = _slope(problem, lambda u, piece=piece: lines.anchor_tension(u, piece))
-            slopes[name] = (lines.anchor_tension(found.u, piece), slope)
+    def _tops(self):
+        slopes, forces = {}, dict(self.equations.ends)
+        forces |= {hold.cable: (hold.force, hold.force_places) for hold in self.found.holds if hold.is_top}
+        for k, (force, places) in sorted(forces.items()):
+            size, row = np.linalg.norm(force), np.zeros(self.equations.rows)
+            row[places] = force / (size or 1.0)
+            slopes[self._named("tension_top", k)] = size, row
         return slopes
+
+    def _anchors(self):
+        problem, slopes = self.found.problem, {}
+        for k in range(len(self.found.lines)):
+            piece, row = problem.network.first_of(k), np.zeros(self.equations.rows)
+            slope_in = _slope(problem, lambda u, piece=piece: problem.lines.anchor_tension(u, piece))
+            row[: self.equations.size] = slope_in
+            slopes[self._named("tension_anchor", k)] = problem.lines.anchor_tension(self.found.u, piece), row
+        return slopes
+
+    def _named(self, what, cable):
+        lines = self.found.lines
+        return f"{what}_{lines[cable].name}" if len(lines) > 1 else what
 
 
 def _complex(water, x, quarter):
@@ -168,9 +221,3 @@ def _slope(problem, function):
         row[place] = function(unit)
         unit[:] = 0.0
     return row
-
-
-def _of_hold(hold: Hold, size):
-    force, row = np.linalg.norm(hold.force), np.zeros(size)
-    row[hold.force_places] = hold.force / force
-    return force, row

@@ -1,37 +1,95 @@
-"""Bins of an irregular sea for the linear response."""
+"""An irregular sea for the linear response: its energy by frequency and direction."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import InputError
-from ..model.components import band_of, components_of, spectrum_of
+from ..model.components import band_of, components_of, directions_at, is_spread, spectrum_of
 from ..scene.waves import Waves
 
-BINS = 160
+#: Frequencies; directions of each, which are others at every frequency.
+BINS, DIRECTIONS = 160, 4
+#: More components than this are not taken one by one.
+MOST = 500
+#: Of the golden ratio: multiples of it lie evenly between 0 and 1, however many.
+GOLDEN = (np.sqrt(5) - 1) / 2
+
+
+@dataclass(frozen=True)
+class Bins:
+    """omega (n,): rising frequencies of `waves.period`, width (n,) [rad/s]; and what runs in one direction each, (k,):
+    number of its frequency, direction [deg], energy S dw [m^2]."""
+
+    omega: np.ndarray
+    width: np.ndarray
+    number: np.ndarray
+    direction_deg: np.ndarray
+    energy: np.ndarray
+
+    def pairs(self):
+        """(omega, direction [deg]) of all that runs in one direction."""
+        return zip(self.omega[self.number], self.direction_deg, strict=True)
+
+    def density(self, values=1.0) -> np.ndarray:
+        """Spectral density (..., n) of what has the energies values (..., k) per m^2 of the waves."""
+        sums = np.zeros((*np.shape(values)[:-1], len(self.omega)))
+        np.add.at(sums, (..., self.number), values * self.energy)
+        return sums / self.width
 
 
 def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
-    """The irregular sea that is asked for: (significant height [m], peak period [s], gamma), else the scene's, or None.
+    """The irregular sea that is asked for: (significant height [m], peak period [s], gamma, s of its spreading or
+    None), else the scene's, or None.
 
     Raises InputError for numbers that are no sea.
     """
     if sea is None:
         return scene.waves if scene.waves and scene.waves.irregular else None
-    height, period, gamma = (*sea, 3.3)[:3]
-    if not (height > 0 and period > 0 and gamma >= 1):
-        raise InputError(f"sea = {tuple(sea)}: must be a height and a period above 0, and gamma from 1.")
+    height, period, gamma, spreading = (*sea, *(3.3, None)[len(sea) - 2 :])
+    if not (height > 0 and period > 0 and gamma >= 1 and (spreading is None or spreading > 0)):
+        raise InputError(
+            f"sea = {tuple(sea)}: must be a height and a period above 0, gamma from 1, and a spreading above 0."
+        )
     direction = direction_deg if direction_deg is not None else scene.waves.direction_deg if scene.waves else 0.0
     asked = {"spectrum": "jonswap", "significant_height": height, "peak_period": period, "gamma": gamma}
-    return Waves(direction_deg=direction, **asked)
+    return Waves(direction_deg=direction, spreading=spreading, **asked)
 
 
-def bins_of(waves: Waves) -> tuple[np.ndarray, np.ndarray]:
-    """Rising angular frequencies [rad/s] and S dw [m^2] of each, of all directions together."""
+def bins_of(waves: Waves) -> Bins:
+    """Of a spectrum, each frequency in a few directions of equal energy; of components, each of them, or sums."""
     spectrum = spectrum_of(waves)
     if spectrum is None:
-        sea = components_of(waves)
-        order = np.argsort(sea.frequency)
-        return sea.frequency[order], sea.amplitude[order] ** 2 / 2
+        return _of_components(components_of(waves), waves.direction_deg)
     low, high = band_of(waves, spectrum)
-    energies, omega = spectrum.bins(np.geomspace(max(low, spectrum.knots[0], 1e-3 * high), high, BINS + 1))
+    edges = np.geomspace(max(low, spectrum.knots[0], 1e-3 * high), high, BINS + 1)
+    energies, omega = spectrum.bins(edges)
     kept = energies > 0
-    return omega[kept], energies[kept]
+    omega, energies, width = omega[kept], energies[kept], np.diff(edges)[kept]
+    if not is_spread(waves):
+        return Bins(omega, width, np.arange(len(omega)), np.full(len(omega), waves.direction_deg), energies)
+    number = np.tile(np.arange(len(omega)), DIRECTIONS)
+    parts = (number * GOLDEN % 1 + np.repeat(np.arange(DIRECTIONS), len(omega))) / DIRECTIONS
+    turned = waves.direction_deg + directions_at(waves, omega[number], parts)
+    return Bins(omega, width, number, turned, energies[number] / DIRECTIONS)
+
+
+def _of_components(sea, main_deg):
+    """Each by itself; of very many those next to each other in frequency, and of these in direction, together."""
+    energy = sea.amplitude**2 / 2
+    if len(energy) <= MOST:
+        omega, number = np.unique(sea.frequency, return_inverse=True)
+        width = np.gradient(omega) if len(omega) > 1 else np.full(1, np.nan)
+        return Bins(omega, width, number, sea.direction_deg, energy)
+    edges = np.geomspace(sea.frequency.min(), 1.0001 * sea.frequency.max(), BINS + 1)
+    number, turned = np.digitize(sea.frequency, edges) - 1, (sea.direction_deg - main_deg + 180) % 360 - 180
+    order = np.lexsort((turned, number))
+    energy, frequency, turned, number = (values[order] for values in (energy, sea.frequency, turned, number))
+    total = np.bincount(number, energy, BINS)
+    below = np.cumsum(energy) - energy / 2 - (np.cumsum(total) - total)[number]  # of its bin, up to its own middle
+    group = DIRECTIONS * number + np.clip(DIRECTIONS * below / total[number], 0, DIRECTIONS - 1).astype(int)
+    kept, group = np.unique(group, return_inverse=True)
+    energies, turns = (np.bincount(group, energy * x) for x in (1.0, turned))
+    filled, number = np.unique(kept // DIRECTIONS, return_inverse=True)
+    omega = np.bincount(np.digitize(frequency, edges) - 1, energy * frequency, BINS)[filled] / total[filled]
+    return Bins(omega, np.diff(edges)[filled], number, main_deg + turns / energies, energies)

@@ -1,6 +1,7 @@
 """The components of a scene's sea: eta = sum A_n cos(k_n . x - w_n t + phi_n)."""
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,10 @@ class Components:
     frequency: np.ndarray
     direction_deg: np.ndarray
     phase: np.ndarray
+
+    def __post_init__(self):
+        for array in vars(self).values():
+            array.setflags(write=False)
 
     def as_rows(self) -> np.ndarray:
         """[amplitude [m], period [s], direction_deg, phase_deg] of each."""
@@ -61,7 +66,20 @@ def components_of(waves) -> Components:
     """What a section [waves] is made of; a regular wave is one component.
 
     Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
+    The latest sections are remembered: a run asks several times, and bins of equal energy take 10 ms.
     """
+    for known, found in _KNOWN:
+        if known is waves:
+            return found
+    _KNOWN.append((waves, _components_of(waves)))
+    return _KNOWN[-1][1]
+
+
+#: Sections [waves], which do not change, and their components.
+_KNOWN: deque = deque(maxlen=4)
+
+
+def _components_of(waves):
     if waves.kind == REGULAR:
         numbers = waves.size, 2 * math.pi / waves.period, waves.direction_deg, math.radians(waves.phase_deg)
         return Components(*(np.array([x]) for x in numbers))
@@ -91,9 +109,18 @@ def _of_spectrum(waves):
 
 def _directions(waves, frequency, random):
     """One of each component [deg]: the distribution in as many equal parts, dealt out at random."""
-    if isinstance(waves.spectrum, str | list) and waves.spreading is None:
+    if not is_spread(waves):
         return np.zeros(len(frequency))
-    parts = (random.permutation(len(frequency)) + 0.5) / len(frequency)
+    return directions_at(waves, frequency, (random.permutation(len(frequency)) + 0.5) / len(frequency))
+
+
+def is_spread(waves) -> bool:
+    """Whether the sea of a spectrum has several directions."""
+    return waves.spreading is not None or not isinstance(waves.spectrum, str | list)
+
+
+def directions_at(waves, frequency, parts) -> np.ndarray:
+    """Angles from `direction_deg` on [deg] below which there are parts of the energy at each frequency [rad/s]."""
     if waves.spreading is not None:
         return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
     angles, density = _around(waves.spectrum)

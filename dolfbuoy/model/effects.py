@@ -116,6 +116,7 @@ EFFECTS: list[Effect] = [
         drawn={"cable.damping": Drawn(1e-3, 1e8, zero=True)},
     ),
     Effect("line that parts", "cable.fails_at", neutral=None),
+    Effect("marine growth", "cable.marine_growth", neutral=None, needs=("sea",)),
     Effect("buoy", "buoy", neutral=None, removable=False),
     Effect(
         "hydrostatics",

@@ -55,7 +55,9 @@ def _check_effective_mass(scene):
     rho_w = scene.sea.density if scene.sea else 0.0
     c, b = scene.cable, scene.buoy
     if c is not None and rho_w:
-        effective = c.line_density + c.added_mass * rho_w * cross_section(c)
+        grown = [(1.0, 1.0), *((thicker, heavier) for _, thicker, heavier in c.marine_growth or ())]
+        area = cross_section(c)
+        effective = min(mass * c.line_density + c.added_mass * rho_w * d**2 * area for d, mass in grown)
         if effective <= 0:
             raise InputError(
                 f"cable.added_mass = {c.added_mass}: the effective mass {effective:.6g} kg/m of the cable is not "

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from ..scene.cable import MOTION, Top
 from ..solver.rows import copies
 from .sea import ramp
 
@@ -18,7 +19,7 @@ def motion_of(top) -> Callable[[float], list[float]]:
     if top.motion:
         return _along_rows(np.array(position), np.array(top.motion), top.ramp)
     if top.velocity:
-        return lambda t: [r + ramp(t, top.ramp) * t * v for r, v in zip(position, top.velocity, strict=True)]
+        return lambda t: [r + _towed(t, top.ramp) * v for r, v in zip(position, top.velocity, strict=True)]
     phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
     axes = list(zip(position, map(float, top.amplitude), map(math.radians, phases), strict=True))
     period, duration = top.period, top.ramp
@@ -28,6 +29,38 @@ def motion_of(top) -> Callable[[float], list[float]]:
         return [place + size * math.sin(angle + phase) * amplitude for place, amplitude, phase in axes]
 
     return motion
+
+
+def held_still(scene):
+    """The scene with all ends that it moves held where they are at t = 0."""
+    found = {}
+    if scene.cable:
+        cables = [_with_still_top(cable) for cable in scene.cables]
+        found["cable"] = cables if isinstance(scene.cable, list) else cables[0]
+    if scene.joint:
+        found["joint"] = [_still_joint(joint) for joint in scene.joint]
+    return scene.model_copy(update=found)
+
+
+def _with_still_top(cable):
+    if cable.top is None or cable.top.kind != "prescribed":
+        return cable
+    top = Top(kind="fixed", position=tuple(motion_of(cable.top)(0.0)))
+    return cable.model_copy(update={"top": top})
+
+
+def _still_joint(joint):
+    if joint.held is None or joint.held.kind != "prescribed":
+        return joint
+    at_rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
+    return joint.model_copy(update=at_rest | {"position": tuple(motion_of(joint.held)(0.0))})
+
+
+def _towed(t, duration):
+    """Way over speed of a tow whose speed grows as `ramp` does [s]: its integral."""
+    if t >= duration:
+        return t - duration / 2
+    return t / 2 - duration / (2 * math.pi) * math.sin(math.pi * t / duration)
 
 
 def _along_rows(position, rows, duration):

@@ -6,22 +6,22 @@ from dolfinx import fem
 
 from ..forms import seabed as form
 from . import effects
-from .seabed import Grip, contact, grip_of_body, plane
+from .seabed import Grip, contact, grip_of_body, plane, rubs
 
 
 class Landing:
     """Contact of `Bodies` with the bed.
 
     number, per_body: make UFL numbers, of the scene and of each body.  `held`: r_a of each body, a Function like their
-    places; None without friction and in statics.
+    places; None without friction, and in statics unless lines are taken as pulled.
     """
 
     def __init__(self, bodies, number, per_body):
         self.bodies, scene = bodies, bodies.scene
         self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         self.grip = Grip(*(per_body(lambda body, name=name: self._grip_of(body)[name]) for name in Grip._fields))
-        self.friction = number(lambda scene, _: scene.seabed.friction)
-        self.held = fem.Function(bodies.space) if scene.seabed.friction > 0 and bodies.dynamic else None
+        self.friction = number(lambda scene, _: scene.seabed.friction if bodies.dynamic else 0.0)
+        self.held = fem.Function(bodies.space) if rubs(scene, bodies.dynamic) else None
         self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
         terms = effects.called_by(scene, "bed")
         self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
@@ -49,6 +49,20 @@ class Landing:
 
     # -- memory --------------------------------------------------------------------------------------------------------
 
+    def hold(self, name, place):
+        """Let friction hold the body at a joint on to a place."""
+        self.held.x.array[self.bodies.dofs[self.bodies.names.index(name)]] = place
+
+    def rub(self):
+        """Let friction act in statics too."""
+        self.friction.value = self.bodies.scene.seabed.friction
+
+    def pressure(self, name, u):
+        """What the body at a joint presses on the bed with at rest [N]."""
+        k = self.bodies.names.index(name)
+        r = u[self.bodies.part.slice][self.bodies.dofs[k]]
+        return self._grip_of(self.bodies.bodies[k])["stiffness"] * max(self.level.value - r @ self.normal.value, 0.0)
+
     def begin(self, u):
         """Friction holds on where the bodies are."""
         if self.held is not None:
@@ -60,7 +74,9 @@ class Landing:
             return
         bodies, n, mu = self.bodies, self.normal.value, float(self.friction.value)
         u = u[bodies.part.slice]
-        r, speed = u[bodies.dofs], (bodies.gamma_v.value * u + bodies.history_v.x.array)[bodies.dofs] @ n
+        r, speed = u[bodies.dofs], 0.0
+        if bodies.dynamic:
+            speed = (bodies.gamma_v.value * u + bodies.history_v.x.array)[bodies.dofs] @ n
         k, c, sag, stick = np.array([list(self._grip_of(body).values()) for body in bodies.bodies]).T
         below = np.maximum(self.level.value - r @ n, 0.0)
         p = np.maximum(k * below - c * np.minimum(below / sag, 1.0) * speed, 0.0)

@@ -15,6 +15,7 @@ from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
+from .growth import Growth
 from .held import HeldEnds, motion_of
 from .kinematics import on_line
 from .layout import Layout
@@ -57,6 +58,9 @@ class Lines(Layout):
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
+        grown = scene.sea is not None and any(c.marine_growth for c in self.sections)
+        self.growth = Growth(self) if grown else None
+        self.memory |= self.growth.memory if self.growth else {}
         self._material()
         self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
         self.memory |= self.parting.memory if self.parting else {}
@@ -97,6 +101,8 @@ class Lines(Layout):
             compliance=self._property(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
             bends=(*self._bends(below=False), *self._bends(below=True)),
         )
+        if self.growth is not None:
+            self.cable = self.cable.grown(self.growth.diameter, self.growth.mass)
         self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         self._loads, self._powers = self._called("line" if scene.sea else None), self._called("line_power")
         self.end_loads = {}
@@ -248,8 +254,15 @@ class Lines(Layout):
 
     def begin(self, u):
         """Memory as at the start of a run."""
+        if self.growth is not None:
+            self.growth.begin(u)
         if self.bed is not None:
             self.bed.begin(u)
+
+    def grow_as(self, other):
+        """Take the marine growth of other Lines of the same elements."""
+        if self.growth is not None:
+            self.growth.factors = other.growth.factors
 
     def accept(self, u) -> bool:
         """A step was taken; whether the equations are others now."""
@@ -271,8 +284,14 @@ class Lines(Layout):
 
     @property
     def weight_per_length(self) -> float:
-        """Weight in water per unstretched length of the first piece [N/m]."""
-        return weight_per_length(self.scene, self.section)
+        """`weight_of` the first piece [N/m]."""
+        return self.weight_of(0)
+
+    def weight_of(self, line) -> float:
+        """Weight in water per unstretched length of a piece, with what grows on it in the mean [N/m]."""
+        if self.growth is not None:
+            return self.growth.weight_per_length(line)
+        return weight_per_length(self.scene, self.sections[line])
 
     def constrain(self, u, t):
         """Put the given positions at time t into the local unknowns u."""

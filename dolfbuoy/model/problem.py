@@ -9,6 +9,7 @@ from ..errors import InputError
 from ..meshes import number_of_cells
 from ..parallel.ranks import combined, told
 from ..scene.network import attached_ends, network_of, with_buoy
+from ..solver.loops import Loop
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
 from ..solver.rows import smallest
@@ -62,7 +63,9 @@ class Problem:
         size = max((p.offset + p.size for p in parts), default=0)
         numbering = Numbering(comm, size, *Joining(self).numbers())
         tolerance = scene.solver.step_tolerance
-        noted = [buoy.wet_hull_form() for buoy in self.buoys.values() if buoy.hull]
+        self._wet_forms = {name: buoy.wet_hull_form() for name, buoy in self.buoys.items() if buoy.hull}
+        self._wet_hulls = {}
+        noted = list(self._wet_forms.values())
         self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law, noted)
         for model in self.models:
             model.follow_water(self.system)
@@ -72,6 +75,14 @@ class Problem:
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
             self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
             self.newton.fault = self._inside_out
+
+    def wet_hull(self, buoy: str) -> Loop:
+        """What is submerged of a buoy of this rank, and the water above it (`Buoy.wet_hull_form`); made only once."""
+        if buoy not in self._wet_hulls:
+            form = self._wet_forms[buoy]
+            numbers = fem.Function(form.arguments()[0].ufl_function_space())
+            self._wet_hulls[buoy] = self.system.functional(form, Part("wet hull", numbers, 0))
+        return self._wet_hulls[buoy]
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 

@@ -29,6 +29,8 @@ class Lying(NamedTuple):
     s: float  #: arc length at which it leaves the bed towards s = L [m]; -inf if nothing lies
     touchdown: np.ndarray  #: that point [m]; nan if nothing lies
     sag: float  #: deepest penetration [m]
+    first: float = np.inf  #: arc length at which it leaves the bed towards s = 0 [m]; inf if nothing lies
+    foot: np.ndarray = np.full(3, np.nan)  #: that point [m]; nan if nothing lies
 
 
 def plane(scene) -> tuple[np.ndarray, float]:
@@ -52,6 +54,11 @@ def largest_sag(scene) -> float:
 def stick_length(scene) -> float:
     """Way on which friction builds up [m]."""
     return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
+
+
+def rubs(scene, dynamic) -> bool:
+    """Whether there is friction: in statics only where lines are taken as pulled."""
+    return scene.seabed.friction > 0 and (dynamic or scene.seabed.start == "pulled")
 
 
 def hardness(scene, sections) -> float:
@@ -135,17 +142,16 @@ class Seabed:
         self.lines, self._known = lines, None
         self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
         self.grip = Grip(*(per_line(self._part(name)) for name in Grip._fields))
-        self.friction = number(lambda scene, _: scene.seabed.friction)
-        rubs = lines.scene.seabed.friction > 0 and (lines.dynamic or lines.scene.seabed.start == "pulled")
+        self.friction = number(lambda scene, _: scene.seabed.friction if lines.dynamic else 0.0)
         self.held = self.points = None
-        if rubs:
+        if rubs(lines.scene, lines.dynamic):
             self.points = Points(lines, positions, degree)
             element = compat.quadrature_element(lines.mesh, degree, 3)
             self.held = fem.Function(compat.function_space(lines.mesh, element))
             self._place = compat.cell_dofs(self.held.function_space)
-        self.memory = {"bed_holds": self.held.x.array} if rubs else {}
+        self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
         terms = effects.called_by(lines.scene, "bed")
-        self.terms = terms if rubs else [e for e in terms if e.bed is not form.friction]
+        self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
         self.soundings = Points(lines, positions, degree, with_nodes=True)
         first = self.soundings.s[:, 0]
         mine = [np.flatnonzero(lines.line_of_cell == k) for k in range(len(lines.pieces))]
@@ -225,9 +231,9 @@ class Seabed:
             self._cells = grips[self.points.line].T[:, :, None]
         return self._cells
 
-    def rub(self, on):
-        """Let friction act in statics, or not."""
-        self.friction.value = self.lines.scene.seabed.friction if on else 0.0
+    def rub(self):
+        """Let friction act in statics too."""
+        self.friction.value = self.lines.scene.seabed.friction
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
@@ -248,10 +254,15 @@ class Seabed:
         length, sag, lies = float(share @ np.diff(s)), max(-float(g.min()), 0.0), np.flatnonzero(share)
         if not len(lies):
             return Lying(length, -np.inf, np.full(3, np.nan), sag)
-        k = lies[-1]
-        x = 1.0 if bridged[k] or g[k] >= 0 else share[k]
-        end = float((1 - x) * s[k] + x * s[k + 1]) - self.lines.begins[line]
-        return Lying(length, end, (1 - x) * position(k) + x * position(k + 1), sag)
+        low, high = lies[0], lies[-1]
+
+        def point(k, x):
+            place = (1 - x) * position(k) + x * position(k + 1)
+            return float((1 - x) * s[k] + x * s[k + 1] - self.lines.begins[line]), place
+
+        first, foot = point(low, 0.0 if bridged[low] or g[low] < 0 else 1 - share[low])
+        last, touchdown = point(high, 1.0 if bridged[high] or g[high] >= 0 else share[high])
+        return Lying(length, last, touchdown, sag, first, foot)
 
     def _sound(self, r, line):
         """(s, gap, k -> position of the k-th) at the soundings of a whole line, s and gap of shape (cells, points)."""

@@ -33,12 +33,13 @@ class Pose:
 class Start:
     """Initial values on this rank; the lines' arrays are numbered as their dofs.
 
-    moorings: (r_O, T_O) of each attachment.  poses: of the buoys by name, of this rank at least.
+    memory: of the lines and the bodies at their joints.  moorings: (r_O, T_O) of each attachment.  poses: of the buoys
+    by name, of this rank at least.
     """
 
     at_rest: bool = True
     lines: np.ndarray | None = None
-    line_memory: dict[str, np.ndarray] = field(default_factory=dict)
+    memory: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
     line_velocity: np.ndarray | None = None
     end_forces: dict[str, np.ndarray] = field(default_factory=dict)
     moorings: list[np.ndarray] = field(default_factory=list)
@@ -58,8 +59,9 @@ class Start:
             problem.system.share()
         for model in problem.models:
             model.begin(u)
-        for name, values in self.line_memory.items():
-            problem.lines.memory[name][:] = values
+        for model, memory in self.memory.items():
+            for name, values in memory.items():
+                getattr(problem, model).memory[name][:] = values
 
 
 def initial_state(scene, comm, make=Problem) -> Start:
@@ -101,7 +103,7 @@ def start_from(problem) -> Start:
     start = Start()
     if problem.lines:
         start.lines = u[problem.lines.part.slice].copy()
-        start.line_memory = {name: values.copy() for name, values in problem.lines.memory.items()}
+        start.memory = {model: _copied(getattr(problem, model)) for model in ("lines", "bodies")}
         start.line_velocity = np.zeros_like(start.lines)
         start.end_forces = problem.end_forces()
     start.moorings = [u[attachment.slice].copy() for attachment in problem.attachments]
@@ -109,6 +111,11 @@ def start_from(problem) -> Start:
         pose = buoy.fields.of(u[buoy.part.slice])
         start.poses[name] = Pose(pose.position.copy(), pose.orientation / np.linalg.norm(pose.orientation))
     return start
+
+
+def _copied(model):
+    """Memory of a model, if this rank has it."""
+    return {name: values.copy() for name, values in model.memory.items()} if model else {}
 
 
 def _from_shape(scene, comm) -> Start:
@@ -119,7 +126,7 @@ def _from_shape(scene, comm) -> Start:
     start.poses = {name: Pose(*pose) for name, pose in poses.items()}
     if scene.initial.kind == "equilibrium":
         held = _from_equilibrium(solve_equilibrium(with_buoys_held(scene, poses), comm))
-        start.lines, start.line_memory, start.end_forces = held.lines, held.line_memory, held.end_forces
+        start.lines, start.memory, start.end_forces = held.lines, held.memory, held.end_forces
     else:
         problem = Problem(scene, dynamic=False, comm=comm)
         start.lines = np.zeros(problem.lines.part.size)

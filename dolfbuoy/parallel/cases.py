@@ -38,9 +38,8 @@ def evaluate_all(
 
 def rows_of(cases: list[dict], folder: Path, missing: dict | None = None) -> list[dict]:
     """[{**case, **result}, ...] from the store in a folder; missing: the result of a case that has none."""
-    store = store_in(folder)
-    found = [store.result(key(case)) or missing for case in cases]
-    return [{**case, **result} for case, result in zip(cases, found, strict=True)]
+    found = store_in(folder).results([key(case) for case in cases])
+    return [{**case, **(result or missing)} for case, result in zip(cases, found, strict=True)]
 
 
 def store_in(folder: Path) -> Store:
@@ -54,7 +53,7 @@ def compute(
     folder: Path,
     structure: Callable | None = None,
     part: str = "",
-    again: Callable[[dict], bool] = lambda result: False,
+    again: Callable[[dict], bool] | None = None,
     executor=None,
     failed: Callable[[Exception], dict] | None = None,
     say: Callable[[list[str]], None] = lambda sentences: None,
@@ -66,11 +65,12 @@ def compute(
     evaluated first, by one rank, so that no two ranks compile the same form at once.  What one rank raises is raised by
     all.
     part: a folder of the store for what this process adds; no other process may add there.  again(result): whether a
-    case that has this result is computed once more.  executor: of concurrent.futures, or one whose futures have `done`,
-    `result` and `cancel`; it evaluates, and rank 0 writes.  failed(error): the result of a case that the executor could
-    not bring to an end; without it the error is raised.  say: called with what is wrong with the store.
+    case that has this result is computed once more; without it none is.  executor: of concurrent.futures, or one whose
+    futures have `done`, `result` and `cancel`; it evaluates, and this process alone writes.  failed(error): the result
+    of a case that the executor could not bring to an end; without it the error is raised.  say: called with what is
+    wrong with the store.
     """
-    comm, store = MPI.COMM_WORLD, Path(folder) / "cases" / part
+    comm, store = ranks_beside(executor), Path(folder) / "cases" / part
     missing, attempts, claims = comm.bcast(_prepared(folder, store, cases, again, say) if comm.rank == 0 else None)
     pioneers = _first_of_each(structure, cases, missing) if structure and executor is None else []
     followers = [i for i in missing if i not in set(pioneers)]
@@ -81,8 +81,7 @@ def compute(
 
     try:
         if executor is not None:
-            work = missing if comm.rank == 0 else []
-            _raise_together(comm, _evaluate_elsewhere, executor, evaluate, cases, work, keep, failed)
+            _evaluate_elsewhere(executor, evaluate, cases, missing, keep, failed)
             return
         for indices, workers in ((pioneers, 1), (followers, comm.size)):
             work = indices if comm.rank < workers else []
@@ -94,6 +93,11 @@ def compute(
             shutil.rmtree(claims, ignore_errors=True)
 
 
+def ranks_beside(executor) -> MPI.Comm:
+    """Who takes part: with an executor this process alone, as other ranks may be its workers (mpi4py.futures)."""
+    return MPI.COMM_WORLD if executor is None else MPI.COMM_SELF
+
+
 def _prepared(folder, store, cases, again, say):
     """Numbers of the cases without a result, one of each that comes twice, their attempts, and a folder for claims."""
     known = store_in(folder)
@@ -101,9 +105,9 @@ def _prepared(folder, store, cases, again, say):
         say(known.damaged)
     missing = {}
     for i, case in enumerate(cases):
-        result = known.result(key(case))
-        if result is None or again(result):
-            missing.setdefault(key(case), i)
+        name = key(case)
+        if name not in known.entries or (again is not None and again(known.result(name))):
+            missing.setdefault(name, i)
     store.mkdir(parents=True, exist_ok=True)
     claims = Path(tempfile.mkdtemp(prefix="claims-", dir=store))
     return sorted(missing.values()), {i: known.attempt(name) for name, i in missing.items()}, claims

@@ -6,23 +6,35 @@ the next one that writes there.  A line that is damaged counts for nothing too: 
 """
 
 import json
+import re
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 SUFFIX = ".jsonl"
-_KEYS = {"key", "program", "attempt", "result"}
+#: What stands before a result, as `Writer` writes it.
+_HEAD = re.compile(rb'\{"key":"([^"\\]*)","program":"([^"\\]*)","attempt":(\d+),"result":')
+
+
+class Entry(NamedTuple):
+    """Where a result stands: its line begins there."""
+
+    attempt: int
+    file: Path
+    place: int
 
 
 class Store:
-    """What the files below a folder hold of one program; read once, when it is made.
+    """What the files below a folder hold of one program; read through once, when it is made.
 
-    entries: key -> entry.  damaged: sentences about files with damaged lines.  foreign: results of another program.
+    Results stay on the disk until they are asked for: thousands of them are more than many processes can hold at once.
+    entries: key -> Entry.  damaged: sentences about files with damaged lines.  foreign: results of another program.
     """
 
     def __init__(self, folder: Path, program: str):
         self.folder, self.program = Path(folder), program
-        self.entries: dict[str, dict] = {}
+        self.entries: dict[str, Entry] = {}
         self.damaged: list[str] = []
         self.foreign = 0
         for file in sorted(self.folder.rglob(f"*{SUFFIX}")):
@@ -30,25 +42,41 @@ class Store:
 
     def result(self, key: str) -> dict | None:
         """Of a case; None if it has none."""
-        entry = self.entries.get(key)
-        return entry and entry["result"]
+        return next(self.results([key]))
+
+    def results(self, keys: list[str] | None = None) -> Iterator[dict | None]:
+        """Of these cases, or of all that there are."""
+        opened, file = None, None
+        try:
+            for key in self.entries if keys is None else keys:
+                entry = self.entries.get(key)
+                if entry is not None and entry.file != opened:
+                    if file is not None:
+                        file.close()
+                    opened, file = entry.file, entry.file.open("rb")
+                yield entry and _result(file, entry.place)
+        finally:
+            if file is not None:
+                file.close()
 
     def _read(self, file):
         bad = 0
-        for entry in _lines(file):
-            if entry is None:
+        for place, head in _heads(file):
+            if head is None:
                 bad += 1
-            elif entry["program"] != self.program:
+                continue
+            key, program, attempt = head[1].decode(), head[2].decode(), int(head[3])
+            if program != self.program:
                 self.foreign += 1
-            elif entry["attempt"] >= self.entries.get(entry["key"], entry)["attempt"]:
-                self.entries[entry["key"]] = entry
+            elif key not in self.entries or attempt >= self.entries[key].attempt:
+                self.entries[key] = Entry(attempt, file, place)
         if bad:
             lines = "1 damaged line" if bad == 1 else f"{bad} damaged lines"
             self.damaged.append(f"{file} has {lines}; what they held is computed again.")
 
     def attempt(self, key: str) -> int:
         """Number of the next attempt at a case."""
-        return self.entries[key]["attempt"] + 1 if key in self.entries else 0
+        return self.entries[key].attempt + 1 if key in self.entries else 0
 
 
 class Writer:
@@ -68,7 +96,7 @@ class Writer:
         """Without lines that are torn or damaged, which leave by one atomic step."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
         old = self._path.read_bytes().splitlines(keepends=True) if self._path.exists() else []
-        good = [line for line in old if line.endswith(b"\n") and _entry(line)]
+        good = [line for line in old if line.endswith(b"\n") and _head(line)]
         if len(good) < len(old):
             part = self._path.with_suffix(".part")
             part.write_bytes(b"".join(good))
@@ -86,17 +114,21 @@ def _line(entry):
     return b"%08x %s\n" % (zlib.crc32(text), text)
 
 
-def _lines(file) -> Iterator[dict | None]:
-    """Entries of a file, None for a damaged one; a torn line at the end is left out."""
+def _heads(file) -> Iterator[tuple[int, re.Match | None]]:
+    """(place, head) of the lines of a file, None for a damaged one; a torn line at the end is left out."""
     with open(file, "rb") as lines:
+        place = 0
         for line in lines:
             if line.endswith(b"\n"):
-                yield _entry(line)
+                yield place, _head(line)
+            place += len(line)
 
 
-def _entry(line):
+def _head(line):
     checksum, _, text = line.rstrip(b"\n").partition(b" ")
-    if checksum != b"%08x" % zlib.crc32(text):
-        return None
-    entry = json.loads(text)
-    return entry if isinstance(entry, dict) and entry.keys() >= _KEYS else None
+    return _HEAD.match(text) if checksum == b"%08x" % zlib.crc32(text) else None
+
+
+def _result(file, place):
+    file.seek(place)
+    return json.loads(file.readline().partition(b" ")[2])["result"]

@@ -6,7 +6,8 @@ from matplotlib.figure import Figure
 
 from ..model.seabed import height_of_bed
 from ..scene.settings import period_of
-from .drawing import after_ramp, figure_of, legend_above, mean_over_time
+from .behind_ramp import after_ramp, mean_over_time
+from .drawing import figure_of, legend_above
 from .paths import equal_axes, label_axes, panel_height, widest
 from .style import COLORS, COLUMN, new_figure
 from .tables import force_unit

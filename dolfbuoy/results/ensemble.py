@@ -17,7 +17,7 @@ from ..parallel.cases import store_in
 from ..scene import Scene
 from ..scene.variants import SEED
 from . import cycles
-from .drawing import scene_of
+from .behind_ramp import scene_of
 from .extremes import COVERED, Gumbel, fit_gumbel
 from .offsets import smallest_circle
 from .record import read
@@ -87,8 +87,7 @@ def runs_of(sources, start: float | None = None, point=None) -> list[Run]:
 def _cases_in(folder):
     """Runs of a sweep; those that failed, or end in their ramp, are left out."""
     found = []
-    for entry in store_in(folder).entries.values():
-        result = entry["result"]
+    for result in store_in(folder).results():
         if not result.get("sample"):
             continue
         changes = result["changes"]

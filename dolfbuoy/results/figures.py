@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from .along_line import envelope, shapes
-from .drawing import Missing, TooShort
+from .behind_ramp import Missing, TooShort
 from .folder import enlist
 from .over_time import cone_angle, heave, roll_pitch_yaw, tension
 from .paraview import read_run

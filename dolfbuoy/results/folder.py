@@ -30,7 +30,8 @@ FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in ("static", "modes", "
 DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
 _OWN = re.compile(
-    "|".join(re.escape(name) for names in FILES.values() for name in names) + r"|(figures|paraview)/\w+\.\w+"
+    "|".join(re.escape(name) for names in FILES.values() for name in names)
+    + r"|(figures|paraview)/\w+\.\w+|(page|modes)\.html"
 )
 
 
@@ -195,6 +196,18 @@ def enlist(path, files: Iterable[Path], kind: str = "run") -> None:
         _check_own(path, name, entry)
     entry["files"] = list(dict.fromkeys([*entry["files"], *names]))
     _write(path, manifest)
+
+
+def remark(path, kind: str, **facts) -> None:
+    """Note what else is known of a result, until another takes its place."""
+    manifest = _manifest(Path(path))
+    manifest[kind] |= facts
+    _write(Path(path), manifest)
+
+
+def remarks(path, kind: str) -> dict:
+    """What `remark` noted, among the rest of the manifest's entry; empty if there is none."""
+    return _manifest(Path(path)).get(kind, {})
 
 
 def can_resume(path, scene) -> bool:

@@ -35,6 +35,8 @@ def _column(values):
 
 #: Quantities in the figure, those of them that are there.
 SHOWN = ("tension_top", "tension_anchor", "buoy_position_x", "buoy_position_z", "cone_angle")
+#: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
+MOST_BARS = 200
 
 
 @matplotlib.rc_context(style.STYLE)
@@ -51,9 +53,8 @@ def draw(dataset: xr.Dataset) -> Figure:
         for k, (group, x, cases) in enumerate(groups):
             good = np.isfinite(mean.values[cases])
             cases = cases[good]
-            place, m = x[good] + width * (k - (len(groups) - 1) / 2), mean.values[cases]
-            reach = np.maximum([m - low.values[cases], high.values[cases] - m], 0.0)  # rounding of the mean
-            axis.errorbar(place, m, reach, fmt="o", markersize=3.5, capsize=2.5, label=group)
+            place, values = x[good] + width * (k - (len(groups) - 1) / 2), [v.values[cases] for v in (mean, low, high)]
+            (_cloud if dataset.sizes["case"] > MOST_BARS else _bars)(axis, place, *values, group)
         axis.set_ylabel(f"{name.replace('_', ' ')} [{mean.attrs['units']}]")
     axes[-1].set_xlabel(label)
     if len(groups) > 1:
@@ -61,6 +62,18 @@ def draw(dataset: xr.Dataset) -> Figure:
     title = dataset.attrs.get("title", "")
     figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize=9)
     return figure
+
+
+def _bars(axis, x, mean, low, high, label):
+    reach = np.maximum([mean - low, high - mean], 0.0)  # rounding of the mean
+    axis.errorbar(x, mean, reach, fmt="o", markersize=3.5, capsize=2.5, label=label)
+
+
+def _cloud(axis, x, mean, low, high, label):
+    """Points as a picture, whose size and time do not grow with their number."""
+    (drawn,) = axis.plot(x, mean, ".", markersize=3, rasterized=True, label=label, zorder=3)
+    for ends in (low, high):
+        axis.plot(x, ends, ".", color=drawn.get_color(), alpha=0.4, markersize=1, rasterized=True)
 
 
 def _groups(dataset):

@@ -15,8 +15,8 @@ from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.rows import picked, traced
-from ..solver.unknowns import Part
 from ..version import __version__
+from .utilisation import Utilisation, stressed
 
 
 class Observer:
@@ -28,11 +28,9 @@ class Observer:
     def __init__(self, problem, end_forces=None):
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b, shape_of(b)).mass for b in self.network.buoys.values()])
-        self._wet, self._lying = {}, np.zeros((len(self.network.cables), 4))
-        for name, buoy in problem.buoys.items():
-            if problem.scene.sea:
-                form = buoy.wet_hull_form()
-                self._wet[name] = problem.system.functional(form, Part("wet hull", _function_of(form), 0))
+        self._lying = np.zeros((len(self.network.cables), 4))
+        self._wet = {name: problem.wet_hull(name) for name in problem.buoys if problem.scene.sea}
+        self._stress = Utilisation(problem) if stressed(self.network) else None
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
             self._places[name] = slice(self.width, self.width + len(entries))
@@ -49,6 +47,8 @@ class Observer:
             found["tension_anchor"] = _joined(map(self._tension_at, range(len(self.network.cables))))
             if problem.lines.bed is not None:
                 found["bed"] = _all_of(self._lying, root)
+            if self._stress is not None:
+                found["utilisation"] = _all_of(self._stress.values, root)
         if self.network.buoys:
             fields = MOTION if problem.dynamic else REST
             mine = [problem.buoys.get(name) for name in self.network.buoys]
@@ -95,6 +95,8 @@ class Observer:
             found["attachment"] = [".".join(end) for end in ends]
         if n.joints:
             found["joint"] = list(n.joints)
+        if self._stress is not None and self.problem.scene.is_network:
+            found["segment"] = list(stressed(n))
         return {name: np.array(names) for name, names in found.items()}
 
     def values(self, end_forces):
@@ -112,6 +114,8 @@ class Observer:
                 wet()
         if "bed" in self._places:
             self._note_bed()
+        if self._stress is not None:
+            self._stress.note()
         self._pick()
         if self.comm.size == 1:
             return self._row
@@ -142,6 +146,9 @@ class Observer:
         if "bed" in noted:
             bed = _each(noted["bed"], 4)
             values["length_on_bed"], values["touchdown"] = bed[..., 0], bed[..., 1:]
+        if "utilisation" in noted:
+            named = self.problem.scene.is_network
+            values["utilisation"] = noted["utilisation"] if named else noted["utilisation"][..., 0]
         if "buoy" in noted:
             fields = MOTION if self.problem.dynamic else REST
             y = fields.of(_each(noted["buoy"], fields.size))
@@ -173,8 +180,19 @@ class Observer:
         }
 
     def fixed(self):
-        """Arc lengths of nodes and cells, in order, and components of an irregular sea, on rank 0 (others: nothing)."""
-        return self._along() | (self._components() if self.comm.rank == 0 else {})
+        """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
+        (others: nothing)."""
+        return self._along() | self._grown() | (self._components() if self.comm.rank == 0 else {})
+
+    def _grown(self):
+        """After `_along`, which finds the order."""
+        growth = self.problem.lines.growth if self.problem.lines else None
+        if growth is None:
+            return {}
+        found = self._gather(np.column_stack([growth.factors, growth.weights]))
+        if self.comm.rank != 0:
+            return {}
+        return dict(zip(("growth_diameter", "growth_mass", "growth_weight"), found[self._cell_order].T, strict=True))
 
     def _components(self):
         waves = self.problem.scene.waves
@@ -259,13 +277,6 @@ def _joined(lists):
 def _each(flat, size):
     """Of numbers (..., n size) those of each of n things, (..., n, size), or (..., size) if there is only one."""
     return flat if flat.shape[-1] == size else flat.reshape(*flat.shape[:-1], -1, size)
-
-
-def _function_of(form):
-    """A stand-in with the numbering of a linear form's test space."""
-    from dolfinx import fem
-
-    return fem.Function(form.arguments()[0].ufl_function_space())
 
 
 def length(vectors):

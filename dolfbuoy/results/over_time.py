@@ -4,7 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..scene.settings import period_of
-from .drawing import at_least, figure_of, legend_above, unwrapped
+from .behind_ramp import unwrapped
+from .drawing import at_least, figure_of, legend_above
 from .style import COLORS, COLUMN, new_figure
 from .tables import force_unit
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..scene.network import network_of, with_buoy, with_line
 from .record import FIXED, PER
+from .utilisation import stressed
 
 
 class Part(NamedTuple):
@@ -36,10 +37,13 @@ def cable_alone(scene, number):
 
 def _cable(record, number, network):
     """Without buoys and joints, and without the other cables."""
-    others = [name for name, dimension in PER.items() if dimension != "cable"]
+    others = [name for name, dimension in PER.items() if dimension not in ("cable", "segment")]
     found = record.drop_vars([name for name in (*others, "joint_position") if name in record], errors="ignore")
     if "cable" in found.dims:
         found = found.isel(cable=number)
+    if "utilisation" in found:
+        mine = [name for name, piece in stressed(network).items() if network.pieces[piece].cable == number]
+        found = found.sel(segment=mine) if mine else found.drop_vars(["utilisation", "segment"])
     for dimension in ("node", "cell"):
         key = f"cable_of_{dimension}"
         if key in found:

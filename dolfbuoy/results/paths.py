@@ -5,7 +5,8 @@ from matplotlib.figure import Figure
 
 from ..model.sea import heading
 from ..scene.settings import period_of
-from .drawing import Missing, TooShort, after_ramp, at_least, figure_of, legend_above, mean_over_time
+from .behind_ramp import Missing, TooShort, after_ramp, mean_over_time
+from .drawing import at_least, figure_of, legend_above
 from .space import equal_scale
 from .style import COLORS, COLUMN, new_figure
 

@@ -31,6 +31,7 @@ SERIES = {
     "tension_anchor": ((), "N", "tension at the anchor, T_h(0)"),
     "anchor_force": (("xyz",), "N", "force that holds the lower end of the cable, s = 0"),
     "end_tension": (("xyz",), "N", "force that holds the upper end of the cable, T_bnd"),
+    "utilisation": ((), "1", "largest tension over the breaking load"),
     "length_on_bed": ((), "m", "unstretched length of the cable on the sea bed"),
     "touchdown": (("xyz",), "m", "where the cable leaves the sea bed towards its upper end; nan if nothing lies"),
     "buoy_position": (("xyz",), "m", "position of the buoy's centre of mass, r_C"),
@@ -62,6 +63,9 @@ FIXED = {
     "cable_of_node": (("node",), "1", "number of the cable to which each node belongs, from 0"),
     "cable_of_cell": (("cell",), "1", "number of the cable to which each element belongs, from 0"),
     "segment_of_cell": (("cell",), "1", "number of the segment of its cable, from 0"),
+    "growth_diameter": (("cell",), "1", "factor of marine growth on the diameter of each element"),
+    "growth_mass": (("cell",), "1", "factor of marine growth on the mass of each element"),
+    "growth_weight": (("cell",), "N", "weight in water that marine growth adds to each element"),
     "wave_amplitude": (("component",), "m", "amplitude of a component of the sea"),
     "wave_period": (("component",), "s", "its period"),
     "wave_direction_deg": (("component",), "degree", "direction towards which it runs, from x towards y"),
@@ -70,6 +74,7 @@ FIXED = {
 #: What comes once for each of several cables, buoys or attachments: the dimension in front of the others.
 PER = dict.fromkeys(("tension_top", "tension_anchor", "anchor_force", "end_tension"), "cable")
 PER |= dict.fromkeys(("length_on_bed", "touchdown"), "cable")
+PER["utilisation"] = "segment"
 PER |= dict.fromkeys(("mooring_point", "mooring_force"), "attachment")
 PER |= dict.fromkeys(
     (
@@ -91,6 +96,7 @@ LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", 
 LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
 LABELED |= {"cable": "names of the cables", "buoy": "names of the buoys", "joint": "names of the joints"}
 LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
+LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
 INTEGERS = {"newton_iterations", "cable_of_node", "cable_of_cell", "segment_of_cell"}
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."

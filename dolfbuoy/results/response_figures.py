@@ -10,6 +10,8 @@ from .response_record import complex_of, each_buoy
 from .style import COLORS, PAGE, PALETTE, STYLE, legend_below, new_figure
 from .tables import force_unit
 
+#: So many curves of a panel have their names beside them; of more, small in columns above them.
+FEW = 4
 #: Panels of motions: title, motions, factor, unit.
 PANELS = (
     ("translation", ("surge", "sway", "heave"), 1.0, "m/m"),
@@ -23,21 +25,33 @@ def amplitudes(dataset, runs=()) -> Figure:
     runs: dicts with "period", and the amplitudes per metre by name.
     """
     with matplotlib.rc_context(STYLE):
-        panels = [panel for panel in PANELS if "rao" in dataset]
+        panels, tensions = [panel for panel in PANELS if "rao" in dataset], dataset.tension.values.tolist()
         figure = new_figure(PAGE, 2.9)
-        axes = figure.subplots(1, len(panels) + 1, squeeze=False)[0]
+        axes = figure.subplots(1, len(panels) + bool(tensions), squeeze=False)[0]
         for ax, (title, names, factor, unit) in zip(axes, panels, strict=False):
             for (name, of_buoy, one), colour in zip(_of_buoys(dataset, names), itertools.cycle(PALETTE)):
                 _curves(ax, one, "rao", {"motion": name}, factor, colour, runs, f"{name}{of_buoy}")
             ax.set(xlabel="period [s]", ylabel=f"{title} [{unit}]")
-            ax.legend()
-        unit, factor = force_unit(np.abs(dataset.rao_tension.values))
-        for name, colour in zip(dataset.tension.values.tolist(), PALETTE[3:] + PALETTE, strict=False):
-            _curves(axes[-1], dataset, "rao", {"tension": name}, factor, colour, runs, name, "_tension")
-        axes[-1].set(xlabel="period [s]", ylabel=f"tension [{unit}/m]")
-        axes[-1].legend()
+            _name(ax)
+        if tensions:
+            unit, factor = force_unit(np.abs(dataset.rao_tension.values))
+            for name, colour in zip(tensions, itertools.cycle(PALETTE[3:] + PALETTE[:3])):
+                _curves(axes[-1], dataset, "rao", {"tension": name}, factor, colour, runs, name, "_tension")
+            axes[-1].set(xlabel="period [s]", ylabel=f"tension [{unit}/m]")
+            _name(axes[-1])
         legend_below(figure, 0.25, 3, _styles(dataset, runs))
     return figure
+
+
+def _name(axes):
+    """Names of the curves."""
+    labels = [label.replace("_", " ").replace("tension ", "") for label in axes.get_legend_handles_labels()[1]]
+    if len(labels) <= FEW:
+        axes.legend(loc="upper right")
+        return
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + (0.08 * -(-len(labels) // 2)) * (high - low))
+    axes.legend(labels=labels, loc="upper center", ncols=2, fontsize=6, columnspacing=1.0, handlelength=1.2)
 
 
 def _of_buoys(dataset, names):
@@ -79,11 +93,11 @@ def spectra(dataset) -> Figure:
                 for (name, of_buoy, one), colour in zip(_of_buoys(dataset, names), itertools.cycle(PALETTE)):
                     values = 2 * np.pi * factor**2 * one.motion_spectrum.sel(motion=name)
                     ax.plot(f, values, color=colour, label=f"{name}{of_buoy}")
-        for name, colour in zip(dataset.tension.values.tolist(), PALETTE[3:] + PALETTE, strict=False):
+        for name, colour in zip(dataset.tension.values.tolist(), itertools.cycle(PALETTE[3:] + PALETTE[:3])):
             values = 2e-6 * np.pi * dataset.tension_spectrum.sel(tension=name)
             axes[2].plot(f, values, color=colour, label=name.replace("_", " "))
         for ax, unit in zip(axes, ("m²/Hz", "deg²/Hz", "kN²/Hz"), strict=True):
             ax.set(xlabel="frequency [Hz]", ylabel=f"spectral density [{unit}]", ylim=(0, None))
             if ax.lines:
-                ax.legend()
+                _name(ax)
     return figure

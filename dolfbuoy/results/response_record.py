@@ -23,8 +23,8 @@ HELD = "Ends that the scene moves are held still: only the waves are in this res
 def dataset_of_response(seaway, periods, small, high, height, sea=None) -> "xr.Dataset":
     """Amplitudes per metre over periods, in small waves and in waves of a height [m] (None: not asked for).
 
-    seaway: `linear.seaway.Seaway`.  small, high: X of all unknowns (unknowns, periods).  sea: (omega, energies, X) of
-    an irregular one.
+    seaway: `linear.seaway.Seaway`.  small, high: its X (rows, periods).  sea: (`linear.spectrum.Bins`, its X) of an
+    irregular one.
     """
     import xarray as xr
 
@@ -56,7 +56,7 @@ def _motions(seaway, X):
 
 
 def _amplitudes(seaway, name, X, words):
-    found, tensions = {}, np.concatenate(list(seaway.tensions(X).values()))
+    found, tensions = {}, seaway.tensions(X)
     dims = _dims(seaway)
     if dims:
         motions = _motions(seaway, X)
@@ -74,24 +74,27 @@ def _parts(values):
     return np.stack([values.real, values.imag], axis=-1)
 
 
-def _irregular(seaway, omega, energies, X):
+def _irregular(seaway, bins, X):
     """Spectra and standard deviations."""
-    tensions = np.abs(np.concatenate(list(seaway.tensions(X).values()))) ** 2
-    width = np.gradient(omega)
-    density = energies / width
+    tensions = np.abs(seaway.tensions(X)) ** 2
+    elevation = bins.density(np.ones_like(bins.energy))
     found = {
-        "omega": ("omega", omega, _said("rad s-1", "angular frequency")),
-        "spectrum": ("omega", density, _said("m2 s rad-1", "spectral density of the elevation")),
-        "tension_spectrum": (("tension", "omega"), tensions * density, _said("N2 s rad-1", "of the tensions")),
-        "tension_std": (("tension",), np.sqrt(tensions @ energies), _said("N", "standard deviation of the tensions")),
+        "omega": ("omega", bins.omega, _said("rad s-1", "angular frequency")),
+        "spectrum": ("omega", elevation, _said("m2 s rad-1", "spectral density of the elevation")),
+        "tension_spectrum": (("tension", "omega"), bins.density(tensions), _said("N2 s rad-1", "of the tensions")),
+        "tension_std": (
+            ("tension",),
+            np.sqrt(tensions @ bins.energy),
+            _said("N", "standard deviation of the tensions"),
+        ),
     }
     dims = _dims(seaway)
     if dims:
         motions = np.abs(_motions(seaway, X)) ** 2
         said = _said("m2 s/rad, rad2 s/rad", "spectral density of the motions")
-        found["motion_spectrum"] = ((*dims, "omega"), motions * density, said)
+        found["motion_spectrum"] = ((*dims, "omega"), bins.density(motions), said)
         said = _said("m, rad", "standard deviation of the motions")
-        found["motion_std"] = (dims, np.sqrt(motions @ energies), said)
+        found["motion_std"] = (dims, np.sqrt(motions @ bins.energy), said)
     return found
 
 
@@ -121,8 +124,9 @@ def warnings(dataset) -> list[str]:
             half = dataset.attrs["height_m"] / 2 * np.abs(complex_of(one.rao_drag_tension))
             over = dataset.period.values[half > one.tension_mean.item()]
             if len(over):
+                reach = f"{over.min():g}" if len(over) == 1 else f"{over.min():g} to {over.max():g}"
                 found.append(
                     f"{name}: in waves of {dataset.attrs['height_m']:g} m the amplitude is more than the mean at "
-                    f"{over.min():g} to {over.max():g} s: the line goes slack there, which is not linear."
+                    f"{reach} s: the line goes slack there, which is not linear."
                 )
     return found

@@ -1,35 +1,17 @@
 """Spectra of a run: how the variance of motion and tension is spread over frequencies."""
 
-import numpy as np
 from matplotlib.figure import Figure
-from scipy.signal import welch
 
-from ..scene.settings import period_of, ramp_of
-from .drawing import TooShort, after_ramp, figure_of, legend_above, unwrapped
+from .behind_ramp import density, enough_for_a_spectrum, unwrapped
+from .drawing import figure_of, legend_above
 from .style import COLORS, COLUMN, new_figure
 from .tables import force_unit
 
-#: Least number of instants, and of periods of the drive, of which there is a spectrum.
-INSTANTS, PERIODS = 64, 4
 #: Decades that are shown below the peak.
 DECADES = 6
 #: What a panel reaches up to at least [unit of the quantity squared / Hz]: rounding of a constant does not fill it.
 NOISE = 1e-12
 _LINES = (("-", "blue"), ("--", "red"), ("-.", "green"))
-
-
-def density(t: np.ndarray, x: np.ndarray, period: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """(frequencies [Hz], one-sided power spectral density [unit of x squared / Hz]) of a series, without its trend.
-
-    Welch's method on equal steps, to which x is interpolated: Hann windows of half the series that overlap by half;
-    with a period, of the largest whole number of it in that half, so that it falls on a frequency of the grid.
-    """
-    grid = np.linspace(t[0], t[-1], len(t))
-    rate = (len(t) - 1) / (t[-1] - t[0])
-    segment = len(t) // 2
-    if period is not None:
-        segment = max(round(np.floor(segment / rate / period) * period * rate), 8)
-    return welch(np.interp(grid, t, x), fs=rate, window="hann", nperseg=segment, detrend="linear")
 
 
 @figure_of("buoy_position")
@@ -51,13 +33,8 @@ def tension_spectrum(record, scene=None) -> Figure:
 
 def _spectra(record, scene, what, panels):
     """A panel per (unit, series), its peak and the frequency of the drive marked."""
-    t, period = record.time.values, period_of(scene)
-    rows = after_ramp(t, scene, INSTANTS, what)
-    if period is not None and t[-1] - t[rows[0]] < PERIODS * period * (1 - 1e-9):
-        raise TooShort(
-            f"No {what}: it needs {PERIODS} periods after the ramp of {ramp_of(scene):g} s, "
-            f"the record has {(t[-1] - t[rows[0]]) / period:.2g}."
-        )
+    t = record.time.values
+    rows, period = enough_for_a_spectrum(t, scene, what)
     figure = new_figure(COLUMN, 0.6 + 2.1 * len(panels))
     grid = figure.subplots(len(panels), squeeze=False)[:, 0]
     for axes, (unit, series) in zip(grid, panels, strict=True):

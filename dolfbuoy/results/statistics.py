@@ -69,14 +69,10 @@ def dominant_period(t, x, noise=0.0) -> float:
     t, x = t[late] - t[-1], x[late]
     if len(t) < 8 or np.ptp(x) <= 2 * noise:
         return math.nan
-    window = np.sin(np.pi * (t - t[0]) / (t[-1] - t[0])) ** 2
-    frequency = _peak(t, x)
+    window, frequency = np.sin(np.pi * (t - t[0]) / (t[-1] - t[0])) ** 2, _peak(t, x)
+    known = np.column_stack([np.ones_like(t), t / -t[0], x]).T * window
     for _ in range(50):
-        basis, phase = _basis(t, frequency), 2 * np.pi * frequency * t
-        fit = np.linalg.lstsq(basis * window[:, None], x * window, rcond=None)[0]
-        slope = 2 * np.pi * t * (fit[3] * np.cos(phase) - fit[2] * np.sin(phase))  # of the fit, by frequency
-        linear = np.column_stack([basis, slope]) * window[:, None]
-        change = np.linalg.lstsq(linear, (x - basis @ fit) * window, rcond=None)[0][-1]
+        fit, change = _fitted(known, t * window, window, 2 * np.pi * frequency * t)
         frequency += float(np.clip(change, -0.2 / -t[0], 0.2 / -t[0]))
         if not 0.5 / -t[0] < frequency < 0.5 * (len(t) - 1) / -t[0]:
             return math.nan
@@ -85,16 +81,24 @@ def dominant_period(t, x, noise=0.0) -> float:
     return 1 / frequency if np.hypot(fit[2], fit[3]) > noise else math.nan
 
 
-def _basis(t, frequency):
-    phase = 2 * np.pi * frequency * t
-    return np.column_stack([np.ones_like(t), t / -t[0], np.cos(phase), np.sin(phase)])
+def _fitted(known, t, window, phase):
+    """Least squares of x for constant, trend, cosine and sine, and the change of frequency that would lower the rest.
+
+    Rows of the triangular factor stand for those of all instants: the last of them for what the fit leaves over.
+    """
+    (one, trend, x), cos, sin = known, np.cos(phase), np.sin(phase)
+    columns = np.array([one, trend, window * cos, window * sin, t * cos, t * sin, x])
+    R = np.linalg.qr(columns.T, mode="r")
+    fit = np.linalg.lstsq(R[:4, :4], R[:4, 6], rcond=None)[0]
+    slope = 2 * np.pi * (fit[3] * R[4:, 4] - fit[2] * R[4:, 5])  # of the fit, by frequency
+    return fit, slope @ R[4:, 6] / (slope @ slope)
 
 
 def _peak(t, x):
     """Frequency of the largest Fourier amplitude, on a grid of an eighth of the resolution."""
     grid = np.linspace(t[0], t[-1], len(t))
-    y = np.interp(grid, t, x)
-    y = (y - np.polynomial.Polynomial.fit(grid, y, 1)(grid)) * np.hanning(len(y))
+    y, about = np.interp(grid, t, x - x.mean()), grid - grid.mean()
+    y = (y - y.mean() - (about @ y) / (about @ about) * about) * np.hanning(len(y))
     amplitude = np.abs(np.fft.rfft(y, 8 * len(y)))
     amplitude[:8] = 0.0  # less than one period
     return np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0]))

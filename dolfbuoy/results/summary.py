@@ -9,13 +9,15 @@ from ..motion.schemes import make_scheme
 from ..scene.network import network_of
 from .parts import parts_of
 from .tables import force_unit, unit_of
+from .utilisation import rows_of, warnings_of
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
     rows = []
     for name, part, _ in parts_of(record, scene):
-        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in _extremes(part)]
+        found = [*_extremes(part), *rows_of(part), *_grown(part)]
+        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
     if "parted" in record.attrs:
         rows.append(("parted", record.attrs["parted"], ""))
     steps = record.sizes["time"] - 1
@@ -31,6 +33,20 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     return rows
 
 
+def _grown(record):
+    """What marine growth adds to a cable."""
+    if "growth_weight" not in record:
+        return []
+    weight, largest = float(record.growth_weight.sum()), (record.growth_diameter.max(), record.growth_mass.max())
+    if max(largest) == 1:
+        return []
+    unit, factor = force_unit(weight)
+    return [
+        ("marine growth adds in water", f"{factor * weight:.4g}", unit),
+        ("its largest factors of diameter and mass", ", ".join(f"{float(x):.4g}" for x in largest), ""),
+    ]
+
+
 def static_rows(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of an equilibrium: all numbers and vectors; of a network by cable, buoy and joint."""
     rows = []
@@ -38,9 +54,11 @@ def static_rows(record, scene) -> list[tuple[str, str, str]]:
         if name:  # of the whole network
             part = part.drop_vars("newton_iterations")
         for variable in part.data_vars.values():
-            if variable.ndim == 0 or variable.dims == ("xyz",):
+            if variable.name != "utilisation" and (variable.ndim == 0 or variable.dims == ("xyz",)):
                 what = variable.attrs["long_name"]
                 rows.append(_static_row(f"{name}: {what}" if name else what, variable.values, variable.attrs["units"]))
+        found = [*rows_of(part), *_grown(part)]
+        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
     for joint in record.get("joint", ()):
         position = record.joint_position.sel(joint=joint)
         rows.append(_static_row(f"{joint.item()}: position of the joint", position.values, "m"))
@@ -114,6 +132,7 @@ def warnings(record, scene) -> list[str]:
         if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
             depth = -scene.sea.depth - lowest
             found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
+        found += warnings_of(record, scene.cable.fails_at is not None)
     if record.attrs.get("failed_steps"):
         found.append(f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones.")
     return found

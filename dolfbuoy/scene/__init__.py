@@ -2,7 +2,7 @@
 
 from .cable import Top
 from .keys import Key, list_keys
-from .reading import build_scene, load_scene, merged, parse_assignment, shipped_scenes
+from .reading import build_scene, load_scene, merged, parse_assignment, shipped_scenes, varied
 from .sections import Scene
 
 __all__ = [
@@ -15,4 +15,5 @@ __all__ = [
     "merged",
     "parse_assignment",
     "shipped_scenes",
+    "varied",
 ]

@@ -16,6 +16,7 @@ from .quantities import (
     Damping,
     Duration,
     ForceVector,
+    Height,
     Length,
     Mass,
     Missing,
@@ -39,6 +40,12 @@ def _in_order(rows):
     return rows
 
 
+def _upwards(rows):
+    if any(b[0] <= a[0] for a, b in pairwise(rows)):
+        raise ValueError("must hold rows [z, factor of the diameter, factor of the mass] with z increasing")
+    return rows
+
+
 _coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
 _Row = Annotated[tuple[_coordinate, _coordinate, _coordinate, _coordinate], BeforeValidator(finite_numbers(4))]
 Motion = Annotated[
@@ -55,7 +62,7 @@ class Top(Section):
     amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
     period: Period | None = key("period of the motion", "s", default=None)
     phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
-    ramp: Duration = key("time over which the motion grows from nothing", "s", default=0.0)
+    ramp: Duration = key("time over which the motion, of a tow its speed, grows from nothing", "s", default=0.0)
     velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
     motion: Motion | None = key("rows [t, x, y, z] from position, or a file of them", "s, m", default=None)
 
@@ -87,11 +94,14 @@ class Top(Section):
 MOTION = ("amplitude", "period", "velocity", "motion")
 
 
+BreakingLoad = Annotated[float, Field(gt=0, le=1e10)]
+
+
 class FailsAt(Section):
     """When the cable parts: at a time, or where its tension is largest once that is reached."""
 
     time: Duration | None = key("time at which it parts", "s", default=None)
-    tension: Annotated[float, Field(gt=0, le=1e10)] | None = key("tension at which it parts", "N", default=None)
+    tension: BreakingLoad | None = key("tension at which it parts", "N", default=None)
     at: Annotated[float, Field(ge=0, le=1e5)] | None = key(
         "where it parts at the time; absent: at its upper end", "m", default=None
     )
@@ -104,6 +114,10 @@ class FailsAt(Section):
             raise Wrong("at", self.at, "goes with a time only: at a tension it parts where that is largest")
         return self
 
+
+_factor = Annotated[float, Field(ge=1, le=100)]
+_Grown = Annotated[tuple[Height, _factor, _factor], BeforeValidator(finite_numbers(3))]
+MarineGrowth = Annotated[list[_Grown], Field(min_length=1, max_length=100), AfterValidator(_upwards)]
 
 MOST_ELEMENTS = 10_000_000
 MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run
@@ -130,10 +144,14 @@ class Cable(Section):
     normal_drag: Coefficient = key("drag coefficient across the cable", "1", default=0.0)
     tangential_drag: Coefficient = key("drag coefficient along the cable", "1", default=0.0)
     tangential_froude_krylov: bool = key("whether waves also push along the cable", default=True)
+    marine_growth: MarineGrowth | None = key(
+        "rows [z, factor of diameter, factor of line_density] at the start", "m, 1", default=None
+    )
     anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
     strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
     slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
+    breaking_load: BreakingLoad | None = key("minimum breaking load; it says what T/it is", "N", default=None)
     damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
     fails_at: FailsAt | None = None
     top: Top | None = None

@@ -260,8 +260,6 @@ def check_network(scene) -> None:
         low, high = piece.ends
         if low.name is not None and low.kind == high.kind and low.name == high.name and low.fairlead == high.fairlead:
             raise Wrong(f"{name}.to", high.name, "is where the cable comes from: its ends must be two places")
-    if scene.seabed is not None and scene.seabed.start == "pulled" and len(network.pieces) > 1:
-        raise Wrong("seabed.start", "pulled", "goes with one line that is laid and pulled, not with a network")
     _check_held(network)
     _check_buoys(scene, network)
 

@@ -19,5 +19,6 @@ class Seabed(Section):
     )
     slope: Slope = key("[dz/dx, dz/dy]", "1", default=(0.0, 0.0))
     start: Literal["frictionless", "pulled"] = key(
-        "equilibrium without friction, or of a line that was laid slack and pulled at its top", default="frictionless"
+        "equilibrium without friction, or of lines laid slack from their ends on the bed, and pulled",
+        default="frictionless",
     )

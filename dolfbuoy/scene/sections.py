@@ -292,9 +292,9 @@ class Scene(Section):
             return cable.anchor
         return (0.0, 0.0, -self.sea.depth if self.sea else 0.0)
 
-    def to_dict(self) -> dict:
-        """Every value that differs from "absent", defaults included: what reproduces this scene."""
-        return _without_none(self.model_dump())
+    def to_dict(self, sections: set[str] | None = None) -> dict:
+        """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
+        return _without_none(self.model_dump(include=sections))
 
     def to_toml(self) -> str:
         """The complete scene as a scene file."""

@@ -7,6 +7,10 @@ from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
 from .network import network_of
+from .sections import Solver
+
+#: Newton's tolerance of a scene that gives none.
+NEWTON = Solver().step_tolerance
 
 
 @dataclass(frozen=True)
@@ -27,16 +31,20 @@ class Space:
 
 @dataclass(frozen=True)
 class Stepping:
-    """Scheme and step, or with a tolerance the first step, and the largest if that is not the usual one."""
+    """Scheme and step, or with a tolerance the first step, and the largest if that is not the usual one.
+
+    newton: Newton's tolerance.
+    """
 
     scheme: str
     step: float
     tolerance: float | None = None
     largest: float | None = None
+    newton: float = NEWTON
 
     def __str__(self):
         size = f"dt {self.step:.4g} s" if self.tolerance is None else f"tolerance {self.tolerance:.2g}"
-        return f"{SCHEMES[self.scheme]}, {size}"
+        return f"{SCHEMES[self.scheme]}, {size}" + (f", Newton {self.newton:.2g}" if self.newton != NEWTON else "")
 
 
 #: Time schemes, and their names in a sentence.
@@ -53,7 +61,8 @@ def space_of(scene: Scene) -> Space:
 
 def stepping_of(scene: Scene) -> Stepping:
     """The scene's own scheme and step."""
-    return Stepping(scene.time.scheme, scene.time.step, scene.time.tolerance, scene.time.max_step)
+    time = scene.time
+    return Stepping(time.scheme, time.step, time.tolerance, time.max_step, scene.solver.step_tolerance)
 
 
 def largest_step(scene: Scene) -> float | None:
@@ -64,6 +73,7 @@ def largest_step(scene: Scene) -> float | None:
 def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
     """The scene with these elements and steps; segments of the cable keep their share of the elements."""
     changes = {"time.scheme": stepping.scheme, "time.step": stepping.step, "time.tolerance": stepping.tolerance}
+    changes["solver.step_tolerance"] = stepping.newton
     if stepping.tolerance is None:
         changes |= {"time.min_step": None, "time.max_step": None}
     else:
@@ -136,11 +146,15 @@ def default_steps(scene: Scene) -> list[float]:
     return [float(f"{step:.2g}") for step in steps]
 
 
-def steppings(schemes, steps, tolerances, largest=None) -> list[Stepping]:
-    """Fixed steps of every scheme, and tolerances of those of second order; largest: of adaptive steps."""
-    fixed = [Stepping(scheme, step) for scheme in schemes for step in steps]
+def steppings(schemes, steps, tolerances, largest=None, newton=(NEWTON,)) -> list[Stepping]:
+    """Fixed steps of every scheme, and tolerances of those of second order, each with every tolerance of Newton's.
+
+    largest: of adaptive steps.
+    """
+    sizes = [(scheme, step, None, None) for scheme in schemes for step in steps]
     second = [scheme for scheme in schemes if scheme != "backward-euler"]
-    return fixed + [Stepping(scheme, min(steps), tol, largest) for scheme in second for tol in tolerances]
+    sizes += [(scheme, min(steps), tolerance, largest) for scheme in second for tolerance in tolerances]
+    return [Stepping(*size, newton=of_newton) for of_newton in newton for size in sizes]
 
 
 def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:

@@ -9,6 +9,7 @@ Unknowns and rows are scaled by typical sizes, so that metres, newtons and newto
 
 import numpy as np
 import ufl
+from scipy.sparse import csr_matrix
 
 from . import compat, coo
 from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
@@ -122,6 +123,24 @@ class System:
     def functional(self, form, test):
         """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part of its numbers."""
         return Loop([Contribution(form, test)], self._values, self._shared, test.size)
+
+    def rows_of_jacobian(self, rows):
+        """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
+
+        csr_matrix (rows, free unknowns of all ranks) [physical], of what this rank assembles; those of tied unknowns
+        are not added up.
+        """
+        loop, place = Loop(self.jacobians, self._values, self._shared), np.full(self.size + 1, -1)
+        place[rows] = np.arange(len(rows))
+        at, columns = place[loop.entries[0]], np.append(self.numbering.global_index, -1)[loop.entries[1]]
+        kept = (at >= 0) & (columns >= 0)
+        places, shape = (at[kept], columns[kept]), (len(rows), self.unknowns)
+
+        def evaluate():
+            self._read_functions()
+            return csr_matrix((loop()[kept], places), shape)
+
+        return evaluate
 
     def publish(self):
         """Copy `u` into the parts' Functions."""

@@ -121,6 +121,7 @@ def ways(problem, shape):
 def _one_sided_first(problem, shape):
     relaxed = problem.scene.cable.model_copy(update={"slack": "tension-only"})
     other = Problem(problem.scene.model_copy(update={"cable": relaxed}), dynamic=False, comm=problem.comm)
+    other.lines.grow_as(problem.lines)
     try:
         solve_cable(other, shape)
         problem.system.u[:] = other.system.u

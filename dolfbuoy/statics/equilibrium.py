@@ -12,10 +12,11 @@ from ..model.lines import top_position
 from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
-from ..model.seabed import plane
+from ..model.seabed import plane, rubs
 from ..scene.stretching import TensionTable, secant
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
+from .growth import settle
 from .moorings import solve_network
 from .pulled import pull
 from .relaxation import relax
@@ -32,18 +33,23 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     if scene.cable is None:
         return _free_buoy(scene, comm, make)
     problem = make(scene, dynamic=False, comm=comm)
-    rubs = problem.lines.bed is not None and problem.lines.bed.held is not None
-    if rubs:
-        problem.lines.bed.rub(False)
-    if scene.is_network:
-        solve_network(problem)
-    elif scene.buoy is None:
-        solve_cable(problem, _cable_start(scene, problem.lines.weight_per_length))
+    if problem.lines.growth is None:
+        _rest(problem)
     else:
-        _moored_buoy(problem)
-    if rubs:
+        settle(problem, lambda: _rest(problem))
+    if scene.seabed is not None and rubs(scene, dynamic=False):
         pull(problem)
     return problem
+
+
+def _rest(problem):
+    """Without friction, from nowhere."""
+    if problem.scene.is_network:
+        solve_network(problem)
+    elif problem.scene.buoy is None:
+        solve_cable(problem, _cable_start(problem.scene, problem.lines.weight_per_length))
+    else:
+        _moored_buoy(problem)
 
 
 def _bed(scene):

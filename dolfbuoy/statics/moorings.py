@@ -5,7 +5,6 @@ import numpy as np
 from ..errors import SolveError
 from ..model.feasible import shape_and_mass
 from ..model.lines import top_position
-from ..model.material import weight_per_length
 from ..model.problem import Problem
 from ..model.rigid import mooring_offset
 from ..model.sea import wind_at
@@ -24,7 +23,7 @@ def solve_network(problem) -> None:
 
     Sets problem.iterations and problem.route.  Raises SolveError.
     """
-    rest = still.solve(still_network(problem.scene, problem.network))
+    rest = still.solve(still_network(problem))
     find_rest(problem, lambda: _begin(problem, rest), _ways(problem))
     _let_turn(problem)
 
@@ -50,6 +49,7 @@ def _one_sided_first(problem):
     cables = [cable.model_copy(update={"slack": "tension-only"}) for cable in scene.cables]
     relaxed = scene.model_copy(update={"cable": cables if isinstance(scene.cable, list) else cables[0]})
     other = Problem(relaxed, dynamic=False, comm=problem.comm)
+    other.lines.grow_as(problem.lines)
     try:
         solve_network(other)
         problem.system.u[:] = other.system.u
@@ -67,9 +67,9 @@ def _scale_current(problem, fraction):
 # -- still water, upright buoys ----------------------------------------------------------------------------------------
 
 
-def still_network(scene, network) -> still.Network:
-    """The network as `statics.network` has it: every buoy a joint at its C that stays upright."""
-    joints, number = [], {}
+def still_network(problem) -> still.Network:
+    """The network of a Problem as `statics.network` has it: every buoy a joint at its C that stays upright."""
+    scene, network, joints, number = problem.scene, problem.network, [], {}
 
     def place(end):
         """(number of the joint, offset of the end from it)."""
@@ -83,10 +83,10 @@ def still_network(scene, network) -> still.Network:
         return number[end.name], offset
 
     pieces = []
-    for piece in network.pieces:
+    for k, piece in enumerate(network.pieces):
         (low, a), (high, b) = (place(end) for end in piece.ends)
         c = piece.section
-        pieces.append(still.Piece(low, high, c.length, weight_per_length(scene, c), c.axial_stiffness, a, b))
+        pieces.append(still.Piece(low, high, c.length, problem.lines.weight_of(k), c.axial_stiffness, a, b))
     # a sloped bed is left to `relax`, from lines that hang through it
     flat = scene.seabed is not None and scene.seabed.slope == (0.0, 0.0)
     return still.Network(joints, pieces, -scene.sea.depth if flat else None)

@@ -1,47 +1,148 @@
-"""Lines that were laid slack on a sea bed and pulled at their tops: friction along all that has moved.
+"""Lines that were laid slack on a sea bed and pulled in place: friction along all that has moved.
 
-What the tension T_0 at the touchdown s_0 can pull on has slid towards the top, the rest lies as it was laid:
+They are laid from the ends that are held on the bed on, over joints that lie too.  What the tension T_0 at the
+touchdown s_0 can pull on has slid towards it, the rest lies as it was laid: along a line of one weight
 
-    T(s) = max(T_0 - w (sin(alpha) + mu cos(alpha)) (s_0 - s), 0).
+    T(s) = max(T_0 - w (sin(alpha) + mu cos(alpha)) (s_0 - s), 0),
 
-There friction holds on a stick length behind the places where the line was laid, so that its limit is reached, and is
-left as soon as the line would come back.  A form with limit friction everywhere is wrong where the tension dies.
+and less by the same of a body at a joint.  There friction holds on a stick length behind the places where the line was
+laid, so that its limit is reached, and is left as soon as the line would come back.  A form with limit friction
+everywhere is wrong where the tension dies.  What lies between two parts that hang, with no end held, is not pulled.
 """
+
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..model.material import weight_per_length
-from ..model.seabed import stick_length
+from ..model.seabed import Lying, stick_length
+from ..parallel.ranks import told
+from .on_bed import UP
 from .relaxation import relax
 
 ROUNDS = 3  # friction on the bed changes T_0 by less than a hundredth, and that its reach
+#: A piece lies down to its end if no more than this part of it does not.
+WHOLE = 1e-9
 
 
 def pull(problem) -> None:
     """From the equilibrium without friction at hand to that of pulled lines.  Raises SolveError."""
-    bed = problem.lines.bed
-    bed.rub(True)
+    beds = [model.bed for model in (problem.lines, problem.bodies) if model]
+    for bed in beds:
+        bed.rub()
     for _ in range(ROUNDS):
-        bed.hold(_behind(problem))
+        _Laying(problem).hold()
         relax(problem)
-    bed.accept(problem.system.u)
+    for bed in beds:
+        bed.accept(problem.system.u)
 
 
-def _behind(problem):
-    """Places (cells, points, 3) where lines were laid that lie from a held start on, or behind; else where they are."""
-    lines, bed, scene = problem.lines, problem.lines.bed, problem.scene
-    places = bed.points.of(problem.system.u[lines.node_dofs])
-    for k, piece in enumerate(lines.pieces):
-        held, found = piece.ends[0].top, bed.lying(problem.system.u, k)
-        if held is None or not found.length or bed.gap(np.array(held.position)) > found.sag:
-            continue
-        start = np.array(held.position)
-        along = (found.touchdown - start) / np.linalg.norm(found.touchdown - start)
-        rise = along[2] + scene.seabed.friction * bed.normal.value[2]
-        fall = weight_per_length(scene, lines.sections[k]) * rise
-        still = found.s - problem.tension_at(found.s, k) / fall if fall > 0 else -np.inf
-        s = bed.points.s - lines.begins[k]
-        laid = start + np.multiply.outer(s - stick_length(scene) * (s > still), along)
-        lies = (s <= found.s) & (bed.points.line == k)[:, None]
-        places = np.where(lies[..., None], laid, places)
-    return places
+@dataclass
+class Laid:
+    """What lies of a piece that was laid from its end `near` on; distances are from there.
+
+    begin, end: where it lies; along: unit vector from one to the other, in the plane of the bed; joint: name of that at
+    the far end, if it lies down to there; behind: what was laid on from it.
+    """
+
+    piece: int
+    near: int
+    begin: float
+    end: float
+    along: np.ndarray
+    joint: str | None = None
+    behind: list["Laid"] = field(default_factory=list)
+
+
+class _Laying:
+    """Where the lines of a Problem were laid, as far as its present state tells."""
+
+    def __init__(self, problem):
+        self.problem, self.lines, self.bed = problem, problem.lines, problem.lines.bed
+        self.u, self.mu, self.n = problem.system.u, problem.scene.seabed.friction, self.bed.normal.value
+        self.stick = stick_length(problem.scene)
+        #: Where friction carries the weight down the slope from, for what lies still.
+        self.uphill = self.stick / self.mu * (UP - self.n[2] * self.n)
+        self.meetings = self.lines.meetings()
+        self.places = self.bed.points.of(self.u[self.lines.node_dofs])
+
+    def hold(self):
+        """Let friction hold on behind the places where lines were laid; else where they are."""
+        self.bed.hold(self.places)
+        if self.problem.bodies:
+            self.problem.bodies.bed.begin(self.u)
+        firsts = self._held_on_bed()
+        self.seen = set(firsts)
+        for piece, (near, place, found) in firsts.items():
+            self._hold(self._follow(piece, near, found), place)
+        self.bed.hold(self.places)
+
+    # -- what lies -----------------------------------------------------------------------------------------------------
+
+    def _held_on_bed(self):
+        """Piece -> (end that is held on the bed, its place, what lies of the piece)."""
+        found = {}
+        for piece, end, _ in self.lines.held_ends():
+            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.bed.lying(self.u, piece)
+            if lies.length and self.bed.gap(place) <= lies.sag:
+                found.setdefault(piece, (end, place, lies))
+        return found
+
+    def _follow(self, piece, near, found: Lying) -> Laid:
+        """What lies of a piece and, over its far end, of those behind it."""
+        L, ends = self.lines.sections[piece].length, [(found.first, found.foot), (found.s, found.touchdown)]
+        (a, start), (b, end) = ends if near == 0 else [(L - s, place) for s, place in reversed(ends)]
+        along = end - start - np.dot(end - start, self.n) * self.n
+        laid = Laid(piece, near, a, b, along / np.linalg.norm(along))
+        far = self.lines.pieces[piece].ends[1 - near]
+        if b < L * (1 - WHOLE) or far.kind != "joint":
+            return laid
+        laid.joint = far.name
+        for k, i in self.meetings[far.name]:
+            if k not in self.seen and (lies := self.bed.lying(self.u, k)).length:
+                self.seen.add(k)
+                laid.behind.append(self._follow(k, i, lies))
+        return laid
+
+    # -- tensions ------------------------------------------------------------------------------------------------------
+
+    def _fall(self, laid):
+        """Of the tension along what lies, towards where it was laid from [N/m]."""
+        return self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2])
+
+    def _pull(self, laid):
+        """Tension at the far end of what lies [N]."""
+        if len(laid.behind) == 1 and len(self.meetings[laid.joint]) == 2:
+            further = laid.behind[0]
+            T = self._pull(further)
+            T -= max(self._fall(further), 0.0) * (further.end - further.begin)
+            return max(max(T, 0.0) - self._fall_at(laid), 0.0)
+        section = self.lines.sections[laid.piece]
+        return self.problem.tension_at(laid.end if laid.near == 0 else section.length - laid.end, laid.piece)
+
+    def _fall_at(self, laid):
+        """Of the tension at a body that lies at the far end [N]."""
+        if laid.joint not in self.problem.network.bodies:
+            return 0.0
+        bodies = self.problem.bodies  # of the first rank
+        pressure = told(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
+        return pressure * (self.mu + laid.along[2] / self.n[2])
+
+    # -- places --------------------------------------------------------------------------------------------------------
+
+    def _hold(self, laid, base):
+        """Friction holds on along a piece that was laid from `base` on, and along those behind it."""
+        lines, section, points = self.lines, self.lines.sections[laid.piece], self.bed.points
+        fall, T = self._fall(laid), self._pull(laid)
+        still = laid.end - T / fall if fall > 0 else -np.inf
+        s = points.s - lines.begins[laid.piece]
+        distance = s if laid.near == 0 else section.length - s
+        slid = (distance > still)[..., None]
+        places = base + np.multiply.outer(distance - laid.begin, laid.along)
+        places = np.where(slid, places - self.stick * laid.along, places + self.uphill)
+        lies = (distance <= laid.end) & (points.line == laid.piece)[:, None]
+        self.places = np.where(lies[..., None], places, self.places)
+        base = base + (laid.end - laid.begin) * laid.along
+        if laid.joint in self.problem.network.bodies and self.problem.bodies:
+            self.problem.bodies.bed.hold(laid.joint, base + (-self.stick * laid.along if T > 0 else self.uphill))
+        for one in laid.behind:
+            self._hold(one, base)

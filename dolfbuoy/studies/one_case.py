@@ -1,6 +1,5 @@
 """One case of a sweep: run, with a checkpoint if it takes long, and reduced to what is kept of it."""
 
-import json
 import math
 import shutil
 import time as clock
@@ -20,7 +19,7 @@ from ..results.record import read
 from ..results.recorder import Recorder
 from ..results.sample import sample_of
 from ..results.statistics import statistics
-from ..scene import build_scene
+from ..scene import Scene, varied
 
 #: Problems of the cases before: set-up takes longer than many a case.
 POOL = Pool()
@@ -28,15 +27,16 @@ POOL = Pool()
 BINS = 64
 
 
-def evaluate(case: dict, running: str | None = None, deadline: float = math.inf) -> dict:
+def evaluate(case: dict, base: Scene, running: str | None = None, deadline: float = math.inf) -> dict:
     """Run one case on this rank alone; a case that fails is a result too, with its reason.
 
-    running: folder in which the case can be taken up again.  deadline: of time.time(); behind it the case is
-    stopped.  Raises interruption.TimeUp then, KeyboardInterrupt when it is interrupted.
+    case: the "changes" of the scene `base`, whose digest is its "base".  running: folder in which the case can be taken
+    up again.  deadline: of time.time(); behind it the case is stopped.  Raises interruption.TimeUp then,
+    KeyboardInterrupt when it is interrupted.
     """
     begin = clock.monotonic()
     try:
-        scene = build_scene(json.loads(case["scene"]), case["changes"])
+        scene = varied(base, case["changes"])
         record = run(scene, running and Path(running) / key(case), deadline)
         found = {"status": "done", "statistics": statistics(record), "sample": _sample(record, scene)}
     except Exception as error:  # whatever it is, the others go on

@@ -5,27 +5,29 @@ import json
 import math
 import re
 import time as clock
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import xarray as xr
-from mpi4py import MPI
 
 from ..check import derived
 from ..errors import InputError
-from ..parallel.cases import compute, rows_of, store_in
+from ..parallel.cases import compute, key, ranks_beside, store_in
 from ..results import style
 from ..results.folder import claimed
 from ..results.many import collect, draw
 from ..results.record import replacing
-from ..scene import Scene, build_scene, load_scene
+from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, latin_hypercube, with_seeds
 from .one_case import evaluate, failed
 
 #: What `status` and `collect` say of a case that has no result.
 MISSING = {"status": "not computed", "statistics": {}, "sample": None}
+#: Cases of a sweep whose numbers are looked at before it begins, at the least.
+LOOKED_AT = 50
 #: Folder of the cases that are being computed, below that of the sweep.
 RUNNING = Path("cases") / "running"
 
@@ -39,14 +41,14 @@ class Plan:
 
     @property
     def cases(self) -> list[dict]:
-        """As `parallel.cases` takes them."""
+        """As `parallel.cases` takes them: the scene stands for itself by its digest."""
         data = json.dumps(self.base.to_dict(), sort_keys=True)
-        base = hashlib.sha256(data.encode()).hexdigest()[:12]
-        return [{"scene": data, "base": base, "changes": change} for change in self.changes]
+        base = hashlib.sha256(data.encode()).hexdigest()[:20]
+        return [{"base": base, "changes": change} for change in self.changes]
 
     def share(self, part: "Part | None") -> list[dict]:
         """The cases of a part, or all."""
-        return self.cases if part is None else self.cases[part.number - 1 :: part.of]
+        return self.cases if part is None else part.of_all(self.cases)
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,10 @@ class Part:
         if not found or not 1 <= int(found[1]) <= int(found[2]):
             raise InputError(f"--part {text}: must be i/n, part i of n, with i from 1 to n.")
         return cls(int(found[1]), int(found[2]))
+
+    def of_all(self, cases: list) -> list:
+        """Those of the part."""
+        return cases[self.number - 1 :: self.of]
 
     @property
     def folder(self) -> str:
@@ -81,27 +87,49 @@ def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None)
     base = load_scene(scene)
     changes = cases_of(vary, table) if latin is None else latin_hypercube(vary, table, latin)
     changes = changes if seeds is None else with_seeds(changes, seeds)
-    for key in dict.fromkeys(key for change in changes for key in change):
-        check_known(base, key)
+    for name in dict.fromkeys(name for change in changes for name in change):
+        check_known(base, name)
     check_wavelength(base, changes)
     return Plan(base, changes)
 
 
 def warnings(base: Scene, changes: list[dict]) -> list[str]:
-    """What `check` warns of in the cases, each kind once, with the first case of it and their number."""
-    found = {}
-    for change in changes:
+    """What can be said of the cases before the first is run, each kind once, with the first case of it.
+
+    Every case is read: what is no scene will not run.  `check` takes as long as a hundred readings: its warnings are
+    those of LOOKED_AT cases, evenly spaced, and of those with the smallest or largest value of a key.
+    """
+    refused, warned, chosen = {}, {}, _looked_at(changes)
+    for i, change in enumerate(changes):
         try:
-            sentences = derived(build_scene(base.to_dict(), change)).warnings
-        except InputError:  # its status will say so
-            continue
-        for text in sentences:
-            found.setdefault(re.sub(r"[-+.e\d]*\d", "#", text), []).append((change, text))
+            scene = varied(base, change)
+            for text in derived(scene).warnings if i in chosen else []:
+                warned.setdefault(_kind(text), []).append((change, text))
+        except InputError as error:
+            refused.setdefault(_kind(str(error)), []).append((change, str(error)))
+    n, looked = len(changes), "" if len(chosen) == len(changes) else " looked at"
     return [
-        f"{len(cases)} of {len(changes)} cases, the first with "
-        f"{', '.join(f'{key} = {value}' for key, value in cases[0][0].items())}: {cases[0][1]}"
-        for cases in found.values()
+        *(_told(f"{len(cases)} of {n} cases will not run", *cases[0]) for cases in refused.values()),
+        *(_told(f"{len(cases)} of {len(chosen)} cases{looked}", *cases[0]) for cases in warned.values()),
     ]
+
+
+def _looked_at(changes):
+    """Numbers of the cases that `check` looks at."""
+    found = set(range(0, len(changes), max(1, len(changes) // LOOKED_AT)))
+    for name in dict.fromkeys(name for change in changes for name in change):
+        values = [(change[name], i) for i, change in enumerate(changes) if isinstance(change.get(name), int | float)]
+        found |= {min(values)[1], max(values)[1]} if values else set()
+    return found
+
+
+def _kind(text):
+    """A sentence without its numbers."""
+    return re.sub(r"[-+.e\d]*\d", "#", text)
+
+
+def _told(which, change, text):
+    return f"{which}, the first with {', '.join(f'{key} = {value}' for key, value in change.items())}: {text}"
 
 
 def check_wavelength(base, changes):
@@ -133,10 +161,11 @@ def sweep(
     nothing can be written.
     """
     planned, folder = plan(scene, vary, table, seeds, latin), Path(folder)
-    with claimed(folder, MPI.COMM_WORLD):
+    comm = ranks_beside(how.get("executor"))
+    with claimed(folder, comm):
         say(warnings(planned.base, planned.changes))
-        _compute(planned.cases, folder, "", say, **how)
-        return _written(planned, folder) if MPI.COMM_WORLD.rank == 0 else None
+        _compute(planned, None, folder, say, **how)
+        return _written(planned, folder) if comm.rank == 0 else None
 
 
 def run_part(
@@ -148,46 +177,50 @@ def run_part(
 ) -> None:
     """Run the cases of one part and keep them in folder/cases, beside other parts that other processes run.
 
+    say: called with what is wrong with these cases before the first of them is run, and with their store.
     how: retry: cases that failed are run again.  executor: see `parallel.cases.compute`.  limit: seconds of wall time,
     after which the running case is left with a checkpoint and interruption.TimeUp is raised.
     Raises InputError if another process runs this part, or parts of another division are being run.
     """
-    with claimed(folder, MPI.COMM_WORLD, shared=True), claimed(folder / "cases" / part.folder, MPI.COMM_WORLD):
-        _check_division(folder, part)
-        _compute(planned.share(part), folder, part.folder, say, **how)
+    comm = ranks_beside(how.get("executor"))
+    with claimed(folder, comm, shared=True), claimed(folder / "cases" / part.folder, comm):
+        _check_division(folder, part, comm)
+        say(warnings(planned.base, part.of_all(planned.changes)))
+        _compute(planned, part, folder, say, **how)
 
 
-def _compute(cases, folder, part, say, retry=False, executor=None, limit=None):
+def _compute(planned, part, folder, say, retry=False, executor=None, limit=None):
     deadline = math.inf if limit is None else clock.time() + limit
-    how = partial(evaluate, running=str(Path(folder) / RUNNING), deadline=deadline)
-    again = (lambda result: result["status"] != "done") if retry else (lambda result: False)
-    compute(how, cases, folder, part=part, again=again, executor=executor, failed=failed, say=say)
+    how = partial(evaluate, base=planned.base, running=str(Path(folder) / RUNNING), deadline=deadline)
+    again = (lambda result: result["status"] != "done") if retry else None
+    place = "" if part is None else part.folder
+    compute(how, planned.share(part), folder, part=place, again=again, executor=executor, failed=failed, say=say)
 
 
-def _check_division(folder, part):
+def _check_division(folder, part, comm):
     """Refuse to compute cases that a part of another division may be computing now."""
     for other in sorted((folder / "cases").glob("part-*-of-*")):
         if other.name.rpartition("-")[2] != str(part.of):
-            with claimed(other, MPI.COMM_WORLD):
+            with claimed(other, comm):
                 pass
 
 
 def status(planned: Plan, folder: Path, part: Part | None = None) -> dict:
     """How far a sweep is: numbers of cases that are done, failed, missing and begun, seconds they took on the average,
     reasons of failures with their numbers, sentences about damaged files, and results of other programs."""
-    store, cases = store_in(folder), planned.share(part)
-    rows = rows_of(cases, folder, MISSING)
-    reasons = {}
-    for row in rows:
-        if row["status"] not in ("done", MISSING["status"]):
-            reasons[row["status"]] = reasons.get(row["status"], 0) + 1
-    times = [row["seconds"] for row in rows if row["status"] == "done"]
-    done, gone = len(times), sum(row["status"] == MISSING["status"] for row in rows)
+    store, names = store_in(folder), [key(case) for case in planned.share(part)]
+    reasons, times = Counter(), []
+    for result in store.results([name for name in names if name in store.entries]):
+        if result["status"] == "done":
+            times.append(result["seconds"])
+        else:
+            reasons[result["status"]] += 1
+    done, failed = len(times), sum(reasons.values())
     return {
-        "cases": len(rows),
+        "cases": len(names),
         "done": done,
-        "failed": len(rows) - done - gone,
-        "missing": gone,
+        "failed": failed,
+        "missing": len(names) - done - failed,
         "begun": sum(path.is_dir() for path in (Path(folder) / RUNNING).glob("*")),
         "seconds": sum(times) / done if done else math.nan,
         "reasons": reasons,
@@ -208,7 +241,12 @@ def collected(planned: Plan, folder: Path) -> xr.Dataset:
 
 
 def _written(planned, folder):
-    dataset = collect(rows_of(planned.cases, folder, MISSING))
+    store, cases = store_in(folder), planned.cases
+    found = store.results([key(case) for case in cases])
+    results = (result or MISSING for result in found)
+    kept = ("status", "statistics")  # samples are as large as all the rest
+    rows = [case | {name: result[name] for name in kept} for case, result in zip(cases, results, strict=True)]
+    dataset = collect(rows)
     dataset.attrs["title"] = planned.base.title
     with replacing(folder / "sweep.nc") as part:
         dataset.to_netcdf(part, engine="netcdf4")

@@ -28,7 +28,7 @@ def at_rest(cables, joints=(), **more):
     """(problem, closed form of its still water) of a network in vacuum, or with a section [sea]."""
     scene = {"gravity": G, "cable": cables, "joint": list(joints), "time": {"end": 1.0, "step": 0.01}}
     problem = solve_equilibrium(load_scene(scene | more))
-    return problem, solve(still_network(problem.scene, problem.network))
+    return problem, solve(still_network(problem))
 
 
 def end_of(problem, piece, end):

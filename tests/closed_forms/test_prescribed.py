@@ -100,7 +100,9 @@ def test_tow():
     ends = found[:, 1:].reshape(len(t), -1, 3)
     top = ends[:, ends[0, :, 2].argmax()]
     late = t >= 0.5
-    np.testing.assert_allclose(top[late], np.array([0, 0, 6]) + np.multiply.outer(t[late], [0.5, -0.25, 0]), atol=1e-12)
+    np.testing.assert_allclose(
+        top[late], np.array([0, 0, 6]) + np.multiply.outer(t[late] - 0.25, [0.5, -0.25, 0]), atol=1e-12
+    )
     assert np.all(np.diff(top[:, 0]) > 0)
 
 

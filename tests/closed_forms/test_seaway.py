@@ -14,11 +14,13 @@ import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.linear.drag import LinearDrag, Sea, Velocities
 from dolfbuoy.linear.linearisation import linearise
+from dolfbuoy.linear.reactions import WithReactions
 from dolfbuoy.linear.response import small_waves
 from dolfbuoy.linear.seaway import Seaway
 from dolfbuoy.linear.spectrum import bins_of, irregular_waves
 from dolfbuoy.results.response_record import complex_of, warnings
-from dolfbuoy.studies.physics.response_runs import compared, measured
+from dolfbuoy.scene.waves import Waves
+from dolfbuoy.studies.physics.response_runs import compared, measured, measured_in_sea
 
 STRING = {
     "sea": {"depth": 50.0},
@@ -30,10 +32,10 @@ STRING = {
 def slopes(scene, velocities=None):
     """x^T E x and y^T E y of a line that moves evenly across itself; velocities: (sea -> LinearDrag's call)."""
     found = linearise(load_scene(scene), MPI.COMM_SELF, small_waves(load_scene(scene), 5.0))
-    places, drag = found.lines[0].places, LinearDrag(Velocities(found))
+    places, drag = found.lines[0].places, LinearDrag(Velocities(found), WithReactions(found))
     if velocities is not None:
         velocities(drag, len(places))
-    E, values = drag.matrices()[1], []
+    E, values = drag.matrices()[1][: found.K.shape[0]], []
     for axis in (0, 1):
         x = np.zeros(E.shape[1])
         x[places[places[:, axis] >= 0, axis]] = 1.0
@@ -125,6 +127,43 @@ def test_small_waves_against_runs():
     assert max(map(abs, compared(own, run).values())) < 1
 
 
+def with_current(name, **more):
+    """A shipped scene in a current, which damps it."""
+    return load_scene(load_scene(name).to_dict() | {"current": {"speed": 0.8, "direction_deg": 20.0}} | more)
+
+
+@pytest.mark.parametrize("name", ["bridle", "jumper"])
+def test_small_waves_on_held_lines(name):
+    """Lines that meet at a joint, and the forces that hold their upper ends: within 0.2 % of a run, phases too."""
+    scene, seaway = with_current(name), Seaway(with_current(name))
+    own = seaway.named(seaway.solve(seaway.wave(2 * math.pi / 6.0)))
+    seaway.destroy()
+    run = measured(scene, 6.0, 0.0, 1e-3)
+    for key, values in own.items():
+        assert abs(values[0] - run[key]) < 2e-3 * abs(run[key]), key
+    assert run["unsettled"] < 1e-3
+
+
+@pytest.mark.slow
+def test_small_waves_on_a_network():
+    """Two buoys and five lines: within 0.5 %."""
+    scene, seaway = load_scene("two-buoys"), Seaway(load_scene("two-buoys"))
+    own = {name: values[0] for name, values in seaway.named(seaway.solve(seaway.wave(2 * math.pi / 5.0))).items()}
+    seaway.destroy()
+    difference = compared(own, measured(scene, 5.0, 0.0, 1e-3))
+    assert {"surge of left", "heave of right", "tension_top_between", "tension_anchor_east"} <= set(difference)
+    assert max(map(abs, difference.values())) < 0.5
+
+
+@pytest.mark.slow
+def test_low_irregular_sea_against_a_run():
+    """Standard deviations of `short` in the same components, from several directions: within 1.5 %."""
+    waves = irregular_waves(load_scene("short"), (0.1, 7.0, 3.3, 2.0), 0.0)
+    difference = compared(*measured_in_sea(load_scene("short"), waves))
+    assert {"surge", "sway", "heave", "pitch", "tension_top", "tension_anchor"} <= set(difference)
+    assert max(map(abs, difference.values())) < 1.5
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("period", [5.0, 8.0, 12.0])
 def test_waves_of_a_metre_against_runs(period):
@@ -141,9 +180,9 @@ def test_waves_of_a_metre_against_runs(period):
 def test_irregular_sea():
     """Energy of the bins, a free disc that follows long waves, and what grows with the height."""
     scene = load_scene("short")
-    omega, energies = bins_of(irregular_waves(scene, (2.0, 8.0)))
-    assert energies.sum() == pytest.approx(2.0**2 / 16, rel=2e-3)
-    assert np.all(np.diff(omega) > 0)
+    bins = bins_of(irregular_waves(scene, (2.0, 8.0)))
+    assert bins.energy.sum() == pytest.approx(2.0**2 / 16, rel=2e-3)
+    assert np.all(np.diff(bins.omega) > 0)
     low = dolfbuoy.response(scene, [5.0], sea=(0.1, 7.0), comm=MPI.COMM_SELF)
     high = dolfbuoy.response(scene, [5.0], sea=(2.0, 7.0), comm=MPI.COMM_SELF)
     heave = [found.motion_std.sel(motion="heave").item() for found in (low, high)]
@@ -158,6 +197,70 @@ def test_irregular_sea():
     assert "no extremes" in high.attrs["comment"]
 
 
+def of_cosines(s):
+    """E[cos^2 theta] of cos^2s(theta/2): 1 + the second harmonic s (s - 1)/((s + 1)(s + 2)), halved."""
+    return (1 + s * (s - 1) / ((s + 1) * (s + 2))) / 2
+
+
+@pytest.mark.parametrize("s", [1.0, 4.0])
+def test_spreading(s):
+    """A small disc goes with the water: along and across the waves as much as their directions say."""
+    disc = {"hull": [[0, 0.4], [0.2, 0.4]], "mass": 12.0, "center_of_mass": 0.05, "axial_added_mass": 0.6}
+    scene = {"sea": {"depth": 300.0}, "buoy": disc | {"added_mass": 0.5}}
+    waves = irregular_waves(load_scene(scene), (0.5, 10.0, 3.3, s), 30.0)
+    bins = bins_of(waves)
+    turned = np.radians(bins.direction_deg - 30.0)
+    assert bins.energy @ np.cos(turned) ** 2 / bins.energy.sum() == pytest.approx(of_cosines(s), rel=2e-3)
+    assert bins.density(np.ones_like(bins.energy)) @ bins.width == pytest.approx(bins.energy.sum(), rel=1e-12)
+    found = dolfbuoy.response(scene, [8.0], sea=(0.5, 10.0, 3.3, s), direction_deg=30.0, comm=MPI.COMM_SELF).motion_std
+    surge, sway, heave = (found.sel(motion=name).item() for name in ("surge", "sway", "heave"))
+    assert (surge / sway) ** 2 == pytest.approx(of_cosines(s) / (1 - of_cosines(s)), rel=0.02)
+    assert math.hypot(surge, sway) == pytest.approx(heave, rel=0.05)
+
+
+def test_many_components():
+    """Bins of a long list keep its energy, its mean frequency and its directions."""
+    random = np.random.default_rng(1)
+    rows = [[0.01, T, d, 0.0] for T, d in zip(random.uniform(3, 12, 4000), random.uniform(-60, 60, 4000), strict=True)]
+    few, many = (bins_of(Waves(components=part, direction_deg=170.0)) for part in (rows[:300], rows))
+    assert len(few.energy) == 300
+    assert len(many.energy) <= 640
+    w, turned = 2 * math.pi / np.array(rows)[:, 1], np.radians(np.array(rows)[:, 2])
+    assert many.energy.sum() == pytest.approx(4000 * 0.01**2 / 2)
+    assert many.energy @ many.omega[many.number] == pytest.approx(many.energy.sum() * w.mean())
+    across = np.sin(np.radians(many.direction_deg - 170.0)) ** 2
+    assert many.energy @ across == pytest.approx(many.energy.sum() * (np.sin(turned) ** 2).mean(), rel=0.05)
+
+
+def test_anisotropic_drag():
+    """B of velocities that are larger along x than along y, E[d(|v| v_i)/dv_i] = E[|v| + v_i^2/|v|], by quadrature."""
+    sizes = np.array([0.9, 0.3])
+    along, across = np.array([1.0 + 0j, 0, 0]), np.array([0, 1.0 + 0j, 0])
+
+    def put(drag, n):
+        drag.in_sea([Sea([np.tile(v, (n, 1))], []) for v in (along, across)], sizes**2)
+
+    at, weight = np.polynomial.hermite_e.hermegauss(200)
+    v = np.array(np.meshgrid(*(size * at for size in sizes), indexing="ij"))
+    speed, weight = np.hypot(*v), np.outer(weight, weight) / (2 * math.pi)
+    exact = [np.sum(weight * (speed + v[i] ** 2 / speed)) for i in (0, 1)]
+    np.testing.assert_allclose(slopes(STRING, put), UNIT[1] * np.array(exact), rtol=0.015)
+
+
+def test_one_component_over_time():
+    """A sea of one component is a regular wave of that phase, but for Borgman's drag, which low waves have none of."""
+    scene, row = load_scene("short"), [1e-4, 6.0, 20.0, 75.0]
+    seaway = Seaway(scene, 20.0)
+    X, times = seaway.solve(seaway.wave(2 * math.pi / 6.0)), np.linspace(0, 12, 25)
+    rests, found = seaway.named(X), seaway.over_time(Waves(components=[row]), times)
+    wave = seaway.wave(2 * math.pi / 6.0)
+    phase = math.radians(row[3]) + wave.k @ seaway.crest
+    for name, values in rests.items():
+        exact = (row[0] * values[0] * np.exp(1j * (phase - wave.omega * times))).real
+        np.testing.assert_allclose(found[name], exact, atol=2e-3 * row[0] * abs(values[0]), err_msg=name)
+    seaway.destroy()
+
+
 def test_a_scene_with_an_irregular_sea():
     """Its spectrum serves, without an option."""
     waves = {"spectrum": "jonswap", "significant_height": 0.4, "peak_period": 6.0, "direction_deg": 150.0}
@@ -168,9 +271,9 @@ def test_a_scene_with_an_irregular_sea():
 
 
 def test_a_line_without_a_buoy():
-    """Tension at its anchor only."""
+    """Tensions at both ends, as its top is held."""
     found = dolfbuoy.response("jumper", [8.0, 12.0], height=1.0, comm=MPI.COMM_SELF)
-    assert found.tension.values.tolist() == ["tension_anchor"]
+    assert found.tension.values.tolist() == ["tension_top", "tension_anchor"]
     assert "rao" not in found
     assert np.all(np.abs(complex_of(found.rao_drag_tension)) > 0)
 

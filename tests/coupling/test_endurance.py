@@ -174,6 +174,6 @@ def test_short_for_a_while(tmp_path):
 
 
 def test_too_short_for_its_windows(tmp_path):
-    options = {"scene": "short", "duration": 20.0, "step": 0.1, "scheme": "bdf2", "window": 15.0}
+    options = {"scene": "short", "duration": 20.0, "step": 0.1, "scheme": "bdf2", "newton": 1e-9, "window": 15.0}
     with pytest.raises(InputError, match="--duration 20: fewer than 3 windows of 15 s"):
         run_command("endurance", tmp_path, **options, skip=1, tolerance=1e-3)

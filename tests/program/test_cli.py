@@ -60,7 +60,7 @@ def test_run_and_plot(call, tmp_path):
 def test_run_without_files_for_paraview(call, tmp_path):
     code, out, _ = call("run", "driven", "--out", tmp_path, "--t-end", "0.02", "--no-paraview")
     assert code == 0
-    assert out.strip().endswith(f"files in {tmp_path / 'figures'}")
+    assert f"files in {tmp_path / 'figures'}\n" in out
     assert (tmp_path / "figures" / "snapshot.png").is_file()
     assert not (tmp_path / "paraview").exists()
 

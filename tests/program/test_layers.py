@@ -17,8 +17,9 @@ import dolfbuoy.meshes
 LAYERS = (
     ("commands",),
     ("studies",),
+    ("page",),
     ("api", "linear_api", "check"),
-    ("results", "motion", "linear"),
+    ("results", "motion", "linear", "formats"),
     ("statics",),
     ("model",),
     ("solver", "scene"),

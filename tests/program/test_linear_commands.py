@@ -168,8 +168,15 @@ def test_response_prints_and_writes(call, tmp_path):
         (["modes", "two-buoys", "--number", 2, "--no-plot"], ["left sway + right sway"]),
         (["stiffness", "two-buoys"], ["about C of left", "about C of right"]),
         (["offsets", "three-legs", "--force", "0,1000", "--directions", "0"], ["offset [m]", "offsets.png"]),
+        (
+            ["response", "free-buoy", "--periods", "8", "--significant-height", 1, "--peak-period", 7],
+            ["surge", "Standard dev"],
+        ),
         (["response", "two-buoys", "--periods", "8"], ["surge of left", "pitch of right", "tension_anchor_west"]),
-        (["response", "bridle", "--periods", "8"], ["tension_anchor_leg2", "are held still"]),
+        (
+            ["response", "bridle", "--periods", "8", "--height", 0.1, "--verify", 8],
+            ["tension_top_main -", "held still"],
+        ),
     ],
 )
 def test_networks(call, tmp_path, options, texts):
@@ -185,7 +192,6 @@ def test_networks(call, tmp_path, options, texts):
         (["modes", "bridle", "--paraview"], "for one line and one buoy"),
         (["stiffness", "bridle"], "needs [buoy]"),
         (["offsets", "two-buoys", "--force", 1], "one moored buoy"),
-        (["response", "three-legs", "--verify", 8], "this scene has more, or moves it"),
     ],
 )
 def test_networks_refuse(call, tmp_path, options, words):
@@ -199,6 +205,9 @@ def test_networks_refuse(call, tmp_path, options, words):
     [
         (["short", "--significant-height", 1], "both or none"),
         (["short", "--periods", "0,1"], "must be positive"),
+        (["short", "--spreading", 2], "--spreading: goes with"),
+        (["short", "--verify", "sea"], "--verify sea: there is none"),
+        (["short", "--verify", "see"], "--verify see: must be positive numbers"),
         (["hanging-chain"], r"needs [sea]"),
     ],
 )

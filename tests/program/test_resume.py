@@ -23,6 +23,7 @@ from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results import checkpoint, recorder
 from dolfbuoy.results.record import read
 
+GROWTH = [[-20.0, 1.0, 1.0], [-2.0, 1.5, 1.3]]
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 1.0}
 TIME = {"end": 0.6, "step": 0.02, "output_every": 0.1}
 LINE = {**MOORED["cable"], "axial_stiffness": 1e6, "elements": 3}
@@ -55,7 +56,7 @@ SCENES = {
     "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},
     "on a bed": {
         "sea": MOORED["sea"],
-        "cable": merged(MOORED["cable"], length=30.0, elements=6, top=TOP | {"ramp": 0.2}),
+        "cable": merged(MOORED["cable"], length=30.0, elements=6, top=TOP | {"ramp": 0.2}, marine_growth=GROWTH),
         "seabed": {"friction": 0.6},
         "time": TIME,
     },

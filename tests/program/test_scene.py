@@ -18,7 +18,7 @@ from dolfbuoy.model.attachment import Attachment
 from dolfbuoy.model.buoy import Buoy
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.scene import merged
+from dolfbuoy.scene import build_scene, merged, varied
 from dolfbuoy.solver.unknowns import Part
 from dolfbuoy.statics.equilibrium import check_feasible
 
@@ -330,3 +330,18 @@ def test_effects_of_zero_strength_change_nothing_in_motion():
         for name in ("cable_position", "buoy_position", "angular_momentum", "mooring_force"):
             difference = np.abs(result[name] - plain_result[name]).max()
             assert difference < 1e-9 * np.abs(plain_result[name]).max(), f"{section} {name}"
+
+
+@pytest.mark.parametrize("name", ["short", "storm", "three-legs", "chain-on-bed"])
+def test_variants_are_what_reading_all_of_the_scene_gives(name):
+    """Sections that do not change are not read again: the same scene, or the same sentence."""
+    base, changes = load_scene(name), [{"gravity": 9.0}, {"waves": None}, {"waves.ramp": 3.0, "time": {"end": 5.0}}]
+    changes += [{"time__end": 3.0}, {"cable.length": -3}, {"cable.0.length": 5.0}, {"wavs.x": 1}, {"gravity.x": 1}]
+    for change in changes:
+        found = []
+        for make in (lambda: varied(base, change), lambda: build_scene(base.to_dict(), change)):  # noqa: B023
+            try:
+                found.append(make())
+            except InputError as error:
+                found.append(str(error))
+        assert found[0] == found[1]

@@ -19,11 +19,10 @@ from scipy.spatial.transform import Rotation
 from dolfbuoy import InputError, figures, load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.model.sea import velocity_at, wavenumber
-from dolfbuoy.results.drawing import mean_over_time
+from dolfbuoy.results.behind_ramp import density, mean_over_time
 from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
 from dolfbuoy.results.snapshot import Instant, instant, snapshot
-from dolfbuoy.results.spectra import density
 from dolfbuoy.results.summary import summary, warnings
 
 PERIOD = 5.0

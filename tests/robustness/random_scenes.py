@@ -98,12 +98,12 @@ STRUCTURAL = {
     "waves.period_seen_from", "waves.spectrum", "waves.spectrum.frequency", "waves.spectrum.direction_deg",
     "waves.spectrum.density", "waves.components", "waves.band", "waves.seed", "waves.amplitudes", "waves.kinematics",
     "waves.elevation",
-    "initial.kind", "initial.points", "time.end", "seabed.start",
+    "initial.kind", "initial.points", "time.end", "seabed.start", "cable.marine_growth",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
-    "time.min_step", "time.max_step", "time.output_every", "solver.petsc", "solver.step_tolerance",
-    "solver.keep_jacobian",
+    "time.min_step", "time.max_step", "time.output_every", "cable.breaking_load", "solver.petsc",
+    "solver.step_tolerance", "solver.keep_jacobian",
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
 }  # fmt: skip
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
@@ -163,6 +163,7 @@ STRUCTURES = {
     "released": {"cable": BARE | P2P1 | FREE, "initial": {"kind": "polyline"}},
     "elastic, straight": {"cable": BARE | ELASTIC | FIXED, "initial": {"kind": "straight"}},
     "top moved in water": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED},
+    "grown": {"sea": SEA, "cable": LOADED | ELASTIC | MOVED | {"marine_growth": [[-50.0, 1.0, 1.0], [-1.0, 3.0, 2.0]]}},
     "inextensible, top moved": {"sea": SEA, "cable": LOADED | P2P1 | MOVED},
     "waves and current": {
         "sea": SEA, "cable": LOADED | ELASTIC | FIXED, "waves": WAVES, "current": CURRENT,

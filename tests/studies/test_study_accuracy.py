@@ -126,7 +126,8 @@ def test_richardson_is_exact_for_powers():
 def test_unresolved_cases_are_marked():
     """Below three times the reference's own error that bound stands for the error, also in the sentence."""
     own = {"tension_top": compare.Error(1e-3, 2e-3)}
-    base = {"pair": "P2-P1", "cells": 8, "scheme": "bdf2", "step": 0.1, "tolerance": None, "own": False, "reason": None}
+    base = {"pair": "P2-P1", "cells": 8, "scheme": "bdf2", "step": 0.1, "tolerance": None, "newton": 1e-9}
+    base |= {"own": False, "reason": None}
     rows = [
         base | {"wall": 1.0, "error_tension_top": 1e-2, "max_error_tension_top": 1e-2},
         base | {"wall": 2.0, "step": 0.05, "error_tension_top": 1e-4, "max_error_tension_top": 1e-4},
@@ -143,6 +144,15 @@ def test_unresolved_cases_are_marked():
     assert "of theirs): 2 of 4 cases" in said
     assert "no convergence" in said
     assert study.front_rows(rows, own)[1]["error"] == "< 0.3 %"
+
+
+def test_newton_is_a_hundred_times_as_exact_as_what_is_promised():
+    """The faster case of two, with a looser tolerance, counts where this is at most a hundredth of the accuracy."""
+    base = {"pair": "-", "cells": 0, "scheme": "bdf2", "step": 0.1, "tolerance": None, "own": False, "reason": None}
+    rows = [base | {"wall": wall, "newton": newton} for wall, newton in ((2.0, 1e-9), (1.0, 1e-4))]
+    rows = study.mark([row | {"error_tension_top": 9e-4} for row in rows], {"tension_top": compare.Error(1e-6, 1e-6)})
+    assert "Newton 0.0001: 1 s" in study.sentence(rows, "tension_top", 0.01)
+    assert "BDF2, dt 0.1 s: 2 s" in study.sentence(rows, "tension_top", 0.001)
 
 
 def test_pareto_front():
@@ -176,6 +186,9 @@ def test_other_bad_options_are_refused():
         settings.parse_numbers("--cells", "4,-1", int)
     with pytest.raises(InputError, match="--schemes"):
         settings.parse_schemes("bdf2,euler")
+    for text in ("none", "1e-9,2", "x"):
+        with pytest.raises(InputError, match="--newton"):
+            study.request(DRIVEN, None, None, None, None, None, None, text, 1)
 
 
 def test_settings_reach_the_scene():
@@ -184,6 +197,12 @@ def test_settings_reach_the_scene():
     assert settings.space_of(changed) == Space(3, 2, 6)
     assert changed.cable.elements == [(5.0, 2), (6.0, 4)]
     assert settings.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
+    loose = settings.with_settings(changed, Space(3, 2, 6), Stepping("bdf2", 0.05, newton=1e-5))
+    assert (loose.solver.step_tolerance, settings.stepping_of(loose).newton) == (1e-5, 1e-5)
+    found = settings.steppings(["backward-euler", "bdf2"], [0.1, 0.05], [1e-3], 0.4, [1e-9, 1e-5])
+    assert found[:3] == [Stepping("backward-euler", 0.1), Stepping("backward-euler", 0.05), Stepping("bdf2", 0.1)]
+    assert found[4:6] == [Stepping("bdf2", 0.05, 1e-3, 0.4), Stepping("backward-euler", 0.1, newton=1e-5)]
+    assert len(found) == 10
     assert settings.with_settings(changed, settings.space_of(changed), Stepping("bdf2", 0.05)).time.tolerance is None
     adaptive = Stepping("bdf2", 0.05, 1e-3, settings.largest_step(scene))
     bounded = settings.with_settings(settings.shortened(scene, 4.0), Space(3, 2, 6), adaptive)
@@ -242,7 +261,7 @@ def test_study_of_a_small_scene(tmp_path, capsys):
     """Few cases; all files; a case that cannot be solved is a row with its reason."""
     scene = settings.shortened(load_scene(DRIVEN), 4.0)
     options = {"pairs": [(1, 0), (2, 1)], "cells": [4], "steps": [0.1], "tolerances": [1e-3], "repeats": 1}
-    run(study, tmp_path, scene=scene, schemes=["bdf2"], **options)
+    run(study, tmp_path, scene=scene, schemes=["bdf2"], newton=[1e-9, 1e-5], **options)
     assert "its own error" in capsys.readouterr().out
     assert all((tmp_path / f"work-precision.{suffix}").is_file() for suffix in ("json", "csv", "png", "svg"))
     time = {"scheme": "bdf2", "step": 0.4, "min_step": 0.4, "tolerance": 1e-9}  # cannot be met
@@ -257,6 +276,9 @@ def test_advice_keeps_its_promise():
     assert found.measured <= 0.02
     assert true_error(found.scene, "tension_top") <= 0.02
     assert settings.stepping_of(found.scene) == found.choice.stepping
+    assert settings.NEWTON < found.scene.solver.step_tolerance <= 2e-4  # a hundredth of what was asked
+    assert 0 < found.pilot.of_newton <= 2e-4
+    assert found.pilot.work_of_newton < 0.9
     assert found.candidates[0].seconds == min(c.seconds for c in found.candidates)
     assert any("Errors in space" in text for text in said)
     assert "2 % in top tension: " in advice.sentences(found)[0]

@@ -14,7 +14,9 @@ import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import InputError, load_scene, simulate
-from dolfbuoy.results.statistics import dominant_period, statistics
+from dolfbuoy.results import style
+from dolfbuoy.results.many import collect, draw
+from dolfbuoy.results.statistics import STATISTICS, dominant_period, statistics
 from dolfbuoy.scene.variants import cases_of, parse_vary
 from dolfbuoy.studies import one_case
 from dolfbuoy.studies import sweep as sweeping
@@ -225,7 +227,7 @@ def test_a_longer_sweep_computes_only_what_is_new(swept, monkeypatch):
     folder, dataset = swept
     seen = []
     whole = sweeping.evaluate
-    monkeypatch.setattr(sweeping, "evaluate", lambda case, **how: (seen.append(case["changes"]), whole(case))[1])
+    monkeypatch.setattr(sweeping, "evaluate", lambda case, **how: (seen.append(case["changes"]), whole(case, **how))[1])
     longer = sweep(ROD, ["cable.line_density=1,2,3", VARY[1]], None, folder)
     assert seen == [{"cable.line_density": 3, "gravity": g} for g in (5, 9)]
     xr.testing.assert_equal(longer.isel(case=slice(4)), dataset)
@@ -261,6 +263,21 @@ def test_a_sweep_without_any_result_is_written(tmp_path):
     dataset = sweep(ROD, ["cable.length=-1,-2"], None, tmp_path)
     assert all("InputError" in s for s in dataset.status.values)
     assert (tmp_path / "sweep.png").exists()
+
+
+def test_the_figure_of_very_many_cases_is_small(tmp_path):
+    """Each of them is a point for its mean and two for its range; as a picture, whatever their number."""
+    numbers = [
+        {s: k + shift for s, shift in zip(STATISTICS, (-1.0, 2.0, 0.0, 1.0, 1.0), strict=True)} for k in range(3000)
+    ]
+    rows = [
+        {"changes": {"gravity": k / 10}, "status": "done", "statistics": {"tension_top": one}}
+        for k, one in enumerate(numbers)
+    ]
+    figure = draw(collect(rows))
+    assert [len(line.get_xdata()) for line in figure.axes[0].lines] == [3000] * 3
+    style.save(figure, tmp_path / "sweep")
+    assert 10_000 < (tmp_path / "sweep.svg").stat().st_size < 300_000
 
 
 @pytest.mark.mpi

@@ -22,7 +22,7 @@ from dolfbuoy.parallel.store import Store, Writer
 from dolfbuoy.results.folder import claimed
 from dolfbuoy.studies import one_case
 from dolfbuoy.studies import sweep as sweeping
-from dolfbuoy.studies.sweep import Part, collected, plan, run_part, status, sweep
+from dolfbuoy.studies.sweep import Part, collected, plan, run_part, status, sweep, warnings
 
 ROD = {
     "cable": {"length": 3.0, "line_density": 2.0, "elements": 2, "top": {"kind": "free", "force": [1.0, 2.0, 0.0]}},
@@ -124,7 +124,7 @@ def test_a_part_goes_on_with_what_any_division_has_computed(tmp_path, monkeypatc
     run_part(planned, tmp_path, Part(2, 5))
     seen = []
     whole = sweeping.evaluate
-    monkeypatch.setattr(sweeping, "evaluate", lambda case, **how: (seen.append(case["changes"]), whole(case))[1])
+    monkeypatch.setattr(sweeping, "evaluate", lambda case, **how: (seen.append(case["changes"]), whole(case, **how))[1])
     dataset = sweep(ROD, VARY, None, tmp_path)
     assert seen == [{"cable.line_density": -1}]
     assert list(dataset.status.values[:3]) == ["done"] * 3
@@ -184,6 +184,26 @@ def test_two_processes_do_not_run_one_part(tmp_path):
     assert len(lines(tmp_path)) == 2
     with claimed(tmp_path), pytest.raises(InputError, match="in use by another run"):
         run_part(planned, tmp_path, Part(1, 2))
+
+
+def test_what_will_not_run_is_said_before_the_first_case(tmp_path):
+    """Of ten thousand cases, and of a part of them; warnings of the two ends of a key, too."""
+    table, said = tmp_path / "cases.csv", []
+    heights = [f"{0.1 + 1e-5 * k:.5f}" for k in range(9999)]
+    table.write_text("waves.amplitude\n" + "\n".join([*heights[:5000], "-1", "9", *heights[5000:]]) + "\n")
+    planned = plan(BUOY, [], table)
+    begin = time.process_time()
+    refused, steep = warnings(planned.base, planned.changes)
+    assert time.process_time() - begin < 20.0  # a second, on a machine with nothing else to do
+    assert refused.startswith(
+        "1 of 10001 cases will not run, the first with waves.amplitude = -1: waves.amplitude = -1"
+    )
+    assert steep.startswith("1 of 52 cases looked at, the first with waves.amplitude = 9: The wave (H/lambda")
+    part, rods = Part(2, 2), plan(ROD, VARY, None)
+    run_part(rods, tmp_path / "rods", part, say=lambda sentences: said.extend((s, lines(tmp_path)) for s in sentences))
+    ((sentence, before),) = said
+    assert sentence.startswith("1 of 2 cases will not run, the first with cable.line_density = -1")
+    assert before == []
 
 
 # -- failures ----------------------------------------------------------------------------------------------------------

@@ -5,11 +5,13 @@ Source: the runs of the cases one by one; sums over sea states by hand; Gumbel's
 
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 import xarray as xr
 from dynamics_helpers import MOORED, merged
+from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import InputError, load_scene, simulate, statistics
 from dolfbuoy.results import cycles
@@ -176,20 +178,23 @@ def test_the_command_shows_a_life(swept, call, tmp_path):
 # -- executors ---------------------------------------------------------------------------------------------------------
 
 
-def _executors():
-    yield "processes", lambda: ProcessPoolExecutor(2, multiprocessing.get_context("spawn"))
-    try:
-        from distributed import Client
-    except ImportError:
-        return
-    yield (
-        "dask",
-        lambda: Client(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None).get_executor(),
-    )
+@contextmanager
+def processes():
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+        yield executor
 
 
-@pytest.mark.parametrize(("name", "make"), list(_executors()))
-def test_an_executor_gives_what_one_process_gives(name, make, swept, tmp_path):
+@contextmanager
+def dask():
+    """Of a cluster on this computer."""
+    distributed = pytest.importorskip("distributed", reason="needs distributed, of the extra test")
+    local = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
+    with distributed.LocalCluster(**local) as cluster, cluster.get_client() as client:
+        yield client.get_executor()
+
+
+@pytest.mark.parametrize("make", [processes, dask])
+def test_an_executor_gives_what_one_process_gives(make, swept, tmp_path):
     """Processes of their own; the lines of the store but for times and order."""
     _, dataset = swept
     (tmp_path / "table.csv").write_text(TABLE)
@@ -197,3 +202,26 @@ def test_an_executor_gives_what_one_process_gives(name, make, swept, tmp_path):
     with make() as executor:
         found = sweep(scene, [], tmp_path / "table.csv", tmp_path, seeds=2, executor=executor)
     xr.testing.assert_identical(found, dataset)
+
+
+FUTURES = """
+from mpi4py.futures import MPIPoolExecutor
+from dolfbuoy.studies.sweep import sweep
+
+if __name__ == "__main__":
+    with MPIPoolExecutor() as executor:
+        sweep("sea.toml", [], "table.csv", "out", seeds=2, executor=executor)
+"""
+
+
+@pytest.mark.mpi
+@needs_mpirun
+def test_ranks_are_workers_of_mpi4py_futures(swept, tmp_path):
+    """One rank asks for the sweep, others evaluate: these start PETSc when their first case comes."""
+    _, dataset = swept
+    for name, text in (("table.csv", TABLE), ("futures.py", FUTURES)):
+        (tmp_path / name).write_text(text)
+    load_scene(SCENE).save(tmp_path / "sea.toml")
+    done = start(3, ["-m", "mpi4py.futures", "futures.py"], tmp_path)
+    assert done.returncode == 0, done.stderr
+    xr.testing.assert_equal(xr.load_dataset(tmp_path / "out" / "sweep.nc"), dataset)

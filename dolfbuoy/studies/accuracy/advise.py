@@ -49,6 +49,9 @@ def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int =
     pilot.measure_space()
     if pilot.mesh.mu:
         say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pilot.space_curves, lambda p: f'P{p[0]}-P{p[1]}')}.")
+    pilot.measure_newton()
+    words = f"error {percent(pilot.of_newton)}, {pilot.work_of_newton:.2g} of the work with {settings.NEWTON:g}"
+    say(f"Newton's tolerance {pilot.newton:g}: {words}.")
     return verified(pilot, tries)
 
 
@@ -148,6 +151,7 @@ def table_rows(advice: Advice) -> list[dict]:
         seen |= kinds
         row = {"settings": str(c), "pair": c.space.pair, "cells": c.space.cells, "scheme": c.stepping.scheme}
         row |= {"step": None if c.stepping.tolerance else c.stepping.step, "tolerance": c.stepping.tolerance}
+        row |= {"newton": c.stepping.newton}
         row |= {"predicted_percent": 100 * c.error, "predicted_seconds": c.seconds}
         rows.append(row | {"remark": "extrap." if c.extrapolated else ""})
     rows[0]["remark"] = "advised"

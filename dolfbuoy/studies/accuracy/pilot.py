@@ -2,13 +2,14 @@
 
 In time: one moderate mesh, steps and tolerances of every scheme, against the finest run of generalized-alpha on this
 mesh.  In space: one step, cells of every pair, against the finest P3-P2 at this step.  Both references are refined
-until Richardson's estimate of their own error is an eighth of the accuracy.  The prediction is the sum of both errors,
-between the measurements by powers (observed orders); the cost is the units of work of the run (Newton iterations and
-steps) times the seconds of one.
+until Richardson's estimate of their own error is an eighth of the accuracy.  Newton's tolerance: the loosest one that
+is, and whose error is, a hundredth of the accuracy at most, against the same run with the usual one.  The prediction is
+the sum of the errors, between the measurements by powers (observed orders); the cost is the units of work of the run
+(Newton iterations and steps) times the seconds of one.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -21,6 +22,10 @@ from ...scene.settings import Space, Stepping
 
 #: Share of the accuracy that each reference's own error may take.
 OWN = 1 / 8
+#: Newton's tolerance, and what it may change, over the accuracy.
+OF_NEWTON = 1 / 100
+#: Beyond this tolerance Newton gains nothing more, and `long` has come out 2 % wrong.
+LOOSEST = 1e-4
 ALPHA = "generalized-alpha"
 
 
@@ -59,6 +64,7 @@ class Pilot:
         self.mesh = Space(2, 1, min(max(own.mu * own.cells // 2, 4), 20)) if own.mu else own
         self.time_curves: dict[tuple[str, bool], Curve] = {}
         self.space_curves: dict[tuple[int, int], Curve] = {}
+        self.newton, self.of_newton, self.work_of_newton = settings.NEWTON, 0.0, 1.0
         self.rows: list[dict] = []
 
     def run(self, space: Space, stepping: Stepping):
@@ -121,6 +127,7 @@ class Pilot:
     def _keep(self, kind, points):
         for (space, stepping), error in points:
             size = {"tolerance": stepping.tolerance} if stepping.tolerance else {"step": stepping.step}
+            size |= {"newton": stepping.newton}
             row = {"error_in": kind, "pair": space.pair, "cells": space.cells, "scheme": stepping.scheme} | size
             self.rows.append(row | {"error_percent": 100 * error} | _costs(self.run(space, stepping)))
 
@@ -145,14 +152,14 @@ class Pilot:
         for family, points in found.items():
             self.time_curves[family] = Curve([(s.tolerance or s.step, error) for (_, s), error in points])
             self._keep("time", points)
+        alpha = self.time_curves[ALPHA, False]
+        self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest  # about as exact as asked for
 
     def measure_space(self):
-        """Curves over 1/cells of every pair, at a step that is about as exact as asked for."""
+        """Curves over 1/cells of every pair, at the same step."""
         if not self.mesh.mu:
             self.own_space, self.best = 0.0, self.mesh
             return
-        alpha = self.time_curves[ALPHA, False]
-        self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest
 
         def doubled(pair, first, count):
             return [(Space(*pair, first * 2**k), Stepping(ALPHA, self.step)) for k in range(count)]
@@ -165,6 +172,18 @@ class Pilot:
         for pair, points in found.items():
             self.space_curves[pair] = Curve([(1 / space.cells, error) for (space, _), error in points])
             self._keep("space", points)
+
+    def measure_newton(self):
+        """Newton's tolerance, its error, and the work that is left, at the same step on the moderate mesh."""
+        truth, allowed = self.run(self.mesh, Stepping(ALPHA, self.step)), OF_NEWTON * self.accuracy
+        for newton in (10.0**-k for k in range(4, 9)):
+            stepping = Stepping(ALPHA, self.step, newton=newton)
+            run = self.run(self.mesh, stepping) if newton <= min(LOOSEST, allowed) * (1 + 1e-9) else None
+            error = self.difference(run, truth) if run else math.inf
+            if error <= allowed:
+                self.newton, self.of_newton, self.work_of_newton = newton, error, _work(run) / _work(truth)
+                self._keep("Newton", [((self.mesh, stepping), error)])
+                return
 
     # -- cost
 
@@ -183,7 +202,8 @@ class Pilot:
         known = sorted(
             (s.tolerance if adaptive else s.step, _work(r))
             for (m, s), r in self.runs.items()
-            if r and m == self.mesh and s.scheme == scheme and (s.tolerance is not None) == adaptive
+            if r and (m, s.scheme, s.newton) == (self.mesh, scheme, settings.NEWTON)
+            if (s.tolerance is not None) == adaptive
         )
         sizes, works = np.log(np.array(known)).T
         work = math.exp(np.interp(math.log(x), sizes, works))
@@ -191,6 +211,7 @@ class Pilot:
             power = 1.0 if not adaptive else 1 / 3  # steps of order 2 shrink like the cubic root of the tolerance
             work *= (math.exp(sizes[0]) / x) ** power
         done = [run for run in self.runs.values() if run]
+        work *= self.work_of_newton
         load = sum(run.wall for run in done) / sum(run.cpu for run in done)
         return work * self.whole.time.end / self.scene.time.end * self.second_per_work(space) * max(load, 1.0)
 
@@ -202,23 +223,26 @@ class Pilot:
         in_space = self.space_curves.get((space.mu, space.nu))
         if in_time is None or (in_space is None and space.mu):
             return math.inf
-        return in_time(stepping.tolerance or stepping.step) + (in_space(1 / space.cells) if space.mu else 0.0)
+        in_space = in_space(1 / space.cells) if space.mu else 0.0
+        return in_time(stepping.tolerance or stepping.step) + in_space + self.of_newton
 
     def candidates(self, target: float) -> list[Candidate]:
         """For every pair and family the cheapest settings whose predicted error is at most `target`, cheapest first."""
         best = {}
-        for space, in_space in self._spaces(target):
+        for space, in_space in self._spaces(target - self.of_newton):
+            known = in_space + self.of_newton
             for (scheme, adaptive), curve in self.time_curves.items():
                 if len(curve.x) == 0:
                     continue
-                x = curve.largest(target - in_space, compare.nice_numbers(curve.x[0] / 1e3, curve.x[-1]))
+                x = curve.largest(target - known, compare.nice_numbers(curve.x[0] / 1e3, curve.x[-1]))
                 if x is None:
                     continue
                 seconds = self.seconds(space, scheme, adaptive, x)
-                stepping = Stepping(scheme, self.finest, x, self.largest) if adaptive else Stepping(scheme, x)
+                size = (self.finest, x, self.largest) if adaptive else (x,)
+                stepping = replace(Stepping(scheme, *size), newton=self.newton)
                 key = space.pair, scheme, adaptive
                 if key not in best or seconds < best[key].seconds:
-                    best[key] = Candidate(space, stepping, in_space + curve(x), seconds, x < curve.x[0])
+                    best[key] = Candidate(space, stepping, known + curve(x), seconds, x < curve.x[0])
         return sorted(best.values(), key=lambda candidate: candidate.seconds)
 
     def _spaces(self, target):

@@ -1,8 +1,9 @@
-"""Error against wall time over pairs, cells, schemes and steps of a scene: what accuracy costs.
+"""Error against wall time over pairs, cells, schemes, steps and Newton's tolerances: what accuracy costs.
 
 The reference is a run of generalized-alpha with P3-P2, more unknowns and a quarter of the smallest step.  The
 difference from the run at twice its step and half its cells gives its own error (Richardson, order 2); what is below
-three times that is not resolved.
+three times that is not resolved.  An accuracy is only said to be met where Newton's tolerance is at most a hundredth of
+it.
 """
 
 import itertools
@@ -25,6 +26,8 @@ from ..study import Table
 from .linear_answer import linear_answer
 
 ACCURACIES = (0.1, 0.01, 0.001)
+#: Newton's tolerance over an accuracy, at most.
+TIGHTER = 0.01
 #: What of a case is not shown.
 HIDDEN = ("study", "scene", "reference", "file")
 
@@ -33,11 +36,14 @@ WORDS = declared(__file__)
 structure = itemgetter("pair")
 
 
-def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, repeats: int) -> dict:
+def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, newton, repeats: int) -> dict:
     """The scene until t_end, by default the ramp and four periods, the largest step of the whole, and the settings."""
     whole, tolerances = load_scene(scene), settings.parse_numbers("--tolerances", tolerances)
     if tolerances and max(tolerances) >= 1:
         raise InputError(f"--tolerances {tolerances}: must be below 1.")
+    newton = settings.parse_numbers("--newton", newton)
+    if not newton or max(newton) >= 1:
+        raise InputError(f"--newton {newton}: must be numbers below 1.")
     if t_end is not None and not t_end > settings.ramp_of(whole):
         raise InputError(f"--t-end {t_end:g}: must be after the ramp, which ends at {settings.ramp_of(whole):g} s.")
     return {
@@ -48,6 +54,7 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
         "schemes": settings.parse_schemes(schemes),
         "steps": settings.parse_numbers("--steps", steps),
         "tolerances": tolerances,
+        "newton": newton,
         "repeats": repeats,
     }
 
@@ -83,8 +90,9 @@ def cases(scene: Scene, chosen, reference: dict, repeats: int) -> list[dict]:
 def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
     """The scene with these settings, and what they are."""
     what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
+    what |= {"tolerance": stepping.tolerance, "newton": stepping.newton}
     changed = settings.with_settings(scene, space, stepping).to_dict()
-    return {"study": f"work-precision {kind}", **what, "tolerance": stepping.tolerance, "scene": changed}
+    return {"study": f"work-precision {kind}", **what, "scene": changed}
 
 
 def evaluate_reference(case: dict) -> dict:
@@ -152,7 +160,7 @@ def front(rows: list[dict], name: str) -> list[dict]:
 
 def describe(row: dict) -> str:
     """Settings of a row as one would say them."""
-    stepping = Stepping(row["scheme"], row["step"], row["tolerance"])
+    stepping = Stepping(row["scheme"], row["step"], row["tolerance"], newton=row["newton"])
     cells = f"{row['pair']}, {row['cells']} elements, " if row["cells"] else ""
     return f"{cells}{stepping}"
 
@@ -160,7 +168,8 @@ def describe(row: dict) -> str:
 def sentence(rows: list[dict], name: str, accuracy: float) -> str:
     """What one would quote: the cheapest settings that meet the accuracy, and the scene's own beside them."""
     what = {"accuracy": percent(accuracy), "quantity": acc.QUANTITIES[name]}
-    good = [row for row in front(rows, name) if row[f"bound_{name}"] <= accuracy]
+    allowed = [row for row in rows if row["newton"] <= TIGHTER * accuracy * (1 + 1e-9)]
+    good = [row for row in front(allowed, name) if row[f"bound_{name}"] <= accuracy]
     said = WORDS.say("meets_not", **what)
     if good:
         said = WORDS.say("meets", **what, settings=describe(good[0]), wall=good[0]["wall"])
@@ -195,7 +204,7 @@ def front_rows(rows: list[dict], names) -> list[dict]:
 
 def _front_row(row, name):
     line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)}
-    line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "wall")}
+    line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")}
     line |= {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
     return line | {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
 
@@ -266,17 +275,19 @@ def _handles(rows, colors):
 # -- the study ---------------------------------------------------------------------------------------------------------
 
 
-def compute(
-    folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=(), repeats=3, largest=None
-):
-    """(results of the cases, check, reference), None on all ranks but 0; `scene` with the end that is wanted."""
+def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=(), repeats=3, **more):
+    """(results of the cases, check, reference), None on all ranks but 0; `scene` with the end that is wanted.
+
+    more: largest, of adaptive steps; newton, its tolerances.
+    """
     if scene.time is None:
         raise InputError("time: must be given, a run needs at least its keys end and step.")
     if not acc.quantities_of(scene):
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or settings.default_steps(scene)
     room = settings.spaces(scene, pairs, cells)
-    chosen = itertools.product(room, settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances, largest))
+    ways = settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances, **more)
+    chosen = itertools.product(room, ways)
     fine = reference_cases(scene, room, steps, folder)
     evaluate_all(evaluate_reference, fine, folder, structure)
     found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)

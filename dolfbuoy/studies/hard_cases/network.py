@@ -25,7 +25,7 @@ def line(name, low, high, length, weight, **more):
 def compared(found, scene, law, positions=1e-3, tensions=5e-3):
     """Ends of all pieces and their tensions against the closed form of the network in still water; none compressed."""
     problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
-    rest, lines, u = solve(still_network(problem.scene, problem.network)), problem.lines, problem.system.u
+    rest, lines, u = solve(still_network(problem)), problem.lines, problem.system.u
     T, off, wrong = u[lines.T_dofs], 0.0, 0.0
     for piece, shape in enumerate(rest.shapes):
         mine, ends = lines.line_of_cell == piece, rest.ends[piece]

@@ -31,12 +31,12 @@ QUANTITIES = {
 }
 
 
-def request(scene, duration: float, step: float, scheme: str, **judged) -> dict:
+def request(scene, duration: float, step: float, scheme: str, newton: float, **judged) -> dict:
     """The scene of the long run, of which frames are few, and how its windows are judged."""
     if not 0 < judged.get("tolerance", 1.0) < math.inf:
         raise InputError(f"--tolerance {judged['tolerance']:g}: must be a positive number.")
     time = {"end": duration, "step": step, "scheme": scheme, "output_every": duration / 100}
-    return {"scene": load_scene(scene, time=time), **judged}
+    return {"scene": load_scene(scene, time=time, solver={"step_tolerance": newton}), **judged}
 
 
 def windows(record, length: float) -> list[dict]:
@@ -114,6 +114,7 @@ def tables(record, scene, window: float, skip: int, tolerance: float) -> list[Ta
     head, time = WORDS.say("head", skip=skip), scene.time
     columns = {key: heading for key, heading in WORDS.columns.items() if key in rows[0]}
     run = {"end": time.end, "scheme": time.scheme, "step": time.step, "window": window}
+    run["newton"] = scene.solver.step_tolerance
     title = WORDS.say("title", title=scene.title, **run)
     return [
         Table("endurance", rows, notes=notes, figure=draw(rows), passed=all(passed)),

@@ -1,0 +1,132 @@
+"""Moorings in the files of other programs, and a scene beside MoorDyn, on the command line."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import InputError
+from .shared import SceneArgument, SetOption, err, load, out, out_option, rank
+
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of MoorDyn, or YAML of MoorPy or RAFT.")]
+FormatArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn, moorpy or raft.")]
+PeerArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn.")]
+COLUMNS = {
+    "quantity": "quantity",
+    "unit": "unit",
+    "mean": "mean",
+    "mean_moordyn": "MoorDyn",
+    "least": "least",
+    "least_moordyn": "MoorDyn",
+    "largest": "largest",
+    "largest_moordyn": "MoorDyn",
+    "percent": "rms difference [% of range]",
+}
+
+
+def import_(
+    kind: FormatArgument,
+    file: FileArgument,
+    target: Annotated[Path | None, typer.Option("--out", help="Scene file \\[default: FILE's name, .toml].")] = None,
+):
+    """A mooring of another program as a scene.  Example: dolfbuoy import moordyn lines.txt --out mine.toml"""
+    from ..formats.files import as_toml, read
+
+    scene, notes = read(kind, file)
+    target = target if target is not None else Path(f"{file.stem}.toml")
+    try:
+        with target.open("x", encoding="utf-8") as new:
+            new.write(as_toml(scene, notes, file.name))
+    except FileExistsError:
+        raise InputError(f"--out {target}: must be a new file; this one exists and is left as it is.") from None
+    except OSError as error:
+        raise InputError(f"--out {target}: cannot be written ({error.strerror}).") from None
+    for note in notes:
+        _say(f"{file.name}, {note}" if note.line else f"{file.name}: {note}")
+    _say(f"{target}: check it with dolfbuoy check {target}")
+
+
+def export(
+    kind: PeerArgument,
+    scene: SceneArgument,
+    folder: out_option("results/moordyn-NAME") = None,
+    assign: SetOption = None,
+):
+    """A scene as input of MoorDyn 2.  Example: dolfbuoy export moordyn three-legs --out harbour"""
+    from ..api import solve_static
+    from ..formats.to_moordyn import export as write
+    from ..formats.to_moordyn import start_of
+
+    _only_moordyn(kind)
+    loaded = load(scene, assign)
+    _needs_cable(loaded)
+    start = start_of(solve_static(loaded))
+    if rank() != 0:
+        return
+    written, folder = write(loaded, start), _folder(folder, scene)
+    for name, text in written.files.items():
+        (folder / name).write_text(text)
+    for note in written.notes:
+        _say(str(note))
+    _say(f"{', '.join(written.files)} in {folder}")
+
+
+def compare(
+    kind: PeerArgument,
+    scene: SceneArgument,
+    end: Annotated[float | None, typer.Option("--t-end", min=1e-3, help="End of both runs \\[s].")] = None,
+    segments: Annotated[int, typer.Option("--segments", min=1, help="Of MoorDyn for each element of a line.")] = 1,
+    folder: out_option("results/moordyn-NAME") = None,
+    assign: SetOption = None,
+):
+    """A scene run by dolfbuoy and by MoorDyn, side by side.  Example: dolfbuoy compare moordyn bridle --t-end 30"""
+    from ..studies import peer
+
+    _only_moordyn(kind)
+    loaded = load(scene, assign)
+    _needs_cable(loaded)
+    found = peer.compare(loaded, end, segments)
+    if rank() != 0:
+        return
+    from ..results.tables import show
+
+    for note in found.notes:
+        err.print(f"MoorDyn: {note}", soft_wrap=True, markup=False, highlight=False)
+    rows = [row | {"percent": 100 * row["relative"]} for row in found.rows]
+    show("Second half of both runs", rows, COLUMNS)
+    folder = _folder(folder, scene)
+    (folder / "comparison.json").write_text(json.dumps({"rows": found.rows, "notes": found.notes}, indent=1) + "\n")
+    peer.draw(found, folder)
+    _say(f"comparison.json and its figure in {folder}")
+
+
+def _only_moordyn(kind):
+    if kind != "moordyn":
+        raise InputError(f"FORMAT = {kind!r}: must be moordyn.")
+
+
+def _needs_cable(scene):
+    if scene.cable is None:
+        raise InputError("SCENE: must have a [cable]: MoorDyn's input is of lines.")
+
+
+def _folder(folder, scene):
+    folder = folder if folder is not None else Path("results") / f"moordyn-{Path(scene).stem}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {folder}: cannot be made ({error.strerror}).") from None
+    return folder
+
+
+def _say(text):
+    if rank() == 0:
+        out.print(text, soft_wrap=True, markup=False, highlight=False)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make them commands of an application."""
+    app.command("import")(import_)
+    app.command()(export)
+    app.command()(compare)

@@ -1,0 +1,1 @@
+"""Moorings in the files of other programs: MoorDyn's input, and the YAML of MoorPy and RAFT."""

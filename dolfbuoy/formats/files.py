@@ -1,0 +1,44 @@
+"""Reading moorings of other programs, and writing what became of them as a scene file."""
+
+from pathlib import Path
+
+import tomli_w
+
+from ..errors import InputError, printable
+from ..scene import load_scene
+from ..scene.reading import MOST_BYTES
+from . import from_moordyn, from_yaml
+from .notes import Note
+
+#: What a file can be.
+READERS = {"moordyn": from_moordyn.scene_of, "moorpy": from_yaml.scene_of, "raft": from_yaml.scene_of}
+
+
+def read(kind: str, path: Path) -> tuple[dict, list[Note]]:
+    """The scene of a mooring in a file, as its sections and keys, and what could not be carried over.
+
+    kind: one of READERS.  Raises InputError for a file that cannot be read, or that makes no scene.
+    """
+    if kind not in READERS:
+        raise InputError(f"FORMAT = {kind!r}: must be {' or '.join(READERS)}.")
+    try:
+        with Path(path).open("rb") as file:
+            raw = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}).") from None
+    if len(raw) > MOST_BYTES:
+        raise InputError(f"{path}: must hold at most {MOST_BYTES // 1_000_000} MB.")
+    text = raw.decode("utf-8", errors="replace")
+    title = "".join(c for c in Path(path).stem if c.isprintable())[:200]
+    try:
+        scene, notes = READERS[kind](text, title)
+        load_scene(scene)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return scene, notes
+
+
+def as_toml(scene: dict, notes: list[Note], source: str) -> str:
+    """A scene file; what was not carried over stands at its top."""
+    said = [f"Carried over from {source}.", *map(str, notes)]
+    return "".join(f"# {printable(text)}\n" for text in said) + "\n" + tomli_w.dumps(scene)

@@ -1,0 +1,172 @@
+"""A mooring in the YAML of MoorPy and RAFT as a scene.
+
+    mooring:
+        water_depth: 200
+        points:     [{name, type: fixed | vessel | free, location: [x, y, z], mass, volume}, ...]
+        lines:      [{name, endA, endB, type, length}, ...]
+        line_types: [{name, diameter, mass_density, stiffness, breaking_load, transverse_drag, ...}, ...]
+
+The tangential drag refers to the surface pi d l there and to the diameter d l here; lines carry no compression; the bed
+is there, and has no stiffness of its own.
+"""
+
+import math
+
+from ..errors import InputError, missing
+from .notes import Note
+
+#: Keys of a line type and what they are called here, with the factor between them.
+LINE_TYPE = {
+    "mass_density": ("line_density", 1.0),
+    "diameter": ("diameter", 1.0),
+    "stiffness": ("axial_stiffness", 1.0),
+    "transverse_drag": ("normal_drag", 1.0),
+    "transverse_added_mass": ("added_mass", 1.0),
+    "tangential_drag": ("tangential_drag", math.pi),
+    "breaking_load": ("breaking_load", 1.0),
+}
+ELEMENTS = 20
+
+
+def read_yaml(text: str):
+    """The values of a YAML file, which can run nothing and repeat nothing.  Raises InputError for anything else."""
+    try:
+        import yaml
+    except ImportError as error:
+        raise InputError(missing(error) or "PyYAML is not installed: pip install pyyaml") from None
+
+    class Plain(yaml.SafeLoader):
+        """Without aliases, by which a small file grows without bounds."""
+
+        def compose_node(self, parent, index):
+            if self.check_event(yaml.events.AliasEvent):
+                raise InputError(f"line {self.peek_event().start_mark.line + 1}: aliases (*name) are not read.")
+            return super().compose_node(parent, index)
+
+    try:
+        return yaml.load(text, Loader=Plain)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"line {mark.line + 1}: " if mark else ""
+        raise InputError(f"{place}this is no YAML: {getattr(error, 'problem', None) or error}.") from None
+    except RecursionError:
+        raise InputError("this YAML is nested too deeply.") from None
+
+
+def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
+    """The scene of a mooring in YAML, as its sections and keys, and what could not be carried over.
+
+    Raises InputError for a file without points, lines and line types, or a value that cannot be read.
+    """
+    data = read_yaml(text)
+    mooring = data.get("mooring", data) if isinstance(data, dict) else None
+    if not isinstance(mooring, dict) or not all(
+        isinstance(mooring.get(name), list) and mooring[name] for name in ("points", "lines", "line_types")
+    ):
+        raise InputError("there is no mooring with points, lines and line_types: this is no file of MoorPy or RAFT.")
+    return _Reader(mooring, title).scene()
+
+
+class _Reader:
+    def __init__(self, mooring, title):
+        self.mooring, self.title, self.notes = mooring, title, []
+
+    def scene(self):
+        materials = {_text(row, "name", "line_types"): self._material(row) for row in self._rows("line_types")}
+        places, joints = self._points()
+        cables = [self._cable(row, materials, places) for row in self._rows("lines")]
+        used = {cable["material"] for cable in cables}
+        for name in self.mooring:
+            if name not in ("water_depth", "rho", "water_density", "points", "lines", "line_types"):
+                self.note(f"{name} is not carried over")
+        self.note("the file says nothing about the length of a run: time.end and time.step are a proposal")
+        scene = {"title": self.title} if self.title else {}
+        scene |= {"sea": self._sea(places), "seabed": {}}
+        scene |= {"material": {name: keys for name, keys in materials.items() if name in used}, "cable": cables}
+        named = {place for place in places.values() if isinstance(place, str)}
+        scene |= {"joint": [joint for joint in joints if joint["name"] in named]} if joints else {}
+        return scene | {"time": {"end": 60.0, "step": 0.05, "scheme": "bdf2"}}, self.notes
+
+    def note(self, text):
+        self.notes.append(Note(text))
+
+    def _rows(self, name):
+        for row in self.mooring[name]:
+            if not isinstance(row, dict):
+                raise InputError(f"{name}: {row!r} is no table of keys.")
+            yield row
+
+    def _sea(self, places):
+        depth = self.mooring.get("water_depth")
+        if depth is None:
+            depth = max(1.0, -min(place[2] for place in places.values() if not isinstance(place, str)))
+            self.note(f"there is no water_depth: the deepest fixed point sets it, {depth:g} m")
+        density = self.mooring.get("rho", self.mooring.get("water_density"))
+        return {"depth": _number(depth, "water_depth")} | ({"density": _number(density, "rho")} if density else {})
+
+    def _material(self, row):
+        name = _text(row, "name", "line_types")
+        found = {}
+        for key, (own, factor) in LINE_TYPE.items():
+            value = row.get(key)
+            if value is None and key in ("mass_density", "diameter", "stiffness"):
+                raise InputError(f"line_types, {name}: {key} is missing.")
+            if value is not None and (key != "breaking_load" or float(value) > 0):
+                found[own] = factor * _number(value, f"line_types, {name}: {key}")
+        for key, value in row.items():
+            if key not in LINE_TYPE and key not in ("name", "cost") and value:
+                self.note(f"line_types, {name}: {key} = {value} is not carried over")
+        return found
+
+    def _points(self):
+        places, joints = {}, []
+        for row in self._rows("points"):
+            name, kind = _text(row, "name", "points"), _text(row, "type", "points").lower()
+            place = row.get("location")
+            if not isinstance(place, list) or len(place) != 3:
+                raise InputError(f"points, {name}: location must be [x, y, z].")
+            place = [_number(value, f"points, {name}: location") for value in place]
+            if "anch" in kind or "fix" in kind:
+                places[name] = place
+                continue
+            places[name] = name
+            if "con" in kind or "free" in kind:
+                own = {key: _number(row[key], f"points, {name}: {key}") for key in ("mass", "volume") if row.get(key)}
+                joints.append({"name": name} | own)
+            elif any(word in kind for word in ("ves", "fair", "coupled", "body")):
+                joints.append({"name": name, "position": place})
+                self.note(f"points, {name}: on the vessel, held where it stands about the vessel's origin")
+            else:
+                raise InputError(f"points, {name}: the type {row['type']!r} is not known: fixed, vessel or free.")
+        return places, joints
+
+    def _cable(self, row, materials, places):
+        name, material = _text(row, "name", "lines"), _text(row, "type", "lines")
+        if material not in materials:
+            raise InputError(f"lines, {name}: type {material!r} is none of the line_types: {', '.join(materials)}.")
+        ends = []
+        for key in ("endA", "endB"):
+            end = _text(row, key, f"lines, {name}")
+            if end not in places:
+                raise InputError(f"lines, {name}: {key} = {end!r} is none of the points: {', '.join(places)}.")
+            ends.append(places[end])
+        found = {"name": name, "material": material, "from": ends[0], "to": ends[1]}
+        found["length"] = _number(row.get("length"), f"lines, {name}: length")
+        return found | {"elements": ELEMENTS, "slack": "tension-only"}
+
+
+def _text(row, key, place):
+    value = row.get(key)
+    if value is None:
+        raise InputError(f"{place}: {key} is missing.")
+    return str(value)
+
+
+def _number(value, place):
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        found = math.nan
+    if not math.isfinite(found):
+        raise InputError(f"{place} is {value!r}, which is no number.")
+    return found

@@ -1,0 +1,145 @@
+"""Bodies of MoorDyn: a free one with upright rods on its axis is a buoy; its points are fairleads.
+
+A rod there is a cylinder that floats; a body gives it mass and inertia [about the centre of mass, as here].
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..errors import InputError
+from .moordyn_text import Row
+
+_CLOSE = 1e-6  # m
+
+
+@dataclass
+class BodyOf:
+    """A buoy made of a body: its section, where the keel is in the body's frame, and the names of its points."""
+
+    section: dict
+    keel: np.ndarray
+
+    def fairlead(self, point: str, place: np.ndarray) -> str:
+        """The end of a cable on this body.  place: in the body's frame [m]."""
+        own = place - self.keel
+        self.section.setdefault("fairleads", {})[f"point{point}"] = own.tolist()
+        return f"{self.section['name']}.point{point}"
+
+
+def is_free(body: Row) -> bool:
+    """Whether nothing but its lines and the water hold the body."""
+    return body.values.get("attachment", "free").lower().startswith("free")
+
+
+def placed(body: Row, place: np.ndarray) -> np.ndarray:
+    """A point of a body in space [m]: at rest, turned by roll, pitch and yaw (about z, y, x in turn) as it starts."""
+    return _origin(body) + _rotation(body) @ place
+
+
+def _origin(body):
+    return np.array([body.number(axis, 0.0) for axis in "xyz"])
+
+
+def _rotation(body):
+    (cx, sx), (cy, sy), (cz, sz) = (
+        (np.cos(angle), np.sin(angle))
+        for angle in np.radians([body.number(name, 0.0) for name in ("roll", "pitch", "yaw")])
+    )
+    about_x = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    about_y = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    about_z = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return about_x @ about_y @ about_z
+
+
+def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note) -> BodyOf | None:
+    """The buoy that a free body with these rods is; None, said to `note`(line, text), if it is none.
+
+    Raises InputError for a rod of no type.
+    """
+    number = body.values.get("id", "1")
+    for rod in rods:
+        if rod["type"] not in types:
+            raise InputError(f"line {rod.line}: RodType {rod['type']!r} is none of the ROD TYPES: {', '.join(types)}.")
+    reason = _why_not(rods)
+    if reason:
+        note(body.line, f"body {number} {reason}: its points are held where they stand")
+        return None
+    rods = sorted(rods, key=lambda rod: rod.number("za"))
+    low, ends = rods[0], [_ends(rod) for rod in rods]
+    keel = ends[0][0]
+    hull = [
+        [float(end[2] - keel[2]), types[rod["type"]].number("diameter")]
+        for rod, pair in zip(rods, ends, strict=True)
+        for end in pair
+    ]
+    kind = types[low["type"]]
+    section = {"name": f"body{number}", "hull": hull} | _masses(body, rods, types, keel)
+    section |= {"normal_drag": kind.number("Cd", 0.0), "added_mass": kind.number("Ca", 0.0)}
+    section |= {"axial_drag": kind.number("CdEnd", 0.0), "axial_added_mass": kind.number("CaEnd", 0.0)}
+    _say_rest(body, rods, types, note)
+    return BodyOf(section, keel)
+
+
+def _ends(rod):
+    return [np.array([rod.number(f"{axis}{end}") for axis in "xyz"]) for end in "ab"]
+
+
+def _why_not(rods):
+    """Why rods are no hull; empty if they are."""
+    if not rods:
+        return "has no rod, so that nothing floats it"
+    ends = sorted((_ends(rod) for rod in rods), key=lambda pair: pair[0][2])
+    axis = ends[0][0][:2]
+    if any(np.abs(end[:2] - axis).max() > _CLOSE for pair in ends for end in pair):
+        return "has rods that do not stand on one axis"
+    if any(high[2] <= low[2] for low, high in ends):
+        return "has a rod whose end B is not above its end A"
+    if any(abs(below[1][2] - above[0][2]) > _CLOSE for below, above in pairwise(ends)):
+        return "has rods with gaps between them"
+    return ""
+
+
+def _masses(body, rods, types, keel):
+    """Mass, height of its centre and moments about it, of body and rods together."""
+    numbers = _triple(body.values.get("I", "0"))
+    parts = [(body.number("mass", 0.0), _triple(body.values.get("CG", "0"), axis=2) - keel, numbers)]
+    for rod in rods:
+        low, high = _ends(rod)
+        length, kind = high[2] - low[2], types[rod["type"]]
+        mass, diameter = kind.number("mass_density", 0.0) * length, kind.number("diameter")
+        across = mass * (length**2 / 12 + diameter**2 / 16)
+        parts.append((mass, (low + high) / 2 - keel, np.array([across, across, mass * diameter**2 / 8])))
+    total = sum(mass for mass, _, _ in parts)
+    if total <= 0:
+        raise InputError(f"line {body.line}: body {body.values.get('id', '')} and its rods have no mass.")
+    if any(np.abs(center[:2]).max() > _CLOSE for mass, center, _ in parts if mass):
+        raise InputError(f"line {body.line}: the centre of mass of a body off its rods' axis is not carried over.")
+    height = sum(mass * center[2] for mass, center, _ in parts) / total
+    moments = sum(own + mass * (center[2] - height) ** 2 * np.array([1.0, 1.0, 0.0]) for mass, center, own in parts)
+    found = {"mass": float(total), "center_of_mass": float(height)}
+    return found | ({"inertia": moments.tolist()} if moments.min() > 0 else {})
+
+
+def _triple(text, axis=None):
+    """Numbers a|b|c; a single one is of all axes, or of one of them."""
+    values = np.array([float(part) for part in text.split("|")])
+    if len(values) == 1:
+        return np.full(3, values[0]) if axis is None else values[0] * np.eye(3)[axis]
+    return values
+
+
+def _say_rest(body, rods, types, note):
+    """What a buoy has no place for."""
+    for column, what in (("volume", "a volume beside its rods'"), ("CdA", "drag beside its rods'")):
+        text = body.values.get(column, "0")
+        if any(float(part) for part in text.split("|")):
+            note(body.line, f"the body has {what}, {text}, which is not carried over")
+    if any(any(float(part) for part in body.values.get(name, "0").split("|")) for name in ("Ca", "point_Ca")):
+        note(body.line, "the added mass of the body beside its rods' is not carried over")
+    for column in ("Cd", "Ca", "CdEnd", "CaEnd"):
+        if len({types[rod["type"]].number(column, 0.0) for rod in rods}) > 1:
+            note(rods[1].line, f"rods differ in {column}: that of the lowest is taken for the whole hull")
+    if any(body.number(name, 0.0) for name in ("roll", "pitch", "yaw")):
+        note(body.line, "how the body is turned at the start is left to its equilibrium")

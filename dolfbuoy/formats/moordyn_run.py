@@ -1,0 +1,100 @@
+"""Running MoorDyn on a scene that was exported: tensions and motions over time."""
+
+import math
+import os
+import tempfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..model.lines import top_position
+from .to_moordyn import Export
+
+#: Steps of MoorDyn in a call: within it driven ends keep their speed, and the jumps between make stiff lines ring.
+PER_CALL = 10
+
+
+@dataclass
+class Series:
+    """Times t [s]; tension (t, line, end: 0 lower, 1 upper) [N]; body (t, body, 3): places of bodies' keels [m]."""
+
+    t: np.ndarray
+    tension: np.ndarray
+    body: np.ndarray
+
+
+def moordyn_module():
+    """MoorDyn's Python module.  Raises InputError where it is not installed."""
+    try:
+        import moordyn
+    except ImportError:
+        raise InputError("MoorDyn is not installed: pip install moordyn (the extra `benchmark`).") from None
+    return moordyn
+
+
+def run(export: Export, end: float, most: int = 50_000) -> Series | None:
+    """To t = end [s]; None if the run diverges.  most: instants that are kept.
+
+    Tensions at ends are carried on linearly from the two nodes next to them: what MoorDyn calls the tension of an end
+    lacks the weight of half a segment.
+    """
+    moordyn = moordyn_module()
+    step = export.step * (1 if export.driven else PER_CALL)
+    steps = math.ceil(end / step - 1e-9)
+    every = -(-steps // most)
+    t = np.arange(steps + 1) * step
+    places = np.array([np.concatenate([top_position(top, at) for top in export.driven] or [[]]) for at in t])
+    speeds = np.diff(places, axis=0) / step
+    with tempfile.TemporaryDirectory() as folder, _silent():
+        for name, text in export.files.items():
+            (Path(folder) / name).write_text(text)
+        system = moordyn.Create(str(Path(folder) / next(iter(export.files))))
+        try:
+            moordyn.SetVerbosity(system, moordyn.LEVEL_NONE)
+            moordyn.Init(system, places[0].tolist(), [0.0] * places.shape[1])
+            lines = [moordyn.GetLine(system, i + 1) for i in range(moordyn.GetNumberLines(system))]
+            bodies = [moordyn.GetBody(system, i + 1) for i in range(moordyn.GetNumberBodies(system))]
+            tension, body = [], []
+            for i in range(steps):
+                moordyn.Step(system, places[i].tolist(), speeds[i].tolist(), float(t[i]), step)
+                if (i + 1) % every == 0:
+                    tension.append([_ends(moordyn, line) for line in lines])
+                    body.append([_place(moordyn, own) for own in bodies])
+        except RuntimeError:
+            return None  # "MoorDyn reported an error": NaN
+        finally:
+            moordyn.Close(system)
+    found = Series(t[every::every], np.array(tension), np.array(body).reshape(len(body), -1, 3))
+    return found if np.isfinite(found.tension).all() and np.isfinite(found.body).all() else None
+
+
+def _ends(moordyn, line):
+    last = moordyn.GetLineN(line)
+    sizes = {
+        node: math.hypot(*moordyn.GetLineNodeTen(line, node)) for node in {1, min(2, last), last - 1, max(last - 2, 0)}
+    }
+    low = 2 * sizes[1] - sizes[min(2, last)] if last > 2 else sizes[1]
+    high = 2 * sizes[last - 1] - sizes[max(last - 2, 0)] if last > 2 else sizes[1]
+    return low, high
+
+
+def _place(moordyn, body):
+    return np.array(moordyn.GetBodyState(body)[0][:3])
+
+
+@contextmanager
+def _silent():
+    """MoorDyn greets on the standard output of the process, not of Python."""
+    saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    os.dup2(null, 2)
+    try:
+        yield
+    finally:
+        for number, copy in enumerate(saved, start=1):
+            os.dup2(copy, number)
+            os.close(copy)
+        os.close(null)

@@ -1,0 +1,107 @@
+"""Sea, bed, wave and current of a scene in MoorDyn's files.
+
+A regular wave is a spectrum of one component on MoorDyn's table in space and time (`WaveKin 2`): its sum of components
+(`WaveKin 7`) knows no pressure and leaves a floating body where it is.
+"""
+
+import math
+
+import numpy as np
+
+from ..model.sea import heading, main_propagation, velocity_at
+
+#: Points of the table to a wave length, and to a period; MoorDyn interpolates linearly between them.
+PER_WAVE = 64
+#: Depth of a scene without water [m], and how many depths down MoorDyn's bed is put where the scene has none.
+DRY, FAR_DOWN = 1e4, 10.0
+#: Wave periods that the table lasts, unless a run says how long it is.
+PERIODS = 40
+
+
+def options(scene, network, note) -> tuple[dict, dict]:
+    """MoorDyn's options, and the files beside its input by name; note(text) of what is not carried over."""
+    found = {"g": scene.gravity, "rho": scene.sea.density if scene.sea else 0.0}
+    depth = scene.sea.depth if scene.sea else DRY
+    far = FAR_DOWN if scene.sea and not (scene.waves or scene.seabed) else 1.0  # waves need the true depth
+    found["WtrDpth"] = depth * far
+    found |= _bed(scene, network, note)
+    found |= {"TmaxIC": 0, "disableOutput": 1, "disableOutTime": 1}
+    files = {}
+    if scene.waves and scene.waves.irregular:
+        note("[waves]: of an irregular sea nothing is carried over")
+    elif scene.waves:
+        found["WaveKin"] = 2
+        files |= {"wave_frequencies.txt": _wave(scene), "water_grid.txt": _grid(scene, network)}
+        note("waves.ramp, waves.stretching: MoorDyn's wave is there at once, at its full height, and has no stretching")
+    if scene.current:
+        found["Currents"] = 1
+        files["current_profile.txt"] = _current(scene)
+    return found, files
+
+
+def _bed(scene, network, note):
+    if scene.seabed is None:
+        return {"kBot": 0, "cBot": 0}
+    from ..model.seabed import grip_of_line, hardness
+
+    sections = [piece.section for piece in network.pieces]
+    k_b = hardness(scene, sections)
+    grips = [(grip_of_line(scene, section, k_b), section) for section in sections]
+    damping = max(grip.damping / section.diameter for grip, section in grips)
+    note("seabed.damping_ratio: MoorDyn's damping of the bed acts at once on contact and not with the penetration")
+    found = {"kBot": float(k_b), "cBot": float(damping)}
+    if scene.seabed.friction:
+        found |= {"FrictionCoefficient": scene.seabed.friction}
+        note("seabed.friction: MoorDyn's friction follows the speed, and lets go of what lies still")
+    if any(scene.seabed.slope):
+        note("seabed.slope is not carried over")
+    return found
+
+
+def _wave(scene):
+    """The component, and empty ones: their spacing is the length of the table in time, the last one its steps.
+
+    The table is longer than the run, because MoorDyn reads a wrong value where it begins again, and the cable rings.
+    """
+    w, frequency = scene.waves, main_propagation(scene).at_ground
+    end = scene.time.end if scene.time else PERIODS * 2 * math.pi / frequency
+    periods = math.ceil(end * frequency / (2 * math.pi)) + 1
+    rows = []
+    for i in range(periods * PER_WAVE // 2 + 1):
+        row = (w.size, math.radians(w.phase_deg), math.radians(w.direction_deg)) if i == periods else (0.0, 0.0, 0.0)
+        rows.append(" ".join(f"{value:.14g}" for value in (i * frequency / periods, *row)))
+    return "\n".join(rows) + "\n"
+
+
+def _grid(scene, network):
+    """Points of the table in space: PER_WAVE to a wave length along it and, near the surface, down z.
+
+    It reaches half a wave length beyond what the scene holds at the start; where a line goes beyond, no wave is felt.
+    """
+    wave, depth = 2 * math.pi / main_propagation(scene).wavenumber, scene.sea.depth
+    places = [end.top.position for piece in network.pieces for end in piece.ends if end.held]
+    if scene.initial.buoy_position:
+        places.append(scene.initial.buoy_position)
+    low, high = np.min(places, axis=0), np.max(places, axis=0)
+    along = np.abs(heading(scene.waves.direction_deg))
+    axes = []
+    for axis in (0, 1):
+        if along[axis] < 1e-9:
+            axes.append([-1e4, 1e4])
+            continue
+        reach = (low[axis] - wave / 2, high[axis] + wave / 2)
+        points = math.ceil((reach[1] - reach[0]) * along[axis] * PER_WAVE / wave)
+        axes.append(np.linspace(*reach, points + 1))
+    shallow = np.arange(0.0, min(depth, wave / 2), wave / PER_WAVE)
+    z = -np.concatenate([shallow, np.linspace(shallow[-1], depth, 12)[1:]])[::-1]
+    lists = ["1\n" + " ".join(f"{value:.6f}" for value in values) for values in (*axes, z)]
+    return "waves\nx, y, z\nkind of list, values\n" + "\n".join(lists) + "\n"
+
+
+def _current(scene):
+    depth, still = scene.sea.depth, scene.model_copy(update={"waves": None})
+    profile = scene.current.profile
+    z = [row[0] for row in profile] if isinstance(profile, list) else np.linspace(-depth, 0.0, 21).tolist()
+    speeds = velocity_at(still, 0.0, np.array([[0.0, 0.0, at] for at in z]))
+    rows = [(at, *map(float, speed)) for at, speed in zip(z, speeds, strict=True)]
+    return "current\nprofile\nz ux uy uz\n" + "".join(" ".join(f"{v:.14g}" for v in row) + "\n" for row in rows)

@@ -1,0 +1,277 @@
+"""A scene as input of MoorDyn 2: lines, points, bodies with rods, sea bed, regular wave, current.
+
+What has another meaning there, and how it is carried over (MoorDyn's manual, "Line Types", "Rod Types", "Options"):
+
+- tangential drag refers to the surface pi d l there and to the drag diameter l here: CdAx = C_dt d/(pi Diam);
+- one diameter is that of volume and drag: Diam is of the volume, and the drag coefficients take up the difference;
+- internal damping: BA where the scene has `damping`, else BA = -1, critical damping of a segment's shortest axial
+  vibration, as its manual recommends.  It vanishes with the segment's length; without it MoorDyn rings;
+- the hull is made of cylinders (rods) on a body without rods' mass; added mass and drag of faces are those of its ends.
+"""
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+from ..model.rigid import mass_properties, shape_of
+from ..scene.network import Network, network_of
+from ..scene.stretching import TensionTable
+from . import moordyn_water
+from .notes import Note
+
+#: Parts of each cone of a hull, each a cylinder of its volume.
+CONE_PARTS = 4
+#: Segments of a rod, and of a line per element.
+ROD_SEGMENTS = 18
+#: Steps are this share of 1/omega, the fastest axial vibration of a segment, if they are not given: below every limit.
+STEP = 0.8
+#: An inextensible line gets this many times its weight as EA.
+STIFF = 1e4
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Integrator and step [s] of MoorDyn; segments: of a line for each element."""
+
+    scheme: str = "RK2"
+    step: float | None = None
+    segments: int = 1
+
+
+@dataclass
+class Start:
+    """Where free joints and centres of buoys are at the start [m], by name."""
+
+    joints: dict[str, np.ndarray] = field(default_factory=dict)
+    buoys: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass
+class Export:
+    """Files by name, the first one is MoorDyn's input; what was not carried over; the step [s]; which point each driven
+    or held end is, in the order in which MoorDyn is told where they are, as scene's `Top` sections."""
+
+    files: dict[str, str]
+    notes: list[Note]
+    step: float
+    driven: list
+
+
+def start_of(record) -> Start:
+    """The start that an equilibrium of the scene is (`dolfbuoy.solve_static`)."""
+    found = Start()
+    if "joint_position" in record:
+        found.joints = {str(name): record.joint_position.sel(joint=name).values for name in record.joint.values}
+    if "buoy_position" in record:
+        if "buoy" in record.buoy_position.dims:
+            found.buoys = {str(name): record.buoy_position.sel(buoy=name).values for name in record.buoy.values}
+        else:
+            found.buoys = {"": record.buoy_position.values}
+    return found
+
+
+def export(scene, start: Start | None = None, numerics: Numerics | None = None) -> Export:
+    """MoorDyn's input for a scene with a cable.  start: of what is free; absent: the scene's own, or the origin."""
+    return _Writer(scene, start or Start(), numerics or Numerics()).export()
+
+
+class _Writer:
+    def __init__(self, scene, start, numerics):
+        self.scene, self.start, self.numerics = scene, start, numerics
+        self.network: Network = network_of(scene)
+        self.notes, self.points, self.lines, self.driven = [], [], [], []
+        self.types, self.joints = {}, {}
+
+    def note(self, text):
+        if text not in [note.text for note in self.notes]:
+            self.notes.append(Note(text))
+
+    def export(self):
+        bodies, rod_types, rods = self._bodies()
+        for number, piece in enumerate(self.network.pieces, 1):
+            name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)
+            ends = [self._point(piece.section, end) for end in piece.ends]
+            self.lines.append((number, name, *ends, piece.section.length, segments, "-"))
+        step = self.numerics.step or STEP * min(map(self._axial, self.network.pieces))
+        text = _table("LINE TYPES", "TypeName Diam Mass/m EA BA/-zeta EI Cd Ca CdAx CaAx", *self.types.values())
+        if bodies:
+            text += _table("ROD TYPES", "TypeName Diam Mass/m Cd Ca CdEnd CaEnd", *rod_types)
+            columns = "ID Attachment X0 Y0 Z0 r0 p0 y0 Mass CG* I* Volume CdA* Ca*"
+            text += _table("BODIES", columns, *bodies)
+            text += _table("RODS", "ID RodType Attachment Xa Ya Za Xb Yb Zb NumSegs RodOutputs", *rods)
+        text += _table("POINTS", "ID Attachment X Y Z Mass Volume CdA Ca", *self.points)
+        text += _table("LINES", "ID LineType AttachA AttachB UnstrLen NumSegs LineOutputs", *self.lines)
+        options, files = moordyn_water.options(self.scene, self.network, self.note)
+        options = {"dtM": step, "tScheme": self.numerics.scheme, "writeLog": 0} | options
+        text += "--- OPTIONS ---\n" + "".join(f"{_word(value)} {key}\n" for key, value in options.items())
+        self._left_out()
+        title = self.scene.title or "a scene"
+        whole = f"{title}\nwritten by dolfbuoy\n{text}--- need this line ---\n"
+        return Export({"lines.txt": whole} | files, self.notes, step, self.driven)
+
+    # -- lines --------------------------------------------------------------------------------------------------------
+
+    def _type(self, piece):
+        c = piece.section
+        key = tuple(str(getattr(c, name)) for name in _OF_A_TYPE)
+        if key in self.types:
+            return self.types[key][0]
+        name, drag = f"type{len(self.types) + 1}", c.diameter or 0.0
+        diameter = math.sqrt(4 * c.area / math.pi) if c.area else drag
+        wide = drag / diameter if diameter else 0.0
+        EA = self._stiffness(c)
+        along = c.tangential_drag * wide / math.pi
+        self.types[key] = (
+            name, diameter or 1e-3, c.line_density, EA, c.damping or -1.0, 0.0,
+            c.normal_drag * wide, c.added_mass, along, 0.0,
+        )  # fmt: skip
+        if not c.damping:
+            self.note("BA = -1: critical damping of each segment's shortest vibration, which this scene does not have")
+        return name
+
+    def _stiffness(self, c):
+        if isinstance(c.axial_stiffness, TensionTable):
+            self.note("axial_stiffness: of a table only the slope at 0 is carried over")
+        elif math.isinf(c.axial_stiffness):
+            EA = STIFF * c.line_density * max(self.scene.gravity, 1.0) * c.length
+            self.note(f"axial_stiffness: MoorDyn has no inextensible line: EA = {STIFF:g} times the line's weight")
+            return EA
+        return float(c.axial_stiffness)
+
+    def _axial(self, piece):
+        """1/omega of the shortest axial vibration of a segment [s]."""
+        c = piece.section
+        return c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
+
+    # -- ends ---------------------------------------------------------------------------------------------------------
+
+    def _point(self, section, end):
+        key = end.name if end.kind != "buoy" else (end.name, end.fairlead, section.length)
+        if end.name is not None and key in self.joints:
+            return self.joints[key]
+        number = len(self.points) + 1
+        self.points.append((number, *self._place(end)))
+        if end.name is not None:
+            self.joints[key] = number
+        return number
+
+    def _place(self, end):
+        none = (0.0,) * 4
+        if end.kind == "fixed":
+            return ("Fixed", *end.top.position, *none)
+        if end.kind == "prescribed":
+            self.driven.append(end.top)
+            return ("Coupled", *end.top.position, *none)
+        if end.kind == "buoy":
+            buoy = self.network.buoys[end.name]
+            place = (buoy.fairleads or {})[end.fairlead] if end.fairlead else (0.0, 0.0, buoy.mooring_height)
+            return (f"Body{list(self.network.buoys).index(end.name) + 1}", *place, *none)
+        if end.kind == "free":
+            if any(end.top.force):
+                self.note("cable.top.force is not carried over")
+            return ("Free", 0.0, 0.0, 0.0, *none)
+        body = self.network.bodies.get(end.name)
+        place = self.start.joints.get(end.name, np.zeros(3)).tolist()
+        return ("Free", *place, *((body.mass, body.volume, body.drag_area, body.added_mass) if body else none))
+
+    # -- bodies -------------------------------------------------------------------------------------------------------
+
+    def _bodies(self):
+        bodies, types, rods = [], [], []
+        for number, (name, buoy) in enumerate(self.network.buoys.items(), 1):
+            own = mass_properties(buoy, shape_of(buoy))
+            center = self.start.buoys.get(name, self.start.buoys.get(""))
+            if center is None:
+                center = self.scene.initial.buoy_position or (0.0, 0.0, 0.0)
+            place = (center[0], center[1], center[2] - own.height)
+            inertia = "|".join(f"{value:.14g}" for value in own.inertia)
+            bodies.append(
+                (number, "Free", *place, 0.0, 0.0, 0.0, own.mass, f"0|0|{own.height:.14g}", inertia, 0.0, 0.0, 0.0)
+            )
+            for low, high, diameter in self._cylinders(buoy):
+                kind = f"rod{len(types) + 1}"
+                drag = self._ends_share(buoy, 2), self._ends_share(buoy, 3)
+                types.append(
+                    (kind, diameter, 0.0, buoy.normal_drag, buoy.added_mass)
+                    + (buoy.axial_drag * drag[0], buoy.axial_added_mass * drag[1])
+                )
+                segments = max(2, round(ROD_SEGMENTS * (high - low) / buoy.hull[-1][0]))
+                rods.append((len(rods) + 1, kind, f"Body{number}", 0.0, 0.0, low, 0.0, 0.0, high, segments, "-"))
+        return bodies, types, rods
+
+    def _cylinders(self, buoy):
+        """(low, high, diameter) of the hull from the keel up."""
+        found = []
+        for (low, d0), (high, d1) in pairwise(buoy.hull or []):
+            if high <= low:
+                continue
+            if d0 == d1:
+                found.append((low, high, d0))
+                continue
+            self.note(f"hull: MoorDyn has no cones; each is made of {CONE_PARTS} cylinders of its volume")
+            edges = np.linspace(0.0, 1.0, CONE_PARTS + 1)
+            for a, b in pairwise(edges):
+                da, db = d0 + a * (d1 - d0), d0 + b * (d1 - d0)
+                mean = math.sqrt((da * da + da * db + db * db) / 3)
+                found.append((float(low + a * (high - low)), float(low + b * (high - low)), mean))
+        return found
+
+    def _ends_share(self, buoy, power):
+        """Faces of the hull over ends of its rods, by this power of the diameter: what coefficients of ends take up."""
+        cylinders = self._cylinders(buoy)
+        diameters = [0.0, *(d for _, _, d in cylinders), 0.0]
+        faces = sum(abs(b**power - a**power) for a, b in pairwise(diameters))
+        if len(cylinders) > 1:
+            self.note(
+                "hull: drag and added mass of MoorDyn's rod ends are scaled so that the sum over all ends is the hull's"
+            )
+        return faces / sum(2 * d**power for _, _, d in cylinders)
+
+    # -- what has no place --------------------------------------------------------------------------------------------
+
+    def _left_out(self):
+        scene = self.scene
+        for name in ("wind", "external_force"):
+            if getattr(scene, name) is not None or any(getattr(b, name, None) for b in self.network.buoys.values()):
+                self.note(f"[{name}] is not carried over")
+        for buoy in self.network.buoys.values():
+            for name in ("rotational_added_mass", "wave_damping", "disk_averages", "rotational_damping"):
+                if getattr(buoy, name):
+                    self.note(f"buoy.{name} is not carried over")
+        for piece in self.network.pieces:
+            if piece.section.fails_at:
+                self.note("fails_at is not carried over")
+            if piece.section.slack == "compressive":
+                self.note("slack: MoorDyn's lines carry no compression, those of this scene do")
+            if not piece.section.tangential_froude_krylov:
+                self.note("tangential_froude_krylov: MoorDyn's lines feel it always")
+
+
+_OF_A_TYPE = (
+    "line_density",
+    "diameter",
+    "area",
+    "axial_stiffness",
+    "added_mass",
+    "normal_drag",
+    "tangential_drag",
+    "damping",
+)
+
+
+def _elements(section):
+    counts = section.elements
+    total = counts if isinstance(counts, int) else sum(int(count) for _, count in counts)
+    return max(2, total)  # MoorDyn's lines have two segments at least
+
+
+def _table(name, columns, *rows):
+    lines = [f"--- {name} ---", columns, " ".join("(-)" for _ in columns.split())]
+    lines += [" ".join(map(_word, row)) for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def _word(value):
+    return f"{value:.14g}" if isinstance(value, float) else str(value)

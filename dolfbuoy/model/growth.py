@@ -1,0 +1,90 @@
+"""Marine growth: how much it adds to diameter and mass of each element of the lines, by the depth where it hangs.
+
+A section [cable] has a table [[z, factor of the diameter, factor of the mass], ...], linear between its rows and
+constant beyond them.  Growth sits on the line and not in the water: each element has the mean of the table over the
+heights of its ends at the start of a run, and keeps it.  In statics these heights are those of the equilibrium that is
+looked for (`statics.growth`).
+"""
+
+import numpy as np
+from dolfinx import fem
+
+from ..solver import compat
+from .material import cross_section, weight_per_length
+
+
+class Growth:
+    """Factors on the elements of `Lines`: UFL numbers `diameter` and `mass`.  The area grows as the diameter squared.
+
+    memory: the factors, which belong to the state of a run.
+    """
+
+    def __init__(self, lines):
+        self.lines = lines
+        space = compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0))
+        self.diameter, self.mass = fem.Function(space), fem.Function(space)
+        self.memory = {"growth_diameter": self.diameter.x.array, "growth_mass": self.mass.x.array}
+        self._dofs = compat.cell_dofs(space)[:, 0]
+        nodes = compat.cell_dofs(lines.positions)[:, :2]  # the ends of a cell are its first nodes
+        self._heights = lines.node_dofs[nodes][..., 2]
+
+    @property
+    def factors(self) -> np.ndarray:
+        """(diameter, mass) of each owned element, shape (cells, 2)."""
+        return np.column_stack([self.diameter.x.array[self._dofs], self.mass.x.array[self._dofs]])
+
+    @factors.setter
+    def factors(self, values):
+        for function, column in zip((self.diameter, self.mass), np.asarray(values).T, strict=True):
+            function.x.array[self._dofs] = column
+            compat.scatter_forward(function)
+
+    def at(self, u):
+        """Factors that belong to the positions in the local unknowns u."""
+        return self._between(*np.sort(u[self._heights], axis=1).T)
+
+    def of_the_water(self):
+        """Means over the depth of the water: a guess before any position is known."""
+        none = np.zeros(len(self._dofs))
+        return self._between(none - self.lines.scene.sea.depth, none)
+
+    def _between(self, low, high):
+        found = np.ones((len(low), 2))
+        for line, section in enumerate(self.lines.sections):
+            if section.marine_growth is not None:
+                mine = self.lines.line_of_cell == line
+                found[mine] = mean_factors(section.marine_growth, low[mine], high[mine])
+        return found
+
+    def begin(self, u):
+        """What belongs to the first positions of a run."""
+        self.factors = self.at(u)
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Weight in water that it adds to each owned element [N]."""
+        scene, sections = self.lines.scene, self.lines.sections
+        diameter, mass = self.factors.T
+        rho_w, of_cell = scene.sea.density, self.lines.line_of_cell
+        density = np.array([c.line_density for c in sections])[of_cell]
+        area = np.array([cross_section(c) for c in sections])[of_cell]
+        added = density * (mass - 1) - rho_w * area * (diameter**2 - 1)
+        return scene.gravity * added * np.diff(self.lines.cell_ends, axis=1)[:, 0]
+
+    def weight_per_length(self, line) -> float:
+        """Mean weight in water of a line with what grows on it [N/m], on every rank."""
+        section, mine = self.lines.sections[line], self.lines.line_of_cell == line
+        added = self.lines.comm.allreduce(float(self.weights[mine].sum()))
+        return weight_per_length(self.lines.scene, section) + added / section.length
+
+
+def mean_factors(table, low, high) -> np.ndarray:
+    """Means of the columns of a table [[z, ...], ...] over heights from `low` to `high`, arrays; shape (n, columns)."""
+    z, *columns = np.array(table).T
+    points = np.sort(np.column_stack([low, high, np.clip(z, low[:, None], high[:, None])]), axis=1)
+    steps, size = np.diff(points, axis=1), (high - low)[:, None]
+    shares = np.divide(steps, size, out=np.full_like(steps, 1 / steps.shape[1]), where=size > 0)
+    means = []
+    for values in (np.interp(points, z, column) for column in columns):
+        means.append((shares * (values[:, 1:] + values[:, :-1]) / 2).sum(axis=1))
+    return np.column_stack(means)

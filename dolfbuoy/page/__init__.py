@@ -1,0 +1,1 @@
+"""One HTML file that shows a result and needs nothing else: no network, no installation."""

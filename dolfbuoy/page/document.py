@@ -1,0 +1,79 @@
+"""One HTML file that needs nothing else: style, text, data, script, and a policy that lets in only these.
+
+Whatever comes from a scene enters as escaped text or inside the JSON block, where `<` cannot end it.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import math
+import re
+from collections.abc import Iterable
+from importlib.resources import files
+
+
+class Markup(str):
+    """Text that is HTML already."""
+
+
+def tag(name: str, *children, **attributes) -> Markup:
+    """An element; children that are not Markup are escaped, attributes too.  class_ is class, a_b is a-b."""
+    said = "".join(f' {key.strip("_").replace("_", "-")}="{html.escape(str(v))}"' for key, v in attributes.items())
+    return Markup(f"<{name}{said}>{joined(children)}</{name}>")
+
+
+def joined(children: Iterable) -> Markup:
+    """Children one after another."""
+    return Markup("".join(c if isinstance(c, Markup) else html.escape(str(c)) for c in children if c is not None))
+
+
+def page(title: str, body: Markup, data: dict, scripts: Iterable[str]) -> str:
+    """The file; scripts: names of modules in this folder, each after those that it imports."""
+    style, script, block = _read("page.css"), _joined_modules(scripts), as_json(data)
+    policy = (
+        f"default-src 'none'; style-src {_hash(style)}; script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
+    )
+    parts = {
+        "policy": policy,
+        "title": html.escape(title),
+        "style": style,
+        "body": body,
+        "data": block,
+        "script": script,
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
+
+
+def as_json(data) -> str:
+    """JSON that may stand inside an HTML element; what is not finite becomes null."""
+    text = json.dumps(_finite(data), separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _finite(data):
+    if isinstance(data, dict):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
+
+
+def _read(name):
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _joined_modules(names):
+    """One module of several: without their imports of each other."""
+    code = "\n".join(_read(f"{name}.js") for name in names)
+    return re.sub(r"^import [^;]*;\n|^export (?=class|function|const)", "", code, flags=re.MULTILINE)
+
+
+def _hash(text):
+    """As a policy names an inline block."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def fragment(name: str, **parts: str) -> Markup:
+    """A piece of a page from its file, with texts in the places that it names."""
+    return Markup(re.sub(r"\{\{(\w+)\}\}", lambda found: html.escape(parts[found[1]]), _read(f"{name}.html")))

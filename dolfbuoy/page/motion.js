@@ -1,0 +1,125 @@
+// Where everything is at a time: of a recorded run between its instants, of a natural mode at its phase.
+
+import { between, nearest, unpack } from "./core.js";
+import { plus, turned, turnOf } from "./shapes.js";
+
+/** A run: lines between frames by cubics from positions and velocities, buoys between the rows of the series. */
+export class Recorded {
+  constructor(view, times) {
+    Object.assign(this, { view, times, start: times[0], end: times[times.length - 1] });
+    if (view.lines) {
+      for (const name of ["time", "position", "velocity", "tension"])
+        this[name] = view.lines[name] && unpack(view.lines[name]);
+      this.frames = this.time;
+      this.nodes = this.position.length / this.frames.length;
+      this.cells = this.tension.length / this.frames.length;
+    }
+    this.bodies = view.buoys.map((buoy) => ({ position: unpack(buoy.position), orientation: unpack(buoy.orientation) }));
+    this.forces = view.forces.map((force) => ({ ...force, values: force.values && unpack(force.values) }));
+  }
+
+  /** {nodes, tension, buoys: [{at, R}], forces: [{at, force, kind}]}. */
+  at(t) {
+    const buoys = this.bodies.map((body) => this.pose(body, t));
+    const state = { t, buoys, ...(this.view.lines ? this.lines(t) : { nodes: [], tension: [] }) };
+    for (const held of this.view.lines?.held ?? []) this.pull(state, held, buoys[held.buoy]);
+    state.forces = this.forces.map((force) => this.force(force, t, state));
+    return state;
+  }
+
+  /** The recorded tensions that are nearest to t, and their time. */
+  frame(t) {
+    const row = nearest(this.frames, t);
+    return { t: this.frames[row], tension: this.tension.slice(row * this.cells, (row + 1) * this.cells) };
+  }
+
+  pose({ position, orientation }, t) {
+    const [i, share] = between(this.times, t);
+    const mixed = (values, width) =>
+      Array.from({ length: width }, (_, k) => {
+        const next = Math.min(i + 1, values.length / width - 1);
+        return values[i * width + k] * (1 - share) + values[next * width + k] * share;
+      });
+    const q = mixed(orientation, 4);
+    const size = Math.hypot(...q) || 1;
+    return { at: mixed(position, 3), R: turnOf(q.map((x) => x / size)) };
+  }
+
+  lines(t) {
+    const { frames, nodes, cells } = this;
+    const [i, u] = between(frames, t);
+    const next = Math.min(i + 1, frames.length - 1);
+    const [a, b] = [i * nodes, next * nodes];
+    const found = new Float64Array(nodes);
+    const span = frames[next] - frames[i];
+    const slope = this.velocity ? span * u * (1 - u) : 0;
+    const smooth = this.velocity ? u * u * (3 - 2 * u) : u;
+    for (let k = 0; k < nodes; k++) {
+      found[k] = this.position[a + k] * (1 - smooth) + this.position[b + k] * smooth;
+      if (slope) found[k] += slope * ((1 - u) * this.velocity[a + k] - u * this.velocity[b + k]);
+    }
+    const tension = new Float64Array(cells);
+    for (let k = 0; k < cells; k++) tension[k] = this.tension[i * cells + k] * (1 - u) + this.tension[next * cells + k] * u;
+    return { nodes: found, tension };
+  }
+
+  /** Bring the end of a line to its place on a buoy, and the nodes before it by less and less. */
+  pull({ nodes }, { node, place, cable }, { at, R }) {
+    const goal = plus(at, turned(R, place));
+    const gap = goal.map((x, i) => x - nodes[3 * node + i]);
+    const [first, last] = this.view.lines.cables[cable].node;
+    for (let k = first; k < last; k++) {
+      const share = 1 - Math.abs(k - node) / Math.max(last - 1 - first, 1);
+      for (let i = 0; i < 3; i++) nodes[3 * k + i] += share * gap[i];
+    }
+  }
+
+  force(force, t, { nodes, buoys }) {
+    const values = force.values;
+    let vector = force.vector;
+    if (values) {
+      const [i, share] = between(this.times, t);
+      const next = Math.min(i + 1, values.length / 3 - 1);
+      vector = [0, 1, 2].map((k) => values[3 * i + k] * (1 - share) + values[3 * next + k] * share);
+    }
+    let at = force.node === undefined ? null : [0, 1, 2].map((k) => nodes[3 * force.node + k]);
+    if (force.buoy !== undefined) at = plus(buoys[force.buoy].at, turned(buoys[force.buoy].R, force.place));
+    return { kind: force.kind, name: force.name, at, force: vector };
+  }
+}
+
+/** A natural mode: the rest position, and the real part of its shape times exp(i phase), enlarged. */
+export class Mode {
+  constructor(view, shape) {
+    const period = shape.period ?? 4;
+    Object.assign(this, { view, period, factor: shape.factor, start: 0, end: period });
+    this.rest = view.rest && unpack(view.rest);
+    this.parts = shape.position && unpack(shape.position);
+    this.tensions = shape.tension && unpack(shape.tension);
+    this.motions = shape.buoys.map(unpack); // six numbers of each part
+  }
+
+  at(t) {
+    const phase = (2 * Math.PI * t) / this.period;
+    const [c, s] = [this.factor * Math.cos(phase), this.factor * -Math.sin(phase)];
+    const moved = (values, size, k) => c * values[k] + s * values[size + k];
+    const nodes = this.rest ? Float64Array.from(this.rest, (x, k) => x + moved(this.parts, this.rest.length, k)) : [];
+    const cells = this.tensions ? this.tensions.length / 2 : 0;
+    const tension = Float64Array.from({ length: cells }, (_, k) => moved(this.tensions, cells, k));
+    const buoys = this.view.buoys.map((buoy, b) => {
+      const motion = [0, 1, 2, 3, 4, 5].map((k) => moved(this.motions[b], 6, k));
+      return { at: plus(buoy.rest, motion.slice(0, 3)), R: product(aroundVector(motion.slice(3)), turnOf(buoy.turn)) };
+    });
+    return { t, nodes, tension, buoys, forces: [] };
+  }
+}
+
+function product(A, B) {
+  return A.map((row) => [0, 1, 2].map((j) => row.reduce((sum, x, k) => sum + x * B[k][j], 0)));
+}
+
+function aroundVector(turn) {
+  const angle = Math.hypot(...turn);
+  const share = angle ? Math.sin(angle / 2) / angle : 0;
+  return turnOf([Math.cos(angle / 2), ...turn.map((x) => x * share)]);
+}

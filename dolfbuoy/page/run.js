@@ -1,0 +1,247 @@
+// The page of a run: the replay and the charts that go with it.
+
+import { Chart } from "./charts.js";
+import { byId, data, drawn, element, format, nearest, onTheme, range, scaleOfTension, themeButton, unpack } from "./core.js";
+import { Recorded } from "./motion.js";
+import { Player } from "./player.js";
+import { Viewer } from "./viewer.js";
+
+const times = unpack(data.time);
+
+function start() {
+  themeButton();
+  const player = makePlayer();
+  const panels = makePanels(player);
+  makeEnvelopes(player);
+  makeTracks(player);
+  makeSpectra();
+  chooseWindows(player, panels);
+  for (const button of document.querySelectorAll("[data-t]"))
+    button.addEventListener("click", () => player.go(Number(button.dataset.t)));
+  player.go(data.moments.length ? data.moments[0].t : times[0]);
+  forPaper(player, panels);
+}
+
+/** The viewer with its legend; without WebGL the charts are all there is. */
+function makePlayer() {
+  const source = new Recorded(data.view, times);
+  let viewer = null;
+  try {
+    viewer = new Viewer(document.querySelector(".stage"), data.view, data.view.lines?.scale ?? [0, 1]);
+  } catch (error) {
+    const without = document.querySelector(".without");
+    without.hidden = false;
+    without.textContent = `The picture in space needs WebGL 2, which this browser does not offer here (${error.message}).`;
+  }
+  makeLegend();
+  byId("names").hidden = !data.view.labels.length;
+  const player = new Player(viewer, source, times);
+  if (!data.view.buoys.length) document.querySelector("[data-look=buoy]").hidden = true;
+  player.markView();
+  return player;
+}
+
+function makeLegend() {
+  const host = byId("legend");
+  const scale = data.view.lines?.scale;
+  if (scale) {
+    const bar = drawn("svg", { viewBox: "0 0 120 10", class: "bar", "aria-hidden": "true" });
+    const paint = () => {
+      const color = scaleOfTension();
+      const pieces = Array.from({ length: 30 }, (_, i) => {
+        const rgb = color(i / 29).map((c) => Math.round(255 * c));
+        const half = 1 + (3.5 * i) / 29;
+        return drawn("rect", { x: 4 * i, width: 4.2, y: 5 - half, height: 2 * half, fill: `rgb(${rgb})` });
+      });
+      bar.replaceChildren(...pieces);
+    };
+    paint();
+    onTheme(paint);
+    const factor = scale[1] >= 1000 ? 1e-3 : 1;
+    const [low, high] = scale.map((x) => format(x * factor, 3));
+    host.append(element("div", { class: "tension" }, low, bar, `${high} ${factor < 1 ? "kN" : "N"} tension`));
+  }
+  const keys = { pulls: "force of a line on a buoy", holds: "force that holds a line", outside: "wind, external force" };
+  for (const kind of new Set(data.view.forces.map((force) => force.kind)))
+    host.append(element("span", { class: `arrow ${kind}` }, `→ ${keys[kind]}`));
+  host.append(element("span", { id: "force-size" }), element("span", { id: "grid-size" }));
+}
+
+/** A chart over time for every panel; those of one line and one buoy are shown. */
+function makePanels(player) {
+  const host = byId("panels");
+  const chosen = { line: null, buoy: null };
+  const made = data.panels.map((panel) => {
+    const curves = panel.curves.map((curve, i) => ({
+      name: curve.name,
+      x: times,
+      exact: unpack(curve.values),
+      y: unpack(curve.values).map((v) => v * panel.factor),
+      style: `c${i}`,
+    }));
+    const box = element("div", { class: "panel" });
+    host.append(box);
+    const label = `${[panel.part, panel.title].filter(Boolean).join(": ")} over time [${panel.unit}]: ${curves.map(said).join("; ")}`;
+    const options = { label, curves, xName: "time [s]", yName: `${panel.title} [${panel.unit}]`, height: 150 };
+    return { ...panel, box, chart: new Chart(box, { ...options, onPick: (t) => player.go(t) }), curves };
+  });
+  const refresh = () => made.forEach((one) => (one.box.hidden = one.part !== (chosen[one.kind] ?? one.part)));
+  for (const kind of ["line", "buoy"]) {
+    const parts = [...new Set(made.filter((one) => one.kind === kind).map((one) => one.part))];
+    chosen[kind] = choice(byId(`of-${kind}`), parts, (part) => ((chosen[kind] = part), refresh()));
+  }
+  refresh();
+  player.heard.push((t) => made.forEach((one) => point(one, t)));
+  return made;
+}
+
+function said({ name, y }) {
+  const [low, high] = range(y) ?? [NaN, NaN];
+  return `${name} from ${format(low)} to ${format(high)}`;
+}
+
+/** The cursor of a panel, and beside the names of its curves the recorded values. */
+function point({ chart, curves, factor }, t) {
+  const row = nearest(times, t);
+  chart.point(t);
+  chart.say(curves.map((curve) => format(curve.exact[row] * factor)));
+}
+
+/** Options of a select, hidden if there is nothing to choose; returns the first. */
+function choice(label, names, tell) {
+  const select = label.querySelector("select");
+  for (const name of names) select.append(element("option", { value: name }, name));
+  label.hidden = names.length < 2;
+  select.addEventListener("change", () => tell(select.value));
+  return names[0] ?? null;
+}
+
+/** How much of the time is seen: all of it, or some periods around the replay. */
+function chooseWindows(player, panels) {
+  const select = byId("window");
+  const span = times[times.length - 1] - times[0];
+  const period = data.period ?? span / 12;
+  const lengths = [12, 4].map((n) => n * period).filter((length) => length < 0.8 * span);
+  select.append(element("option", { value: "0" }, "whole run"));
+  for (const length of lengths) {
+    const text = data.period ? `${Math.round(length / period)} periods` : `${format(length, 2)} s`;
+    select.append(element("option", { value: length }, text));
+  }
+  select.addEventListener("change", () => move(player.t));
+  const move = (t) => {
+    const length = Number(select.value) || span;
+    const first = Math.min(Math.max(t - length / 2, times[0]), times[times.length - 1] - length);
+    for (const { chart, box } of panels)
+      if (!box.hidden && (chart.window[0] !== first || chart.window[1] !== first + length)) chart.show(first, first + length);
+  };
+  for (const label of ["of-line", "of-buoy"]) byId(label).querySelector("select").addEventListener("change", () => move(player.t));
+  player.heard.push(move);
+}
+
+function figure(title, ...more) {
+  const box = element("section", { class: "figure" }, element("h2", {}, title), ...more);
+  byId("charts").append(box);
+  return box;
+}
+
+/** Tension along every line: its range behind the ramp, and the present one. */
+function makeEnvelopes(player) {
+  data.envelopes.forEach((envelope) => {
+    const cable = data.view.lines.cables.find((one) => one.name === envelope.part) ?? data.view.lines.cables[0];
+    const [x, low, mean, high] = ["s", "low", "mean", "high"].map((key) => unpack(envelope[key]));
+    const scaled = (values) => Float64Array.from(values, (v) => v * envelope.factor);
+    const now = { name: "now", x, y: scaled(mean), style: "now" };
+    const curves = [
+      { name: "least to largest", x, area: [scaled(low), scaled(high)] },
+      { name: "mean", x, y: scaled(mean), style: "c0" },
+      now,
+    ];
+    const title = envelope.part ? `Tension along ${envelope.part}` : "Tension along the line";
+    const label = `${title} [${envelope.unit}], from ${format(range(curves[1].y)[0])} to ${format(range(curves[0].area[1])[1])}`;
+    const names = { xName: "arc length s [m]", yName: `tension [${envelope.unit}]` };
+    const box = figure(title);
+    const chart = new Chart(box, { label, curves, ...names, height: 230 });
+    const span = `${envelope.instants} instants from ${format(envelope.from)} to ${format(envelope.to)} s`;
+    box.append(element("p", { class: "note" }, `Range and mean of ${span}; the line now is the nearest of them.`));
+    player.heard.push((t) => {
+      const frame = player.source.frame(t);
+      if (frame.t === now.t) return;
+      Object.assign(now, { t: frame.t, y: scaled(frame.tension.slice(...cable.cell)) });
+      chart.draw();
+      chart.say(["", "", `at ${format(frame.t)} s`]);
+    });
+  });
+}
+
+/** Where the centres of mass go, seen from above. */
+function makeTracks(player) {
+  const panels = data.panels.filter((panel) => panel.title.startsWith("horizontal"));
+  if (!panels.length) return;
+  const curves = panels.map((panel, i) => {
+    const [x, y] = panel.curves.map((curve) => unpack(curve.values));
+    return { name: panel.part || "C", x, y, style: `c${i % 6} thin` };
+  });
+  const box = figure("Track from above");
+  const label = `Horizontal track: ${curves.map((c) => `x from ${range(c.x).map((v) => format(v)).join(" to ")} m, y from ${range(c.y).map((v) => format(v)).join(" to ")} m`).join("; ")}`;
+  const padded = (values) => {
+    const [low, high] = range(values);
+    const room = 0.08 * (high - low) + 0.02;
+    return [low - room, high + room];
+  };
+  const bounds = { xRange: padded(curves.flatMap((c) => [...range(c.x)])), yRange: padded(curves.flatMap((c) => [...range(c.y)])) };
+  const dots = curves.map(() => drawn("circle", { r: 4.5, class: "here" }));
+  const extra = (chart, body) => {
+    for (const [x, y] of data.anchors) body.append(drawn("rect", { x: chart.x(x) - 4, y: chart.y(y) - 4, width: 8, height: 8, class: "anchor" }));
+    body.append(...dots);
+    drawHeadings(chart);
+  };
+  const chart = new Chart(box, { label, curves, ...bounds, xName: "x [m]", yName: "y [m]", height: 300, equal: true, legend: curves.length > 1, extra });
+  player.heard.push((t, state) => {
+    const row = nearest(times, t);
+    dots.forEach((dot, i) => {
+      dot.setAttribute("cx", chart.x(curves[i].x[row]));
+      dot.setAttribute("cy", chart.y(curves[i].y[row]));
+    });
+  });
+}
+
+/** Arrows in the corner: where waves, current, wind and force go. */
+function drawHeadings(chart) {
+  data.headings.forEach(([name, [x, y]], i) => {
+    const [cx, cy] = [chart.width - 40, 36 + 42 * i];
+    const [dx, dy] = [13 * x, -13 * y];
+    const head = `M${cx + dx} ${cy + dy}l${-0.5 * dx - 0.35 * dy} ${-0.5 * dy + 0.35 * dx}M${cx + dx} ${cy + dy}l${-0.5 * dx + 0.35 * dy} ${-0.5 * dy - 0.35 * dx}`;
+    chart.svg.append(
+      drawn("path", { d: `M${cx - dx} ${cy - dy}L${cx + dx} ${cy + dy}${head}`, class: "heading" }),
+      drawn("text", { x: cx - 19, y: cy + 4, "text-anchor": "end" }, name),
+    );
+  });
+}
+
+function makeSpectra() {
+  for (const spectrum of data.spectra) {
+    const x = unpack(spectrum.frequency);
+    const curves = spectrum.curves.map((curve, i) => ({ name: curve.name, x, y: unpack(curve.values), style: `c${i}` }));
+    const title = `Spectrum of ${spectrum.part ? `${spectrum.part}: ` : ""}${spectrum.title}`;
+    const unit = `${spectrum.unit}²/Hz`;
+    const extra = (chart, body) => {
+      if (!spectrum.drive) return;
+      const at = chart.x(spectrum.drive);
+      body.append(drawn("path", { d: `M${at} 0V${chart.size}`, class: "drive" }), drawn("text", { x: at + 4, y: 18 }, `drive ${format(spectrum.drive, 3)} Hz`));
+    };
+    const names = { xName: "frequency [Hz]", yName: `density [${unit}]`, yLog: true, yRange: [spectrum.low, spectrum.high] };
+    new Chart(figure(title), { label: `${title} [${unit}]`, curves, ...names, height: 210, extra });
+  }
+}
+
+/** On paper the whole run is seen, and what was folded. */
+function forPaper(player, panels) {
+  window.addEventListener("beforeprint", () => {
+    byId("window").value = "0";
+    player.go(player.t);
+    for (const details of document.querySelectorAll("#scene details")) details.open = true;
+    for (const { chart } of panels) chart.draw();
+  });
+}
+
+start();

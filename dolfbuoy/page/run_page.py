@@ -1,0 +1,170 @@
+"""The page of a run: replay, series, envelope, track, spectra, tables, and what the numbers are worth."""
+
+import numpy as np
+
+from ..check import derived
+from ..model.sea import heading
+from ..results.behind_ramp import scene_of
+from ..results.parts import parts_of
+from ..results.summary import summary, warnings
+from ..results.tables import unit_of
+from ..scene.settings import SCHEMES, period_of, ramp_of
+from . import words
+from .document import fragment, joined, page, tag
+from .pack import chosen_rows, exact
+from .series import columns_of, envelopes, panels, rows_that_fit, spectra
+from .view import view_of
+from .worth import worth
+
+SCRIPTS = ("core", "charts", "camera", "gl", "shapes", "sea", "motion", "viewer", "player", "run")
+
+
+def run_page(record, scene=None, advice: list[str] | None = None) -> str:
+    """HTML of a record with its time; advice: see `worth`.  Raises InputError for a record without a scene."""
+    scene = scene or scene_of(record)
+    title = scene.title or "Run"
+    found = data_of(record, scene)
+    said = list(dict.fromkeys([*derived(scene).warnings, *warnings(record, scene)]))
+    body = joined(
+        [
+            words.header(title, *_said_of(record, scene)),
+            tag(
+                "main",
+                words.warnings(said),
+                _keys(found["moments"]),
+                fragment("run", note=_thinned(found)),
+                _facts(record, scene, advice),
+            ),
+        ]
+    )
+    return page(title, body, found, SCRIPTS)
+
+
+def data_of(record, scene) -> dict:
+    """What the script of a run's page needs."""
+    parts = parts_of(record, scene)
+    columns = columns_of(parts)
+    main = [values for *_, curves in columns for _, values in curves]
+    count = rows_that_fit(record, parts, columns)
+    rows = chosen_rows(main, count) if main else np.arange(record.sizes["time"])
+    return {
+        "kind": "run",
+        "time": exact(record.time.values[rows]),
+        "every": record.sizes["time"],
+        "ramp": ramp_of(scene),
+        "period": period_of(scene),
+        "panels": panels(columns, rows),
+        "moments": moments(record, parts),
+        "envelopes": envelopes(parts),
+        "spectra": spectra(parts),
+        "view": view_of(record, scene, rows),
+        "headings": _headings(scene),
+        "anchors": _anchors(record),
+    }
+
+
+def _said_of(record, scene):
+    """Two lines under the title."""
+    steps = record.sizes["time"] - 1
+    how = f"{float(record.time[-1]):g} s in {steps:,} steps of {SCHEMES[scene.time.scheme]}"
+    return record.attrs.get(
+        "effects", ""
+    ), f"{how}; dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
+
+
+def _thinned(found):
+    kept = len(found["time"]["data"]) * 3 // 4 // 8
+    if kept >= found["every"]:
+        return ""
+    return f"Series are drawn with {kept:,} of {found['every']:,} instants, all peaks among them; tables are of all."
+
+
+def moments(record, parts) -> list[dict]:
+    """The largest of what matters, each with its time: a key figure and where to jump."""
+    found = []
+
+    def largest(name, label, values, unit):
+        row = int(np.nanargmax(values))
+        unit, factor = unit_of(values, unit)
+        said = f"{name}: {label}" if name else label
+        found.append(
+            {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
+        )
+
+    lines = [(name, part) for name, part, _ in parts if "tension_top" in part]
+    bodies = [(name, part) for name, part, _ in parts if "buoy_position" in part]
+    for label, key in (("largest tension, upper end", "tension_top"), ("largest force on an anchor", "anchor_force")):
+        able = [(name, _size(part[key].values)) for name, part in lines if key in part]
+        if able:
+            name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
+            largest(name, label, values, "N")
+    for label, unit, make in (("farthest from the start", "m", _way), ("largest lean", "deg", _lean)):
+        able = [(name, make(part)) for name, part in bodies]
+        if able:
+            name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
+            largest(name, label, values, unit)
+    return found
+
+
+def _size(values):
+    return values if values.ndim == 1 else np.linalg.norm(values, axis=-1)
+
+
+def _way(record):
+    track = record.buoy_position.values[:, :2]
+    return np.linalg.norm(track - track[0], axis=1)
+
+
+def _lean(record):
+    return record.cone_angle.values
+
+
+def _keys(moments):
+    """Large numbers; each is a button that shows its moment."""
+    items = [
+        tag(
+            "button",
+            tag("span", moment["label"], class_="what"),
+            tag("span", moment["value"], tag("small", f" {moment['unit']}"), class_="number"),
+            tag("span", f"at {moment['t']:.4g} s", class_="when"),
+            type="button",
+            data_t=repr(moment["t"]),
+        )
+        for moment in moments
+    ]
+    return (
+        tag("div", *items, class_="keys", role="group", aria_label="Largest values; each shows its moment")
+        if items
+        else None
+    )
+
+
+def _facts(record, scene, advice):
+    """The lower part: tables and words."""
+    rows = words.table(("quantity", "value", "unit"), summary(record, scene))
+    matters = words.section("matters", "What matters", rows)
+    sources = tag("div", words.scene(scene.to_toml()), words.versions(record.attrs))
+    return tag("div", matters, worth(record, scene, advice), sources, class_="grid")
+
+
+def _headings(scene):
+    """(name, [x, y]) of where waves, current, wind and the force on the buoy go."""
+    found = []
+    for name in ("waves", "current", "wind"):
+        part = getattr(scene, name)
+        if part is not None:
+            found.append([name, heading(part.direction_deg)[:2].tolist()])
+    if scene.external_force is not None:
+        force = np.array(scene.external_force.force[:2], dtype=float)
+        if force.any():
+            found.append(["force", (force / np.linalg.norm(force)).tolist()])
+    return found
+
+
+def _anchors(record):
+    """(x, y) of the lower ends of the cables at first."""
+    if "cable_position" not in record:
+        return []
+    owner = record.get("cable_of_node")
+    first = [0] if owner is None else np.flatnonzero(np.diff(owner.values, prepend=-1))
+    return record.cable_position.values[0, first, :2].tolist()

@@ -1,0 +1,245 @@
+// The picture in space: lines by their tension, hulls, water, bed, anchors, forces, and a camera that may follow.
+
+import { Camera } from "./camera.js";
+import { byId, drawn, element, format, niceStep, onTheme, rgb, scaleOfTension } from "./core.js";
+import { Painter } from "./gl.js";
+import { Waves, squares, surface } from "./sea.js";
+import { ball, block, cone, grid, hull, placed, plus, turned, unit, upright } from "./shapes.js";
+
+/** Shows the states of a source (motion.js) in a canvas.
+ *
+ * view: of the data, see view.py.  tensions: [least, largest] of the colours [N].
+ */
+export class Viewer {
+  constructor(stage, view, tensions) {
+    this.canvas = stage.querySelector("canvas");
+    Object.assign(this, { stage, view, tensions, shown: { water: true, bed: true, forces: true, names: true }, follow: -1 });
+    this.painter = new Painter(this.canvas);
+    this.camera = new Camera(this.canvas, () => this.redraw());
+    this.waves = view.sea?.waves ? new Waves(view.sea.waves) : null;
+    this.n = squares(this.waves);
+    this.keepMeshes();
+    this.readColors();
+    onTheme(() => (this.readColors(), this.redraw()));
+    this.labels = this.makeLabels();
+    this.look("whole");
+    new ResizeObserver(() => this.redraw()).observe(this.canvas);
+  }
+
+  keepMeshes() {
+    const keep = (mesh, moving) => this.painter.keep(mesh, moving);
+    this.meshes = { ball: keep(ball()), cone: keep(cone()), block: keep(block()), water: keep(grid(this.n), true) };
+    this.meshes.bed = keep(grid(1), true);
+    this.hulls = this.view.buoys.map((buoy) => buoy.outline && keep(hull(buoy.outline)));
+  }
+
+  readColors() {
+    const names = ["hull", "water", "bed", "anchor", "ink", "force-holds", "force-pulls", "force-outside"];
+    this.colors = Object.fromEntries(names.map((name) => [name, rgb(`--${name}`)]));
+    this.scale = scaleOfTension();
+  }
+
+  makeLabels() {
+    const host = this.stage.querySelector(".labels");
+    return this.view.labels.map((label) => {
+      const shown = element("span", {}, label.text);
+      host.append(shown);
+      return { ...label, shown };
+    });
+  }
+
+  /** One of the views: whole, buoy, side, above. */
+  look(name) {
+    const direction = (this.view.direction * Math.PI) / 180;
+    this.looking = name;
+    if (name === "buoy" && this.view.buoys.length) {
+      this.follow = Math.max(this.follow, 0);
+      const size = this.view.buoys[this.follow].size;
+      const at = this.state?.buoys[this.follow].at ?? this.view.buoys[this.follow].start;
+      const half = [1.5 * size, 1.5 * size, 1.1 * size];
+      this.camera.frame([plus(at, half, -1), plus(at, half)], this.aside(direction), 0.16);
+    } else {
+      this.follow = -1;
+      const [azimuth, height] = { side: [this.aside(direction), 0.02], above: [-Math.PI / 2, 1.5] }[name] ?? [-1.0, 0.26];
+      this.camera.frame(this.view.box, azimuth, height);
+    }
+    this.lookAtBuoy();
+  }
+
+  /** Azimuth from which a plane of that heading is seen broadside, x to the right. */
+  aside(direction) {
+    const azimuth = direction - Math.PI / 2;
+    return Math.sin(azimuth) > 0 ? azimuth + Math.PI : azimuth;
+  }
+
+  lookAtBuoy() {
+    if (this.follow < 0 || !this.state) return;
+    this.camera.target = this.state.buoys[this.follow].at.slice();
+  }
+
+  show(state) {
+    const last = this.state;
+    this.state = state;
+    if (this.follow >= 0 && last) {
+      const moved = state.buoys[this.follow].at.map((x, i) => x - last.buoys[this.follow].at[i]);
+      this.camera.target = plus(this.camera.target, moved);
+    }
+    this.redraw();
+  }
+
+  redraw() {
+    if (this.waiting || !this.state) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.paint();
+    });
+  }
+
+  paint() {
+    const { painter, state, shown } = this;
+    painter.begin(this.camera);
+    this.drawBuoys();
+    this.drawEnds();
+    const segments = [];
+    this.addLines(segments);
+    if (shown.forces) this.addForces(segments);
+    painter.drawSegments(segments);
+    this.drawBed(); // after what may lie in it, which shines through
+    if (shown.water && this.view.sea) this.drawWater();
+    this.placeLabels();
+    this.drawAxes();
+    this.canvas.dataset.t = state.t;
+  }
+
+  /** How far water and bed are drawn: around what is looked at, no farther than is needed. */
+  reach() {
+    const [low, high] = this.view.box;
+    const whole = 0.85 * Math.hypot(high[0] - low[0], high[1] - low[1]) + 0.2 * (high[2] - low[2]);
+    return Math.max(Math.min(1.5 * this.camera.distance, 1.6 * whole), 2);
+  }
+
+  middle() {
+    const [low, high] = this.view.box;
+    const { target } = this.camera;
+    return this.follow >= 0 ? target : target.map((x, i) => Math.min(Math.max(x, low[i]), high[i]));
+  }
+
+  drawWater() {
+    const [middle, reach] = [this.middle(), this.reach()];
+    const { places, normals } = surface(this.waves, this.state.t, middle, reach, this.n);
+    this.painter.change(this.meshes.water, places, normals);
+    const how = { color: this.colors.water, alpha: 0.5, kind: 2, middle, reach, cell: niceStep(reach / 25) };
+    this.painter.draw(this.meshes.water, how);
+  }
+
+  drawBed() {
+    const { sea } = this.view;
+    if (!sea || !this.shown.bed) return;
+    const [middle, reach] = [this.middle(), this.reach()];
+    const places = [];
+    for (const i of [-1, 1])
+      for (const j of [-1, 1]) {
+        const [x, y] = [middle[0] + i * reach, middle[1] + j * reach];
+        places.push(x, y, sea.slope[0] * x + sea.slope[1] * y - sea.depth);
+      }
+    const normal = [-sea.slope[0], -sea.slope[1], 1];
+    this.painter.change(this.meshes.bed, new Float32Array(places), new Float32Array([normal, normal, normal, normal].flat()));
+    this.cell = niceStep(reach / 12);
+    const how = { color: this.colors.bed, alpha: 0.78, kind: 1, middle, reach, cell: this.cell };
+    this.painter.draw(this.meshes.bed, how);
+    const legend = byId("grid-size");
+    if (legend) legend.textContent = `grid of the bed ${format(this.cell)} m`;
+  }
+
+  drawBuoys() {
+    this.view.buoys.forEach((buoy, b) => {
+      const { at, R } = this.state.buoys[b];
+      if (this.hulls[b]) this.painter.draw(this.hulls[b], { color: this.colors.hull, model: placed(at, 1, R) });
+      else this.painter.draw(this.meshes.ball, { color: this.colors.hull, model: placed(at, 0.3 * buoy.size) });
+      for (const z of buoy.masses) {
+        const place = plus(at, turned(R, [0, 0, z]));
+        this.painter.draw(this.meshes.ball, { color: this.colors.ink, model: placed(place, 0.035 * buoy.size) });
+      }
+    });
+  }
+
+  /** Size of a thing that should be seen from any distance [m]. */
+  mark(at, pixels) {
+    const away = Math.hypot(...this.camera.position.map((x, i) => x - at[i]));
+    return (pixels * away) / this.canvas.clientHeight;
+  }
+
+  drawEnds() {
+    for (const { node, kind } of this.view.lines?.ends ?? []) {
+      const at = this.node(node);
+      const [mesh, color, size] = { anchor: ["block", "anchor", 11], joint: ["ball", "ink", 2.2] }[kind] ?? ["ball", "anchor", 3];
+      this.painter.draw(this.meshes[mesh], { color: this.colors[color], model: placed(at, this.mark(at, size)) });
+    }
+  }
+
+  node(k) {
+    return [0, 1, 2].map((i) => this.state.nodes[3 * k + i]);
+  }
+
+  /** Colour and width say the tension: what is pulled harder stands out more. */
+  addLines(segments) {
+    const [low, high] = this.tensions;
+    for (const { node, cell, per } of this.view.lines?.cables ?? []) {
+      for (let k = node[0]; k + 1 < node[1]; k++) {
+        const tension = this.state.tension[cell[0] + Math.floor((k - node[0]) / per)];
+        const share = (tension - low) / (high - low || 1);
+        const [color, width] = [this.scale(share), 2 + 3 * Math.min(Math.max(share, 0), 1)];
+        segments.push(...this.node(k), ...this.node(k + 1), ...color, ...color, width, width);
+      }
+    }
+    for (const [b, buoy] of this.view.buoys.entries()) {
+      if (!buoy.mast) continue;
+      const { at, R } = this.state.buoys[b];
+      const ends = buoy.mast.map((z) => plus(at, turned(R, [0, 0, z])));
+      segments.push(...ends[0], ...ends[1], ...this.colors.ink, ...this.colors.ink, 1.6, 1.6);
+    }
+  }
+
+  /** Arrows whose length is to one scale; those too short to be seen are left out. */
+  addForces(segments) {
+    const largest = this.view.largestForce;
+    if (!largest) return;
+    const full = 0.22 * this.camera.distance * (this.follow >= 0 ? 0.8 : 0.6);
+    this.newtons = niceStep(largest / full);
+    for (const { at, force, kind } of this.state.forces) {
+      const size = Math.hypot(...force);
+      const length = size / this.newtons;
+      if (length < this.mark(at, 6)) continue;
+      const [axis, color] = [unit(force), this.colors[`force-${kind}`]];
+      const [tip, head] = [plus(at, axis, length), Math.min(this.mark(at, 11), 0.6 * length)];
+      segments.push(...at, ...plus(tip, axis, -head), ...color, ...color, 2, 2);
+      const R = upright(axis).map((row) => [0.36 * row[0], 0.36 * row[1], row[2]]);
+      this.painter.draw(this.meshes.cone, { color, model: placed(tip, head, R) });
+    }
+    const legend = byId("force-size");
+    if (legend) legend.textContent = `1 m of arrow ${format(this.newtons >= 1000 ? this.newtons / 1000 : this.newtons)} ${this.newtons >= 1000 ? "kN" : "N"}`;
+  }
+
+  placeLabels() {
+    for (const { shown, node, at, buoy } of this.labels) {
+      const place = at ?? (buoy === undefined ? this.node(node) : this.state.buoys[buoy].at);
+      const pixel = this.shown.names && this.painter.project(place);
+      shown.hidden = !pixel;
+      if (pixel) shown.style.transform = `translate(${pixel[0] + 8}px, ${pixel[1] - 20}px)`;
+    }
+  }
+
+  /** Which way x, y and z point, in the corner. */
+  drawAxes() {
+    const host = this.stage.querySelector(".axes");
+    const { right, up } = this.camera.axes();
+    host.replaceChildren(
+      ...["x", "y", "z"].flatMap((name, i) => {
+        const [x, y] = [32 + 22 * right[i], 32 - 22 * up[i]];
+        const letter = drawn("text", { x: 32 + 29 * right[i], y: 36 - 29 * up[i], "text-anchor": "middle" }, name);
+        return [drawn("path", { d: `M32 32L${x} ${y}` }), letter];
+      }),
+    );
+  }
+}

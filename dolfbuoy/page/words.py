@@ -1,0 +1,69 @@
+"""What a page says in words and tables, readable without its script."""
+
+from collections.abc import Iterable
+
+from .document import Markup, joined, tag
+
+#: The program, as a page names it.
+PROGRAM = "dolfbuoy"
+
+
+def section(name: str, title: str, *children, **attributes) -> Markup:
+    """A part of the page with its heading."""
+    return tag(
+        "section",
+        tag("h2", title, id=f"{name}-title"),
+        *children,
+        id=name,
+        aria_labelledby=f"{name}-title",
+        **attributes,
+    )
+
+
+def table(headings: Iterable[str], rows: Iterable[Iterable], caption: str = "") -> Markup:
+    """A table whose first column names its rows."""
+    head = tag("thead", tag("tr", *(tag("th", text, scope="col") for text in headings)))
+    body = [tag("tr", tag("th", first, scope="row"), *(tag("td", cell) for cell in rest)) for first, *rest in rows]
+    parts = [tag("caption", caption)] if caption else []
+    return tag("div", tag("table", *parts, head, tag("tbody", *body)), class_="scroll")
+
+
+def paragraphs(sentences: Iterable[str]) -> Markup:
+    """One each."""
+    return joined(tag("p", sentence) for sentence in sentences)
+
+
+def warnings(sentences: list[str]) -> Markup | None:
+    """What the reader must know before anything else; None if there is nothing."""
+    if not sentences:
+        return None
+    word = "Warning" if len(sentences) == 1 else f"{len(sentences)} warnings"
+    body = tag("ul", *(tag("li", sentence) for sentence in sentences))
+    return tag("aside", tag("strong", word), body, class_="warnings", id="warnings", aria_label="Warnings")
+
+
+def header(title: str, *lines: str) -> Markup:
+    """Title, what it is, and the button for the colours."""
+    button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
+    said = tag("div", tag("h1", title), *(tag("p", line) for line in lines))
+    return tag("header", said, button)
+
+
+def scene(text: str) -> Markup:
+    """The complete scene, folded; it reproduces the run."""
+    folded = tag(
+        "details", tag("summary", "The complete scene, defaults included (TOML)"), tag("pre", text, tabindex="0")
+    )
+    hint = "Saved as a file it runs again: dolfbuoy run FILE."
+    return section("scene", "Scene", tag("p", hint), folded)
+
+
+#: Attributes of a record that are versions begin so.
+_VERSION = "version_"
+
+
+def versions(attributes) -> Markup:
+    """What computed the record, and when."""
+    names = [(key.removeprefix(_VERSION), value) for key, value in attributes.items() if key.startswith(_VERSION)]
+    rows = [("computed", attributes.get("created", "")), *names, ("ranks", attributes.get("ranks", 1))]
+    return section("versions", "Versions", table(("program", "version"), [(k, str(v)) for k, v in rows]))

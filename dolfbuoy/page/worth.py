@@ -1,0 +1,77 @@
+"""What the numbers of a run are worth: scheme, step, what is left of each period, and an error if one is known."""
+
+from ..check import check, derived
+from ..errors import InputError, SolveError
+from ..results.summary import remaining_amplitude
+from ..scene.network import network_of
+from ..scene.settings import SCHEMES, period_of
+from .document import Markup, tag
+from .words import paragraphs, section, table
+
+
+def worth(record, scene, advice: list[str] | None) -> Markup:
+    """The section; advice: sentences of `dolfbuoy advise` about this scene, if it was asked."""
+    known = advice or [
+        "The error of this run is not known: dolfbuoy advise SCENE measures what its settings leave of an accuracy, "
+        "and dolfbuoy study work-precision SCENE draws error over time."
+    ]
+    return section(
+        "worth",
+        "What these numbers are worth",
+        table(("setting", "value"), settings_of(record, scene)),
+        _periods(scene),
+        tag("h3", "Error"),
+        paragraphs(known),
+        class_="wide",
+    )
+
+
+def settings_of(record, scene) -> list[tuple[str, str]]:
+    """(what, value) of how it was computed."""
+    time, steps = scene.time, record.time_step.values[1:]
+    said = f"{time.step:g} s" if time.tolerance is None else f"adaptive, local error {time.tolerance:g}"
+    if time.tolerance is not None and len(steps):
+        said += f": {steps.min():.3g} ... {steps.max():.3g} s"
+    rows = [("scheme", SCHEMES[time.scheme]), ("step", said)]
+    period = period_of(scene)
+    if period is not None and time.tolerance is None:
+        rows.append(("steps in a period of the drive", f"{period / time.step:.4g}"))
+    elements = [str(piece.section.elements) for piece in network_of(scene).pieces]
+    if elements:
+        first = network_of(scene).pieces[0].section
+        rows.append(("elements", f"P{first.position_degree}-P{first.tension_degree}, {_counted(elements)}"))
+    rows.append(("unknowns", str(record.attrs["unknowns"])))
+    if len(steps):
+        rows.append(("Newton iterations in a step", f"{float(record.newton_iterations[1:].mean()):.3g}"))
+    failed = int(record.attrs.get("failed_steps", 0))
+    rows.append(("steps that failed and were retried", str(failed)))
+    return rows
+
+
+def _counted(elements):
+    """`20` or `3 x 20` or `64 + 20 + 30`."""
+    if len(set(elements)) == 1:
+        return elements[0] if len(elements) == 1 else f"{len(elements)} x {elements[0]}"
+    return " + ".join(elements)
+
+
+def periods_of(scene) -> dict[str, float]:
+    """Natural and driving periods by name [s]: those of `check`, without its equilibrium where there is none."""
+    try:
+        return check(scene).periods
+    except (InputError, SolveError):
+        return derived(scene).periods
+
+
+def _periods(scene):
+    """What the scheme leaves of the amplitude of a free motion."""
+    periods = periods_of(scene)
+    if not periods or not scene.time.end:
+        return None
+    rows = [(name, f"{T:.5g}", _percent(remaining_amplitude(T, scene))) for name, T in periods.items()]
+    caption = "What the scheme at its step leaves of the amplitude of a free motion, to the end of the run"
+    return table(("period", "s", "left"), rows, caption)
+
+
+def _percent(share):
+    return f"{100 * share:.3g} %"

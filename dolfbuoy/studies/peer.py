@@ -1,0 +1,127 @@
+"""A scene beside MoorDyn: both run from rest, and their tensions and motions over the second half are compared.
+
+MoorDyn is an independent code (lumped masses, explicit steps); what of a scene it has no place for is said.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..api import simulate, solve_static
+from ..errors import InputError, SolveError
+from ..formats.moordyn_run import Series, moordyn_module, run
+from ..formats.to_moordyn import Numerics, export, start_of
+from ..results.style import PAGE, new_figure, save
+from ..scene.network import network_of
+
+#: A run that diverges is tried again with half the step, so often.
+TRIES = 4
+AXES = "xyz"
+
+
+@dataclass
+class Comparison:
+    """rows: of the table.  notes: what MoorDyn's input lacks.  ours, theirs: times and series by name."""
+
+    rows: list[dict]
+    notes: list[str]
+    ours: tuple[np.ndarray, dict[str, np.ndarray]]
+    theirs: tuple[np.ndarray, dict[str, np.ndarray]]
+
+
+def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
+    """Run a scene with dolfbuoy and with MoorDyn.
+
+    end: of both runs [s], absent: the scene's.  segments: of MoorDyn for each element of a line.
+    Raises InputError for a scene without cable or [time], or without MoorDyn; SolveError where MoorDyn diverges.
+    """
+    moordyn_module()
+    if not network_of(scene).pieces or scene.time is None:
+        raise InputError("a comparison needs a scene with a cable and [time].")
+    end = end or scene.time.end
+    scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end})})
+    start = start_of(solve_static(scene))
+    record = simulate(scene)
+    theirs, written = _theirs(scene, start, end, segments)
+    ours = record.time.values, _ours(record, scene)
+    series = theirs.t, _named(theirs, scene)
+    rows = [_row(name, unit, ours, series, end / 2) for name, unit in _names(ours[1], series[1])]
+    return Comparison(rows, [str(note) for note in written.notes], ours, series)
+
+
+def _theirs(scene, start, end, segments):
+    step = None
+    for _ in range(TRIES):
+        written = export(scene, start, Numerics(step=step, segments=segments))
+        found = run(written, end)
+        if found is not None:
+            return found, written
+        step = written.step / 2
+    raise SolveError(f"MoorDyn diverges, with steps of {written.step:.3g} s too.")
+
+
+def _ours(record, scene):
+    network, found = network_of(scene), {}
+    several = "cable" in record.tension_top.dims
+    for k, name in enumerate(network.cables):
+        for end in ("top", "anchor"):
+            tension = record[f"tension_{end}"]
+            found[f"{name}: tension_{end}"] = tension.values[:, k] if several else tension.values
+    for name, buoy in network.buoys.items():
+        if "buoy_position" in record:
+            one = record.sel(buoy=name) if "buoy" in record.buoy_position.dims else record
+            keel = _keel(one, buoy)
+            found |= {f"{name}: keel {axis}": keel[:, i] for i, axis in enumerate(AXES)}
+    return found
+
+
+def _keel(record, buoy):
+    from ..model.rigid import axis_offset, rotation_of
+
+    down = axis_offset(buoy, 0.0)
+    turned = [rotation_of(q) @ down for q in record.buoy_orientation.values]
+    return record.buoy_position.values + np.array(turned)
+
+
+def _named(series: Series, scene):
+    network, found = network_of(scene), {}
+    for k, name in enumerate(network.cables):
+        found[f"{name}: tension_top"] = series.tension[:, network.last_of(k), 1]
+        found[f"{name}: tension_anchor"] = series.tension[:, network.first_of(k), 0]
+    for k, name in enumerate(network.buoys):
+        found |= {f"{name}: keel {axis}": series.body[:, k, i] for i, axis in enumerate(AXES)}
+    return found
+
+
+def _names(ours, theirs):
+    return [(name, "N" if "tension" in name else "m") for name in ours if name in theirs]
+
+
+def _row(name, unit, ours, theirs, start):
+    """Mean, least and largest of both, and the rms of their difference relative to our range."""
+    t, values = ours[0], ours[1][name]
+    other = np.interp(t, theirs[0], theirs[1][name])
+    late = t >= start
+    a, b = values[late], other[late]
+    difference = float(np.sqrt(np.mean((a - b) ** 2)))
+    row = {"quantity": name, "unit": unit}
+    for what, of in (("mean", np.mean), ("least", np.min), ("largest", np.max)):
+        row |= {what: float(of(a)), f"{what}_moordyn": float(of(b))}
+    span = float(np.ptp(a))
+    return row | {"difference": difference, "relative": difference / span if span > 0 else float("nan")}
+
+
+def draw(found: Comparison, folder: Path) -> list[Path]:
+    """Both programs' tensions and motions over time; returns the files."""
+    names = [row["quantity"] for row in found.rows if "anchor" not in row["quantity"]][:12]
+    figure = new_figure(PAGE, 1.2 + 1.1 * len(names))
+    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, name in zip(axes, names, strict=True):
+        factor = 1e-3 if "tension" in name else 1.0
+        for (t, series), label, style in ((found.ours, "dolfbuoy", "-"), (found.theirs, "MoorDyn", "--")):
+            ax.plot(t, factor * series[name], style, label=label)
+        ax.set_ylabel(f"{name}\n[{'kN' if factor < 1 else 'm'}]")
+    axes[0].legend(loc="upper right", ncol=2)
+    axes[-1].set_xlabel("t [s]")
+    return save(figure, folder / "comparison")

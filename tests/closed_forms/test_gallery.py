@@ -1,0 +1,145 @@
+"""The scenes that users start from: each against a value that needs none of the program.
+
+Source: catenaries and elastic lines in closed form, one-dimensional balances, initial value problems solved by scipy.
+"""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp, trapezoid
+from scipy.optimize import brentq
+
+import dolfbuoy
+from dolfbuoy.scene import load_scene
+
+RHO, G = 1025.0, 9.81
+
+
+def volume(hull, draft):
+    """Of a body of revolution below its water line [m^3], by cones."""
+    found = 0.0
+    for (low, a), (high, b) in pairwise(hull):
+        top = min(high, draft)
+        if top <= low:
+            continue
+        c = a + (b - a) * (top - low) / (high - low)
+        found += math.pi / 12 * (top - low) * (a * a + a * c + c * c)
+    return found
+
+
+def test_navigation_buoys_chain_is_an_elastic_catenary():
+    """Pushed by 2 kN in still water, without friction: H at the touchdown, V = w s, z = (T - H)/w + V^2/(2 w EA)."""
+    H, c = 2000.0, load_scene("navigation-buoy").cable
+    found = dolfbuoy.solve_static(
+        load_scene(
+            "navigation-buoy",
+            current=None,
+            waves=None,
+            seabed__start="frictionless",
+            seabed__friction=0.0,
+            external_force={"force": [H, 0.0, 0.0]},
+            cable__elements=288,
+        )
+    )
+    w = (c.line_density - RHO * c.area) * G
+    height = 12.0 + float(found.mooring_point[2])
+    T = brentq(lambda T: (T - H) / w + (T * T - H * H) / (2 * w * c.axial_stiffness) - height, H, 1e5)
+    assert float(found.tension_top) == pytest.approx(T, rel=2e-4)
+    assert float(found.anchor_force[0]) == pytest.approx(-H, rel=1e-3)
+
+
+def test_wave_riders_cord_in_still_water():
+    """The draft at which the buoy's pull draws rope and rubber over the depth."""
+    scene = load_scene("wave-rider", current=None, waves=None)
+    rope, rubber = (scene.material[name] for name in ("rope", "rubber"))
+    strains, tensions = np.array(rubber.axial_stiffness.rows).T
+    w_rope, w_rubber = (G * (m.line_density - RHO * math.pi / 4 * m.diameter**2) for m in (rope, rubber))
+
+    def gap(draft):
+        """Length of the drawn line over the water below the keel."""
+        pull = G * (RHO * volume(scene.buoy.hull, draft) - scene.buoy.mass)
+        s = np.linspace(0.0, 10.0, 2001)
+        drawn = trapezoid(1 + np.interp(pull - w_rubber * s, tensions, strains), s)
+        middle = pull - 10.0 * w_rubber - 12.0 * w_rope
+        return drawn + 24.0 * (1 + middle / rope.axial_stiffness) - (40.0 - draft)
+
+    draft = brentq(gap, 0.4, 0.89)
+    found = dolfbuoy.solve_static(scene)
+    assert float(found.submerged_length) == pytest.approx(draft, abs=1e-4)
+    pull = G * (RHO * volume(scene.buoy.hull, draft) - scene.buoy.mass)
+    assert float(found.tension_top) == pytest.approx(pull, rel=2e-3)
+
+
+def test_spars_heave_is_that_of_a_spring():
+    """T = 2 pi sqrt((M + m_a + m/3)/(rho g A + EA/L)), m_a: half spheres of water at keel and shoulder."""
+    scene = load_scene("spar", waves=None)
+    b, c = scene.buoy, scene.cable
+    faces = 2 / 3 * math.pi * RHO * (0.6**3 + (0.6**3 - 0.25**3)) * b.axial_added_mass
+    mass = b.mass + faces + c.line_density * c.length / 3
+    stiffness = RHO * G * math.pi / 4 * 0.5**2 + c.axial_stiffness / c.length
+    modes = dolfbuoy.modes(scene, 12)
+    heave = float(modes.period[modes.name == "heave"][0])
+    assert heave == pytest.approx(2 * math.pi * math.sqrt(mass / stiffness), rel=5e-3)
+
+
+def test_disc_buoy_follows_the_surface():
+    """Heave and the elevation where the buoy is have the same standard deviation: the waves are 20 times its radius."""
+    found = dolfbuoy.simulate("disc-buoy", time__end=100.0)
+    late = found.sel(time=slice(10.0, None))
+    heave, water = float(late.buoy_position[:, 2].std()), float(late.surface_elevation.std())
+    assert heave == pytest.approx(water, rel=0.03)
+
+
+def flow_line(top_force, pieces, velocity, start):
+    """Shape and tension of a line from one end on, in a steady flow: dT/ds = -(weight + drag), dr/ds = t (1 + e).
+
+    pieces: (length, weight [N/m], diameter, C_n, C_t, EA).  velocity: of the water, as a function of z [m/s].
+    Returns (r, T) at the other end; forces act in the plane x, z.
+    """
+    state = np.concatenate([start, top_force])
+    for length, w, d, C_n, C_t, EA in pieces:
+
+        def slope(s, y, w=w, d=d, C_n=C_n, C_t=C_t, EA=EA):
+            T = math.hypot(y[2], y[3])
+            t, stretch = y[2:] / T, 1 + T / EA
+            u = np.array([velocity(y[1]), 0.0])
+            along = (u @ t) * t
+            across = u - along
+            drag = 0.5 * RHO * d * stretch * (C_n * math.hypot(*across) * across + C_t * math.hypot(*along) * along)
+            load = drag + [0.0, -w]
+            return np.concatenate([-t * stretch, load])
+
+        state = solve_ivp(slope, (0.0, length), state, rtol=1e-9, atol=1e-9).y[:, -1]
+    return state[:2], math.hypot(*state[2:])
+
+
+def test_subsurface_float_hangs_as_an_initial_value_problem_says():
+    scene = load_scene("subsurface-float", waves=None, cable__line__elements=240)
+    c, body = scene.cable[0], scene.joint[0]
+    speed = lambda z: 0.8 * max(1 + z / 120.0, 0.0) ** (1 / 7)  # noqa: E731
+    found = dolfbuoy.solve_static(scene)
+    x, _, z = found.joint_position.sel(joint="float").values
+    drag = 0.5 * RHO * body.drag_area * speed(z) ** 2
+    lift = G * (RHO * body.volume - body.mass)
+    w = G * (c.line_density - RHO * math.pi / 4 * c.diameter**2)
+    line = (c.length, w, c.diameter, c.normal_drag, c.tangential_drag, c.axial_stiffness)
+    foot, tension = flow_line(np.array([drag, lift]), [line], speed, np.array([x, z]))
+    assert foot == pytest.approx([0.0, -120.0], abs=0.02)
+    assert float(found.tension_anchor) == pytest.approx(tension, rel=1e-3)
+
+
+def test_towed_array_settles_to_its_steady_shape():
+    scene = load_scene("towed-array")
+    found = dolfbuoy.simulate(scene)
+    body, lines = scene.joint[0], []
+    for segment in scene.cable[0].segments:
+        m = scene.material[segment.material]
+        w = G * (m.line_density - RHO * math.pi / 4 * m.diameter**2)
+        lines.append((segment.length, w, m.diameter, m.normal_drag, m.tangential_drag, m.axial_stiffness))
+    drag, lift = 0.5 * RHO * body.drag_area * 2.5**2, G * (RHO * body.volume - body.mass)
+    tail, _, depth = found.joint_position.sel(joint="drogue").values[-1]
+    end, tension = flow_line(np.array([-drag, lift]), lines, lambda z: -2.5, np.array([tail, depth]))
+    assert end == pytest.approx([2.5 * (120.0 - 10.0), 0.0], abs=0.3)
+    assert float(found.tension_top[-1]) == pytest.approx(tension, rel=5e-3)

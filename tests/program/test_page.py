@@ -1,0 +1,174 @@
+"""Pages of results as files: what is packed in them, what cannot get in, how large they are, and what is refused.
+
+Source: the record that each page is made of, unpacked from the page again; the policy's hashes computed here.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import re
+
+import numpy as np
+import pytest
+
+from dolfbuoy import simulate
+from dolfbuoy.page.document import as_json, tag
+from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
+from dolfbuoy.page.run_page import run_page
+
+EVIL = "</title></script><script>document.title='taken'</script><img src=x onerror=\"document.title='taken'\">"
+
+
+def unpacked(packed):
+    """What core.js makes of an array."""
+    raw = np.frombuffer(base64.b64decode(packed["data"]), dtype={"f8": "<f8", "f4": "<f4", "i2": "<i2"}[packed["type"]])
+    if packed["type"] != "i2":
+        return raw
+    return np.where(raw == -32768, np.nan, packed["offset"] + packed["scale"] * raw)
+
+
+def data_of(page):
+    """The JSON block of a page."""
+    return json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.DOTALL)[1])
+
+
+@pytest.fixture(scope="module")
+def record():
+    return simulate("short")
+
+
+@pytest.fixture(scope="module")
+def page(record):
+    return run_page(record)
+
+
+def test_arrays_survive_their_packing():
+    values = np.random.default_rng(1).uniform(-3e4, 7e4, (40, 3))
+    np.testing.assert_array_equal(unpacked(exact(values)), values.ravel())
+    np.testing.assert_allclose(unpacked(single(values)), values.ravel(), rtol=6e-8)
+    values[5, 1] = np.nan
+    np.testing.assert_allclose(unpacked(coarse(values)), values.ravel(), atol=np.nanmax(values) * 2e-5 + 0.6)
+    assert unpacked(coarse(np.full(3, 2.5))).tolist() == [2.5, 2.5, 2.5]
+    assert np.isnan(unpacked(coarse([np.nan, np.nan]))).all()
+
+
+def test_peaks_stay_where_rows_are_left_out():
+    rng = np.random.default_rng(2)
+    columns = [rng.standard_normal(50_000) for _ in range(4)]
+    columns[2][31_234] = 60.0
+    rows = chosen_rows(columns, 4000)
+    assert len(rows) <= 4000 + 2
+    assert (np.diff(rows) > 0).all()
+    assert rows[0] == 0
+    assert rows[-1] == 49_999
+    assert 31_234 in rows
+    for column in columns:
+        assert column[rows].max() == column.max()
+        assert column[rows].min() == column.min()
+    np.testing.assert_array_equal(chosen_rows(columns, 50_000), np.arange(50_000))
+
+
+def test_a_page_holds_the_numbers_of_its_record(page, record):
+    found = data_of(page)
+    np.testing.assert_array_equal(unpacked(found["time"]), record.time.values)
+    curves = {(p["title"], c["name"]): unpacked(c["values"]) for p in found["panels"] for c in p["curves"]}
+    x, y, z = record.buoy_position.values.T
+    expected = {
+        ("tension", "upper end"): record.tension_top,
+        ("tension", "lower end"): record.tension_anchor,
+        ("height", "C"): z,
+        ("height", "water"): record.surface_elevation,
+        ("horizontal position of C", "x"): x,
+        ("horizontal position of C", "y"): y,
+        ("angle", "pitch"): record.pitch,
+    }
+    for key, values in expected.items():
+        np.testing.assert_allclose(curves[key], values, rtol=6e-8, atol=1e-30, err_msg=str(key))
+    lines = found["view"]["lines"]
+    reach = np.ptp(record.cable_position.values)
+    np.testing.assert_allclose(
+        unpacked(lines["position"]), record.cable_position.values.ravel(), atol=reach / 131068 * 1.001
+    )
+    np.testing.assert_allclose(unpacked(lines["tension"]), record.cable_tension.values.ravel(), rtol=6e-8)
+
+
+def test_water_of_a_page_is_the_water_of_the_record(page, record):
+    found = data_of(page)
+    waves = {name: unpacked(v) for name, v in found["view"]["sea"]["waves"].items() if name != "ramp"}
+    t, (x, y, _) = record.time.values, record.buoy_position.values.T
+    phases = np.outer(x, waves["kx"]) + np.outer(y, waves["ky"]) - np.outer(t, waves["omega"]) + waves["phase"]
+    ramp = found["view"]["sea"]["waves"]["ramp"]
+    grown = np.where(t < ramp, 0.5 * (1 - np.cos(np.pi * t / ramp)), 1.0)
+    np.testing.assert_allclose(np.cos(phases) @ waves["amplitude"] * grown, record.surface_elevation, atol=1e-9)
+
+
+def test_ends_of_lines_meet_their_buoys(page, record):
+    (held,) = data_of(page)["view"]["lines"]["held"]
+    q = record.buoy_orientation.values
+    w, v = q[:, :1], q[:, 1:]
+    place = np.broadcast_to(held["place"], v.shape)
+    turned = place + 2 * np.cross(v, np.cross(v, place) + w * place)
+    np.testing.assert_allclose(record.buoy_position.values + turned, record.mooring_point.values, atol=1e-9)
+    assert held["node"] == record.sizes["node"] - 1
+
+
+def test_policy_lets_in_what_is_there_and_nothing_else(page):
+    policy = html.unescape(re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page)[1])
+    style = re.search(r"<style>(.*?)</style>", page, re.DOTALL)[1]
+    script = re.search(r'<script type="module">(.*?)</script>', page, re.DOTALL)[1]
+    for text in (style, script):
+        assert base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() in policy
+    assert policy.startswith("default-src 'none';")
+    assert "unsafe" not in policy
+    assert "import" not in re.sub(r"\\w+import|//.*|/\*.*?\*/", "", script).split()
+    assert not re.search(r"https?://(?!www\.w3\.org)", page)
+
+
+def test_nothing_in_a_scene_gets_out_of_its_place(record):
+    evil = record.copy()
+    evil.attrs["scene"] = record.attrs["scene"].replace(
+        "Tethered buoy, short cable (Sect. 5.1)", EVIL.replace('"', '\\"')
+    )
+    page = run_page(evil)
+    assert page.count("<script") == 2
+    assert page.count("</script>") == 2
+    assert "<img" not in page
+    assert html.escape(EVIL) in page
+    assert "<" not in as_json({"title": EVIL})
+    assert json.loads(as_json({"title": EVIL, "x": float("nan")})) == {"title": EVIL, "x": None}
+    assert tag("p", EVIL, title=EVIL).count("<") == 2
+
+
+def test_a_run_of_two_minutes_is_below_two_megabytes(page, record):
+    assert record.time[-1] == 120
+    assert len(page.encode()) < 2e6
+
+
+def test_command_writes_the_page_and_run_too(call, tmp_path):
+    folder = tmp_path / "a"
+    code, out, _ = call("run", "hanging-chain", "--out", folder, "--t-end", "0.5", "--no-plot", "--page")
+    assert code == 0
+    assert "page.html" in out
+    first = (folder / "page.html").read_text()
+    (folder / "page.html").unlink()
+    assert call("page", folder)[0] == 0
+    assert (folder / "page.html").read_text() == first
+    assert call("run", "hanging-chain", "--out", tmp_path / "b", "--t-end", "0.5", "--no-plot")[0] == 0
+    assert not (tmp_path / "b" / "page.html").exists()
+
+
+def test_a_page_of_ones_own_is_not_replaced(call, tmp_path):
+    folder = tmp_path / "a"
+    assert call("run", "hanging-chain", "--out", folder, "--t-end", "0.5", "--no-plot")[0] == 0
+    (folder / "page.html").write_text("mine")
+    code, _, err = call("page", folder)
+    assert code == 2
+    assert "page.html" in err
+    assert (folder / "page.html").read_text() == "mine"
+
+
+def test_a_folder_without_results_is_refused(call, tmp_path):
+    code, _, err = call("page", tmp_path)
+    assert code == 2
+    assert "holds nothing that has a page" in err
