@@ -1,5 +1,7 @@
 """What the numbers of a run are worth: scheme, step, what is left of each period, and an error if one is known."""
 
+from mpi4py import MPI
+
 from ..check import check, derived
 from ..errors import InputError, SolveError
 from ..results.summary import remaining_amplitude
@@ -22,7 +24,6 @@ def worth(record, scene, advice: list[str] | None) -> Markup:
         _periods(scene),
         tag("h3", "Error"),
         paragraphs(known),
-        class_="wide",
     )
 
 
@@ -58,7 +59,7 @@ def _counted(elements):
 def periods_of(scene) -> dict[str, float]:
     """Natural and driving periods by name [s]: those of `check`, without its equilibrium where there is none."""
     try:
-        return check(scene).periods
+        return check(scene, MPI.COMM_SELF).periods  # a page is written by one rank
     except (InputError, SolveError):
         return derived(scene).periods
 

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from .buoy import Buoy
 from .cable import Cable, Top
+from .library import FORMS
 from .lines import PHYSICAL, SHARED, SIZE, Body
 from .quantities import Missing, Wrong
 
@@ -52,6 +53,12 @@ class Network:
     joints: dict[str, Top | None] = field(default_factory=dict)
     bodies: dict[str, Body] = field(default_factory=dict)
     buoys: dict[str, Buoy] = field(default_factory=dict)
+
+    def name_of(self, piece: int) -> str:
+        """Of the cable of a piece, CABLE.NUMBER if this has several."""
+        cable = self.pieces[piece].cable
+        alone = self.first_of(cable) == self.last_of(cable)
+        return self.cables[cable] if alone else f"{self.cables[cable]}.{self.pieces[piece].number}"
 
     def last_of(self, cable: int) -> int:
         """Number of the last piece of a cable."""
@@ -211,7 +218,8 @@ def _material(piece, materials, key):
         return {}
     if piece.material not in materials:
         known = ", ".join(materials) or "there is none"
-        raise Wrong(f"{key}.material", piece.material, f"must be the name of a [material.NAME]: {known}")
+        allowed = f"must be the name of a [material.NAME]: {known}; or one of the library, like {FORMS}"
+        raise Wrong(f"{key}.material", piece.material, allowed)
     return _given(materials[piece.material], PHYSICAL)
 
 
@@ -296,6 +304,51 @@ def _check_buoys(scene, network):
         if name.startswith("buoy_") and getattr(scene.initial, name) is not None:
             value = getattr(scene.initial, name)
             raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
+
+
+# -- a key of all lines, buoys or bodies ------------------------------------------------------------------------------
+
+
+def keys_of_lines(scene) -> list[str]:
+    """Key of each section of a cable: "cable", or "cable.NAME" in a list."""
+    if not isinstance(scene.cable, list):
+        return ["cable"] if scene.cable is not None else []
+    return [f"cable.{line.name or number}" for number, line in enumerate(scene.cable)]
+
+
+def keys_of_buoys(scene) -> list[str]:
+    """Key of each section of a buoy."""
+    if not isinstance(scene.buoy, list):
+        return ["buoy"] if scene.buoy is not None else []
+    return [f"buoy.{buoy.name or number}" for number, buoy in enumerate(scene.buoy)]
+
+
+def everywhere(scene, key: str, value) -> dict:
+    """Changes that give a key of the one cable, buoy or joint this value in all of a network, by their keys.
+
+    A cable's own key then stands for those of its segments and materials.
+    """
+    section, _, leaf = key.partition(".")
+    if not scene.is_network:
+        return {key: value}
+    if section in ("wind", "external_force"):
+        listed = keys_of_buoys(scene) if isinstance(scene.buoy, list) else []
+        return {key: value} | {f"{buoy}.{key}": value for buoy in listed}
+    if section == "buoy" and leaf:
+        return {f"{buoy}.{leaf}": value for buoy in keys_of_buoys(scene)}
+    places = zip(keys_of_lines(scene), scene.cables, strict=True)
+    segments = [
+        (f"{line}.segments.{k}", s) for line, c in places for k, s in enumerate(getattr(c, "segments", None) or [])
+    ]
+    if section == "joint":
+        found = [f"joint.{joint.name}" for joint in scene.joint or []]
+        found += [f"{place}.body" for place, segment in segments if segment.body is not None]
+        return {f"{place}.{leaf}": value for place in found}
+    if section == "cable":
+        found = dict.fromkeys([f"{place}.{leaf}" for place, _ in segments])
+        found |= dict.fromkeys([f"material.{name}.{leaf}" for name in scene.material or {}])
+        return found | {f"{line}.{leaf}": value for line in keys_of_lines(scene)}
+    return {key: value}
 
 
 # -- a scene as if it had one line, or one buoy ------------------------------------------------------------------------

@@ -26,11 +26,19 @@ import matplotlib
 from matplotlib.figure import Figure
 from mpi4py import MPI
 
+from ..errors import InputError
+from ..page.folder import PAGES, write_pages
 from ..parallel import cases as engine
 from ..results import style
 from ..results.folder import claimed
 from ..results.tables import show
 from .declaration import STUDIES
+
+
+def refuse_network(scene) -> None:
+    """For a study that looks at one line and one buoy.  Raises InputError."""
+    if scene.is_network:
+        raise InputError("SCENE: this study looks at one [cable] and one [buoy], and this scene is a network.")
 
 
 @dataclass
@@ -89,7 +97,7 @@ def run_command(name: str, out: Path | None, **options) -> bool:
 
 
 def save(folder: Path, table: Table) -> None:
-    """Write the files of a table."""
+    """Write the files of a table, with a page for those that have one."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     engine.write_json(folder / f"{table.name}.json", {"rows": table.rows, "notes": table.notes})
@@ -100,3 +108,5 @@ def save(folder: Path, table: Table) -> None:
         writer.writerows(table.rows)
     if table.figure is not None:
         style.save(table.figure, folder / table.name)
+    if f"{table.name}.json" in PAGES:
+        write_pages(folder, f"{table.name}.json")

@@ -28,7 +28,9 @@ from ...results import measured as acc
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
+from ...scene.network import everywhere
 from ...solver import floor
+from .. import sea
 from ..declaration import declared
 from ..study import Table
 
@@ -57,9 +59,11 @@ def variant(scene: Scene, left_out=(), only=None) -> Scene:
     """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
-    changes = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}
-    # a key of a section that is left out as a whole would bring the section back
-    return load_scene(scene, **{key: value for key, value in changes.items() if key.rpartition(".")[0] not in changes})
+    changes, places = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}, {}
+    for key, value in changes.items():
+        if key.rpartition(".")[0] not in changes:  # it would bring back the section that is left out as a whole
+            places |= everywhere(scene, key, value)
+    return load_scene(scene, **places)
 
 
 BASES = {"full": {}, "barest": {"only": []}}
@@ -151,6 +155,29 @@ def _costs(pair, spent):
         costs[f"{prefix}operations"] = sum(floor.operations(form) for _, form in simulation.problem.residuals())
         costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
     return costs
+
+
+def evaluate_components(case: dict) -> dict:
+    """Costs with no more components of the sea than its crests need, beside the full scene."""
+    scene = load_scene(case["scene"])
+    return side_by_side(scene, load_scene(scene, waves__components=case["components"]))
+
+
+def _components(folder, scene, threshold):
+    """A row for an irregular sea: what its components cost, if fewer are enough; None on all ranks but 0."""
+    needed = sea.components_for(scene, threshold) if sea.has_seeds(scene) else 0
+    case = {"study": "effects", "mode": "components", "components": needed, "scene": scene.to_dict()}
+    return evaluate_all(evaluate_components, [case] if needed and needed < scene.waves.components else [], folder)
+
+
+def _of_the_sea(rows, scene, threshold):
+    """What its statistics take, in words."""
+    if not sea.has_seeds(scene):
+        return []
+    said = [sea.of_components(scene, threshold), sea.of_statistics(scene)]
+    for row in (row for row in rows if row["mode"] == "components"):
+        said[0] += WORDS.say("components", needed=row["components"], time=100 * row["time_ratio"])
+    return said
 
 
 def largest(row: dict, names, prefix="change_") -> tuple[float, str]:
@@ -289,8 +316,6 @@ def _draw_times(axes, rows, places):
 
 def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
     """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
-    if scene.is_network:
-        raise InputError("SCENE: effects are left out of one [cable] and one [buoy], not of networks.")
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
         raise InputError("SCENE: must have an effect that can be left out, and a quantity to compare.")
@@ -302,14 +327,15 @@ def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
         together = _case(scene, bases, "together", "all of these", {"left_out": vain}, "full")
         both = evaluate_all(evaluate, [together], folder)
         rows = rows + both if rows is not None else None
-    return rows
+    fewer = _components(folder, scene, threshold)
+    return rows + fewer if rows is not None else None
 
 
 def tables(rows: list[dict], scene: Scene, threshold: float = 0.01) -> list[Table]:
     """All rows in one file; shown question by question."""
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
-    said, asked = notes(rows, names, threshold), questions(rows, names)
+    said, asked = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
     asked[0].title = WORDS.say("title", end=scene.time.end) + asked[0].title
     asked[-1].notes = said
     return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *asked]
