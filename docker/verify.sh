@@ -6,7 +6,7 @@
 #
 # What is verified is the last commit.  Per release: debootstrap makes the base image, buildah builds (isolation chroot:
 # works inside containers too), and in the image, as a user whom it does not know, run the tests, `dolfbuoy doctor` and
-# `dolfbuoy run short --t-end 5` on one and on two ranks.  What a release has passed at this commit is not repeated.
+# `dolfbuoy run short --t-end 5` on one and on two ranks; then the pages in chromium, which the image leaves out.  What a release has passed at this commit is not repeated.
 #
 # Needs: apt-get install --no-install-recommends debootstrap buildah podman git; the network; 3 GB of disk per release.
 # WORK    working folder [/var/tmp/dolfbuoy-verify]; may be deleted
@@ -136,6 +136,14 @@ in_image() {
         --volume "$mounted:/results" "$container" -- "$@"
 }
 
+# Pages are tested in a browser that the image leaves out: it goes into this container only, by the host's way out.
+add_chromium() {
+    buildah run --isolation chroot --user root \
+        --volume "$WORK/host/apt.conf:/etc/apt/apt.conf.d/99host:ro" \
+        --volume "$WORK/host/certificates.crt:/run/host-certificates.crt:ro" "$container" -- \
+        sh -c 'apt-get -qq update && DEBIAN_FRONTEND=noninteractive apt-get -qq install --no-install-recommends chromium'
+}
+
 forms() { in_image / find /var/cache/dolfbuoy -name '*.c' | LC_ALL=C sort; }
 
 # attempt NAME RELEASE COMMAND...: run it with its output in a log; a failure is noted and does not stop the others
@@ -174,6 +182,11 @@ check() {
         attempt tests "$release" in_image /opt/dolfbuoy env HYPOTHESIS_STORAGE_DIRECTORY=/tmp/hypothesis \
             pytest -q -p no:cacheprovider $TESTS || true
         tail -n 1 "$WORK/tests-$release.log" | tee "$folder/tests"
+        say "$release: tests in chromium"
+        attempt chromium "$release" add_chromium || true
+        attempt browser "$release" in_image /opt/dolfbuoy env HYPOTHESIS_STORAGE_DIRECTORY=/tmp/hypothesis \
+            pytest -q -p no:cacheprovider -m browser tests/program/test_page_browser.py || true
+        tail -n 1 "$WORK/browser-$release.log" | tee -a "$folder/tests"
     fi
     close_image
     if [ "$failed" = "$before" ] && [ -z "$TESTS" ]; then touch "$folder/passed"; fi

@@ -16,6 +16,7 @@ from .version import __version__ as __version__
 #: The interface by its module, imported at first use.
 _OF_API = dict.fromkeys(("offsets", "simulate", "solve_static", "wave_components"), "api")
 _OF_API |= dict.fromkeys(("modes", "response", "stiffness"), "linear_api")
+_OF_API |= {"show": "page.notebook"}
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
 # A process alone needs no daemon of Open MPI, which takes 0.2 s to start; under mpirun this means nothing.

@@ -197,6 +197,8 @@ def _sea(scene, report):
         m0, m2 = found.moment(0), found.moment(2)
         Tz = 2 * math.pi * math.sqrt(m0 / m2)
         report.add("significant wave height Hs", 4 * math.sqrt(m0), "m", f"of {len(found.amplitude)} components")
+        if waves.elevation is None:
+            report.add("peak period Tp", waves.main_period, "s", "of the highest component or the spectrum's peak")
         report.add("mean period Tz = 2 pi sqrt(m0/m2)", Tz, "s", f"shortest {2 * math.pi / max(found.frequency):.3g} s")
         _cut(scene, report)
         if scene.gravity:

@@ -15,6 +15,7 @@ from .shared import (
     folder_of,
     load,
     out,
+    page_of,
     rank,
     say_warnings,
     table_of,
@@ -64,6 +65,7 @@ def modes(
     if plot:
         drawn = draw_modes(folder, found, loaded, paraview, direction)
         out.print(f"{len(drawn)} files in {folder}", soft_wrap=True)
+        page_of("modes.nc", folder)
 
 
 def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):

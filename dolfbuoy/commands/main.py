@@ -15,7 +15,7 @@ from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
 from . import formats, language, linear, statistics, sweep
-from .run import advised, draw, run, write_page
+from .run import advised, draw, run
 from .shared import (
     Interrupted,
     OutOption,
@@ -29,6 +29,7 @@ from .shared import (
     load,
     out,
     out_option,
+    page_of,
     rank,
     say_warnings,
     table_of,
@@ -189,7 +190,7 @@ def page(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run, of modes, a sweep or a study.")],
 ):
     """One HTML file to look at and to send, of a run, modes, sweep or study.  Example: dolfbuoy page results/short"""
-    write_page(folder)
+    page_of(None, folder)
 
 
 @app.command()

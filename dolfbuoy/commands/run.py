@@ -21,6 +21,7 @@ from .shared import (
     folder_of,
     load,
     out,
+    page_of,
     rank,
     say_warnings,
     table_of,
@@ -52,7 +53,7 @@ def run(
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
     shows = {"figures": partial(draw, paraview=paraview)} if plot else {}
-    shows |= {"page.html": write_page} if (plot if page is None else page) else {}
+    shows |= {"page.html": partial(page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
         if folder is not None or assign or accuracy is not None or overwrite:
             raise InputError(
@@ -187,14 +188,6 @@ def draw(folder, paraview=True):
     exported = export(folder) if paraview else []
     places = f"{folder / 'figures'} and {folder / 'paraview'}" if exported else f"{folder / 'figures'}"
     out.print(f"{len(figures) + len(exported)} files in {places}")
-
-
-def write_page(folder):
-    """Pages of all that a folder holds; says where they are."""
-    from ..page.folder import write_pages
-
-    for path in write_pages(folder):
-        out.print(f"page to look at and to send: {path}", soft_wrap=True, highlight=False)
 
 
 class _Bar:

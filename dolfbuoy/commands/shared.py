@@ -59,5 +59,15 @@ def say_warnings(warnings):
             out.print(f"[yellow]Warning:[/yellow] {escape(warning)}", soft_wrap=True)
 
 
+def page_of(name, folder):
+    """Write the page of a result in a folder, of all that are there without a name; says where."""
+    from ..page.folder import write_pages
+
+    if rank() != 0:
+        return
+    for path in write_pages(folder, name):
+        out.print(f"page to look at and to send: {path}", soft_wrap=True, highlight=False)
+
+
 class Interrupted(Exception):
     """Ctrl-C or SIGTERM; says what there is, and what goes on with it."""

@@ -104,7 +104,8 @@ def show(found, folder):
         known = [name.removesuffix("_mean") for name in mine if name.endswith("_mean")]
         names = [name for shown in SHOWN for name in known if name == shown or name.startswith(f"{shown}_")]
         out.print(_numbers(mine, names, _title(mine, found, folder)))
-        for table in (_sea(mine), _fatigue(mine, names, found.attrs), _extremes(mine, names), _circle(mine)):
+        fatigue, extremes = _fatigue(mine, names, found.attrs), _extremes(mine, names)
+        for table in (_sea(mine), fatigue, extremes, _certainty(mine, names), _circle(mine)):
             if table is not None:
                 out.print(table)
     if found.sizes["set"] > MOST_SETS:
@@ -186,6 +187,32 @@ def _extremes(mine, names):
         unit, factor = _unit(mine, name)
         values = (f"{factor * value:.4g}" for value in mine[f"{name}_most_probable"].values)
         table.add_row(name.replace("_", " "), unit, *values)
+    return table
+
+
+def _certainty(mine, names):
+    """How well these runs tell deviations and extremes, and how many tell the extremes to 5 % above the mean."""
+    from ..results.certainty import deviation_known, part_known, runs_needed
+    from ..results.compare import duration
+    from ..results.extremes import Gumbel
+
+    names = [name for name in names if np.isfinite(mine[f"{name}_memory"]).any()]
+    if not names:
+        return None
+    runs, length, each = mine.sizes["run"], float(mine.duration.mean()), float(mine.seconds.mean())
+    times = mine.attrs["hours"] * 3600 / length
+    table = table_of(
+        "\nHow well they are known, 19 times in 20",
+        *("series", "deviation", "maximum of 3 h, above the mean", "runs for 5 % of it", "computing"),
+    )
+    for name in names:
+        row = [f"+- {100 * deviation_known(float(mine[f'{name}_memory'].mean()), runs * length):.2g} %", "", "", ""]
+        if f"{name}_gumbel_scale" in mine and np.isfinite(mine[f"{name}_gumbel_scale"]):
+            largest = Gumbel(float(mine[f"{name}_gumbel_location"]), float(mine[f"{name}_gumbel_scale"]), runs)
+            mean = float(mine[f"{name}_mean"].mean())
+            needed = runs_needed(largest, 0.05, times, mean)
+            row[1:] = f"+- {100 * part_known(largest, runs, times, mean):.2g} %", f"{needed}", duration(needed * each)
+        table.add_row(name.replace("_", " "), *row)
     return table
 
 

@@ -119,9 +119,9 @@ class Bodies:
         rates = [(self.gamma_v, self.history_v), (self.gamma_a, self.history_a)]
         return [Evolution(self.part, rates, False, [np.full(self.dofs.size, np.inf)] * 2)]
 
-    def set_time(self, t):
-        """Advance the sea."""
-        self.sea.set_time(t)
+    def clock(self, time, u):
+        """Functions that bring the sea to time[0]."""
+        return self.sea.clock(time)
 
     @property
     def bodies(self):
@@ -133,10 +133,9 @@ class Bodies:
         if self.bed is not None:
             self.bed.begin(u)
 
-    def accept(self, u):
-        """A step was taken."""
-        if self.bed is not None:
-            self.bed.accept(u)
+    def when_accepted(self, time, u):
+        """Functions that are called when a step was taken."""
+        return [lambda: self.bed.accept(u)] if self.bed is not None else []
 
     def hold(self, u, h):
         """In statics on a sea bed the lines alone are held."""

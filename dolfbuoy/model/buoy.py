@@ -87,7 +87,6 @@ class Buoy:
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
         self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
-        self._make_unit = None
         if dynamic:
             self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
             self.spin = None  #: L_C . d, followed where something may turn the buoy
@@ -260,20 +259,19 @@ class Buoy:
         found = [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes])]
         return [*found, self.spin] if self.spin else found
 
-    def set_time(self, t):
-        """Advance the sea."""
-        self.sea.set_time(t)
+    def clock(self, time, u):
+        """Functions that bring the sea to time[0]."""
+        return self.sea.clock(time)
 
     def begin(self, u):
         """Memory as at the start of a run."""
         self.memory["quaternion_drift"][:] = 0.0
 
-    def accept(self, u):
-        """A step was taken: the quaternion is made a unit again, and how far it was from one is remembered."""
-        if self._make_unit is None:  # u stays in place
-            orientation = MOTION.of(u[self.part.slice]).orientation
-            self._make_unit = body_c.make_unit(orientation, self.memory["quaternion_drift"])
-        self._make_unit()
+    def when_accepted(self, time, u):
+        """Functions that are called when a step was taken: the quaternion is made a unit again, and how far it was from
+        one is remembered."""
+        orientation = MOTION.of(u[self.part.slice]).orientation
+        return [body_c.make_unit(orientation, self.memory["quaternion_drift"])]
 
     # -- relaxation, in statics ----------------------------------------------------------------------------------------
 

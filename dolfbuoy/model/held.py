@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import astuple, dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from ..scene.cable import MOTION, Top
 from ..solver.rows import copies
+from . import clock_c
 from .sea import ramp
 
 
@@ -21,14 +22,24 @@ def motion_of(top) -> Callable[[float], list[float]]:
     if top.velocity:
         return lambda t: [r + _towed(t, top.ramp) * v for r, v in zip(position, top.velocity, strict=True)]
     phases = top.phase_deg if isinstance(top.phase_deg, tuple) else (top.phase_deg,) * 3
-    axes = list(zip(position, map(float, top.amplitude), map(math.radians, phases), strict=True))
-    period, duration = top.period, top.ramp
+    return Swing(position, list(map(float, top.amplitude)), list(map(math.radians, phases)), top.period, top.ramp)
 
-    def motion(t):
-        angle, size = 2 * math.pi * t / period, ramp(t, duration)
-        return [place + size * math.sin(angle + phase) * amplitude for place, amplitude, phase in axes]
 
-    return motion
+@dataclass(frozen=True)
+class Swing:
+    """Harmonic motion about a position [m]: amplitude [m] and phase [rad] of each coordinate, period and ramp [s]."""
+
+    position: list[float]
+    amplitude: list[float]
+    phase: list[float]
+    period: float
+    ramp: float
+
+    def __call__(self, t):
+        """The place at a time."""
+        angle, size = 2 * math.pi * t / self.period, ramp(t, self.ramp)
+        axes = zip(self.position, self.phase, self.amplitude, strict=True)
+        return [place + size * math.sin(angle + phase) * amplitude for place, phase, amplitude in axes]
 
 
 def held_still(scene):
@@ -65,6 +76,8 @@ def _towed(t, duration):
 
 def _along_rows(position, rows, duration):
     """Displacements [t, x, y, z], joined smoothly, at rest before the first and after the last row."""
+    from scipy.interpolate import CubicSpline
+
     path, ends = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped"), rows[[0, -1], 0]
     start = path(np.clip(0.0, *ends))
 
@@ -74,24 +87,23 @@ def _along_rows(position, rows, duration):
     return motion
 
 
-class HeldEnds:
-    """Puts the positions of all ends that are held into the local unknowns u, which stay in place, in one go.
+def held(ends, time, u):
+    """Functions that put the positions at time[0] of all ends that are held into the local unknowns u, both of which
+    stay in place.
 
     ends: [(three dofs, motion), ...]; a motion is a function of time, or a position [m].
     """
+    places = np.zeros((len(ends), 3))
+    dofs = np.array([dofs for dofs, _ in ends], dtype=int).ravel()
+    moved = [_mover(motion, time, place) for place, (_, motion) in zip(places, ends, strict=True) if callable(motion)]
+    for place, (_, motion) in zip(places, ends, strict=True):
+        if not callable(motion):
+            place[:] = motion
+    return [*moved, copies([(u[dof:][:1], x) for dof, x in zip(dofs, places.reshape(-1, 1), strict=True)])]
 
-    def __init__(self, ends, u):
-        self._positions, self._moved = np.zeros((len(ends), 3)), []
-        dofs = np.array([dofs for dofs, _ in ends], dtype=int).ravel()
-        self._put = copies([(u[dof:][:1], x) for dof, x in zip(dofs, self._positions.reshape(-1, 1), strict=True)])
-        for positions, (_, motion) in zip(self._positions, ends, strict=True):
-            if callable(motion):
-                self._moved.append((positions, motion))
-            else:
-                positions[:] = motion
 
-    def put(self, t):
-        """Those of time t."""
-        for positions, motion in self._moved:
-            positions[0], positions[1], positions[2] = motion(t)
-        self._put()
+def _mover(motion, time, place):
+    """A function that puts the place at time[0] of an end into an array."""
+    if isinstance(motion, Swing):
+        return clock_c.swing(time, *astuple(motion), place)
+    return lambda: place.__setitem__(slice(None), motion(time.item()))

@@ -16,7 +16,7 @@ from ..solver.unknowns import Block
 from . import effects
 from .evolution import Evolution
 from .growth import Growth
-from .held import HeldEnds, motion_of
+from .held import held, motion_of
 from .kinematics import on_line
 from .layout import Layout
 from .material import cross_section, weight_per_length
@@ -54,7 +54,8 @@ class Lines(Layout):
         self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
         super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section))
-        self.scene, self.dynamic, self._held = scene, dynamic, None
+        self.scene, self.dynamic = scene, dynamic
+        self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
@@ -153,7 +154,7 @@ class Lines(Layout):
         """Take the numbers of another scene of the same structure."""
         self.scene, self.network = scene, network_of(scene)
         self.sections = [piece.section for piece in self.pieces]
-        self.section, self._held = self.sections[0], None
+        self.section = self.sections[0]
         self._numbers.change(scene)
         self._properties.change()
         self.sea.change(scene)
@@ -247,10 +248,10 @@ class Lines(Layout):
         rates = [(self.gamma_v, self.history_v), (self.gamma_a, self.history_a)]
         return [Evolution(self.part, rates, False, sizes)]
 
-    def set_time(self, t):
-        """Advance the sea."""
-        self.t = t
-        self.sea.set_time(t)
+    def clock(self, time, u):
+        """Functions that bring the sea, and in u the ends that are held, to time[0]."""
+        ends = [(dofs, _motion(self.pieces[k].ends[i].top)) for k, i, dofs in self.held_ends() if len(dofs)]
+        return [*self.sea.clock(time), *held(ends, time if self.stopped is None else self.stopped, u)]
 
     def begin(self, u):
         """Memory as at the start of a run."""
@@ -264,11 +265,10 @@ class Lines(Layout):
         if self.growth is not None:
             self.growth.factors = other.growth.factors
 
-    def accept(self, u) -> bool:
-        """A step was taken; whether the equations are others now."""
-        if self.bed is not None:
-            self.bed.accept(u)
-        return self.parting is not None and self.parting.accept(u, self.t)
+    def when_accepted(self, time, u):
+        """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
+        found = [lambda: self.bed.accept(u)] if self.bed is not None else []
+        return found + ([lambda: self.parting.accept(u, time.item())] if self.parting is not None else [])
 
     # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
 
@@ -292,13 +292,6 @@ class Lines(Layout):
         if self.growth is not None:
             return self.growth.weight_per_length(line)
         return weight_per_length(self.scene, self.sections[line])
-
-    def constrain(self, u, t):
-        """Put the given positions at time t into the local unknowns u."""
-        if self._held is None:  # u stays in place
-            held = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
-            self._held = HeldEnds([(dofs, _motion(top)) for dofs, top in held], u)
-        self._held.put(t)
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""

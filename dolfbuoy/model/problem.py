@@ -12,7 +12,7 @@ from ..scene.network import attached_ends, network_of, with_buoy
 from ..solver.loops import Loop
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
-from ..solver.rows import smallest
+from ..solver.rows import smallest, together
 from ..solver.system import System
 from ..solver.tension_only import TensionOnly
 from ..solver.unknowns import Block, Part
@@ -45,6 +45,7 @@ class Problem:
     def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
         self.network = network_of(scene)
+        self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
         self.route = None  # how the equilibrium was found
         _check_ranks(scene, comm)
         self.lines = Lines(comm, scene, dynamic) if self.network.pieces else None
@@ -89,7 +90,9 @@ class Problem:
     def _inside_out(self):
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
         T = combined(self.comm, self._smallest_tension(), MPI.MIN)
-        stretch = 1 + T / self._softest() if T < 0 else 1.0
+        if T >= 0:
+            return None
+        stretch = 1 + T / self._softest()
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
 
     def _softest(self):
@@ -218,7 +221,7 @@ class Problem:
         """
         if structure_of(scene) != structure_of(self.scene):
             raise ValueError("the scenes differ in more than numbers")
-        self.scene, self.network = scene, network_of(scene)
+        self.scene, self.network, self._advance = scene, network_of(scene), None
         for model in (self.lines, self.bodies):
             if model is not None:
                 model.change(scene)
@@ -232,11 +235,23 @@ class Problem:
     # -- time --------------------------------------------------------------------------------------------------------
 
     def set_time(self, t):
-        """Advance everything that is given as a function of time; constrained values go into `system.u`."""
-        for model in self.models:
-            model.set_time(t)
-        if self.lines:
-            self.lines.constrain(self.system.u, t)
+        """Bring everything that is given as a function of time to a time; constrained values go into `system.u`."""
+        self.time[0] = t
+        if self._advance is None:
+            self._advance = together(*self.clock())
+        self._advance()
+
+    def clock(self):
+        """The functions that do it for `time`, until a `change`."""
+        return [function for model in self.models for function in model.clock(self.time, self.system.u)]
+
+    def stop_ends(self):
+        """Ends that are moved stay where they are from now on."""
+        self.lines.stopped, self._advance = self.time.copy(), None
+
+    def when_accepted(self):
+        """Functions that are called when a step to `time` was taken; whether the equations are others now."""
+        return [function for model in self.models for function in model.when_accepted(self.time, self.system.u)]
 
     def evolutions(self):
         """What the models of this rank tell time stepping, in the order of the unknowns."""

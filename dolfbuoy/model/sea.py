@@ -9,6 +9,7 @@ from dolfinx import fem
 from ..forms import sea, wind
 from ..solver.compat import point_in_space
 from ..solver.unknowns import array_of
+from . import clock_c
 from .airy import AirySum, ramp
 from .components import Propagation, components_of, propagation
 from .evaluate import at_points, value
@@ -134,7 +135,6 @@ class SeaState:
             self._depth = self._number(lambda scene: scene.sea.depth)
         elif with_waves and scene.waves:
             self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
-            self._frequency = main_propagation(scene).at_ground
             self._numbers_of_wave = array_of(self._amplitude), array_of(self._time_phase)
             self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
         if scene.current:
@@ -185,12 +185,15 @@ class SeaState:
             self._publish = self._publish or self.kinematics.into_functions(array_of)
             self._publish()
 
-    def set_time(self, t):
-        """Advance the waves' phases and ramp."""
+    def clock(self, time):
+        """Functions that bring the waves' phases and ramp to time[0], with the numbers of the scene at hand."""
         if self.kinematics is not None:
-            self.kinematics.set_time(t)
-        elif self.wave is not None:
-            self.set_wave(amplitude(self.scene, t), time_phase(self.scene, t, self._frequency))
+            return [lambda: self.kinematics.set_time(time.item())]
+        if self.wave is None:
+            return []
+        waves = self.scene.waves
+        numbers = waves.size, waves.ramp, math.radians(waves.phase_deg), main_propagation(self.scene).at_ground
+        return [clock_c.wave(time, *numbers, self._numbers_of_wave)]
 
     def set_wave(self, amplitude, time_phase):
         """Amplitude a [m] and phase - omega t [rad] of the wave."""
@@ -202,5 +205,3 @@ class SeaState:
         self._numbers.change(scene)
         if self.kinematics is not None:
             self.kinematics.change(scene)
-        elif self.wave is not None:
-            self._frequency = main_propagation(scene).at_ground

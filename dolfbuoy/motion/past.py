@@ -8,7 +8,7 @@ import itertools
 
 import numpy as np
 
-from ..solver.rows import Sums, copies, together
+from ..solver.rows import Sums, copies
 from ..solver.unknowns import array_of
 from .schemes import KEPT, Series, same_step
 
@@ -60,9 +60,17 @@ class Past:
         """Go on with another scheme."""
         self.scheme, self._operations = scheme, None
 
+    @property
+    def operations(self):
+        """What a step does to them: `Operations` of the present scheme and series."""
+        if self._operations is None:
+            self._operations = Operations(self)
+        return self._operations
+
     def prepare(self, step):
-        """Hand the rules of a step to the forms; returns gamma of the first derivative."""
+        """Be ready for the operations of a step; returns gamma of the first derivative."""
         if not self.series:
+            self._kept = None, None
             return 1 / step
         last = self.series[0].step
         if last is None or not same_step(last, step):
@@ -74,19 +82,10 @@ class Past:
         if step != last:
             for series in self.series:
                 series.step = step
-        if self._operations is None:
-            self._operations = Operations(self)
-        return self._operations.prepare(step)
+        return self.operations.choose(step)
 
-    def find_rates(self):
-        """Derivatives at the end of a step that was solved: `new_rate` of each series."""
-        if self.series:
-            self._operations.find_rates()
-
-    def accept(self):
-        """The step was taken; the unknowns may have been touched up since `find_rates`."""
-        if self.series:
-            self._operations.accept()
+    def count_step(self):
+        """A step was taken."""
         for series in self.series:
             series.count_step(self.scheme.keep)
 
@@ -155,7 +154,9 @@ class Past:
 class Operations:
     """What a step does to the series of a Past, and to what the forms read, in operations on arrays.
 
-    Their weights follow from the scheme and the step.
+    Lists of functions: `begin`, before it is solved, hands its rules to the forms; `find_rates`, at its end, makes new
+    values and rates; `accept`, when it was taken, makes past of what was new (the unknowns may have been touched up in
+    between).  Their weights follow from the scheme and the step.
     """
 
     REMEMBERED = 100  #: steps whose weights are remembered; a step of the same size differs in its last digits
@@ -171,11 +172,11 @@ class Operations:
             found.append(Sums(rows, self._numbers[first:end]).work())
             first = end
         rules, rates, updates = found
-        read, hand_out = past.reading(), copies(past.rules_of_forms(self._numbers))
+        read = past.reading() if past.series else ()
         age = copies([pair for series in self._series for pair in series.passed(past.scheme.keep)])
-        self._begin = together(rules, hand_out)
-        self.find_rates = together(*read, rates)  #: values and rates at the end of the step
-        self.accept = together(*read, updates, age)  #: what was new is past
+        self.begin = [rules, copies(past.rules_of_forms(self._numbers))]
+        self.find_rates = [*read, rates]
+        self.accept = [*read, updates, age]
 
     def _of_step(self, step):
         """gamma of every derivative; and as (out, [(weight, row), ...], divisor) the histories, the rates, and what
@@ -194,15 +195,14 @@ class Operations:
             below = series
         return gammas, rules, rates, updates
 
-    def prepare(self, step):
-        """Histories of a step, handed to the forms; returns gamma of the first derivative."""
+    def choose(self, step):
+        """Take the weights of a step; returns gamma of the first derivative."""
         if step not in self._known:
             if len(self._known) == self.REMEMBERED:
                 self._known.clear()
             numbers = _flat(*self._of_step(step))
             self._known[step] = numbers[0], np.array(numbers)
         gamma, self._numbers[:] = self._known[step]
-        self._begin()
         return gamma
 
 

@@ -91,7 +91,8 @@ class Series:
     def count_step(self, keep):
         """A step was taken."""
         self.steps_since_start += 1
-        self.count = min(self.count + 1, keep)
+        if self.count < keep:
+            self.count += 1
 
     def state(self):
         """All that lasts from step to step; the rows are views."""
@@ -312,19 +313,21 @@ class Predictor:
     def add(self, t, value):
         """A solution."""
         if self.count == 0:
-            self._make_room(len(value))
-        self._make_older()
+            times, rows = self._times, self._rows = np.zeros(self.points), np.zeros((self.points, len(value)))
+            self._older = [(times[1:], times[:-1]), (rows[1:].ravel(), rows[:-1].ravel())]
+        copies(self._older)()
         self._times[0], self._rows[0] = t, value
+        self.counted()
+
+    def functions(self, time, u):
+        """Two functions for the next step: to put into u the value extrapolated to time[0], and to take u of time[0] as
+        the newest solution, which `counted` has to follow."""
+        ahead = Extrapolation(self.times, self.values, time, u).work
+        return ahead, copies([*self._older, (self._times[:1], time), (self._rows[0], u)])
+
+    def counted(self):
+        """There is one more solution, or another newest one."""
         self.count = min(self.count + 1, self.points)
-
-    def _make_room(self, size):
-        times, rows = self._times, self._rows = np.zeros(self.points), np.zeros((self.points, size))
-        self._make_older = copies([(times[1:], times[:-1]), (rows[1:].ravel(), rows[:-1].ravel())])
-        self._extrapolations = [Extrapolation(times[:n], rows[:n]) for n in range(1, self.points + 1)]
-
-    def at(self, t):
-        """Value extrapolated to t; it stays until the next one."""
-        return self._extrapolations[self.count - 1](t)
 
     def state(self):
         """For `restore`; nothing is copied."""

@@ -6,7 +6,7 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..parallel.ranks import combined
-from ..solver.rows import copies, picked, traced
+from ..solver.rows import copies, picked, together, traced
 from .consistent import make_consistent
 from .past import Past
 from .schemes import GeneralizedAlpha, Predictor, make_scheme
@@ -39,7 +39,8 @@ class Simulation:
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
         self.predictor, self.control = Predictor(), self._make_control()
         before = np.zeros_like(self.system.u)
-        self._keep_state, self._go_back = copies([(before, self.system.u)]), copies([(self.system.u, before)])
+        self._keep, self._go_back = copies([(before, self.system.u)]), copies([(self.system.u, before)])
+        self._made_for = None
         if state is None:
             self._load(start)
         else:
@@ -161,6 +162,11 @@ class Simulation:
         self.system.u[:] = state["u"]
         self.system.publish()
 
+    def stop_ends(self):
+        """Ends that are moved stay where they are from now on."""
+        self.problem.stop_ends()
+        self._made_for = None
+
     # -- steps --------------------------------------------------------------------------------------------------------
 
     def step(self, h, judge=None):
@@ -169,15 +175,14 @@ class Simulation:
         judge: called with h and the local error, says whether the step counts; None is returned if it does not.
         Raises SolveError and leaves the state as it was.
         """
-        t = self.t + h
-        self._keep_state()
         self.newton.set_scales(self.past.prepare(h))
-        self.system.u[:] = self.predictor.at(t)
-        self.problem.set_time(t)
+        if self._made_for != (self.past.operations, self.predictor, self.predictor.count):
+            self._make_functions()
+        t = self.problem.time[0] = self.t + h
         counts = False
         try:
-            iterations = self.newton.solve()
-            self.past.find_rates()
+            self._begin()
+            iterations = self.newton.end()
             counts = judge is None or judge(h, self._local_error())
         finally:
             if not counts:
@@ -185,7 +190,11 @@ class Simulation:
                 self.past.give_up()
         if not counts:
             return None
-        self._accept(t)
+        if self._accept():
+            self.newton.forget()
+        self.past.count_step()
+        self.predictor.counted()
+        self.t = t
         return iterations
 
     def _local_error(self):
@@ -197,6 +206,7 @@ class Simulation:
         tolerance, order = self.scene.time.tolerance, self.scheme.order
         if tolerance is None:
             return None
+        self._find_rates()
         largest = self.past.largest_difference(order)
         if largest is None:
             return None
@@ -205,15 +215,15 @@ class Simulation:
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
         return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
-    def _accept(self, t):
-        self._read_end_forces()
-        u = self.system.u
-        changed = [model.accept(u) for model in self.problem.models]
-        if any(changed):
-            self.newton.forget()
-        self.past.accept()
-        self.predictor.add(t, u)
-        self.t = t
+    def _make_functions(self):
+        """What a step does, as functions of C as far as possible, before it is judged and when it was taken."""
+        past, problem = self.past.operations, self.problem
+        self._made_for = past, self.predictor, self.predictor.count
+        predict, remember = self.predictor.functions(problem.time, self.system.u)
+        self._begin = together(self._keep, *past.begin, predict, *problem.clock(), self.newton.begin)
+        self._find_rates = together(*past.find_rates)
+        models = problem.when_accepted()
+        self._accept = together(self._find_rates, self._read_end_forces, *models, *past.accept, remember)
 
     def advance(self, target):
         """To the time `target`; yields (step, iterations) after each step that counts."""

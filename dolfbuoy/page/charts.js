@@ -2,7 +2,9 @@
 
 import { before, drawn, element, format, range, ticks } from "./core.js";
 
-const MARGIN = { left: 52, right: 14, top: 8, bottom: 24 };
+const MARGIN = { left: 52, right: 14, top: 8 };
+/** A longer name of the abscissa stands below its numbers, not beside them. */
+const SHORT = 14;
 
 /** A chart in `host`.
  *
@@ -14,6 +16,7 @@ export class Chart {
   constructor(host, options) {
     Object.assign(this, { height: 170, legend: true, xLog: false, yLog: false }, options);
     this.host = host;
+    this.bottom = this.xName.length > SHORT ? 40 : 24;
     this.values = [];
     this.window = this.xRange ?? range(...this.curves.map((c) => c.x)) ?? [0, 1];
     this.whole = this.yRange ?? this.rangeOfValues();
@@ -28,7 +31,7 @@ export class Chart {
   rangeOfValues() {
     const [low, high] = range(...this.curves.flatMap((c) => [c.y ?? [], ...(c.area ?? [])])) ?? [0, 1];
     if (this.yLog) return [low, high];
-    const room = 0.05 * (high - low) || 0.05 * Math.abs(high) || 1;
+    const room = Math.max(0.05 * (high - low), 1e-6 * Math.abs(high), 1e-9) || 1;
     return [low - room, high + room];
   }
 
@@ -70,7 +73,7 @@ export class Chart {
   y(value) {
     const [low, high] = this.yLog ? this.whole.map(Math.log10) : this.whole;
     const share = ((this.yLog ? Math.log10(Math.max(value, 1e-300)) : value) - low) / (high - low || 1);
-    return this.size - MARGIN.bottom - share * (this.size - MARGIN.top - MARGIN.bottom);
+    return this.size - this.bottom - share * (this.size - MARGIN.top - this.bottom);
   }
 
   draw() {
@@ -81,7 +84,7 @@ export class Chart {
     this.svg.setAttribute("viewBox", `0 0 ${this.width} ${this.size}`);
     this.cursor = drawn("path", { class: "cursor" });
     const id = (this.clip ??= `clip-${Math.random().toString(36).slice(2)}`);
-    const box = { x: MARGIN.left, y: MARGIN.top, width: this.inner, height: this.size - MARGIN.top - MARGIN.bottom };
+    const box = { x: MARGIN.left, y: MARGIN.top, width: this.inner, height: this.size - MARGIN.top - this.bottom };
     const body = drawn("g", { "clip-path": `url(#${id})` });
     for (const curve of this.curves) body.append(...this.marks(curve));
     this.svg.replaceChildren(drawn("clipPath", { id }, drawn("rect", box)), ...this.axes(), body, this.cursor);
@@ -93,7 +96,7 @@ export class Chart {
   fitEqual() {
     const [x0, x1] = this.wanted ?? (this.wanted = [...this.window]);
     const [y0, y1] = this.wantedY ?? (this.wantedY = [...this.whole]);
-    const inner = this.height - MARGIN.top - MARGIN.bottom;
+    const inner = this.height - MARGIN.top - this.bottom;
     const scale = Math.max((x1 - x0) / this.inner, (y1 - y0) / inner);
     const [x, y] = [(x0 + x1) / 2, (y0 + y1) / 2];
     this.window = [x - (scale * this.inner) / 2, x + (scale * this.inner) / 2];
@@ -102,7 +105,7 @@ export class Chart {
 
   axes() {
     const parts = [];
-    const bottom = this.size - MARGIN.bottom;
+    const bottom = this.size - this.bottom;
     for (const value of this.ticksOf(this.whole, this.yLog, Math.max(3, this.size / 45))) {
       const y = this.y(value);
       parts.push(drawn("path", { d: `M${MARGIN.left} ${y}H${this.width - MARGIN.right}`, class: "grid" }));
@@ -111,22 +114,23 @@ export class Chart {
     for (const value of this.ticksOf(this.window, this.xLog, Math.max(3, this.width / 90))) {
       const x = this.x(value);
       parts.push(drawn("path", { d: `M${x} ${bottom}v4`, class: "axis" }));
-      if (x < this.width - MARGIN.right - 8 * this.xName.length * 0.75)
+      if (this.bottom > 24 || x < this.width - MARGIN.right - 6 * this.xName.length - 12)
         parts.push(drawn("text", { x, y: bottom + 16, "text-anchor": "middle" }, tickText(value, this.xLog)));
     }
     parts.push(drawn("path", { d: `M${MARGIN.left} ${bottom}H${this.width - MARGIN.right}`, class: "axis" }));
-    parts.push(drawn("text", { x: this.width - MARGIN.right, y: bottom + 16, "text-anchor": "end", class: "name" }, this.xName));
+    const place = { x: this.width - MARGIN.right, y: this.size - 8, "text-anchor": "end" };
+    parts.push(drawn("text", { ...place, class: "name" }, this.xName));
     return parts;
   }
 
   ticksOf([low, high], log, about) {
     if (!log) return ticks(low, high, about);
     const [from, to] = [Math.log10(low), Math.log10(high)];
-    if (to - from < 1.5) return ticks(low, high, about).filter((x) => x > 0);
     const step = Math.max(1, Math.round((to - from) / about));
+    const within = to - from < 2.2 ? [1, 2, 5] : [1];
     const found = [];
-    for (let n = Math.ceil(from - 1e-9); n <= to + 1e-9; n += step) found.push(10 ** n);
-    return found;
+    for (let n = Math.floor(from); n <= to + 1e-9; n += step) found.push(...within.map((m) => m * 10 ** n));
+    return found.filter((x) => x >= low * (1 - 1e-9) && x <= high * (1 + 1e-9));
   }
 
   marks(curve) {
@@ -147,7 +151,7 @@ export class Chart {
     const rising = !this.equal;
     const from = rising && !this.xLog ? before(x, this.window[0]) : 0;
     const to = rising && !this.xLog ? Math.min(before(x, this.window[1]) + 2, x.length) : x.length;
-    const step = Math.max(1, Math.floor((to - from) / (2 * this.inner)));
+    const step = Math.max(1, Math.floor((to - from) / (rising ? 2 * this.inner : 12000)));
     const pieces = [];
     let pen = "M";
     const add = (i) => {
@@ -167,7 +171,7 @@ export class Chart {
   moveCursor() {
     if (this.cursorAt === undefined) return;
     const x = Math.min(Math.max(this.x(this.cursorAt), MARGIN.left), this.width - MARGIN.right);
-    this.cursor.setAttribute("d", `M${x} ${MARGIN.top}V${this.size - MARGIN.bottom}`);
+    this.cursor.setAttribute("d", `M${x} ${MARGIN.top}V${this.size - this.bottom}`);
   }
 
   listen() {

@@ -28,9 +28,9 @@ def joined(children: Iterable) -> Markup:
     return Markup("".join(c if isinstance(c, Markup) else html.escape(str(c)) for c in children if c is not None))
 
 
-def page(title: str, body: Markup, data: dict, scripts: Iterable[str]) -> str:
-    """The file; scripts: names of modules in this folder, each after those that it imports."""
-    style, script, block = _read("page.css"), _joined_modules(scripts), as_json(data)
+def page(title: str, body: Markup, data: dict, script: str) -> str:
+    """The file; script: name of a module in this folder, which comes with those that it imports."""
+    style, script, block = _read("page.css"), _with_imports(script), as_json(data)
     policy = (
         f"default-src 'none'; style-src {_hash(style)}; script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
     )
@@ -63,10 +63,19 @@ def _read(name):
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _joined_modules(names):
-    """One module of several: without their imports of each other."""
-    code = "\n".join(_read(f"{name}.js") for name in names)
-    return re.sub(r"^import [^;]*;\n|^export (?=class|function|const)", "", code, flags=re.MULTILINE)
+def _with_imports(name):
+    """One module of several that import each other's names: each once, behind those that it needs, without imports."""
+    found = {}
+
+    def add(name):
+        code = _read(f"{name}.js")
+        for other in re.findall(r'^import [^;]* from "\./(\w+)\.js";$', code, re.MULTILINE):
+            if other not in found:
+                add(other)
+        found[name] = re.sub(r"^import [^;]*;\n|^export (?=class|function|const)", "", code, flags=re.MULTILINE)
+
+    add(name)
+    return "\n".join(found.values())
 
 
 def _hash(text):

@@ -1,32 +1,59 @@
 """Pages of what a folder holds: page.html of a run, modes.html, sweep.html, work-precision.html."""
 
+import json
 import os
 from pathlib import Path
 
 from ..errors import InputError
 from ..results.folder import enlist, remarks
-from ..results.paraview import read_run
 from ..results.record import replacing
 
 
-def write_pages(folder: str | Path) -> list[Path]:
-    """Write a page of each result that is in a folder; returns the files.
+def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
+    """Write the page of a result in a folder, one of PAGES, or of all that are there; returns the files.
 
     Raises InputError if there is none, or if a file of the user's would be replaced.
     """
     folder = Path(folder)
-    found = [write(folder) for name, write in PAGES.items() if os.path.isfile(folder / name)]
+    wanted = PAGES if name is None else [name]
+    found = [PAGES[one](folder) for one in wanted if os.path.isfile(folder / one)]
     if not found:
         raise InputError(f"{folder} holds nothing that has a page: none of {', '.join(PAGES)} is in it.")
     return found
 
 
 def _run(folder):
+    from ..results.paraview import read_run
     from .run_page import run_page
 
     record, scene = read_run(folder)
     enlist(folder, [folder / "page.html"])
     return _written(folder / "page.html", run_page(record, scene, remarks(folder, "run").get("advice")))
+
+
+def _modes(folder):
+    from ..results.record import read
+    from .modes_page import modes_page
+
+    enlist(folder, [folder / "modes.html"], "modes")
+    return _written(folder / "modes.html", modes_page(read(folder / "modes.nc")))
+
+
+def _sweep(folder):
+    import xarray as xr
+
+    from ..results.record import DAMAGED, undamaged
+    from .sweep_page import sweep_page
+
+    with undamaged(folder / "sweep.nc", DAMAGED), xr.open_dataset(folder / "sweep.nc", engine="netcdf4") as dataset:
+        return _written(folder / "sweep.html", sweep_page(dataset.load()))
+
+
+def _precision(folder):
+    from .precision_page import precision_page
+
+    found = json.loads((folder / "work-precision.json").read_text())
+    return _written(folder / "work-precision.html", precision_page(found["rows"], found["notes"], ""))
 
 
 def _written(path, text):
@@ -36,4 +63,4 @@ def _written(path, text):
 
 
 #: Name of a result: what writes its page.
-PAGES = {"results.nc": _run}
+PAGES = {"results.nc": _run, "modes.nc": _modes, "sweep.nc": _sweep, "work-precision.json": _precision}

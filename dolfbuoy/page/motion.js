@@ -33,6 +33,11 @@ export class Recorded {
     return { t: this.frames[row], tension: this.tension.slice(row * this.cells, (row + 1) * this.cells) };
   }
 
+  /** All recorded tensions of a line, frame by frame. */
+  tensionsOf({ cell }) {
+    return Array.from(this.frames, (_, row) => this.tension.subarray(row * this.cells + cell[0], row * this.cells + cell[1]));
+  }
+
   pose({ position, orientation }, t) {
     const [i, share] = between(this.times, t);
     const mixed = (values, width) =>

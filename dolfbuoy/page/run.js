@@ -7,6 +7,8 @@ import { Player } from "./player.js";
 import { Viewer } from "./viewer.js";
 
 const times = unpack(data.time);
+/** Lines or buoys of which all charts are shown at once. */
+const MOST_PARTS = 3;
 
 function start() {
   themeButton();
@@ -15,6 +17,7 @@ function start() {
   makeEnvelopes(player);
   makeTracks(player);
   makeSpectra();
+  player.refresh();
   chooseWindows(player, panels);
   for (const button of document.querySelectorAll("[data-t]"))
     button.addEventListener("click", () => player.go(Number(button.dataset.t)));
@@ -85,7 +88,11 @@ function makePanels(player) {
     const options = { label, curves, xName: "time [s]", yName: `${panel.title} [${panel.unit}]`, height: 150 };
     return { ...panel, box, chart: new Chart(box, { ...options, onPick: (t) => player.go(t) }), curves };
   });
-  const refresh = () => made.forEach((one) => (one.box.hidden = one.part !== (chosen[one.kind] ?? one.part)));
+  const refresh = () => {
+    for (const one of made) one.box.hidden = one.part !== (chosen[one.kind] ?? one.part);
+    hideOthers(chosen);
+  };
+  player.refresh = refresh;
   for (const kind of ["line", "buoy"]) {
     const parts = [...new Set(made.filter((one) => one.kind === kind).map((one) => one.part))];
     chosen[kind] = choice(byId(`of-${kind}`), parts, (part) => ((chosen[kind] = part), refresh()));
@@ -93,6 +100,15 @@ function makePanels(player) {
   refresh();
   player.heard.push((t) => made.forEach((one) => point(one, t)));
   return made;
+}
+
+/** Of very many lines or buoys the lower charts too show the chosen one only. */
+function hideOthers(chosen) {
+  for (const kind of ["line", "buoy"]) {
+    const boxes = [...document.querySelectorAll(`.figure[data-kind=${kind}]`)];
+    const parts = new Set(boxes.map((box) => box.dataset.part));
+    for (const box of boxes) box.hidden = parts.size > MOST_PARTS && box.dataset.part !== chosen[kind];
+  }
 }
 
 function said({ name, y }) {
@@ -127,6 +143,7 @@ function chooseWindows(player, panels) {
     const text = data.period ? `${Math.round(length / period)} periods` : `${format(length, 2)} s`;
     select.append(element("option", { value: length }, text));
   }
+  if (span > 30 * period && lengths.length) select.value = lengths[0];
   select.addEventListener("change", () => move(player.t));
   const move = (t) => {
     const length = Number(select.value) || span;
@@ -158,9 +175,13 @@ function makeEnvelopes(player) {
     ];
     const title = envelope.part ? `Tension along ${envelope.part}` : "Tension along the line";
     const label = `${title} [${envelope.unit}], from ${format(range(curves[1].y)[0])} to ${format(range(curves[0].area[1])[1])}`;
-    const names = { xName: "arc length s [m]", yName: `tension [${envelope.unit}]` };
+    const all = range(...player.source.tensionsOf(cable)).map((v) => v * envelope.factor);
+    const room = 0.05 * (all[1] - all[0]) || 1;
+    const names = { xName: "arc length s [m]", yName: `tension [${envelope.unit}]`, yRange: [all[0] - room, all[1] + room] };
     const box = figure(title);
     const chart = new Chart(box, { label, curves, ...names, height: 230 });
+    box.dataset.kind = "line";
+    box.dataset.part = envelope.part;
     const span = `${envelope.instants} instants from ${format(envelope.from)} to ${format(envelope.to)} s`;
     box.append(element("p", { class: "note" }, `Range and mean of ${span}; the line now is the nearest of them.`));
     player.heard.push((t) => {
@@ -175,34 +196,42 @@ function makeEnvelopes(player) {
 
 /** Where the centres of mass go, seen from above. */
 function makeTracks(player) {
-  const panels = data.panels.filter((panel) => panel.title.startsWith("horizontal"));
-  if (!panels.length) return;
-  const curves = panels.map((panel, i) => {
-    const [x, y] = panel.curves.map((curve) => unpack(curve.values));
-    return { name: panel.part || "C", x, y, style: `c${i % 6} thin` };
+  if (!data.view.buoys.length) return;
+  const curves = data.view.buoys.map((buoy, i) => {
+    const { position } = player.source.bodies[i];
+    const column = (k) => Float64Array.from(times, (_, row) => position[3 * row + k]);
+    return { name: buoy.name, x: column(0), y: column(1), style: `c${i % 6} thin` };
   });
   const box = figure("Track from above");
-  const label = `Horizontal track: ${curves.map((c) => `x from ${range(c.x).map((v) => format(v)).join(" to ")} m, y from ${range(c.y).map((v) => format(v)).join(" to ")} m`).join("; ")}`;
-  const padded = (values) => {
-    const [low, high] = range(values);
-    const room = 0.08 * (high - low) + 0.02;
-    return [low - room, high + room];
-  };
-  const bounds = { xRange: padded(curves.flatMap((c) => [...range(c.x)])), yRange: padded(curves.flatMap((c) => [...range(c.y)])) };
+  const bounds = { xRange: padded(curves.map((c) => c.x)), yRange: padded(curves.map((c) => c.y)) };
+  const spans = [bounds.xRange, bounds.yRange].map(([low, high]) => `${format(low, 3)} to ${format(high, 3)} m`);
+  const label = `Horizontal track of the buoys, within x from ${spans[0]}, y from ${spans[1]}`;
   const dots = curves.map(() => drawn("circle", { r: 4.5, class: "here" }));
-  const extra = (chart, body) => {
-    for (const [x, y] of data.anchors) body.append(drawn("rect", { x: chart.x(x) - 4, y: chart.y(y) - 4, width: 8, height: 8, class: "anchor" }));
-    body.append(...dots);
-    drawHeadings(chart);
-  };
-  const chart = new Chart(box, { label, curves, ...bounds, xName: "x [m]", yName: "y [m]", height: 300, equal: true, legend: curves.length > 1, extra });
-  player.heard.push((t, state) => {
-    const row = nearest(times, t);
+  let row = 0;
+  const place = (chart) =>
     dots.forEach((dot, i) => {
       dot.setAttribute("cx", chart.x(curves[i].x[row]));
       dot.setAttribute("cy", chart.y(curves[i].y[row]));
     });
+  const extra = (chart, body) => {
+    for (const [x, y] of data.anchors) body.append(drawn("rect", { x: chart.x(x) - 4, y: chart.y(y) - 4, width: 8, height: 8, class: "anchor" }));
+    body.append(...dots);
+    place(chart);
+    drawHeadings(chart);
+  };
+  const names = { xName: "x [m]", yName: "y [m]", height: 300, equal: true, legend: curves.length > 1 };
+  const chart = new Chart(box, { label, curves, ...bounds, ...names, extra });
+  player.heard.push((t) => {
+    row = nearest(times, t);
+    place(chart);
   });
+}
+
+/** The range of arrays with some room. */
+function padded(arrays) {
+  const [low, high] = range(...arrays);
+  const room = 0.08 * (high - low) + 0.02;
+  return [low - room, high + room];
 }
 
 /** Arrows in the corner: where waves, current, wind and force go. */
@@ -222,6 +251,7 @@ function makeSpectra() {
   for (const spectrum of data.spectra) {
     const x = unpack(spectrum.frequency);
     const curves = spectrum.curves.map((curve, i) => ({ name: curve.name, x, y: unpack(curve.values), style: `c${i}` }));
+    const kind = spectrum.title === "tension" ? "line" : "buoy";
     const title = `Spectrum of ${spectrum.part ? `${spectrum.part}: ` : ""}${spectrum.title}`;
     const unit = `${spectrum.unit}²/Hz`;
     const extra = (chart, body) => {
@@ -230,7 +260,9 @@ function makeSpectra() {
       body.append(drawn("path", { d: `M${at} 0V${chart.size}`, class: "drive" }), drawn("text", { x: at + 4, y: 18 }, `drive ${format(spectrum.drive, 3)} Hz`));
     };
     const names = { xName: "frequency [Hz]", yName: `density [${unit}]`, yLog: true, yRange: [spectrum.low, spectrum.high] };
-    new Chart(figure(title), { label: `${title} [${unit}]`, curves, ...names, height: 210, extra });
+    const box = figure(title);
+    Object.assign(box.dataset, { kind, part: spectrum.part });
+    new Chart(box, { label: `${title} [${unit}]`, curves, ...names, height: 210, extra });
   }
 }
 

@@ -16,8 +16,6 @@ from .series import columns_of, envelopes, panels, rows_that_fit, spectra
 from .view import view_of
 from .worth import worth
 
-SCRIPTS = ("core", "charts", "camera", "gl", "shapes", "sea", "motion", "viewer", "player", "run")
-
 
 def run_page(record, scene=None, advice: list[str] | None = None) -> str:
     """HTML of a record with its time; advice: see `worth`.  Raises InputError for a record without a scene."""
@@ -32,12 +30,13 @@ def run_page(record, scene=None, advice: list[str] | None = None) -> str:
                 "main",
                 words.warnings(said),
                 _keys(found["moments"]),
-                fragment("run", note=_thinned(found)),
+                fragment("stage", note=_thinned(found)),
+                fragment("series"),
                 _facts(record, scene, advice),
             ),
         ]
     )
-    return page(title, body, found, SCRIPTS)
+    return page(title, body, found, "run")
 
 
 def data_of(record, scene) -> dict:
@@ -93,7 +92,7 @@ def moments(record, parts) -> list[dict]:
 
     lines = [(name, part) for name, part, _ in parts if "tension_top" in part]
     bodies = [(name, part) for name, part, _ in parts if "buoy_position" in part]
-    for label, key in (("largest tension, upper end", "tension_top"), ("largest force on an anchor", "anchor_force")):
+    for label, key in (("largest tension, upper end", "tension_top"), ("largest force at a lower end", "anchor_force")):
         able = [(name, _size(part[key].values)) for name, part in lines if key in part]
         if able:
             name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
@@ -143,7 +142,7 @@ def _facts(record, scene, advice):
     """The lower part: tables and words."""
     rows = words.table(("quantity", "value", "unit"), summary(record, scene))
     matters = words.section("matters", "What matters", rows)
-    sources = tag("div", words.scene(scene.to_toml()), words.versions(record.attrs))
+    sources = tag("div", words.scene(scene.to_toml()), words.versions(record.attrs), class_="wide")
     return tag("div", matters, worth(record, scene, advice), sources, class_="grid")
 
 

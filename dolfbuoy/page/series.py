@@ -29,11 +29,38 @@ def columns_of(parts) -> list[tuple]:
             x, y, z = record.buoy_position.values.T
             heave = [("C", z)] + ([("water", record.surface_elevation.values)] if "surface_elevation" in record else [])
             found.append((name, "buoy", "height", "m", 1.0, heave))
-            found.append((name, "buoy", "horizontal position of C", "m", 1.0, [("x", x), ("y", y)]))
+            found += [(name, "buoy", *panel) for panel in _horizontal(x, y)]
             turns = [(turn, unwrapped(record, turn)) for turn in ("roll", "pitch", "yaw") if turn in record]
-            if turns:
-                found.append((name, "buoy", "angle", "deg", 1.0, turns))
+            found += [(name, "buoy", *panel) for panel in _angles(turns)]
     return found
+
+
+#: Curves share an axis unless together they span so many times what the widest of the first spans.
+APART = 3.0
+
+
+def _fit(first, *others):
+    """Whether curves can be told on one axis with the first ones."""
+    spans = [values for _, values in (*first, *others)]
+    whole = max(values.max() for values in spans) - min(values.min() for values in spans)
+    return whole <= APART * max(np.ptp(values) for _, values in first)
+
+
+def _horizontal(x, y):
+    """Panels of x and y: one, or two where one axis would show neither."""
+    curves = [("x", x), ("y", y)]
+    if _fit(curves):
+        return [("horizontal position of C", "m", 1.0, curves)]
+    return [(f"{name} of C", "m", 1.0, [(name, values)]) for name, values in curves]
+
+
+def _angles(turns):
+    """Panels of the turns: a yaw that goes far has its own."""
+    if not turns:
+        return []
+    if _fit(turns[:2], *turns[2:]):
+        return [("angle", "deg", 1.0, turns)]
+    return [("angle", "deg", 1.0, turns[:2]), ("yaw", "deg", 1.0, turns[2:])]
 
 
 def rows_that_fit(record, parts, columns) -> int:

@@ -96,7 +96,7 @@ def _lines(record, network):
     found["velocity"] = coarse(record.cable_velocity.values[kept]) if "cable_velocity" in record else None
     found["scale"] = scale_of(tensions)
     found["cables"] = cables(record, network)
-    found["ends"] = _ends(network, found["cables"], joints_of(record, positions[0]))
+    found["ends"] = end_marks(network, found["cables"], joints_of(record, positions[0]))
     found["held"] = [
         {"node": _end_node(network, found["cables"], k, end), "cable": network.pieces[k].cable}
         | _on_buoy(network, k, end)
@@ -147,7 +147,7 @@ def _on_buoy(network, piece, end):
 _KINDS = {"fixed": "anchor", "prescribed": "driven", "free": "free"}
 
 
-def _ends(network, spans, joints):
+def end_marks(network, spans, joints) -> list[dict]:
     """What is marked: anchors, ends that are moved or free, joints."""
     found = [{"node": node, "kind": "joint"} for node in joints]
     for k in range(len(network.cables)):

@@ -129,7 +129,7 @@ export class Viewer {
     const [middle, reach] = [this.middle(), this.reach()];
     const { places, normals } = surface(this.waves, this.state.t, middle, reach, this.n);
     this.painter.change(this.meshes.water, places, normals);
-    const how = { color: this.colors.water, alpha: 0.5, kind: 2, middle, reach, cell: niceStep(reach / 25) };
+    const how = { color: this.colors.water, alpha: 0.4, kind: 2, middle, reach, cell: niceStep(reach / 25) };
     this.painter.draw(this.meshes.water, how);
   }
 

@@ -49,12 +49,12 @@ def header(title: str, *lines: str) -> Markup:
     return tag("header", said, button)
 
 
-def scene(text: str) -> Markup:
-    """The complete scene, folded; it reproduces the run."""
+def scene(text: str, command: str = "run") -> Markup:
+    """The complete scene, folded; the command reproduces the result from it."""
     folded = tag(
         "details", tag("summary", "The complete scene, defaults included (TOML)"), tag("pre", text, tabindex="0")
     )
-    hint = "Saved as a file it runs again: dolfbuoy run FILE."
+    hint = f"Saved as a file it gives the same again: dolfbuoy {command} FILE."
     return section("scene", "Scene", tag("p", hint), folded)
 
 

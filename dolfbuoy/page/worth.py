@@ -22,7 +22,6 @@ def worth(record, scene, advice: list[str] | None) -> Markup:
         _periods(scene),
         tag("h3", "Error"),
         paragraphs(known),
-        class_="wide",
     )
 
 
@@ -57,6 +56,8 @@ def _counted(elements):
 
 def periods_of(scene) -> dict[str, float]:
     """Natural and driving periods by name [s]: those of `check`, without its equilibrium where there is none."""
+    if scene.is_network:
+        return derived(scene).periods
     try:
         return check(scene).periods
     except (InputError, SolveError):

@@ -18,14 +18,13 @@ from ..scene import Scene
 from ..scene.variants import SEED
 from . import cycles
 from .behind_ramp import scene_of
+from .certainty import HOURS
 from .extremes import COVERED, Gumbel, fit_gumbel
 from .offsets import smallest_circle
 from .record import read
 from .sample import ADDED, FIXED_POINT, NUMBERS, sample_of
 from .statistics import described
 
-#: Length of time whose largest value is said [s].
-HOURS = 3.0
 #: Series that are elevations of the water.
 ELEVATIONS = ("surface_elevation", FIXED_POINT)
 
@@ -50,12 +49,16 @@ class Fatigue:
 
 @dataclass(frozen=True)
 class Run:
-    """A sample, the name of its run, what makes runs a set, and what the cases of a sweep change but for the seed."""
+    """A sample, the name of its run, what makes runs a set, and what the cases of a sweep change but for the seed.
+
+    seconds: of computing.
+    """
 
     name: str
     sample: dict
     set: str
     changes: dict | None = None
+    seconds: float = np.nan
 
 
 def statistics(runs, start: float | None = None, point=None, **fatigue) -> xr.Dataset:
@@ -93,7 +96,9 @@ def _cases_in(folder):
         changes = result["changes"]
         name = ", ".join(f"{key} = {value}" for key, value in changes.items())
         state = {key: value for key, value in changes.items() if key != SEED}
-        found.append(Run(name, result["sample"], json.dumps([result["base"], state], sort_keys=True), state))
+        found.append(
+            Run(name, result["sample"], json.dumps([result["base"], state], sort_keys=True), state, result["seconds"])
+        )
     if not found:
         raise InputError(f"{folder} holds no case of a sweep that has run beyond its ramp.")
     return sorted(found, key=lambda run: (run.set, run.name))
@@ -106,7 +111,8 @@ def _run(source, number, start, point):
         record, name = read_folder(Path(source)), str(source)
     scene = scene_of(record)
     try:
-        return Run(name, sample_of(record, scene, start, point), set_of(scene))
+        seconds = record.attrs.get("wall_time_s", np.nan)
+        return Run(name, sample_of(record, scene, start, point), set_of(scene), seconds=seconds)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
@@ -133,7 +139,9 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     """
     names = list(dict.fromkeys(run.set for run in runs))
     member = np.array([names.index(run.set) for run in runs])
-    data = _numbers(runs) | _wear(runs, fatigue) | _circles(runs, member, len(names))
+    seconds = np.array([run.seconds for run in runs], dtype=float)
+    data = {"seconds": ("run", seconds, {"units": "s", "long_name": "computing time"})}
+    data |= _numbers(runs) | _wear(runs, fatigue) | _circles(runs, member, len(names))
     for kept, pool in (("peaks", _peaks), ("cycles", _ranges)):
         for label in dict.fromkeys(label for run in runs for label in run.sample[kept]):
             data |= pool(label, [_pooled(runs, member == k, kept, label) for k in range(len(names))])
@@ -167,7 +175,7 @@ def _numbers(runs):
     for label in dict.fromkeys(label for run in runs for label in run.sample["series"]):
         unit, text = described_here(label)
         for number in NUMBERS:
-            units = {"skewness": "1", "period": "s"}.get(number, unit)
+            units = {"skewness": "1", "period": "s", "memory": "s"}.get(number, unit)
 
             def get(sample, label=label, number=number):
                 return sample["series"].get(label, {}).get(number, np.nan)

@@ -13,7 +13,8 @@ from scipy.optimize import brentq
 from ..errors import InputError
 from ..scene.variants import probabilities
 from . import cycles
-from .ensemble import HOURS, Fatigue, Run, described_here, gumbels
+from .certainty import HOURS
+from .ensemble import Fatigue, Run, described_here, gumbels
 
 #: Years of the largest value, by default.
 YEARS = 50.0

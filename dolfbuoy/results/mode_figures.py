@@ -11,12 +11,10 @@ from ..model.rigid import mass_properties, rotation_of
 from ..model.sea import heading
 from ..scene.network import network_of
 from .folder import enlist
-from .mode_record import KINDS
+from .mode_record import KINDS, enlargement
 from .paraview import cable_meshes, hull_meshes, write_series
 from .style import COLORS, PAGE, STYLE, files_of, legend_below, new_figure, save
 
-#: Largest displacement in a picture, as a part of its largest extent; turns look at most this large [rad].
-SHOWN, TURNED = 0.12, 0.25
 #: How the phases rest, 0, 180 and 90 degrees are drawn.
 PHASE_STYLES = {
     "at rest": {"color": "#999999", "lw": 0.8},
@@ -34,7 +32,7 @@ def mode_shape(dataset, number: int, scene, direction_deg=0.0) -> Figure:
     Left in the vertical plane of a direction [deg], right across it; displacements are enlarged as the title says.
     """
     mode = dataset.isel(mode=number - 1)
-    factor = _factor(dataset, mode)
+    factor = enlargement(dataset, mode)
     poses = [_Pose(dataset, mode, scene, factor * z) for z in (0, 1, -1, 1j)]
     views = [heading(direction_deg), np.cross([0.0, 0.0, 1.0], heading(direction_deg))]
     boxes = _boxes([np.concatenate([curve for pose in poses for curve in pose.curves(view)]) for view in views])
@@ -74,16 +72,6 @@ def _said(mode):
     if mode.kind.item() == "oscillates":
         return f"period {mode.period.item():.4g} s, damping ratio {mode.damping_ratio.item():.3g}"
     return KINDS[mode.kind.item()]
-
-
-def _factor(dataset, mode):
-    """How much a shape is enlarged: of the extent of what is shown, but turns not beyond TURNED."""
-    places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
-    places = np.concatenate(places)
-    extent = np.ptp(places, axis=0).max() or 1.0
-    moved = [np.abs(mode[n].values).max() for n in ("cable_position", "buoy_position") if n in mode]
-    turned = np.abs(mode.buoy_rotation.values).max() if "buoy_rotation" in mode else 0.0
-    return min(SHOWN * extent / max(*moved, 1e-12), TURNED / max(turned, 1e-12))
 
 
 class _Pose:
@@ -161,7 +149,7 @@ def _animate(folder, dataset, number, scene):
     """A period of the mode as meshes of cable and hull, over a time of one period, or of 1 s for what has none."""
     mode, written = dataset.isel(mode=number - 1), []
     period = mode.period.item() if np.isfinite(mode.period.item()) else 1.0
-    record = _as_a_run(dataset, mode, _factor(dataset, mode), period)
+    record = _as_a_run(dataset, mode, enlargement(dataset, mode), period)
     for kind, make in (("cable", cable_meshes), ("hull", hull_meshes)):
         of_instant = make(record, scene)
         if of_instant is not None:

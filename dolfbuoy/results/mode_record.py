@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PARTS = ("real", "imaginary")
+#: Largest displacement in a picture, as a part of its largest extent; turns look at most this large [rad].
+SHOWN, TURNED = 0.12, 0.25
 #: What is said of a mode of each kind, where a period would stand.
 KINDS = {
     "oscillates": "",
@@ -122,3 +124,13 @@ def _bodies(bodies, modes):
         "rest_buoy_position": ((*several, "xyz"), pick(np.array([body.position for body in bodies]), 0)),
         "rest_buoy_orientation": ((*several, "quaternion"), pick(np.array([b.orientation for b in bodies]), 0)),
     }
+
+
+def enlargement(dataset, mode) -> float:
+    """How much a shape is enlarged: of the extent of what is shown, but turns not beyond TURNED."""
+    places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
+    places = np.concatenate(places)
+    extent = np.ptp(places, axis=0).max() or 1.0
+    moved = [np.abs(mode[n].values).max() for n in ("cable_position", "buoy_position") if n in mode]
+    turned = np.abs(mode.buoy_rotation.values).max() if "buoy_rotation" in mode else 0.0
+    return min(SHOWN * extent / max(*moved, 1e-12), TURNED / max(turned, 1e-12))

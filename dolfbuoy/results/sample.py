@@ -16,13 +16,15 @@ from ..errors import InputError
 from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.settings import ramp_of
+from .certainty import memory_of
 from .cycles import binned, crossing_period, peaks, rainflow_cycles
 from .elevation import elevation
 from .offsets import corners
 from .statistics import columns_of, weights_of
 
 #: What is said of every series; `period` is the mean time between upward crossings of the mean (nan: none).
-NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period")
+#: `memory` is that of `certainty`, of what an irregular sea moves (nan: no chance is in it).
+NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
 #: The elevation at a point that stays where it is, and the horizontal distance of C from the anchor, as series.
 FIXED_POINT, OFFSET = "fixed_point_elevation", "offset"
 ADDED = {
@@ -52,6 +54,8 @@ def sample_of(
     result = {"start": float(t[0]), "duration": float(t[-1] - t[0]), "series": {}, "peaks": {}, "cycles": {}}
     for label, x, noise in [*columns_of(late), *_added(record, late, scene, point)]:
         result["series"][label] = numbers = numbers_of(t, x, noise)
+        if scene.waves is not None and scene.waves.spectrum is not None and numbers["standard_deviation"] > noise:
+            numbers["memory"] = memory_of(t, x)
         if label.startswith(PEAKED):
             found = peaks(x, numbers["mean"], noise)
             result["peaks"][label] = _listed(found, np.ones(len(found)), bins)
@@ -67,7 +71,8 @@ def numbers_of(t: np.ndarray, x: np.ndarray, noise: float = 0.0) -> dict[str, fl
     deviation = math.sqrt(np.average((x - mean) ** 2, weights=weights))
     skewness = float(np.average((x - mean) ** 3, weights=weights)) / deviation**3 if deviation > noise else math.nan
     period = crossing_period(t, x, mean, noise)
-    return dict(zip(NUMBERS, (mean, deviation, skewness, float(x.min()), float(x.max()), period), strict=True))
+    numbers = mean, deviation, skewness, float(x.min()), float(x.max()), period, math.nan
+    return dict(zip(NUMBERS, numbers, strict=True))
 
 
 def _listed(values, counts, bins):

@@ -12,6 +12,7 @@ from petsc4py import PETSc
 
 from . import loops, petsc_library
 from .callbacks_c import compiled
+from .rows import Work
 
 #: PETSc's reason DIVERGED_FNORM_NAN, or DIVERGED_FUNCTION_NANORINF since 3.25.
 NOT_FINITE = -4
@@ -74,18 +75,11 @@ class Callbacks:
         petsc_library.call("SNESSetJacobian", snes, A, A, jacobian, context)
         petsc_library.call("SNESSetConvergenceTest", snes, converged, context, None)
 
-    def exchange_with(self, x, n):
-        """Two functions: u of the System -> the n scaled unknowns in PETSc's vector x, and back.  Raise PETSc.Error."""
-        library, context, vector = self._library.lib, self._context, self._cast(x.handle)
-
-        def checked(error):
-            if error:
-                raise PETSc.Error(error)
-
-        return (
-            lambda: checked(library.set_start(context, vector, n)),
-            lambda: checked(library.read_solution(context, vector)),
-        )
+    def solving(self, snes, x, n):
+        """`Newton.attempt` and `Newton.judge` with a SNES and its vector x of n unknowns."""
+        c = self._context
+        c.snes, c.x, c.n = self._cast(snes.handle), self._cast(x.handle), n
+        return [Work.of(self._library, name, c, self) for name in ("attempt", "judge_solve")]
 
     def _petsc(self):
         functions = self._new("petsc")

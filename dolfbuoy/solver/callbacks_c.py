@@ -26,6 +26,9 @@ typedef struct {                /* of PETSc */
     int (*SNESGetSolution)(void *, void **);
     int (*SNESGetTolerances)(void *, double *, double *, double *, petsc_int *, petsc_int *);
     int (*SNESGetSolutionUpdate)(void *, void **);
+    int (*SNESSolve)(void *, void *, void *);
+    int (*SNESGetConvergedReason)(void *, int *);
+    int (*SNESGetIterationNumber)(void *, petsc_int *);
 } petsc;
 
 typedef struct {                /* what Python reads and changes too */
@@ -40,6 +43,11 @@ typedef struct {                /* what Python reads and changes too */
     double linear_tolerance;
     int linear_solves[2], linear_norm[2];               /* without a check, with one */
     int iterating, converged, not_finite, too_many;     /* reasons */
+    int reason, error, iterations;                      /* of the latest attempt: SNES's and PETSc's */
+    _Bool in_order;             /* it has converged, and nothing failed on the way */
+    int many;                   /* iterations after which a matrix is not kept */
+    _Bool clocked;              /* count the seconds of this process in `seconds` */
+    double seconds;
 } numbers;
 
 typedef struct {                /* arguments of add_up */
@@ -79,13 +87,15 @@ typedef struct {
     scaled unknowns, rows;
     void *matrix, *row_scale, *unknown_scale;           /* of PETSc */
     const one_sided *law;       /* or NULL */
+    void *snes, *x;
+    ptrdiff_t n;                /* unknowns in x */
 } newton;
 
 int residual(void *snes, void *x, void *f, void *context);
 int jacobian(void *snes, void *x, void *J, void *P, void *context);
 int converged(void *snes, petsc_int iteration, double x, double step, double norm, int *reason, void *context);
-int set_start(const newton *context, void *x, ptrdiff_t n);
-int read_solution(const newton *context, void *x);
+void attempt(const void *context);
+void judge_solve(const void *context);
 """
 
 _SOURCE = """
@@ -93,6 +103,7 @@ _SOURCE = """
 #include <stdint.h>
 #include <stddef.h>
 #include <string.h>
+#include <time.h>
 
 #define TRY(call) do { const int error = (call); if (error) return error; } while (0)
 enum {INSERT_VALUES = 1, NORM_2 = 1, NORM_INFINITY = 3};  /* PETSc's */
@@ -103,7 +114,7 @@ static double larger(double a, double b)
 }
 
 /* Scaled unknowns x -> u. */
-int read_solution(const newton *N, void *x)
+static int read_solution(const newton *N, void *x)
 {
     const double *values;
     const scaled *u = &N->unknowns;
@@ -112,14 +123,14 @@ int read_solution(const newton *N, void *x)
     return N->petsc->VecRestoreArrayRead(x, &values);
 }
 
-/* u -> the n scaled unknowns x. */
-int set_start(const newton *N, void *x, ptrdiff_t n)
+/* u -> scaled unknowns x. */
+static int set_start(const newton *N)
 {
     double *values;
-    TRY(N->petsc->VecGetArray(x, &values));
-    for (ptrdiff_t k = 0; k < n; ++k)
+    TRY(N->petsc->VecGetArray(N->x, &values));
+    for (ptrdiff_t k = 0; k < N->n; ++k)
         values[k] = N->unknowns.values[N->unknowns.places[k]] / N->unknowns.scale[k];
-    return N->petsc->VecRestoreArray(x, &values);
+    return N->petsc->VecRestoreArray(N->x, &values);
 }
 
 /* The sum at scaled unknowns x; means nothing once a Python function has failed. */
@@ -275,6 +286,41 @@ int converged(void *snes, petsc_int iteration, double x, double step, double nor
     if (N->law && *reason > 0 && unsettled(N->law) && N->numbers->last_increment > N->numbers->tolerance)
         *reason = N->numbers->iterating;
     return *reason == N->numbers->iterating ? choose_matrix(N, snes) : 0;
+}
+
+static int solve(const newton *N)
+{
+    TRY(set_start(N));
+    return N->petsc->SNESSolve(N->snes, NULL, N->x);
+}
+
+static double seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return now.tv_sec + 1e-9 * now.tv_nsec;
+}
+
+/* From u to the solution, in u. */
+void attempt(const void *context)
+{
+    const newton *N = context;
+    numbers *n = N->numbers;
+    petsc_int iterations = 0;
+    const double begin = n->clocked ? seconds() : 0;
+    n->error = solve(N);
+    N->petsc->SNESGetConvergedReason(N->snes, &n->reason);
+    N->petsc->SNESGetIterationNumber(N->snes, &iterations);
+    n->iterations = iterations;
+    read_solution(N, N->x);
+    n->in_order = !n->error && n->reason > 0 && !*N->failed;
+    n->seconds += n->clocked ? seconds() - begin : 0;
+}
+
+void judge_solve(const void *context)
+{
+    numbers *n = ((const newton *)context)->numbers;
+    n->valid = n->valid && n->keep && n->iterations < n->many;
 }
 """
 

@@ -41,14 +41,8 @@ typedef struct {
     hook hooks[64];
 } hooks;
 
-typedef struct {
-    const double *data;
-    ptrdiff_t length, place;
-} array;
-
 void add_up(const hooks *before, const integral *integrals, int count, double *values, double *work, double *out,
             ptrdiff_t length);
-void read_arrays(const array *arrays, int count, double *values);
 void put(const double *x, const double *scale, const int *places, ptrdiff_t n, const int *tied, const int *to,
          ptrdiff_t ties, double *values);
 void take(const double *values, const double *scale, const int *places, ptrdiff_t n, const int *tied, const int *to,
@@ -118,12 +112,6 @@ void add_up(const hooks *before, const integral *integrals, int count, double *v
         integrate(integrals + n, values, work, out);
 }
 
-void read_arrays(const array *arrays, int count, double *values)
-{
-    for (int n = 0; n < count; ++n)
-        memcpy(values + arrays[n].place, arrays[n].data, arrays[n].length * sizeof(double));
-}
-
 void put(const double *x, const double *scale, const int *places, ptrdiff_t n, const int *tied, const int *to,
          ptrdiff_t ties, double *values)
 {
@@ -154,17 +142,6 @@ def function(name):
     """Address of one of its functions, for other C."""
     library = compiled()
     return library.ffi.cast("void *", library.ffi.addressof(library.lib, name))
-
-
-def reading(pieces, values):
-    """A function that copies arrays to their places in `values`; pieces: list of (slice, array)."""
-    library = compiled()
-    arrays = library.ffi.new("array[]", max(1, len(pieces)))
-    for described, (place, array) in zip(arrays, pieces, strict=False):
-        described.data, described.length, described.place = address(array), len(array), place.start
-    read = partial(library.lib.read_arrays, arrays, len(pieces), address(values))
-    read.alive = values, pieces
-    return read
 
 
 class Scaled:

@@ -13,7 +13,7 @@ from petsc4py import PETSc
 from ..errors import InputError, SolveError
 from . import petsc_library
 from .callbacks import NOT_FINITE, Callbacks, Number, new_numbers
-from .rows import copies
+from .rows import copies, together
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
@@ -39,7 +39,7 @@ class JacobianAge:
     def __init__(self, keep, numbers):
         self.numbers = numbers
         self.keep, self.valid, self.kept = keep, False, False
-        numbers.slow, numbers.margin = self.SLOW, self.MARGIN
+        numbers.slow, numbers.margin, numbers.many = self.SLOW, self.MARGIN, self.MANY
 
     def assembled(self):
         """The matrix at hand is now that of the present iterate."""
@@ -51,8 +51,7 @@ class JacobianAge:
 
     def judge_solve(self, iterations):
         """A solve has ended."""
-        if iterations >= self.MANY or not self.keep:
-            self.valid = False
+        self.valid = self.valid and self.keep and iterations < self.MANY
 
 
 class SolverOptions:
@@ -115,38 +114,41 @@ class Newton:
         self.iterations_total = self.fallbacks = 0
         self.numbers = new_numbers()  # what C reads and changes too
         self.numbers.linear_tolerance, self.numbers.linear_solves = _ACCURACY, _SOLVES
+        self.numbers.tolerance, self.numbers.own_options = system.tolerance, bool(self.options.scene)
         self.fault = lambda: None  # says what is wrong with a solution that no physical state can be
         self.age = JacobianAge(keep_jacobian, self.numbers)
         self.direct = direct if system.comm.size == 1 else "mumps"
         self.x = system.numbering.vector()
         self._f, before = self.x.duplicate(), np.zeros_like(system.u)
-        self._keep_start, self._go_back = copies([(before, system.u)]), copies([(system.u, before)])
+        self._go_back = copies([(system.u, before)])
         self.snes = self._create_snes()
         self.choose_solver(self.direct)
+        if self._callbacks is None:
+            attempt, judge = self._attempt, lambda: self.age.judge_solve(self.numbers.iterations)
+        else:
+            attempt, judge = self._callbacks.solving(self.snes, self.x, len(system.order))
+        #: The first part of `solve`, what needs no decisions.
+        self.begin = together(copies([(before, system.u)]), system.read_given, attempt, judge, system.publish)
+        self._again = together(self._go_back, attempt, system.publish)
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _create_snes(self):
         snes = PETSc.SNES().create(self.system.comm)
-        self._hand_callbacks_to(snes, self.in_c and self.system.comm.size == 1)
+        self._callbacks = None
+        if self.in_c and self.system.comm.size == 1:
+            self._callbacks = Callbacks(self.system, self.numbers)
+            self._callbacks.hand_to(snes, self._f, self.system.A)
+        else:
+            snes.setFunction(self.residual, self._f)
+            snes.setJacobian(self.jacobian, self.system.A)
+            snes.setConvergenceTest(self.converged)
         # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
         never = (ctypes.c_int32 if PETSc.IntType == np.int32 else ctypes.c_int64)(-1)
         petsc_library.call("SNESSetLagJacobian", ctypes.c_void_p(snes.handle), never)
         snes.setType("newtonls")
         snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
         return snes
-
-    def _hand_callbacks_to(self, snes, in_c):
-        if in_c:
-            self._callbacks = Callbacks(self.system, self.numbers)
-            self._callbacks.hand_to(snes, self._f, self.system.A)
-            self._set_start, self._read_solution = self._callbacks.exchange_with(self.x, len(self.system.order))
-        else:
-            self._set_start = lambda: self.x.setArray(self.system.scaled_start())
-            self._read_solution = lambda: self.system.put(self.x)
-            snes.setFunction(self.residual, self._f)
-            snes.setJacobian(self.jacobian, self.system.A)
-            snes.setConvergenceTest(self.converged)
 
     def choose_solver(self, package):
         """Solve linear systems with a factorisation of this package, unless the scene's options say otherwise."""
@@ -253,27 +255,27 @@ class Newton:
 
         `u` holds the solution afterwards, or what it held before if SolveError is raised.
         """
-        system = self.system
-        self._keep_start()
-        system.read_given()
-        iterations, reason = self._solve_as_best()
+        self.begin()
+        return self.end()
+
+    def end(self):
+        """The second part of `solve`: what to do if it did not go well, and whether the solution can be one."""
+        iterations, fault = self.numbers.iterations, None
+        if self.options.scene:
+            self.options.forget()
+        if not self.numbers.in_order:
+            iterations, fault = self._solve_as_best()
         self.iterations_total += iterations
-        self.age.judge_solve(iterations)
-        self._read_solution()
-        system.publish()
-        if reason < 0 and not self._stalled_at_rounding(reason):
-            fault = f"{reason_name(reason)} after {iterations} iterations, largest residual in {self.worst_block()}"
-        else:
-            fault = self.fault()
+        fault = fault or self.fault()
         if fault:
             self._go_back()
-            system.publish()
+            self.system.publish()
             raise SolveError(fault)
         return iterations
 
     def _solve_as_best(self):
-        """Iterations and reason: with the matrix at hand, else with new ones, else with pivoting."""
-        iterations, reason = self._run()
+        """Iterations, and what is wrong: with the matrix at hand, else with new ones, else with pivoting."""
+        iterations, reason = self._checked()
         if reason < 0 and self.age.keep:  # perhaps only the matrix was too old
             more, reason = self._run_afresh()
             iterations += more
@@ -283,27 +285,43 @@ class Newton:
             more, reason = self._run()
             iterations += more
             self.choose_solver(self.direct)
-        return iterations, reason
+        self.age.judge_solve(iterations)
+        if reason >= 0 or self._stalled_at_rounding(reason):
+            return iterations, None
+        where = f"largest residual in {self.worst_block()}"
+        return iterations, f"{reason_name(reason)} after {iterations} iterations, {where}"
 
-    def _run(self):
-        self.numbers.tolerance, self.numbers.own_options = self.system.tolerance, bool(self.options.scene)
-        self._go_back()
-        self._set_start()
+    def _attempt(self):
+        """From `u` to the solution, in `u`; `numbers` hold what came of it."""
+        numbers = self.numbers
+        self.x.setArray(self.system.scaled_start())
         try:
             self.snes.solve(None, self.x)
-            reason = self.snes.getConvergedReason()
+            numbers.error = 0
         except PETSc.Error as error:
-            if error.ierr == _UNKNOWN_TYPE:
-                raise self.options.refused(error) from None
-            if error.ierr != _EXTERNAL_LIBRARY:
-                raise
+            numbers.error = error.ierr
+        numbers.reason, numbers.iterations = self.snes.getConvergedReason(), self.snes.getIterationNumber()
+        self.system.put(self.x)
+        numbers.in_order = not numbers.error and numbers.reason > 0
+
+    def _run(self):
+        self._again()
+        return self._checked()
+
+    def _checked(self):
+        """Iterations and reason of the latest attempt.  Raises what a hook has raised, and PETSc's errors."""
+        self.options.forget()
+        error, reason = self.numbers.error, self.numbers.reason
+        if error:
+            if error not in (_UNKNOWN_TYPE, _EXTERNAL_LIBRARY):
+                raise PETSc.Error(error)
+            if error == _UNKNOWN_TYPE:
+                raise self.options.refused(PETSc.Error(error))
             reason = PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE
-        finally:
-            self.options.forget()
         if reason == PETSc.SNES.ConvergedReason.DIVERGED_LINEAR_SOLVE:
             self.choose_solver(self.direct)  # MUMPS does not recover from a singular matrix by itself
         self.system.hooks.check()  # C lets a solve end before it tells
-        return self.snes.getIterationNumber(), reason
+        return self.numbers.iterations, reason
 
     def _run_afresh(self):
         """With a new matrix in every iteration."""

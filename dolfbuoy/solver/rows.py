@@ -3,12 +3,13 @@
 The functions in Python say the same as those in C, to the last bit: they are the oracle.  Arrays stay where they are.
 """
 
+import itertools
 from functools import partial
 from math import prod
 
 import numpy as np
 
-from . import c_code
+from . import c_code, instructions
 from .c_code import address
 
 MOST = 5  # rows in a sum
@@ -152,7 +153,8 @@ double smallest(const double *values, const int *places, int count, double bound
 
 def compiled():
     """The compiled module."""
-    return c_code.module("rows", _DECLARATIONS, c_code.EVERY_PRODUCT_ROUNDED + _SOURCE)
+    options = instructions.best().options
+    return c_code.module("rows", _DECLARATIONS, c_code.EVERY_PRODUCT_ROUNDED + _SOURCE, options=options)
 
 
 class Work(partial):
@@ -179,13 +181,21 @@ def _described(kind, count):
 
 
 def together(*functions):
-    """One function that calls these, without Python in between if all are `Work`."""
-    if not all(isinstance(function, Work) for function in functions):
-        return lambda: [function() for function in functions]
-    described, ffi = _described("work", len(functions)), compiled().ffi
-    for one, function in zip(described, functions, strict=False):
-        one.call, one.context = function.numbers[0], ffi.cast("void *", function.numbers[1])
-    return _work("do_all", "works", [described, len(functions)], functions)
+    """One function that calls these, without Python between those that are `Work`; says whether any said True."""
+    parts = []
+    for in_c, group in itertools.groupby(functions, lambda function: isinstance(function, Work)):
+        run = list(group)
+        parts += [_in_a_row(run)] if in_c else run
+    if len(parts) > 1 or not all(isinstance(part, Work) for part in parts):
+        return lambda: any([part() for part in parts])  # noqa: C419  # all of them
+    return parts[0] if parts else _in_a_row([])
+
+
+def _in_a_row(works):
+    described, ffi = _described("work", len(works)), compiled().ffi
+    for one, work in zip(described, works, strict=False):
+        one.call, one.context = work.numbers[0], ffi.cast("void *", work.numbers[1])
+    return _work("do_all", "works", [described, len(works)], works)
 
 
 class Sums:
@@ -232,29 +242,23 @@ def copies(pairs):
 class Extrapolation:
     """The polynomial through the values of some rows at their times.
 
-    times, rows: arrays of as many.  `out`: its value at the latest `t`.
+    times, rows: arrays of as many.  t: array of the time (1,) at which `work` puts its value into the array `out`.
     """
 
     in_c = True
 
-    def __init__(self, times, rows):
-        self._times, self._t, self._weights = times, np.zeros(1), np.ones(len(times) + 1)
-        self.out = np.zeros(len(rows[0]))
+    def __init__(self, times, rows, t, out):
+        self._times, self._t, self.weights = times, t, np.ones(len(times) + 1)
         weigh = self.weigh
         if self.in_c:
-            fields = [address(times), len(times), address(self._t), address(self._weights)]
-            weigh = _work("lagrange", "polynomial", fields, (times, self._t, self._weights))
-        self._work = together(weigh, Sums([(self.out, rows)], self._weights).work())
-
-    def __call__(self, t):
-        self._t[0] = t
-        self._work()
-        return self.out
+            fields = [address(times), len(times), address(t), address(self.weights)]
+            weigh = _work("lagrange", "polynomial", fields, (times, t, self.weights))
+        self.work = together(weigh, Sums([(out, rows)], self.weights).work())
 
     def weigh(self):
         """Weights of the rows, in Python [Lagrange]."""
         times, t = self._times.tolist(), self._t.item()
-        self._weights[:-1] = [prod((t - tj) / (ti - tj) for tj in times if tj != ti) for ti in times]
+        self.weights[:-1] = [prod((t - tj) / (ti - tj) for tj in times if tj != ti) for ti in times]
 
 
 def picked(entries, out):

@@ -9,7 +9,6 @@ Unknowns and rows are scaled by typical sizes, so that metres, newtons and newto
 
 import numpy as np
 import ufl
-from scipy.sparse import csr_matrix
 
 from . import compat, coo
 from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
@@ -36,7 +35,8 @@ class System:
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
         self.u = self._values.unknowns
-        self._publish = copies([(part.values, self.u[part.slice]) for part in parts])
+        #: Copy `u` into the parts' Functions.
+        self.publish = copies([(part.values, self.u[part.slice]) for part in parts])
         self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
         shared = self._shared = Shared(self.hooks, self.coordinates, self.counts)
         self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
@@ -117,7 +117,10 @@ class System:
         return self._values.of(thing)
 
     def filled_by_hook(self, *functions):
-        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations."""
+        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations.
+
+        To be said before a Newton's method of this System is made.
+        """
         self._values.leave(functions)
 
     def functional(self, form, test):
@@ -130,6 +133,8 @@ class System:
         csr_matrix (rows, free unknowns of all ranks) [physical], of what this rank assembles; those of tied unknowns
         are not added up.
         """
+        from scipy.sparse import csr_matrix
+
         loop, place = Loop(self.jacobians, self._values, self._shared), np.full(self.size + 1, -1)
         place[rows] = np.arange(len(rows))
         at, columns = place[loop.entries[0]], np.append(self.numbering.global_index, -1)[loop.entries[1]]
@@ -142,13 +147,10 @@ class System:
 
         return evaluate
 
-    def publish(self):
-        """Copy `u` into the parts' Functions."""
-        self._publish()
-
+    @property
     def read_given(self):
         """Read coefficients and constants again."""
-        self._values.read_given()
+        return self._values.read_given
 
     def evaluate(self):
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical].

@@ -6,7 +6,7 @@ import numpy as np
 import ufl
 
 from . import compat
-from .loops import reading
+from .rows import copies
 
 
 @dataclass
@@ -79,16 +79,19 @@ class Values:
         self.array = np.zeros(end)
         self.unknowns = self.array[unknowns]
         #: Read the unknowns from the parts' Functions.
-        self.read_unknowns = reading(unknown, self.array)
+        self.read_unknowns = self._reader(unknown)
         self._given = given
         #: Read coefficients and constants again: time, step and the phase of the wave are among them.
-        self.read_given = reading(given, self.array)
+        self.read_given = self._reader(given)
+
+    def _reader(self, pieces):
+        return copies([(self.array[place], values) for place, values in pieces])
 
     def leave(self, things):
         """What a hook fills in: no longer read again."""
         places = [self._places[id(thing)] for thing in things]
         self._given = [(place, values) for place, values in self._given if place not in places]
-        self.read_given = reading(self._given, self.array)
+        self.read_given = self._reader(self._given)
 
     def of(self, thing):
         """The values of a Function or Constant, a view; None for what no form reads."""

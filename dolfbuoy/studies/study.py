@@ -26,6 +26,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from mpi4py import MPI
 
+from ..page.folder import PAGES, write_pages
 from ..parallel import cases as engine
 from ..results import style
 from ..results.folder import claimed
@@ -89,7 +90,7 @@ def run_command(name: str, out: Path | None, **options) -> bool:
 
 
 def save(folder: Path, table: Table) -> None:
-    """Write the files of a table."""
+    """Write the files of a table, with a page for those that have one."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     engine.write_json(folder / f"{table.name}.json", {"rows": table.rows, "notes": table.notes})
@@ -100,3 +101,5 @@ def save(folder: Path, table: Table) -> None:
         writer.writerows(table.rows)
     if table.figure is not None:
         style.save(table.figure, folder / table.name)
+    if f"{table.name}.json" in PAGES:
+        write_pages(folder, f"{table.name}.json")

@@ -15,6 +15,7 @@ import xarray as xr
 
 from ..check import derived
 from ..errors import InputError
+from ..page.folder import write_pages
 from ..parallel.cases import compute, key, ranks_beside, store_in
 from ..results import style
 from ..results.folder import claimed
@@ -247,8 +248,9 @@ def _written(planned, folder):
     kept = ("status", "statistics")  # samples are as large as all the rest
     rows = [case | {name: result[name] for name in kept} for case, result in zip(cases, results, strict=True)]
     dataset = collect(rows)
-    dataset.attrs["title"] = planned.base.title
+    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml()}
     with replacing(folder / "sweep.nc") as part:
         dataset.to_netcdf(part, engine="netcdf4")
     style.save(draw(dataset), folder / "sweep")
+    write_pages(folder, "sweep.nc")
     return dataset

@@ -19,6 +19,8 @@ from dynamics_helpers import rates, running
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.schemes import Predictor
+from dolfbuoy.solver.rows import copies
+from dolfbuoy.solver.unknowns import array_of
 
 DENSITY = 1.3
 AXES = np.linalg.qr(np.array([[1.0, 2.0, 2.0], [0.3, -1.0, 0.5]]).T)[0].T  # a plane at random
@@ -70,7 +72,7 @@ def history(motion, s, degree=16, span=0.3):
 @pytest.fixture
 def forced(monkeypatch):
     """forced(EA): from now on every cable in motion feels the force of the manufactured solution."""
-    plain_residual, plain_set_time = Lines.residual, Problem.set_time
+    plain_residual, plain_clock = Lines.residual, Problem.clock
 
     def force(EA):
         def residual(self, test):
@@ -88,12 +90,11 @@ def forced(monkeypatch):
             f = DENSITY * r_tt - (T / stretch * r.dx(0)).dx(0)
             return F - ufl.inner(f, ufl.split(test)[0]) * self.dx
 
-        def set_time(self, t):
-            plain_set_time(self, t)
-            self.lines.now.value = t
+        def clock(self):
+            return [*plain_clock(self), copies([(array_of(self.lines.now), self.time)])]
 
         monkeypatch.setattr(Lines, "residual", residual)
-        monkeypatch.setattr(Problem, "set_time", set_time)
+        monkeypatch.setattr(Problem, "clock", clock)
 
     return force
 

@@ -12,13 +12,16 @@ import xarray as xr
 from scipy import optimize, stats
 
 from dolfbuoy import InputError, load_scene, simulate, statistics
+from dolfbuoy.model import sea_statistics, spectra
+from dolfbuoy.model.components import components_of
 from dolfbuoy.model.sea import elevation_at
-from dolfbuoy.results import cycles, extremes
+from dolfbuoy.results import certainty, cycles, extremes
 from dolfbuoy.results.elevation import elevation
 from dolfbuoy.results.ensemble import set_of
 from dolfbuoy.results.offsets import smallest_circle
 from dolfbuoy.results.sample import numbers_of, sample_of
 from dolfbuoy.results.statistics import described
+from dolfbuoy.scene.waves import Waves
 
 # -- cycles ----------------------------------------------------------------------------------------------------------
 
@@ -127,6 +130,52 @@ def test_too_few_or_equal_maxima_have_no_distribution():
         extremes.fit_gumbel(np.arange(9.0))
     with pytest.raises(InputError, match="all the same"):
         extremes.fit_gumbel(np.full(12, 3.0))
+
+
+# -- certainty -------------------------------------------------------------------------------------------------------
+
+
+def test_the_memory_of_a_sea_is_that_of_its_spectrum():
+    """Mean of 40 seeds of ten minutes, random amplitudes; a constant has none."""
+    waves = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 6.0, "amplitudes": "random"}
+    t, found = np.arange(0.0, 600.0, 0.5), []
+    for seed in range(40):
+        c = components_of(Waves(**waves, seed=seed))
+        found.append(certainty.memory_of(t, 3.0 + np.cos(np.outer(t, c.frequency) - c.phase) @ c.amplitude))
+    theory = sea_statistics.scatter_of_m0(spectra.jonswap(2.0, 6.0), 1.0) ** 2
+    assert np.mean(found) == pytest.approx(theory, rel=0.15)
+    assert np.isnan(certainty.memory_of(t, np.ones(len(t))))
+
+
+def test_a_deviation_is_as_well_known_as_is_said():
+    """Of 600 runs, each of five minutes, 95 % lie within the bounds; counted within three deviations."""
+    waves = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 6.0, "amplitudes": "random"}
+    t, hits = np.arange(0.0, 300.0, 0.5), 0
+    known = certainty.deviation_known(sea_statistics.scatter_of_m0(spectra.jonswap(2.0, 6.0), 1.0) ** 2, 300.0)
+    for seed in range(600):
+        c = components_of(Waves(**waves, seed=seed, components=400))
+        hits += abs((np.cos(np.outer(t, c.frequency) - c.phase) @ c.amplitude).std() / 0.5 - 1) < known
+    assert hits / 600 == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / 600))
+
+
+@pytest.mark.parametrize("runs", [10, 14, 25])
+@pytest.mark.parametrize("times", [1.0, 18.0])
+def test_how_well_a_largest_value_is_known(runs, times):
+    """Beside half of the interval from samples; the number of runs is the inverse."""
+    largest = extremes.Gumbel(30.0, 2.0, runs)
+    low, high = largest.interval(times)
+    known = certainty.part_known(largest, runs, times, 10.0)
+    assert known == pytest.approx(0.5 * (high - low) / (largest.most_probable(times) - 10.0), rel=0.05)
+    assert certainty.runs_needed(largest, known * (1 + 1e-9), times, 10.0) == runs
+    assert certainty.runs_needed(largest, 10.0, times) == extremes.LEAST
+
+
+def test_the_largest_crest_is_rayleighs():
+    """Its distribution beside that of as many independent crests: mean and deviation to the first order of 1/ln N."""
+    found = certainty.largest_crest(5.0)
+    mean, deviation = sea_statistics.largest_crest(10800 / 5.0)
+    assert found.location + 0.5772 * found.scale == pytest.approx(mean, rel=0.01)
+    assert found.scale * math.pi / math.sqrt(6) == pytest.approx(deviation, rel=0.1)
 
 
 # -- circles ---------------------------------------------------------------------------------------------------------

@@ -155,7 +155,7 @@ def test_the_slider(problem):
     lines.gamma_v.value = 3.0
     speed = rng.uniform(-0.3, 0.3, (nodes, 3))
     lines.history_v.x.array[lines.node_dofs] = speed - 3.0 * u[lines.node_dofs]
-    problem.lines.accept(u)
+    bed.accept(u)
     speed, seen = bed.points.of(speed), set()
     for at in np.ndindex(r.shape[:2]):
         below = max(d - float(r[at] @ n), 0.0)

@@ -144,13 +144,12 @@ def test_library_is_built_once_and_whole(tmp_path, monkeypatch):
     build(*built[0][0], **built[0][1])  # as another process that could not wait: file systems without locks
     assert len(built) == 1
     assert [file.name for file in (tmp_path / "cache").iterdir()] == [first.__spec__.origin.rsplit("/", 1)[1]]
-    values, read = np.zeros(3), np.arange(2.0)
+    values, x, scale, places = np.zeros(3), np.array([2.0, 3.0]), np.array([1.0, 10.0]), np.array([2, 0], np.int32)
     for library in (first, again):
-        array = library.ffi.new("array *", {"data": library.ffi.cast("double *", read.ctypes.data), "length": 2})
-        array.place = 1
         values[:] = 0
-        library.lib.read_arrays(array, 1, library.ffi.cast("double *", values.ctypes.data))
-        np.testing.assert_array_equal(values, [0, 0, 1])
+        arrays = map(c_code.address, (x, scale, places))
+        library.lib.put(*arrays, 2, library.ffi.NULL, library.ffi.NULL, 0, c_code.address(values))
+        np.testing.assert_array_equal(values, [30, 0, 2])
 
 
 def test_without_a_compiler(tmp_path, monkeypatch):

@@ -11,11 +11,16 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 
-from dolfbuoy import simulate
+from dolfbuoy import InputError, modes, show, simulate
 from dolfbuoy.page.document import as_json, tag
 from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
+from dolfbuoy.page.precision_page import precision_page
 from dolfbuoy.page.run_page import run_page
+from dolfbuoy.page.sweep_page import sweep_page
+from dolfbuoy.results.many import collect
+from dolfbuoy.results.statistics import STATISTICS
 
 EVIL = "</title></script><script>document.title='taken'</script><img src=x onerror=\"document.title='taken'\">"
 
@@ -172,3 +177,75 @@ def test_a_folder_without_results_is_refused(call, tmp_path):
     code, _, err = call("page", tmp_path)
     assert code == 2
     assert "holds nothing that has a page" in err
+
+
+def test_a_record_in_a_notebook_is_a_frame_apart(record):
+    shown = show(record)
+    framed = shown._repr_html_()
+    assert framed.startswith("<iframe srcdoc=")
+    assert 'sandbox="allow-scripts"' in framed
+    assert framed.count("<") == 2
+    assert html.unescape(re.search(r'srcdoc="([^"]*)"', framed)[1]) == run_page(record)
+    with pytest.raises(InputError, match="neither the record of a run nor modes"):
+        show(xr.Dataset())
+
+
+def test_modes_in_a_page_are_those_of_the_dataset():
+    dataset = modes("short", number=4)
+    found = data_of(show(dataset).page)
+    assert [mode["name"] for mode in found["modes"]] == dataset.name.values.tolist()
+    for mode, number in zip(found["modes"], range(4), strict=True):
+        one = dataset.isel(mode=number)
+        assert mode["damping_ratio"] == (None if np.isnan(one.damping_ratio) else float(one.damping_ratio))
+        np.testing.assert_allclose(unpacked(mode["position"]), one.cable_position.values.ravel(), rtol=6e-8, atol=1e-37)
+        motion = np.concatenate([one.buoy_position.values, one.buoy_rotation.values], axis=-1)
+        np.testing.assert_allclose(unpacked(mode["buoys"][0]), motion.ravel(), rtol=6e-8, atol=1e-37)
+
+
+def sweep_dataset(title="a sweep"):
+    """What a sweep of two keys leaves, with a case that failed."""
+    rows = [
+        {
+            "changes": {"waves.amplitude": a, "waves.stretching": word},
+            "status": "done" if a < 3 else "SolveError: <b>no</b>",
+            "statistics": {"tension_top": dict.fromkeys(STATISTICS, 1000.0 * a)} if a < 3 else {},
+        }
+        for a in (1.0, 2.0, 3.0)
+        for word in ("none", "wheeler")
+    ]
+    dataset = collect(rows)
+    dataset.attrs["title"] = title
+    return dataset
+
+
+def test_a_sweep_in_a_page_has_all_its_cases():
+    dataset = sweep_dataset()
+    found = data_of(sweep_page(dataset))
+    assert {one["key"]: one["values"] for one in found["varied"]} == {
+        "waves.amplitude": [1.0, 1.0, 2.0, 2.0, 3.0, 3.0],
+        "waves.stretching": ["none", "wheeler"] * 3,
+    }
+    (tension,) = found["quantities"]
+    assert tension["unit"] == "kN"
+    largest = unpacked(tension["statistics"]["maximum"])
+    np.testing.assert_allclose(1000 * largest, dataset.tension_top_maximum.values, rtol=6e-8)
+    assert found["status"] == dataset.status.values.tolist()
+    assert "<b>" not in sweep_page(dataset)
+
+
+def precision_rows():
+    """Two cases of work-precision, the scene's own and a better one, and one that failed."""
+    common = {"pair": "P1-P0", "cells": 20, "step": 0.01, "tolerance": None, "steps": 100, "unknowns": 99}
+    own = common | {"scheme": "backward-euler", "own": True, "reason": None, "wall": 0.4}
+    own |= {"bound_tension_top": 0.01, "resolved_tension_top": True}
+    better = own | {"scheme": "bdf2", "own": False, "wall": 0.2, "bound_tension_top": 0.002}
+    return [own, better, common | {"scheme": "bdf2", "own": False, "reason": "it diverged"}]
+
+
+def test_work_and_precision_in_a_page():
+    page = precision_page(precision_rows(), ["1 % in top tension: P1-P0 & so on."], EVIL)
+    found = data_of(page)
+    assert found["rows"] == precision_rows()
+    assert found["quantities"] == [{"key": "tension_top", "name": "top tension", "front": [1]}]
+    assert "P1-P0 &amp; so on" in page
+    assert "<img" not in page

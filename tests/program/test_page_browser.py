@@ -8,10 +8,12 @@ import re
 import numpy as np
 import pytest
 from chromium import CHROMIUM, browser
-from test_page import EVIL
+from test_page import EVIL, precision_rows, sweep_dataset
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene, modes, show, simulate
+from dolfbuoy.page.precision_page import precision_page
 from dolfbuoy.page.run_page import run_page
+from dolfbuoy.page.sweep_page import sweep_page
 
 pytestmark = [pytest.mark.browser, pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")]
 SMALL = {"width": 760, "height": 560}
@@ -209,3 +211,69 @@ def test_what_is_seen_has_names_for_those_who_do_not_see_it(page):
     assert page.run("document.querySelectorAll('h1').length") == 1
     assert page.run("document.documentElement.lang") == "en"
     assert "from" in page.run("document.querySelector('.panel svg.chart').getAttribute('aria-label')")
+
+
+def test_modes_move_and_are_chosen(window, tmp_path):
+    dataset = modes("short", number=4)
+    (tmp_path / "modes.html").write_text(show(dataset).page, encoding="utf-8")
+    window.open(tmp_path / "modes.html", **SMALL)
+    window.run("document.querySelectorAll('#table tbody tr')[2].click()")
+    legend = window.run("document.getElementById('legend').textContent")
+    assert f"3: {dataset.name.values[2]}" in legend
+    assert f"period {float(dataset.period[2]):.4g} s" in legend
+    assert float(window.run("document.getElementById('time').max")) == pytest.approx(float(dataset.period[2]))
+    window.pause()
+    first = window.run("document.getElementById('canvas').toDataURL()")
+    scrub(window, 0.5 * float(dataset.period[2]))
+    window.pause()
+    assert window.run("document.getElementById('canvas').toDataURL()") != first
+    assert window.errors() == []
+
+
+def cells(window, column):
+    return window.run(f"[...document.querySelectorAll('#table tbody tr')].map(r => r.children[{column}].textContent)")
+
+
+def test_a_sweep_is_sorted_and_its_cases_open(window, tmp_path):
+    dataset = sweep_dataset(EVIL)
+    (tmp_path / "sweep.html").write_text(sweep_page(dataset), encoding="utf-8")
+    window.open(tmp_path / "sweep.html", **SMALL)
+    assert cells(window, 3) == ["1", "1", "2", "2", "–", "–"]
+    for _ in range(2):  # rising, then falling
+        window.run("document.querySelectorAll('#table thead button')[3].click()")
+    assert cells(window, 3) == ["2", "2", "1", "1", "–", "–"]
+    assert window.run("document.querySelectorAll('#table thead th')[3].getAttribute('aria-sort')") == "descending"
+    window.run("document.querySelectorAll('#table tbody tr')[5].click()")
+    opened = window.run("document.getElementById('chosen').textContent")
+    assert "SolveError: <b>no</b>" in opened
+    assert "--set waves.amplitude=3 --set 'waves.stretching=\"wheeler\"'" in opened
+    assert window.run("document.querySelectorAll('img, b').length") == 0
+    assert window.errors() == []
+
+
+def test_a_mark_of_work_and_precision_finds_its_row(window, tmp_path):
+    (tmp_path / "wp.html").write_text(precision_page(precision_rows(), ["a note"], EVIL), encoding="utf-8")
+    window.open(tmp_path / "wp.html", **SMALL)
+    marks = window.run("[...document.querySelectorAll('#charts .chart .mark')].map(m => m.getAttribute('aria-label'))")
+    assert [mark.rpartition(": ")[2] for mark in marks] == ["1 % in 0.4 s", "0.2 % in 0.2 s"]
+    window.run("document.querySelectorAll('#charts .chart .mark')[1].dispatchEvent(new Event('click'))")
+    assert "bdf2" in window.run("document.querySelector('#table tr.current').textContent")
+    assert window.errors() == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "scene", ["driven", "free-buoy", "chain-on-bed", "two-buoys", "lazy-wave", "storm", "towed-array"]
+)
+def test_pages_of_all_kinds_of_scenes(window, tmp_path, scene):
+    record = simulate(scene, time={"end": 6.0})
+    (tmp_path / "page.html").write_text(run_page(record), encoding="utf-8")
+    for dark in (False, True):
+        window.open(tmp_path / "page.html", **SMALL, dark=dark)
+        for look in ("buoy", "side", "above", "whole"):
+            window.run(f"document.querySelector('[data-look={look}]').click()")
+            scrub(window, 5.0)
+            window.pause()
+        assert window.errors() == []
+        assert len(window.requests()) == 1
+        assert window.run("document.documentElement.scrollWidth") <= SMALL["width"]

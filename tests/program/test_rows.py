@@ -3,15 +3,19 @@
 Source: the same in NumPy.
 """
 
+import math
+
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
-from dolfbuoy.model import body_c
+from dolfbuoy.model import body_c, clock_c
+from dolfbuoy.model.held import held, motion_of
+from dolfbuoy.model.sea import amplitude, main_propagation, time_phase
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.solver.rows import MOST, Extrapolation, Sums, copies, picked, smallest, together, traced
+from dolfbuoy.solver.rows import MOST, Extrapolation, Sums, Work, copies, picked, smallest, together, traced
 
 RANDOM = np.random.default_rng(17)
 SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "step": 0.02})
@@ -48,12 +52,13 @@ def test_extrapolation(count):
     times, powers = np.sort(RANDOM.uniform(-1.0, 1.0, count)), np.arange(count)
     coefficients = RANDOM.standard_normal((count, 70))
     rows = np.array([t**powers @ coefficients for t in times])
-    extrapolate = Extrapolation(times, rows)
-    found = extrapolate(1.5).copy()
+    found = np.zeros(70)
+    extrapolation = Extrapolation(times, rows, np.array([1.5]), found)
+    extrapolation.work()
     np.testing.assert_allclose(found, 1.5**powers @ coefficients, rtol=0, atol=1e-8 * np.abs(found).max())
-    weights = extrapolate._weights.copy()
-    extrapolate.weigh()
-    np.testing.assert_array_equal(extrapolate._weights, weights)
+    weights = extrapolation.weights.copy()
+    extrapolation.weigh()
+    np.testing.assert_array_equal(extrapolation.weights, weights)
 
 
 def test_together():
@@ -62,8 +67,11 @@ def test_together():
     first, second = copies([(array[1:2], array[:1])]), copies([(array[2:3], array[1:2])])
     together(first, second)()
     np.testing.assert_array_equal(array, [0, 0, 0, 3])
-    together(first, lambda: array.__setitem__(0, 7.0), first, together(second))()
+    assert not together(first, lambda: array.__setitem__(0, 7.0), first, together(second))()
     np.testing.assert_array_equal(array, [7, 7, 7, 3])
+    assert together(lambda: True, first, lambda: array.__setitem__(3, 0.0))()
+    assert array[3] == 0.0
+    assert not together()()
 
 
 def states(scene):
@@ -84,9 +92,25 @@ def test_same_run(scheme, tolerance, monkeypatch):
     used, in_python = [], Sums.in_python
     monkeypatch.setattr(Sums, "in_c", False)
     monkeypatch.setattr(Extrapolation, "in_c", False)
-    monkeypatch.setattr(Sums, "in_python", lambda self: (used.append(True), in_python(self)))
+    monkeypatch.setattr(Sums, "in_python", lambda self: (used.append(True), in_python(self))[1])
     np.testing.assert_array_equal(in_c, states(scene))
     assert len(used) > 3 * len(in_c)
+
+
+@pytest.mark.parametrize("duration", [0.0, 3.0, 1e9])
+def test_what_is_given_as_a_function_of_time(duration):
+    """A regular wave and an end that swings, before and after the end of their ramps."""
+    waves, prescribed = load_scene("short", waves__ramp=duration), load_scene("driven", cable__top__ramp=duration)
+    motion, frequency = motion_of(prescribed.cable.top), main_propagation(waves).at_ground
+    time, a, phase, u = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(4)
+    wave = clock_c.wave(time, waves.waves.size, duration, math.radians(waves.waves.phase_deg), frequency, (a, phase))
+    bring = together(wave, *held([([3, 0, 2], motion)], time, u))
+    assert isinstance(bring, Work)
+    for t in (0.0, *RANDOM.uniform(0.0, 10.0, 20), *RANDOM.uniform(0.0, 1e3, 20)):
+        time[0] = t
+        bring()
+        assert (a[0], phase[0]) == (amplitude(waves, t), time_phase(waves, t, frequency))
+        np.testing.assert_array_equal(u[[3, 0, 2]], motion(t))
 
 
 def test_numbers_of_a_body():

@@ -4,6 +4,7 @@ Source: runs with the effect taken out by hand.
 """
 
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -13,6 +14,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.model import effects
 from dolfbuoy.results import measured as acc
+from dolfbuoy.studies import sea
 from dolfbuoy.studies.physics import effects as study
 from dolfbuoy.studies.study import run
 
@@ -86,6 +88,40 @@ def test_study(tmp_path):
     notes = json.loads((tmp_path / "effects.json").read_text())["notes"]
     assert "needs: waves" in notes[0]
     assert "rotational damping" in notes[1]
+
+
+def _interval(crests, seeds):
+    """Half of it in percent: b/u = 1/(2 ln N), and the deviation sqrt(1.1087/(n - 4)) b of the estimate of u."""
+    return f"{100 * 1.96 * math.sqrt(1.1087 / (seeds - 4)) / (2 * math.log(crests)):.2g}"
+
+
+def test_an_irregular_sea_says_what_its_statistics_take(tmp_path):
+    """Components for the threshold, what more of them cost, and what runs and seeds tell."""
+    scene = load_scene(
+        SCENE, waves={"amplitude": None, "period": None} | STORM | {"spreading": None, "components": 100}
+    )
+    scene = study.variant(scene, only=["waves"])
+    rows = run(study, tmp_path, scene=scene, threshold=0.02).rows["effects"]
+    (row,) = (row for row in rows if row["mode"] == "components")
+    crests = 10800 / sea.mean_period(scene)
+    assert row["components"] == math.ceil((math.log(crests) / 2 - 1) / (4 * 0.02))
+    assert 0.2 < row["time_ratio"] < 1.5
+    *_, components, statistics = json.loads((tmp_path / "effects.json").read_text())["notes"]
+    expected = f"{row['components']} components keep its largest crest of 3 h within 2 %; the scene has 100.  With"
+    assert expected in components
+    assert f"above the mean, +- {_interval(crests, 10)} %: 10 seeds; +- {_interval(crests, 30)} %: 30" in statistics
+
+
+def test_computing_time_of_seeds():
+    """Ten seeds of three hours of a scene of 600 s that takes 12 s: 36 minutes."""
+    storm = load_scene("storm")
+    said, ten, thirty = (
+        sea.of_statistics(storm, 12.0),
+        *(_interval(10800 / sea.mean_period(storm), n) for n in (10, 30)),
+    )
+    assert "12 % by 9.7 min, 2.8 % by 3 h" in said
+    assert f"+- {ten} %: 10 seeds, 36 min of computing; +- {thirty} %: 30 seeds, 1.8 h of computing" in said
+    assert not sea.has_seeds(load_scene("short"))
 
 
 def test_a_wrong_threshold_is_named():

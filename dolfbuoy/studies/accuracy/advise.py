@@ -8,8 +8,6 @@ import matplotlib
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
-from ...model.components import components_of
-from ...model.sea_statistics import components_needed, largest_crest, seeds_needed
 from ...results import measured as acc
 from ...results.compare import percent
 from ...results.measured import QUANTITIES
@@ -17,6 +15,7 @@ from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_tic
 from ...results.tables import groups, show
 from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
+from .. import sea
 from ..declaration import declared
 from ..study import Table, save
 from .linear_answer import linear_answer
@@ -126,19 +125,8 @@ def sentences(advice: Advice) -> list[str]:
 
 
 def _of_the_sea(scene, choice) -> list[str]:
-    """What extremes of an irregular sea need besides, in components, seeds and computing time."""
-    if scene.waves is None or scene.waves.spectrum is None:
-        return []
-    sea = components_of(scene.waves)
-    crests = 10800.0 / (2 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2)))
-    mean, deviation = largest_crest(crests)
-    seeds, minutes = seeds_needed(crests, 0.03), choice.seconds * 10800.0 / scene.time.end / 60
-    needed, given = components_needed(crests, 0.01), len(sea.amplitude)
-    return [
-        f"The sea: 1 % of the largest crest in 3 h takes {needed} components, the scene has {given}. That crest "
-        f"scatters by {100 * deviation / mean:.2g} % from seed to seed; its mean to 3 % takes {seeds} seeds of 3 h, "
-        f"{seeds * minutes:.2g} min of computing."
-    ]
+    """What statistics in an irregular sea need besides, in components, seeds and computing time."""
+    return [sea.of_components(scene, 0.01), sea.of_statistics(scene, choice.seconds)] if sea.has_seeds(scene) else []
 
 
 def table_rows(advice: Advice) -> list[dict]:

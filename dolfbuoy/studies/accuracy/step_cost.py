@@ -71,11 +71,12 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
 def _groups(simulation, twin, march, recorder, count):
     """Counts of each group of steps, and its seconds: of parts of Newton's method, of steps, record, and floor."""
     newton, end, system = simulation.newton, simulation.scene.time.end, twin.system
-    alone, in_newton, rows = floor.back_to_back(twin.newton), _clocked(newton, "solve"), []
+    alone, rows = floor.back_to_back(twin.newton), []
+    newton.numbers.clocked = True
     insert = partial(coo.set_values, system.A, system.add_jacobians.out)
     while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
         counted, in_steps, in_record = _counts(newton), 0.0, 0.0
-        in_newton.clear()
+        newton.numbers.seconds = 0.0
         for _ in range(GROUP):
             begin = time.process_time()
             step = next(march)
@@ -87,7 +88,7 @@ def _groups(simulation, twin, march, recorder, count):
         calls = (system.add_residuals, numbers[1]), (system.add_jacobians, numbers[2]), (insert, numbers[2])
         parts = [_seconds(work, n) for work, n in calls]
         in_floor = _seconds(partial(alone, *numbers))
-        rows.append([*numbers, in_steps, in_record, in_floor, sum(in_newton), *parts])
+        rows.append([*numbers, in_steps, in_record, in_floor, newton.numbers.seconds, *parts])
     names = ["iterations", "residuals", "jacobians", "steps", "record", "floor", "newton"]
     names += ["residuals of it", "jacobians of it", "insertion of it"]
     return dict(zip(names, np.array(rows).T, strict=True))
@@ -99,20 +100,6 @@ def _seconds(work, count=1):
     for _ in range(count):
         work()
     return time.process_time() - begin
-
-
-def _clocked(thing, method):
-    """Seconds of every call of a method from now on."""
-    call, times = getattr(thing, method), []
-
-    def clocked(*args):
-        begin = time.process_time()
-        result = call(*args)
-        times.append(time.process_time() - begin)
-        return result
-
-    setattr(thing, method, clocked)
-    return times
 
 
 def _counts(newton):

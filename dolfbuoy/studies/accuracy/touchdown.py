@@ -109,9 +109,7 @@ def _forget(simulation, forgets):
 
 def _held(simulation, forgets):
     """T_anchor after the top has rested where it is [N]."""
-    lines, stop = simulation.problem.lines, simulation.t
-    constrain = lines.constrain
-    lines.constrain = lambda u, t: constrain(u, stop)
+    simulation.stop_ends()
     for _ in simulation.advance(simulation.t + REST):
         _forget(simulation, forgets)
     return simulation.problem.anchor_tension()

@@ -29,6 +29,7 @@ from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...solver import floor
+from .. import sea
 from ..declaration import declared
 from ..study import Table
 
@@ -151,6 +152,29 @@ def _costs(pair, spent):
         costs[f"{prefix}operations"] = sum(floor.operations(form) for _, form in simulation.problem.residuals())
         costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
     return costs
+
+
+def evaluate_components(case: dict) -> dict:
+    """Costs with no more components of the sea than its crests need, beside the full scene."""
+    scene = load_scene(case["scene"])
+    return side_by_side(scene, load_scene(scene, waves__components=case["components"]))
+
+
+def _components(folder, scene, threshold):
+    """A row for an irregular sea: what its components cost, if fewer are enough; None on all ranks but 0."""
+    needed = sea.components_for(scene, threshold) if sea.has_seeds(scene) else 0
+    case = {"study": "effects", "mode": "components", "components": needed, "scene": scene.to_dict()}
+    return evaluate_all(evaluate_components, [case] if needed and needed < scene.waves.components else [], folder)
+
+
+def _of_the_sea(rows, scene, threshold):
+    """What its statistics take, in words."""
+    if not sea.has_seeds(scene):
+        return []
+    said = [sea.of_components(scene, threshold), sea.of_statistics(scene)]
+    for row in (row for row in rows if row["mode"] == "components"):
+        said[0] += WORDS.say("components", needed=row["components"], time=100 * row["time_ratio"])
+    return said
 
 
 def largest(row: dict, names, prefix="change_") -> tuple[float, str]:
@@ -302,14 +326,15 @@ def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
         together = _case(scene, bases, "together", "all of these", {"left_out": vain}, "full")
         both = evaluate_all(evaluate, [together], folder)
         rows = rows + both if rows is not None else None
-    return rows
+    fewer = _components(folder, scene, threshold)
+    return rows + fewer if rows is not None else None
 
 
 def tables(rows: list[dict], scene: Scene, threshold: float = 0.01) -> list[Table]:
     """All rows in one file; shown question by question."""
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
-    said, asked = notes(rows, names, threshold), questions(rows, names)
+    said, asked = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
     asked[0].title = WORDS.say("title", end=scene.time.end) + asked[0].title
     asked[-1].notes = said
     return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *asked]

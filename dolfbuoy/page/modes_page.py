@@ -1,0 +1,82 @@
+"""The page of natural modes: a table of them, and each shape moving in space."""
+
+import numpy as np
+
+from ..results.behind_ramp import scene_of
+from ..results.mode_record import KINDS, enlargement
+from ..results.tables import unit_of
+from ..scene.network import network_of
+from . import words
+from .document import fragment, joined, page, tag
+from .pack import single
+from .view import base_view, box_around, cables, end_marks, labels
+
+
+def modes_page(dataset, scene=None) -> str:
+    """HTML of modes.nc.  Raises InputError for a dataset without a scene."""
+    scene = scene or scene_of(dataset)
+    found = data_of(dataset, scene)
+    said = f"Small motions about the equilibrium of: {dataset.attrs.get('effects', '')}"
+    note = "Shapes are enlarged so that they can be seen; their colours are the changes of the tension."
+    body = joined(
+        [
+            words.header(f"Modes of {scene.title or 'a scene'}", said, f"dolfbuoy {dataset.attrs['version_dolfbuoy']}"),
+            tag(
+                "main",
+                fragment("stage", note=note),
+                tag(
+                    "section",
+                    tag("h2", "Modes", id="modes-title"),
+                    tag("div", id="table"),
+                    id="modes",
+                    aria_labelledby="modes-title",
+                ),
+                tag("div", class_="grid", id="charts"),
+                tag("div", words.scene(scene.to_toml(), "modes"), words.versions(dataset.attrs), class_="grid"),
+            ),
+        ]
+    )
+    return page(f"Modes of {scene.title or 'a scene'}", body, found, "modes")
+
+
+def data_of(dataset, scene) -> dict:
+    """What the script of the page needs."""
+    network = network_of(scene)
+    view = base_view(scene, network) | {"direction": 0.0}
+    places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
+    for buoy, at, turn in zip(view["buoys"], *_rest(dataset), strict=True):
+        buoy |= {"rest": at.tolist(), "turn": turn.tolist(), "start": at.tolist()}
+    if "rest_cable_position" in dataset:
+        nodes, spans = dataset.rest_cable_position.values, cables(dataset, network)
+        view["rest"] = single(nodes)
+        view["lines"] = {"cables": spans, "ends": end_marks(network, spans, []), "s": single(dataset.s.values)}
+    if view["sea"]:
+        view["sea"]["waves"] = None
+    view |= {"box": box_around(places, view["buoys"], scene), "labels": labels(network, view["lines"])}
+    return {"kind": "modes", "view": view, "modes": [_mode(dataset, i) for i in range(dataset.sizes["mode"])]}
+
+
+def _rest(dataset):
+    if "rest_buoy_position" not in dataset:
+        return [], []
+    return dataset.rest_buoy_position.values.reshape(-1, 3), dataset.rest_buoy_orientation.values.reshape(-1, 4)
+
+
+def _mode(dataset, number):
+    mode = dataset.isel(mode=number)
+    found = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
+    found |= {
+        "name": mode.name.item(),
+        "said": KINDS[mode.kind.item()],
+        "factor": enlargement(dataset, mode),
+        "buoys": [],
+    }
+    if "cable_position" in mode:
+        found |= {"position": single(mode.cable_position.values), "tension": single(mode.cable_tension.values)}
+        size = found["factor"] * float(np.abs(mode.cable_tension.values).max())
+        unit, factor = unit_of([size], "N")
+        found["scale"] = {"size": size, "said": f"{factor * size:.3g} {unit}"}
+    if "buoy_position" in mode:
+        motions = np.concatenate([mode.buoy_position.values, mode.buoy_rotation.values], axis=-1)
+        found["buoys"] = [single(motion) for motion in np.moveaxis(motions.reshape(2, -1, 6), 1, 0)]
+    return found

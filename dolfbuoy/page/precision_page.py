@@ -1,0 +1,33 @@
+"""The page of `study work-precision`: error over time of every quantity, Pareto fronts, all cases, and the answer."""
+
+from ..results.compare import pareto
+from ..results.measured import QUANTITIES
+from . import words
+from .document import joined, page, tag
+
+
+def precision_page(rows: list[dict], notes: list[str], title: str) -> str:
+    """HTML of the rows and notes of work-precision.json."""
+    title = f"Work and precision: {title}" if title else "Work and precision"
+    names = [name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)]
+    said = f"{len(rows)} cases against a finer reference"
+    answer = words.section("answer", "The answer", words.paragraphs(notes), class_="whole")
+    charts = tag("div", id="charts", class_="grid")
+    cases = words.section("cases", "Cases", tag("div", id="table"), class_="whole")
+    body = joined([words.header(title, said), tag("main", charts, answer, cases)])
+    return page(title, body, data_of(rows, names), "precision")
+
+
+def data_of(rows, names) -> dict:
+    """What the script of the page needs."""
+    return {
+        "kind": "precision",
+        "quantities": [{"key": name, "name": QUANTITIES[name], "front": _front(rows, name)} for name in names],
+        "rows": rows,
+    }
+
+
+def _front(rows, name):
+    """Rows that no other beats in time and error, from the fastest on."""
+    done = [i for i, row in enumerate(rows) if row.get(f"bound_{name}") is not None]
+    return [done[i] for i in pareto([(rows[i]["wall"], rows[i][f"bound_{name}"]) for i in done])]

@@ -1,0 +1,71 @@
+// The page of a sweep: parallel axes, the table of cases, and the case that is chosen.
+
+import { byId, data, element, format, themeButton, unpack } from "./core.js";
+import { ParallelAxes } from "./parallel.js";
+import { SortedTable, cellOf } from "./table.js";
+
+const NAMES = { minimum: "least", maximum: "largest", mean: "mean", standard_deviation: "deviation", dominant_period: "period [s]" };
+
+function start() {
+  themeButton();
+  for (const quantity of data.quantities)
+    for (const [name, packed] of Object.entries(quantity.statistics)) quantity.statistics[name] = unpack(packed);
+  const main = data.main.map((name) => data.quantities.find((quantity) => quantity.name === name));
+  const columns = [{ key: "number", name: "case" }, ...data.varied.map(({ key }) => ({ key, name: key }))];
+  columns.push(...main.map((q) => ({ key: q.name, name: `largest ${spoken(q.name)} [${q.unit}]` })), { key: "status", name: "status" });
+  const rows = data.status.map((status, k) => {
+    const row = { number: k + 1, status };
+    for (const { key, values } of data.varied) row[key] = values[k];
+    for (const q of main) row[q.name] = q.statistics.maximum[k];
+    return row;
+  });
+  const axes = [...data.varied.map(({ key, values }) => ({ name: key, values }))];
+  axes.push(...main.map((q) => ({ name: `largest ${spoken(q.name)} [${q.unit}]`, values: [...q.statistics.maximum] })));
+  const label = `Parallel axes of ${rows.length} cases: ${axes.map((axis) => axis.name).join(", ")}`;
+  const parallel = new ParallelAxes(byId("axes"), axes, label, (k) => table.choose(rows[k]));
+  const table = new SortedTable(byId("table"), columns, rows, (row) => {
+    parallel.mark(row.number - 1);
+    open(row.number - 1);
+  });
+}
+
+function spoken(name) {
+  return name.replaceAll("_", " ").replace("buoy position z", "height of C");
+}
+
+/** All numbers of a case, and how to run it. */
+function open(k) {
+  const changes = data.varied.map(({ key, values }) => `--set ${quoted(`${key}=${asToml(values[k])}`)}`);
+  const command = `dolfbuoy run scene.toml ${changes.join(" ")} --out case-${k + 1}`;
+  const kept = Object.keys(NAMES).filter((name) => data.quantities.every((q) => q.statistics[name]));
+  const head = element("tr", {}, element("th", { scope: "col" }, "quantity"), ...kept.map((name) => element("th", { scope: "col" }, NAMES[name])));
+  head.append(element("th", { scope: "col" }, "unit"));
+  const lines = data.quantities.map((q) =>
+    element(
+      "tr",
+      { title: q.said },
+      element("th", { scope: "row" }, spoken(q.name)),
+      ...kept.map((name) => cellOf(format(q.statistics[name][k]))),
+      cellOf(q.unit),
+    ),
+  );
+  const where = data.scene ? "To run and see it, with the scene below saved as scene.toml:" : "To run and see it:";
+  byId("chosen").replaceChildren(
+    element("p", {}, element("strong", {}, `Case ${k + 1}: `), data.varied.map(({ key, values }) => `${key} = ${values[k]}`).join(", ")),
+    element("p", {}, `Status: ${data.status[k]}`),
+    element("p", {}, where),
+    element("pre", { tabindex: 0 }, command),
+    element("div", { class: "scroll" }, element("table", {}, element("thead", {}, head), element("tbody", {}, ...lines))),
+  );
+}
+
+function asToml(value) {
+  return typeof value === "string" && !/^[[{]/.test(value) ? JSON.stringify(value) : String(value);
+}
+
+/** For a shell. */
+function quoted(text) {
+  return /^[\w.=,+-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
+}
+
+start();

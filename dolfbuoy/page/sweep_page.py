@@ -1,0 +1,61 @@
+"""The page of a sweep: axes side by side with a line for each case, a table that sorts, and every case by a click."""
+
+import numpy as np
+
+from ..results.statistics import STATISTICS, described
+from ..results.tables import unit_of
+from . import words
+from .document import joined, page, tag
+from .pack import single
+
+#: Largest values of these are axes and columns, those of them that are there.
+MAIN = ("tension_top", "tension_anchor", "cone_angle", "buoy_position_z")
+#: Numbers of statistics up to which all are in the page; of more only the largest values, means and deviations.
+MOST_NUMBERS = 600_000
+FEWER = ("maximum", "mean", "standard_deviation")
+
+
+def sweep_page(dataset) -> str:
+    """HTML of sweep.nc."""
+    found = data_of(dataset)
+    title = f"Sweep of {dataset.attrs.get('title') or 'a scene'}"
+    done = int((dataset.status == "done").sum())
+    said = f"{dataset.sizes['case']:,} cases over {dataset.attrs['varied']}; {done:,} of them done"
+    hint = "A line is a case; a click on it, or on its row below, opens it."
+    drawn = tag("p", hint, class_="note"), tag("div", id="axes")
+    charts = words.section("parallel", "All cases", *drawn, class_="whole")
+    listed = words.section("cases", "Cases", tag("div", id="table"))
+    empty = tag("div", tag("p", "Choose a line or a row."), id="chosen", aria_live="polite")
+    one = words.section("case", "One case", empty)
+    more = tag("div", words.scene(dataset.attrs["scene"]), class_="grid") if "scene" in dataset.attrs else None
+    body = joined([words.header(title, said), tag("main", charts, listed, one, more)])
+    return page(title, body, found, "sweep")
+
+
+def data_of(dataset) -> dict:
+    """What the script of the page needs."""
+    keys = dataset.attrs["varied"].split(", ")
+    varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
+    names = [name for name in dataset.data_vars if name.endswith("_maximum")]
+    quantities = [name.removesuffix("_maximum") for name in names]
+    kept = STATISTICS if len(quantities) * len(STATISTICS) * dataset.sizes["case"] <= MOST_NUMBERS else FEWER
+    return {
+        "kind": "sweep",
+        "varied": varied,
+        "status": _listed(dataset.status.values),
+        "quantities": [_quantity(dataset, name, kept) for name in quantities],
+        "main": [name for name in MAIN if name in quantities],
+        "scene": "scene" in dataset.attrs,
+    }
+
+
+def _listed(values):
+    return [value.item() if isinstance(value, np.generic) else value for value in values]
+
+
+def _quantity(dataset, name, kept):
+    unit, long_name = described(name)
+    columns = {statistic: dataset[f"{name}_{statistic}"].values for statistic in kept}
+    unit, factor = unit_of(np.concatenate([columns[k] for k in kept if k != "dominant_period"]), unit)
+    packed = {k: single(v if k == "dominant_period" else factor * v) for k, v in columns.items()}
+    return {"name": name, "said": long_name, "unit": unit, "statistics": packed}
