@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .linear.periods import buoy_periods
+from .linear.periods import moored_periods
 from .linear.response import LARGEST_KR
 from .model.airy import AirySum
 from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
@@ -107,6 +107,7 @@ def _network_at_rest(scene, report):
     smallest = problem.smallest_tension()
     if smallest <= 0:
         report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
+    _moored_periods(scene, problem, report)
     problem.destroy()
 
 
@@ -351,20 +352,25 @@ def _equilibrium(scene, report):
         _grown(problem, report)
         _strength(problem, report)
         _shape_warnings(scene, problem, report)
-        _cable_periods(scene, problem, report)
+        if not scene.buoy:
+            _cable_periods(scene, problem, report)
     if problem.buoy and problem.lines:
         x, y, z = problem.buoy.fields.of(u[problem.buoy.part.slice]).position
         offset = math.hypot(x - scene.anchor[0], y - scene.anchor[1])
         report.add("equilibrium: offset of C from the anchor", offset, "m")
         report.add("equilibrium: C above still water", z, "m")
-    if scene.buoy and scene.sea and scene.gravity:
-        known = problem if problem.comm.size == 1 else None
-        report.periods |= {f"buoy, {name}": found.period for name, found in buoy_periods(scene, rest=known).items()}
+    _moored_periods(scene, problem, report)
     tolerance = scene.solver.step_tolerance
     for block in (block for block in problem.system.blocks if block.unit):
         size = tolerance * block.unknown_size(1.0, tolerance)
         report.add(f"tolerance of {block.name}", size, block.unit)
     problem.destroy()
+
+
+def _moored_periods(scene, problem, report):
+    """Of the modes of what floats and of its lines."""
+    if scene.buoys and scene.sea and scene.gravity:
+        report.periods |= moored_periods(scene, problem if problem.comm.size == 1 else None)
 
 
 def _shape_warnings(scene, problem, report):

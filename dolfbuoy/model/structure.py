@@ -1,5 +1,7 @@
 """What of a scene decides which forms are compiled and which unknowns there are; the rest are numbers."""
 
+from ..scene.cable import Cable
+from ..scene.lines import Body
 from ..scene.network import network_of, single_scenes
 from ..scene.stretching import bends_of
 from . import effects
@@ -53,9 +55,9 @@ def _topology(scene):
     network = network_of(scene)
     ends = [[(end.kind, end.name, end.fairlead, _pulled(end)) for end in piece.ends] for piece in network.pieces]
     shared = []
-    for sections in ([piece.section for piece in network.pieces], list(network.bodies.values())):
-        names = type(sections[0]).model_fields if sections else ()
-        shared += [len({repr(getattr(section, name)) for section in sections}) == 1 for name in names]
+    for kind, sections in ((Cable, [piece.section for piece in network.pieces]), (Body, network.bodies.values())):
+        values = [{repr(getattr(section, name)) for section in sections} for name in kind.model_fields]
+        shared += [len(found) == 1 for found in values]
     return repr((ends, network.cables, list(network.joints), list(network.bodies), list(network.buoys), shared))
 
 

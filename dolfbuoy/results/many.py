@@ -33,8 +33,16 @@ def _column(values):
     return np.array([v if isinstance(v, str) else json.dumps(v) for v in values], dtype=object)
 
 
-#: Quantities in the figure, those of them that are there.
-SHOWN = ("tension_top", "tension_anchor", "buoy_position_x", "buoy_position_z", "cone_angle")
+#: Beginnings and ends of the quantities in the figure, those of them that are there; of several cables or buoys there
+#: is one of each, with its name in between.
+SHOWN = (
+    ("tension_top", ""),
+    ("tension_anchor", ""),
+    ("buoy_position", "_x"),
+    ("buoy_position", "_z"),
+    ("cone_angle", ""),
+)
+MOST_PANELS = 10
 #: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
 MOST_BARS = 200
 
@@ -43,7 +51,8 @@ MOST_BARS = 200
 def draw(dataset: xr.Dataset) -> Figure:
     """Mean and range of the main quantities: over the first varied key if it is a number, a colour for each combination
     of the others; else, or where these are too many to tell apart, case by case."""
-    names = [name for name in SHOWN if f"{name}_mean" in dataset]
+    names = [str(name).removesuffix("_mean") for name in dataset if str(name).endswith("_mean")]
+    names = [name for shown in SHOWN for name in names if _is(name, *shown)][:MOST_PANELS]
     figure = style.new_figure(style.PAGE, 1.9 * max(len(names), 1) + 0.8)
     axes = np.atleast_1d(figure.subplots(max(len(names), 1), 1, sharex=True))
     label, groups = _groups(dataset)
@@ -62,6 +71,10 @@ def draw(dataset: xr.Dataset) -> Figure:
     title = dataset.attrs.get("title", "")
     figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize=9)
     return figure
+
+
+def _is(name, begin, end):
+    return name == begin + end or (name.startswith(f"{begin}_") and name.endswith(end))
 
 
 def _bars(axis, x, mean, low, high, label):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
-from .network import network_of
+from .network import keys_of_lines, network_of
 from .sections import Solver
 
 #: Newton's tolerance of a scene that gives none.
@@ -52,11 +52,30 @@ SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alph
 
 
 def space_of(scene: Scene) -> Space:
-    """The scene's own elements.  Raises InputError for a network, whose lines have elements of their own."""
-    c = scene.cable
-    if c and scene.is_network:
-        raise InputError("cable: settings are compared and advised for one [cable] without segments, not for networks.")
-    return Space(c.position_degree, c.tension_degree, number_of_cells(c.elements)) if c else Space()
+    """The scene's own elements, of a network those of all its lines, which share their degrees."""
+    sections = [piece.section for piece in network_of(scene).pieces]
+    if not sections:
+        return Space()
+    c = sections[0]
+    return Space(c.position_degree, c.tension_degree, sum(number_of_cells(c.elements) for c in sections))
+
+
+def fitting(scene: Scene, space: Space) -> Space:
+    """The space with a number of elements, near its own, of which every line and segment of the scene has its share."""
+    total, parts = space_of(scene).cells, [piece.section.elements for piece in network_of(scene).pieces]
+    cells = space.cells
+    while True:  # the sum of the shares never falls as the number grows, so this ends where both agree
+        found = sum(number_of_cells(_share(elements, cells / total)) for elements in parts)
+        if found == cells:
+            return Space(space.mu, space.nu, cells)
+        cells = found
+
+
+def _share(elements, factor):
+    """Elements of a line, as many times what they are."""
+    if isinstance(elements, int):
+        return max(1, round(elements * factor))
+    return [[length, max(1, round(n * factor))] for length, n in elements]
 
 
 def stepping_of(scene: Scene) -> Stepping:
@@ -71,7 +90,7 @@ def largest_step(scene: Scene) -> float | None:
 
 
 def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
-    """The scene with these elements and steps; segments of the cable keep their share of the elements."""
+    """The scene with these elements and steps; lines and their segments keep their share of the elements."""
     changes = {"time.scheme": stepping.scheme, "time.step": stepping.step, "time.tolerance": stepping.tolerance}
     changes["solver.step_tolerance"] = stepping.newton
     if stepping.tolerance is None:
@@ -80,15 +99,19 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
         changes |= {"time.max_step": scene.time.max_step or stepping.largest}
     changes |= {"time.spectral_radius": None} if stepping.scheme != "generalized-alpha" else {}
     if space.mu:
-        elements = scene.cable.elements
-        if not isinstance(elements, int):
-            factor = space.cells / number_of_cells(elements)
-            elements = [[length, max(1, round(n * factor))] for length, n in elements]
-        else:
-            elements = space.cells
-        degrees = {"cable.position_degree": space.mu, "cable.tension_degree": space.nu}
-        changes |= degrees | {"cable.elements": elements}
+        changes |= _of_lines(scene, space)
     return load_scene(scene, **changes)
+
+
+def _of_lines(scene, space):
+    """Changes of degrees and elements, by their keys."""
+    changes, factor, keys = {}, space.cells / space_of(scene).cells, keys_of_lines(scene)
+    for piece in network_of(scene).pieces:
+        key, line = keys[piece.cable], scene.cables[piece.cable]
+        place = f"{key}.segments.{piece.number}" if getattr(line, "segments", None) else key
+        changes[f"{place}.elements"] = _share(piece.section.elements, factor)
+        changes |= {f"{key}.position_degree": space.mu, f"{key}.tension_degree": space.nu}
+    return changes
 
 
 def period_of(scene: Scene) -> float | None:
@@ -136,7 +159,8 @@ def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
         return [Space()]
     n = space_of(scene).cells
     cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
-    return [Space(*pair, k) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
+    found = [fitting(scene, Space(*pair, k)) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
+    return list(dict.fromkeys(found))
 
 
 def default_steps(scene: Scene) -> list[float]:

@@ -26,12 +26,19 @@ import matplotlib
 from matplotlib.figure import Figure
 from mpi4py import MPI
 
+from ..errors import InputError
 from ..page.folder import PAGES, write_pages
 from ..parallel import cases as engine
 from ..results import style
 from ..results.folder import claimed
 from ..results.tables import show
 from .declaration import STUDIES
+
+
+def refuse_network(scene) -> None:
+    """For a study that looks at one line and one buoy.  Raises InputError."""
+    if scene.is_network:
+        raise InputError("SCENE: this study looks at one [cable] and one [buoy], and this scene is a network.")
 
 
 @dataclass

@@ -13,14 +13,12 @@ from mpi4py import MPI
 from mpi_helpers import needs_mpirun, start_scenes
 
 from dolfbuoy import load_scene, simulate, solve_static
-from dolfbuoy.errors import InputError
 from dolfbuoy.motion.energy import STORED, Meter
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.measured import compute, quantities_of
 from dolfbuoy.results.record import read
 from dolfbuoy.results.summary import static_rows, static_warnings, summary, warnings
-from dolfbuoy.scene.settings import period_of, ramp_of, space_of
-from dolfbuoy.studies.physics import effects
+from dolfbuoy.scene.settings import period_of, ramp_of
 
 ROPE = {"line_density": 12.0, "diameter": 0.05, "axial_stiffness": 3e6, "added_mass": 0.9}
 ROPE |= {"normal_drag": 1.1, "tangential_drag": 0.1}
@@ -261,10 +259,6 @@ def test_lines_and_buoys_of_a_network_are_compared():
         assert np.array_equal(run.values[name].reshape(len(run.t), -1), record[name].values.reshape(len(run.t), -1))
     held = load_scene({name: section for name, section in BRIDLE.items() if name != "waves"})
     assert (period_of(held), ramp_of(held)) == (2.0, 1.0)
-    with pytest.raises(InputError, match=r"one \[cable\] without segments"):
-        space_of(held)
-    with pytest.raises(InputError, match="not of networks"):
-        effects.compute(None, scene)
 
 
 SCRIPT = """

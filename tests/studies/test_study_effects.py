@@ -41,6 +41,7 @@ def test_every_effect_can_be_left_out():
         cable__slack="tension-only",
         cable__damping=100.0,
         cable__fails_at={"time": 1.0},
+        cable__marine_growth=[[-3.0, 1.0, 1.0], [-1.0, 1.2, 1.1]],
         seabed={"friction": 0.5},
         waves={"amplitude": None, "period": None} | STORM,
     )

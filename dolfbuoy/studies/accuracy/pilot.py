@@ -18,6 +18,7 @@ from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Curve, Reference, percent
 from ...scene import Scene, settings
+from ...scene.network import network_of
 from ...scene.settings import Space, Stepping
 
 #: Share of the accuracy that each reference's own error may take.
@@ -60,12 +61,18 @@ class Pilot:
         period, end = settings.period_of(self.scene), self.scene.time.end
         largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
         self.first_step = min(largest, end / 50)
-        own = settings.space_of(self.scene)
-        self.mesh = Space(2, 1, min(max(own.mu * own.cells // 2, 4), 20)) if own.mu else own
+        own, self.pieces = settings.space_of(self.scene), len(network_of(self.scene).pieces)
+        self.mesh = own
+        if own.mu:
+            self.mesh = self._of_each((2, 1), min(max(own.mu * own.cells // (2 * self.pieces), 4), 20))
         self.time_curves: dict[tuple[str, bool], Curve] = {}
         self.space_curves: dict[tuple[int, int], Curve] = {}
         self.newton, self.of_newton, self.work_of_newton = settings.NEWTON, 0.0, 1.0
         self.rows: list[dict] = []
+
+    def _of_each(self, pair, cells):
+        """So many elements for each piece of line in the mean."""
+        return settings.fitting(self.scene, Space(*pair, cells * self.pieces))
 
     def run(self, space: Space, stepping: Stepping):
         """The run with these settings; None if it fails."""
@@ -162,7 +169,7 @@ class Pilot:
             return
 
         def doubled(pair, first, count):
-            return [(Space(*pair, first * 2**k), Stepping(ALPHA, self.step)) for k in range(count)]
+            return [(self._of_each(pair, first * 2**k), Stepping(ALPHA, self.step)) for k in range(count)]
 
         points, truth, self.own_space = self.refine(doubled((3, 2), 2, 7), "in space", 3)
         self.best, found = points[-1][0][0], {(3, 2): points}
@@ -253,7 +260,8 @@ class Pilot:
             if len(curve.x):
                 low, high = round(1 / curve.x[-1]), round(2 / curve.x[0])
                 sizes = sorted({round(low * 1.15**k) for k in range(60) if low * 1.15**k <= high})
-                found += [(Space(*pair, n), curve(1 / n)) for n in sizes]
+                spaces = dict.fromkeys(settings.fitting(self.scene, Space(*pair, n)) for n in sizes)
+                found += [(space, curve(1 / space.cells)) for space in spaces]
         return [(space, error) for space, error in found if error < target]
 
 

@@ -41,9 +41,10 @@ ACCURACIES = (0.01, 0.001)
 def request(scene: str, t_end: float) -> dict:
     """The scene until t_end."""
     chosen = load_scene(scene, time__end=t_end, time__tolerance=None)
-    if chosen.seabed is None or chosen.buoy is not None or period_of(chosen) is None:
+    one = chosen.cable is not None and not chosen.is_network and chosen.buoy is None
+    if chosen.seabed is None or not one or period_of(chosen) is None:
         raise InputError(
-            "seabed: must be given, and a cable whose top is prescribed: this study follows its touchdown."
+            "seabed: must be given, and one cable whose top is prescribed: this study follows its touchdown."
         )
     return {"scene": chosen}
 

@@ -62,18 +62,18 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def finest(spaces_: list[Space], steps) -> tuple[Space, float]:
+def finest(scene: Scene, spaces_: list[Space], steps) -> tuple[Space, float]:
     """Elements and step of the reference."""
     if not spaces_[0].mu:
         return Space(), min(steps) / 4
     nodes = max(space.mu * space.cells for space in spaces_)
-    return Space(3, 2, 2 * -(-nodes // 4)), min(steps) / 4
+    return settings.fitting(scene, Space(3, 2, 2 * -(-nodes // 4))), min(steps) / 4
 
 
 def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
-    space, step = finest(spaces_, steps)
-    coarse = Space(space.mu, space.nu, space.cells // 2)
+    space, step = finest(scene, spaces_, steps)
+    coarse = settings.fitting(scene, Space(space.mu, space.nu, space.cells // 2)) if space.mu else space
     return [
         with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
         for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))

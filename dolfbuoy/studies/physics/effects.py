@@ -28,6 +28,7 @@ from ...results import measured as acc
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
+from ...scene.network import everywhere
 from ...solver import floor
 from .. import sea
 from ..declaration import declared
@@ -58,9 +59,11 @@ def variant(scene: Scene, left_out=(), only=None) -> Scene:
     """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
-    changes = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}
-    # a key of a section that is left out as a whole would bring the section back
-    return load_scene(scene, **{key: value for key, value in changes.items() if key.rpartition(".")[0] not in changes})
+    changes, places = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}, {}
+    for key, value in changes.items():
+        if key.rpartition(".")[0] not in changes:  # it would bring back the section that is left out as a whole
+            places |= everywhere(scene, key, value)
+    return load_scene(scene, **places)
 
 
 BASES = {"full": {}, "barest": {"only": []}}
@@ -313,8 +316,6 @@ def _draw_times(axes, rows, places):
 
 def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
     """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
-    if scene.is_network:
-        raise InputError("SCENE: effects are left out of one [cable] and one [buoy], not of networks.")
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
         raise InputError("SCENE: must have an effect that can be left out, and a quantity to compare.")

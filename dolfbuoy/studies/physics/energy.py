@@ -20,6 +20,7 @@ from ...results.compare import orders
 from ...results.style import PAGE, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import load_scene, settings
+from ...scene.network import everywhere, network_of
 from ..declaration import declared
 from ..study import Table
 
@@ -33,8 +34,9 @@ SCENES = {"driven": (60.0, (0.04, 0.02, 0.01)), "short": (40.0, (0.04, 0.02, 0.0
 def load(name, t_end, step, scheme):
     """A scene of which the balance is exact in space: an elastic cable gets one tension per element."""
     scene = load_scene(name, time={"end": t_end, "step": step, "scheme": scheme, "tolerance": None})
-    if scene.cable and np.isfinite(scene.cable.axial_stiffness):
-        scene = load_scene(scene, cable__position_degree=1, cable__tension_degree=0)
+    if any(np.isfinite(piece.section.axial_stiffness) for piece in network_of(scene).pieces):
+        degrees = everywhere(scene, "cable.position_degree", 1) | everywhere(scene, "cable.tension_degree", 0)
+        scene = load_scene(scene, **degrees)
     return scene
 
 

@@ -23,7 +23,7 @@ from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
 from ..declaration import declared
-from ..study import Table
+from ..study import Table, refuse_network
 from . import hull_figures as figures
 from .hull_runs import measured_motions
 
@@ -43,6 +43,7 @@ _ADRIFT = dict.fromkeys(("cable", "current", "wind", "external_force"))
 def request(scene: str, runs: str, direction: float | None, capytaine: Path | None) -> dict:
     """The scene, periods of the runs in time, and the waves' direction, by default the scene's."""
     scene = load_scene(scene)
+    refuse_network(scene)
     if scene.buoy is None or scene.sea is None or not scene.gravity:
         raise InputError("Study hull looks at a floating buoy: the scene needs [buoy], [sea] and gravity.")
     if direction is None:

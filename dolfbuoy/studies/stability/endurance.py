@@ -15,7 +15,7 @@ from ...results import checkpoint
 from ...results.style import PAGE, new_figure
 from ...scene import load_scene
 from ..declaration import declared
-from ..study import Table
+from ..study import Table, refuse_network
 
 WORDS = declared(__file__)
 
@@ -36,7 +36,9 @@ def request(scene, duration: float, step: float, scheme: str, newton: float, **j
     if not 0 < judged.get("tolerance", 1.0) < math.inf:
         raise InputError(f"--tolerance {judged['tolerance']:g}: must be a positive number.")
     time = {"end": duration, "step": step, "scheme": scheme, "output_every": duration / 100}
-    return {"scene": load_scene(scene, time=time, solver={"step_tolerance": newton}), **judged}
+    scene = load_scene(scene, time=time, solver={"step_tolerance": newton})
+    refuse_network(scene)
+    return {"scene": scene, **judged}
 
 
 def windows(record, length: float) -> list[dict]:

@@ -27,7 +27,7 @@ from ...results.tables import groups
 from ...scene import load_scene
 from ...solver import compat
 from ..declaration import declared
-from ..study import Table
+from ..study import Table, refuse_network
 
 WORDS = declared(__file__)
 STRUCTURE = ("degree",)
@@ -112,6 +112,7 @@ def cable_of(scene: str) -> dict:
     The mass of the buoy at the end only lowers the frequencies.  Raises InputError without an elastic cable.
     """
     loaded = load_scene(scene)
+    refuse_network(loaded)
     c = loaded.cable
     if c is None:
         raise InputError("cable: must be given, without it there is no explicit limit to speak of.")

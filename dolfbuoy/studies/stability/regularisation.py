@@ -20,7 +20,7 @@ from ...errors import InputError
 from ...forms import hull, morison
 from ...scene import Scene, load_scene
 from ..declaration import declared
-from ..study import Table
+from ..study import Table, refuse_network
 
 WORDS = declared(__file__)
 
@@ -49,7 +49,9 @@ def scaled(what: str, factor: float):
 
 def request(scene: str, t_end: float) -> dict:
     """The scene until t_end."""
-    return {"scene": load_scene(scene, time__end=t_end)}
+    scene = load_scene(scene, time__end=t_end)
+    refuse_network(scene)
+    return {"scene": scene}
 
 
 def cases(scene: Scene) -> list[dict]:
