@@ -135,11 +135,11 @@ def settings_of(scene: Scene) -> dict:
 
 def larger_step(settings: dict) -> dict | None:
     """A quarter larger step; of an adaptive run half as much again of its tolerance.  None where that is too much."""
-    scheme, step, tolerance, *largest = settings["stepping"]
+    scheme, step, tolerance, *more = settings["stepping"]
     if tolerance and 1.5 * tolerance >= 1:
         return None
-    stepping = [scheme, step, 1.5 * tolerance, *largest] if tolerance else [scheme, 1.25 * step, None]
-    return settings | {"stepping": stepping}
+    stepping = [scheme, step, 1.5 * tolerance] if tolerance else [scheme, 1.25 * step, None]
+    return settings | {"stepping": [*stepping, *more]}
 
 
 def fewer_elements(settings: dict) -> dict | None:
