@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from mpi4py import MPI
 
 from .linear.periods import moored_periods
 from .linear.response import LARGEST_KR
@@ -48,8 +49,8 @@ class Report:
         self.numbers.append((name, float(value), unit, remark))
 
 
-def check(scene) -> Report:
-    """Derived numbers and warnings; solves for the equilibrium if the scene starts from it.
+def check(scene, comm=MPI.COMM_WORLD) -> Report:
+    """Derived numbers and warnings; solves for the equilibrium if the scene starts from it, collectively.
 
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
     """
@@ -57,7 +58,7 @@ def check(scene) -> Report:
     check_first_shape(scene)
     report = derived(scene)
     if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
-        (_network_at_rest if scene.is_network else _equilibrium)(scene, report)
+        (_network_at_rest if scene.is_network else _equilibrium)(scene, report, comm)
     return report
 
 
@@ -92,9 +93,9 @@ def _network(scene, report):
     return report
 
 
-def _network_at_rest(scene, report):
+def _network_at_rest(scene, report, comm):
     """Forces on the ends of every cable."""
-    problem = solve_equilibrium(scene)
+    problem = solve_equilibrium(scene, comm)
     for k, name in enumerate(network_of(scene).cables):
         held = problem.anchor_force(cable=k)
         report.add(
@@ -341,8 +342,8 @@ def _keulegan_carpenter(report, name, scene, k, diameter):
     report.add(f"Keulegan-Carpenter number of the {name}", speed * scene.waves.period / diameter, "", "at the surface")
 
 
-def _equilibrium(scene, report):
-    problem = solve_equilibrium(scene)
+def _equilibrium(scene, report, comm):
+    problem = solve_equilibrium(scene, comm)
     u = problem.system.u
     if problem.lines:
         T_bnd, held = problem.end_tension(), problem.anchor_force()

@@ -20,9 +20,20 @@ function start() {
   player.refresh();
   chooseWindows(player, panels);
   for (const button of document.querySelectorAll("[data-t]"))
-    button.addEventListener("click", () => player.go(Number(button.dataset.t)));
-  player.go(data.moments.length ? data.moments[0].t : times[0]);
+    button.addEventListener("click", () => show(player, { ...button.dataset, t: Number(button.dataset.t) }));
+  if (data.moments.length) show(player, data.moments[0]);
+  else player.go(times[0]);
   forPaper(player, panels);
+}
+
+/** A moment: its time, and the line or buoy whose it is. */
+function show(player, { t, kind, part }) {
+  const select = byId(`of-${kind}`).querySelector("select");
+  if (select.value !== part) {
+    select.value = part;
+    select.dispatchEvent(new Event("change"));
+  }
+  player.go(t);
 }
 
 /** The viewer with its legend; without WebGL the charts are all there is. */

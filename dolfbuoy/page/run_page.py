@@ -82,13 +82,12 @@ def moments(record, parts) -> list[dict]:
     """The largest of what matters, each with its time: a key figure and where to jump."""
     found = []
 
-    def largest(name, label, values, unit):
+    def largest(kind, name, label, values, unit):
         row = int(np.nanargmax(values))
         unit, factor = unit_of(values, unit)
         said = f"{name}: {label}" if name else label
-        found.append(
-            {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
-        )
+        moment = {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
+        found.append(moment | {"part": name, "kind": kind})
 
     lines = [(name, part) for name, part, _ in parts if "tension_top" in part]
     bodies = [(name, part) for name, part, _ in parts if "buoy_position" in part]
@@ -96,12 +95,12 @@ def moments(record, parts) -> list[dict]:
         able = [(name, _size(part[key].values)) for name, part in lines if key in part]
         if able:
             name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
-            largest(name, label, values, "N")
+            largest("line", name, label, values, "N")
     for label, unit, make in (("farthest from the start", "m", _way), ("largest lean", "deg", _lean)):
         able = [(name, make(part)) for name, part in bodies]
         if able:
             name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
-            largest(name, label, values, unit)
+            largest("buoy", name, label, values, unit)
     return found
 
 
@@ -128,6 +127,8 @@ def _keys(moments):
             tag("span", f"at {moment['t']:.4g} s", class_="when"),
             type="button",
             data_t=repr(moment["t"]),
+            data_kind=moment["kind"],
+            data_part=moment["part"],
         )
         for moment in moments
     ]

@@ -252,9 +252,10 @@ def test_a_sweep_is_sorted_and_its_cases_open(window, tmp_path):
 
 
 def test_a_mark_of_work_and_precision_finds_its_row(window, tmp_path):
-    (tmp_path / "wp.html").write_text(precision_page(precision_rows(), ["a note"], EVIL), encoding="utf-8")
+    (tmp_path / "wp.html").write_text(precision_page(precision_rows(), [EVIL]), encoding="utf-8")
     window.open(tmp_path / "wp.html", **SMALL)
     marks = window.run("[...document.querySelectorAll('#charts .chart .mark')].map(m => m.getAttribute('aria-label'))")
+    assert EVIL in window.run("document.getElementById('answer').textContent")
     assert [mark.rpartition(": ")[2] for mark in marks] == ["1 % in 0.4 s", "0.2 % in 0.2 s"]
     window.run("document.querySelectorAll('#charts .chart .mark')[1].dispatchEvent(new Event('click'))")
     assert "bdf2" in window.run("document.querySelector('#table tr.current').textContent")
