@@ -17,9 +17,8 @@ from .model.hydrostatics import float_upright
 from .model.material import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
 from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
-from .results.parts import cable_alone
 from .results.utilisation import Utilisation, stressed
-from .scene.network import network_of, with_buoy
+from .scene.network import network_of, with_buoy, with_line
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
 
@@ -78,14 +77,17 @@ def derived(scene) -> Report:
 
 
 def _network(scene, report):
-    """Each cable and each buoy as if it were alone, and the waves."""
+    """Each segment of a cable and each buoy as if it were alone, the waves, and where materials come from."""
     network = network_of(scene)
-    alone = {name: cable_alone(scene, k) for k, name in enumerate(network.cables)}
+    alone = {network.name_of(k): with_line(scene, piece.section) for k, piece in enumerate(network.pieces)}
     alone |= {name: with_buoy(scene, name) for name in network.buoys}
     for name, one in alone.items():
         own = derived(one.model_copy(update={"waves": None}))
         report.numbers += [(f"{name}: {what}", *number) for what, *number in own.numbers]
         report.warnings += [f"{name}: {sentence}" for sentence in own.warnings]
+    for name, material in (scene.material or {}).items():
+        if material.source is not None:
+            report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)
     if scene.waves:
         empty = scene.model_copy(update={"cable": None, "buoy": None, "joint": None})
         _sea(empty, report)

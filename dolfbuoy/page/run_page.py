@@ -8,7 +8,7 @@ from ..results.behind_ramp import scene_of
 from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
-from ..scene.settings import SCHEMES, period_of, ramp_of
+from ..scene.settings import SCHEMES, period_of
 from . import words
 from .document import fragment, joined, page, tag
 from .pack import chosen_rows, exact
@@ -49,8 +49,8 @@ def data_of(record, scene) -> dict:
     return {
         "kind": "run",
         "time": exact(record.time.values[rows]),
+        "kept": len(rows),
         "every": record.sizes["time"],
-        "ramp": ramp_of(scene),
         "period": period_of(scene),
         "panels": panels(columns, rows),
         "moments": moments(record, parts),
@@ -66,16 +66,15 @@ def _said_of(record, scene):
     """Two lines under the title."""
     steps = record.sizes["time"] - 1
     how = f"{float(record.time[-1]):g} s in {steps:,} steps of {SCHEMES[scene.time.scheme]}"
-    return record.attrs.get(
-        "effects", ""
-    ), f"{how}; dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
+    made = f"dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
+    return record.attrs.get("effects", ""), f"{how}; {made}"
 
 
 def _thinned(found):
-    kept = len(found["time"]["data"]) * 3 // 4 // 8
-    if kept >= found["every"]:
+    if found["kept"] == found["every"]:
         return ""
-    return f"Series are drawn with {kept:,} of {found['every']:,} instants, all peaks among them; tables are of all."
+    share = f"{found['kept']:,} of {found['every']:,} instants"
+    return f"Series are drawn with {share}, all peaks among them; tables are of all."
 
 
 def moments(record, parts) -> list[dict]:
