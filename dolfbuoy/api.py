@@ -65,17 +65,25 @@ def _equilibrium(scene, comm):
 
 
 def offsets(
-    scene: "Scene | str | Path | dict", sizes, directions_deg, load="force", out=None, comm=MPI.COMM_WORLD, **overrides
+    scene: "Scene | str | Path | dict",
+    sizes,
+    directions_deg,
+    load="force",
+    out=None,
+    comm=MPI.COMM_WORLD,
+    buoys=None,
+    **overrides,
 ) -> "xr.Dataset":
     """Equilibria under a growing horizontal load from many sides: positions, tensions, and what goes slack or under.
 
-    load: "force" [N], added to the scene's external force, or "current" [m/s], in its place.  out: folder for
-    offsets.nc.  Returns what a record says of an equilibrium over directions and sizes (complete on rank 0); where
-    there is none, `found` is False.  Raises InputError for an impossible scene or one without a moored buoy.
+    load: "force" [N], added to the scene's external force, or "current" [m/s], in its place.  buoys: names of those
+    that the force acts on, each with all of it (default: all).  out: folder for offsets.nc.  Returns what a record says
+    of an equilibrium over directions and sizes (complete on rank 0); where there is none, `found` is False.  Raises
+    InputError for an impossible scene or one without a moored buoy.
     """
     scene = load_scene(scene, **overrides)
     rows = Rows(load)
-    for rest in rests(scene, load, sizes, directions_deg, comm):
+    for rest in rests(scene, load, sizes, directions_deg, comm, buoys):
         rows.add(rest)
         interruption.check()
     try:

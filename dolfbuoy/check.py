@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from mpi4py import MPI
 
-from .linear.periods import buoy_periods
+from .linear.periods import moored_periods
 from .linear.response import LARGEST_KR
 from .model.airy import AirySum
 from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
@@ -16,9 +17,8 @@ from .model.hydrostatics import float_upright
 from .model.material import cross_section, weight_per_length
 from .model.sea import crest_height, main_propagation, wavenumber
 from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
-from .results.parts import cable_alone
 from .results.utilisation import Utilisation, stressed
-from .scene.network import network_of, with_buoy
+from .scene.network import network_of, with_buoy, with_line
 from .scene.waves import Waves
 from .statics.equilibrium import solve_equilibrium
 
@@ -48,8 +48,8 @@ class Report:
         self.numbers.append((name, float(value), unit, remark))
 
 
-def check(scene) -> Report:
-    """Derived numbers and warnings; solves for the equilibrium if the scene starts from it.
+def check(scene, comm=MPI.COMM_WORLD) -> Report:
+    """Derived numbers and warnings; solves for the equilibrium if the scene starts from it, collectively.
 
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
     """
@@ -57,7 +57,7 @@ def check(scene) -> Report:
     check_first_shape(scene)
     report = derived(scene)
     if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
-        (_network_at_rest if scene.is_network else _equilibrium)(scene, report)
+        (_network_at_rest if scene.is_network else _equilibrium)(scene, report, comm)
     return report
 
 
@@ -77,14 +77,17 @@ def derived(scene) -> Report:
 
 
 def _network(scene, report):
-    """Each cable and each buoy as if it were alone, and the waves."""
+    """Each segment of a cable and each buoy as if it were alone, the waves, and where materials come from."""
     network = network_of(scene)
-    alone = {name: cable_alone(scene, k) for k, name in enumerate(network.cables)}
+    alone = {network.name_of(k): with_line(scene, piece.section) for k, piece in enumerate(network.pieces)}
     alone |= {name: with_buoy(scene, name) for name in network.buoys}
     for name, one in alone.items():
         own = derived(one.model_copy(update={"waves": None}))
         report.numbers += [(f"{name}: {what}", *number) for what, *number in own.numbers]
         report.warnings += [f"{name}: {sentence}" for sentence in own.warnings]
+    for name, material in (scene.material or {}).items():
+        if material.source is not None:
+            report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)
     if scene.waves:
         empty = scene.model_copy(update={"cable": None, "buoy": None, "joint": None})
         _sea(empty, report)
@@ -92,9 +95,9 @@ def _network(scene, report):
     return report
 
 
-def _network_at_rest(scene, report):
+def _network_at_rest(scene, report, comm):
     """Forces on the ends of every cable."""
-    problem = solve_equilibrium(scene)
+    problem = solve_equilibrium(scene, comm)
     for k, name in enumerate(network_of(scene).cables):
         held = problem.anchor_force(cable=k)
         report.add(
@@ -107,6 +110,7 @@ def _network_at_rest(scene, report):
     smallest = problem.smallest_tension()
     if smallest <= 0:
         report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
+    _moored_periods(scene, problem, report)
     problem.destroy()
 
 
@@ -340,8 +344,8 @@ def _keulegan_carpenter(report, name, scene, k, diameter):
     report.add(f"Keulegan-Carpenter number of the {name}", speed * scene.waves.period / diameter, "", "at the surface")
 
 
-def _equilibrium(scene, report):
-    problem = solve_equilibrium(scene)
+def _equilibrium(scene, report, comm):
+    problem = solve_equilibrium(scene, comm)
     u = problem.system.u
     if problem.lines:
         T_bnd, held = problem.end_tension(), problem.anchor_force()
@@ -351,20 +355,25 @@ def _equilibrium(scene, report):
         _grown(problem, report)
         _strength(problem, report)
         _shape_warnings(scene, problem, report)
-        _cable_periods(scene, problem, report)
+        if not scene.buoy:
+            _cable_periods(scene, problem, report)
     if problem.buoy and problem.lines:
         x, y, z = problem.buoy.fields.of(u[problem.buoy.part.slice]).position
         offset = math.hypot(x - scene.anchor[0], y - scene.anchor[1])
         report.add("equilibrium: offset of C from the anchor", offset, "m")
         report.add("equilibrium: C above still water", z, "m")
-    if scene.buoy and scene.sea and scene.gravity:
-        known = problem if problem.comm.size == 1 else None
-        report.periods |= {f"buoy, {name}": found.period for name, found in buoy_periods(scene, rest=known).items()}
+    _moored_periods(scene, problem, report)
     tolerance = scene.solver.step_tolerance
     for block in (block for block in problem.system.blocks if block.unit):
         size = tolerance * block.unknown_size(1.0, tolerance)
         report.add(f"tolerance of {block.name}", size, block.unit)
     problem.destroy()
+
+
+def _moored_periods(scene, problem, report):
+    """Of the modes of what floats and of its lines."""
+    if scene.buoys and scene.sea and scene.gravity:
+        report.periods |= moored_periods(scene, problem if problem.comm.size == 1 else None)
 
 
 def _shape_warnings(scene, problem, report):

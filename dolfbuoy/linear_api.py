@@ -12,7 +12,7 @@ from .linear.linearisation import linearise
 from .linear.natural import lowest_modes
 from .linear.seaway import Seaway
 from .linear.spectrum import bins_of, irregular_waves
-from .linear.stiffness import condensed, mooring_stiffness
+from .linear.stiffness import restoring
 from .results import folder as folders
 from .results import record as results
 from .results.mode_record import dataset_of_modes
@@ -60,8 +60,7 @@ def stiffness(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD,
         raise InputError("A restoring matrix is that of a buoy: the scene needs [buoy].")
     found = linearise(scene, comm)
     try:
-        every = condensed(found)
-        dataset = dataset_of_stiffness(found.problem, every.bodies, every.stiffness, mooring_stiffness(found, every))
+        dataset = dataset_of_stiffness(found.problem, restoring(found))
     finally:
         found.destroy()
     if out is not None:

@@ -31,6 +31,8 @@ MOTIONS += [(name, float(np.degrees(1)), "deg") for name in ("roll", "pitch")]
 SMALL = 1e-3
 #: Part of its amplitudes by which those of a run may change in the end without a word.
 UNSETTLED = 0.01
+#: Part of the largest stiffness that is shown as 0.
+ROUNDING = 1e-10
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
 
 
@@ -49,8 +51,6 @@ def modes(
     from ..results.mode_record import KINDS
 
     loaded, folder = load(scene, assign), folder_of(scene, folder)
-    if paraview and loaded.is_network:
-        raise InputError("--paraview: is for one line and one buoy; modes.nc has the shapes of all of them.")
     found = find(loaded, number, folder, direction_deg=direction)
     if rank() != 0:
         return
@@ -89,14 +89,24 @@ def _show_stiffness(of_buoy, found):
     for name in ("mooring", "hull", "total"):
         title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
         shown = table_of(f"\n{title}", "", *found.motion.values.tolist())
-        for row, values in zip(found.reaction.values.tolist(), found[name].values, strict=True):
-            shown.add_row(row, *(f"{value:.5g}" for value in values))
+        for row, values in zip(found.reaction.values.tolist(), _without_rounding(found[name].values), strict=True):
+            shown.add_row(row, *map(_stiffness_text, values))
         out.print(shown)
     title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
     shown = table_of(title, "", *map(str, range(1, 7)))
     for name in ("mooring", "hull", "total"):
-        shown.add_row(name, *(f"{value:.5g}" for value in found[f"{name}_eigenvalue"].values))
+        shown.add_row(name, *map(_stiffness_text, _without_rounding(found[f"{name}_eigenvalue"].values)))
     out.print(shown)
+
+
+def _without_rounding(values):
+    """0 for what is very small beside the largest number."""
+    largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
+    return np.where(np.abs(values) < ROUNDING * largest, 0.0, values)
+
+
+def _stiffness_text(value):
+    return f"{value:.5g}" if np.isfinite(value) else "rigid" if value > 0 else "-rigid"
 
 
 def offsets(
@@ -104,6 +114,9 @@ def offsets(
     force: Annotated[str | None, typer.Option("--force", help="Sizes \\[N], a,b,c or start:stop:step.")] = None,
     current: Annotated[str | None, typer.Option("--current", help="Or speeds at the surface \\[m/s].")] = None,
     directions: Annotated[str, typer.Option("--directions", help="Of the load, from x \\[deg].")] = "0:330:30",
+    buoy: Annotated[
+        str | None, typer.Option("--buoy", help="Of several, which the force acts on \\[default: each].")
+    ] = None,
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
@@ -118,7 +131,9 @@ def offsets(
     what, sizes = ("force", numbers_of("--force", force)) if force else ("current", numbers_of("--current", current))
     turns = list(dict.fromkeys(angle % 360 for angle in numbers_of("--directions", directions)))
     loaded, folder = load(scene, assign), folder_of(scene, folder)
-    found = find(loaded, sizes, turns, what, folder)
+    if buoy is not None and what == "current":
+        raise InputError("--buoy: goes with --force, a current flows past all of them.")
+    found = find(loaded, sizes, turns, what, folder, buoys=None if buoy is None else [buoy])
     if rank() != 0:
         return
     _show_offsets(found, what, folder)
@@ -128,20 +143,31 @@ def offsets(
 
 
 def _show_offsets(found, what, folder):
-    """Largest offset and tension of each direction."""
+    """Largest offset and tension of each direction, and the watch circle of the largest load."""
     from ..results.offset_record import top_tension
+    from ..results.response_record import each_buoy
 
     unit, factor = force_unit(found.tension_top.values)
-    title = f"Largest offset and tension towards each side, {folder / 'offsets.nc'}"
-    shown = table_of(title, "direction [deg]", f"at {what}", "offset [m]", f"tension at the top [{unit}]")
+    title, buoys = f"Largest offset and tension towards each side, {folder / 'offsets.nc'}", each_buoy(found)
+    offsets = [f"offset{of_buoy} [m]" for of_buoy, _ in buoys]
+    shown = table_of(title, "direction [deg]", f"at {what}", *offsets, f"tension at the top [{unit}]")
     for direction in found.direction.values:
         one = found.sel(direction=direction)
-        if one.found.any():
-            row = one.isel({what: int(np.nanargmax(one.offset.values))}) if "offset" in one else one.isel({what: -1})
-            offset = f"{row.offset.item():.5g}" if "offset" in row else "-"
-            tension = f"{factor * top_tension(one).max().item():.5g}"
-            shown.add_row(f"{direction:g}", f"{row[what].item():g}", offset, tension)
+        if not one.found.any():
+            continue
+        moved = [part.sel(direction=direction).offset for _, part in buoys] if "offset" in one else []
+        row = int(np.nanargmax(np.max(moved, axis=0))) if moved else -1
+        texts = [f"{values.values[row]:.5g}" for values in moved] or ["-"] * len(buoys)
+        tension = f"{factor * top_tension(one).max().item():.5g}"
+        shown.add_row(f"{direction:g}", f"{one[what].values[row]:g}", *texts, tension)
     out.print(shown)
+    for of_buoy, one in buoys if found.sizes["direction"] > 2 else ():
+        last = one.isel({what: -1})
+        x, y = np.round(last.watch_centre.values, 9) + 0.0
+        words = f"the watch circle{of_buoy} has a radius of {last.watch_radius.item():.4g} m about ({x:.4g}, {y:.4g})"
+        if np.isfinite(x):
+            size = f"{last[what].item():g} {'N' if what == 'force' else 'm/s'}"
+            out.print(f"At {size} {words}.", soft_wrap=True)
 
 
 def _draw_offsets(found, scene, folder):

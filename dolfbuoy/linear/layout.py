@@ -24,6 +24,15 @@ class Body(NamedTuple):
         """Places by the names of the state."""
         return MOTION.of(self.places)
 
+    @property
+    def arms(self) -> np.ndarray:
+        """(6,): 1, and of turns one over the radius of gyration [1/m]."""
+        return np.array([1.0] * 3 + [np.sqrt(self.mass / np.trace(self.inertia))] * 3)
+
+    def scaled(self, block) -> np.ndarray:
+        """Symmetric part (6, 6) of a stiffness [N/m], turns at the radius of gyration."""
+        return (self.arms[:, None] * (block + block.T) * self.arms) / 2
+
     def motion(self, x) -> np.ndarray:
         """Change of C and rotation vector (6, ...) in a vector, or columns, of all unknowns."""
         return np.concatenate([x[self.at.position], 4 * half_turns(self.orientation).T @ x[self.at.orientation]])
@@ -134,6 +143,17 @@ def lines_of(problem, u) -> list[LineNodes]:
     rows = [_in_order(cable, s, k) for k in range(len(lines.network.cables))]
     names = [name or "cable" for name in lines.network.cables]
     return [LineNodes(name, s[r], positions[r], places[r]) for name, r in zip(names, rows, strict=True)]
+
+
+def inextensible_tensions(problem) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the tensions of inextensible elements among all unknowns, and the length that each stands for [m]."""
+    lines = problem.lines
+    if lines is None:
+        return np.zeros(0, dtype=int), np.zeros(0)
+    dofs = lines.T_dofs[~lines.stretches] if lines.elastic else lines.T_dofs
+    sizes = np.diff(lines.cell_ends, axis=1)[~lines.stretches] / dofs.shape[1] * np.ones(dofs.shape)
+    mine = problem.system.numbering.global_index[dofs].ravel().astype(int), sizes.ravel()
+    return tuple(np.concatenate(part) for part in zip(*problem.comm.allgather(mine), strict=True))
 
 
 def nodes_of(lines) -> list[np.ndarray]:

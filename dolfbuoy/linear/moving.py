@@ -77,6 +77,11 @@ class Moving:
         total = sum(energies.values())
         return {name: energy / total for name, energy in energies.items()}
 
+    def names_of(self, body) -> list[str]:
+        """Of the six motions of a buoy, with its own name if there are several."""
+        prefix = f"{body.name} " if len(self.bodies) > 1 else ""
+        return [f"{prefix}{name}" for name in Motions._fields]
+
     def _of_body(self, body, x):
         """Its velocities and, by the inertia in the rows of its momenta, effective momenta, along the axes."""
         motion, moved = body.motion(x), np.zeros(len(x), dtype=complex)
@@ -84,8 +89,7 @@ class Moving:
         momenta = (self.E @ moved)[[*body.at.momentum, *body.at.angular_momentum]]
         pairs = [(self.axes @ motion[part], self.axes @ momenta[part]) for part in (slice(0, 3), slice(3, 6))]
         energies = np.concatenate([(v.conj() * p).real for v, p in pairs])
-        prefix = f"{body.name} " if len(self.bodies) > 1 else ""
-        return {f"{prefix}{name}": energy for name, energy in zip(Motions._fields, energies, strict=True)}
+        return dict(zip(self.names_of(body), energies, strict=True))
 
     def _of_line(self, line, moved, momenta):
         directions = line.directions(self.axes[0])

@@ -1,4 +1,4 @@
-"""Natural periods of a buoy as its scene holds it: of the mode that moves it most in heave, in pitch, and so on."""
+"""Natural periods: of buoys as their scene holds them, the mode that moves one most in heave, and so on; of lines."""
 
 import math
 from typing import NamedTuple
@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 from mpi4py import MPI
 
-from ..errors import InputError
+from ..errors import InputError, SolveError
 from .eigenvalues import DENSE, modes_near
 from .linearisation import Linearisation, linearise
-from .motions import Motions, axes_along, motions
+from .moving import Moving
+from .natural import lowest_modes
 
 #: Modes are looked for near these angular frequencies [rad/s]: periods of 50 s to 0.4 s, and what is about them.
 FREQUENCIES = 2 * math.pi / np.geomspace(50.0, 0.4, 8)
@@ -19,6 +20,8 @@ SHORTEST, LONGEST = 0.01, 1000.0
 
 #: A mode with less than this part of its kinetic energy in a motion is none of that motion.
 LEAST_SHARE = 0.1
+#: Slow modes of lines of which something is said.
+SLOWEST = 4
 
 
 class NaturalPeriod(NamedTuple):
@@ -30,16 +33,15 @@ class NaturalPeriod(NamedTuple):
 
 
 def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0, rest=None) -> dict[str, NaturalPeriod]:
-    """Natural periods of the scene's buoy: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
+    """Natural periods of the scene's buoys: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
-    Those of small motions about the equilibrium in current, wind and external force, moored as in the scene (a buoy
-    without cable: in still water), with all added mass.  A motion without stiffness, or of which no mode is made,
-    is absent: so is pitch if the buoy would capsize.  direction_deg: of surge and roll, from x.
-    rest: see `linearise`.  Raises InputError for a scene without buoy, water or gravity, SolveError if the equilibrium
-    is not found.
+    Of several buoys with their names, "left surge".  Those of small motions about the equilibrium in current, wind and
+    external force, moored as in the scene (a buoy without cable: in still water), with all added mass.  A motion
+    without stiffness, or of which no mode is made, is absent: so is pitch if the buoy would capsize.  direction_deg: of
+    surge and roll, from x.  rest: see `linearise`.  Raises InputError for a scene without buoy, water or gravity,
+    SolveError if the equilibrium is not found.
     """
-    if scene.buoy is None or scene.sea is None or not scene.gravity:
-        raise InputError("Natural periods are those of a floating buoy: they need [buoy], [sea] and gravity.")
+    _check_floating(scene)
     found = linearise(scene, comm, scene.waves, rest)  # with the forms that a run will need
     try:
         return natural_periods(found, direction_deg)
@@ -47,14 +49,33 @@ def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0, rest=None) -> dic
         found.destroy()
 
 
+def moored_periods(scene, rest=None) -> dict[str, float]:
+    """[s], of the buoys as in `buoy_periods` and of the slowest modes of each line, "cable in plane 1"; on one rank."""
+    _check_floating(scene)
+    found = linearise(scene, MPI.COMM_SELF, scene.waves, rest)
+    try:
+        ending = "buoy, {}" if len(found.bodies) == 1 else "{}"
+        of_buoys = {ending.format(name): mode.period for name, mode in natural_periods(found).items()}
+        return _of_lines(found) | of_buoys
+    finally:
+        found.destroy()
+
+
+def _check_floating(scene):
+    if not scene.buoys or scene.sea is None or not scene.gravity:
+        raise InputError("Natural periods are those of a floating buoy: they need [buoy], [sea] and gravity.")
+
+
 def natural_periods(found: Linearisation, direction_deg=0.0) -> dict[str, NaturalPeriod]:
-    """`buoy_periods` of a scene that is linearised."""
-    best = {}
+    """`buoy_periods` of a scene that is linearised, on one rank."""
+    best, moving = {}, Moving(found, direction_deg)
+    names = [name for body in found.bodies for name in moving.names_of(body)]
     for root, vector in _oscillations(found):
-        for name, share in _shares(found, root, vector, direction_deg)._asdict().items():
-            if share > max(LEAST_SHARE, best[name].share if name in best else 0.0):
-                best[name] = NaturalPeriod(2 * math.pi / abs(root), -root.real / abs(root), share)
-    return {name: best[name] for name in Motions._fields if name in best}
+        shares = moving.shares(vector)
+        for name in names:
+            if shares[name] > max(LEAST_SHARE, best[name].share if name in best else 0.0):
+                best[name] = NaturalPeriod(2 * math.pi / abs(root), -root.real / abs(root), shares[name])
+    return {name: best[name] for name in names if name in best}
 
 
 def _oscillations(found):
@@ -66,23 +87,16 @@ def _oscillations(found):
                 yield root, vector
 
 
-def _shares(found, root, vector, direction_deg) -> Motions:
-    """Parts of a mode's kinetic energy, added mass included, in the six motions; the rest is the cable's."""
-    problem, buoy = found.problem, found.problem.buoy
-    state = buoy.fields.of(_local(problem, vector)[buoy.part.slice])
-    inertia = _local(problem, found.E @ vector)  # effective, in the rows p_t and L_C_t
-    momenta = buoy.fields.of(inertia[buoy.part.slice])
-    at_rest = buoy.fields.of(found.u[buoy.part.slice])
-    velocity = root * np.array(motions(at_rest, state, direction_deg))
-    axes = axes_along(direction_deg)
-    momentum = np.concatenate([axes @ momenta.momentum, axes @ momenta.angular_momentum])
-    energies = (velocity.conj() * momentum).real
-    in_lines = abs(root) ** 2 * (vector.conj() @ (found.M @ vector)).real
-    return Motions(*energies / (energies.sum() + in_lines))
-
-
-def _local(problem, values):
-    """Values of the free unknowns, or of their rows, among those of this rank."""
-    found = np.zeros(problem.system.size, dtype=complex)
-    found[problem.system.order] = values
+def _of_lines(found):
+    """Periods of slow modes that are a line's more than anything else, by their names; none of slack lines."""
+    try:
+        modes = lowest_modes(found, SLOWEST + 6 * len(found.bodies)) if found.lines else []
+    except (InputError, SolveError):
+        return {}
+    moving = Moving(found)
+    of_buoys = {name for body in found.bodies for name in moving.names_of(body)}
+    own = [m for m in modes if m.kind == "oscillates" and max(m.shares, key=m.shares.get) not in of_buoys]
+    found = {}
+    for mode in own[:SLOWEST]:
+        found.setdefault(mode.name, mode.period)  # of one name the slowest
     return found

@@ -2,17 +2,25 @@
 
 K of the linearised equations has in the rows of the momenta minus the forces and torques about C.  All other unknowns
 follow the buoys' poses: S = K_bb - K_bi K_ii^-1 K_ib.
+
+An inextensible line that is taut lets its buoy not move along it: K_ii is singular, and S infinite in that direction.
+With a very small compliance in its place S is as large as that makes it, which tells those directions; across them it
+is what it is without.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_matrix, diags
+from scipy.sparse import csc_matrix, csr_matrix, diags
 from scipy.sparse.linalg import splu
 
 from ..errors import SolveError
-from .layout import Body
+from .layout import Body, inextensible_tensions
 from .linearisation import Linearisation
+
+#: Axial stiffness in the place of an infinite one, in typical forces of the scene; twice, and by how much directions
+#: that are rigid become stiffer, of what could be ten times.
+STIFF, STIFFER = (1e8, 1e9), 3.0
 
 
 @dataclass
@@ -28,9 +36,54 @@ class Condensed:
     followers: np.ndarray
 
 
-def condensed(found: Linearisation) -> Condensed:
-    """Of all buoys together; the same on all ranks.  Raises SolveError if the lines have no stiffness of their own."""
-    K, bodies = csc_matrix(found.whole[0]), found.bodies
+@dataclass
+class Restoring:
+    """mooring, hull (6 b, 6 b): stiffness of the lines, and of all else.  rigid: of each body orthonormal columns
+    (6, k), turns at the radius of gyration, along which inextensible lines let it not move; what the matrices have
+    there is as large as can be told, and means nothing.
+    """
+
+    bodies: list[Body]
+    mooring: np.ndarray
+    hull: np.ndarray
+    rigid: list[np.ndarray]
+
+
+def restoring(found: Linearisation) -> Restoring:
+    """Of all buoys together; collective.  Raises SolveError if the lines have no stiffness of their own."""
+    places, sizes = inextensible_tensions(found.problem)
+    rigid = [np.zeros((6, 0)) for _ in found.bodies]
+    if len(places):
+        soft, hard = (_with_compliance(found, places, sizes / (EA * found.problem.typical_force)) for EA in STIFF)
+        moorings = [mooring_stiffness(found, every) for every in (soft, hard)]
+        rigid = [
+            _rigid(body, *(m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings))
+            for i, body in enumerate(found.bodies)
+        ]
+    if any(directions.shape[1] for directions in rigid):
+        every, mooring = hard, moorings[1]
+    else:
+        every = condensed(found)
+        mooring = mooring_stiffness(found, every)
+    return Restoring(every.bodies, mooring, every.stiffness - mooring, rigid)
+
+
+def _with_compliance(found, places, compliances):
+    return condensed(found, csr_matrix((-compliances, (places, places)), shape=2 * (found.K.shape[1],)))
+
+
+def _rigid(body, soft, hard):
+    """Directions in which one block is as much larger as the compliance in it was smaller."""
+    (before, _), (after, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (soft, hard))
+    return vectors[:, (after > STIFFER * before) & (after > 0)]
+
+
+def condensed(found: Linearisation, more=None) -> Condensed:
+    """Of all buoys together; the same on all ranks.  more: a matrix that is added to K.
+
+    Raises SolveError if the lines have no stiffness of their own.
+    """
+    K, bodies = csc_matrix(found.whole[0] if more is None else found.whole[0] + more), found.bodies
     n, columns = K.shape[0], 6 * len(bodies)
     followers, rows = np.zeros((n, columns)), []
     for i, body in enumerate(bodies):

@@ -4,7 +4,8 @@ The oracle of the C code of `kinematics`, and what pictures show.
 """
 
 import math
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,10 +27,20 @@ class AirySum:
     depth: float
     stretching: str
     ramp: float
+    _latest: list = field(default_factory=lambda: [None, None], repr=False, compare=False)  #: a time, and phases then
 
     @classmethod
     def of(cls, scene) -> "AirySum":
-        """Of a scene's waves, irregular or not."""
+        """Of a scene's waves, irregular or not; the latest are remembered, for every part of a scene asks."""
+        sections = scene.waves, scene.sea, scene.current
+        for gravity, known, found in _KNOWN:
+            if gravity == scene.gravity and all(a is b for a, b in zip(known, sections, strict=True)):
+                return found
+        _KNOWN.append((scene.gravity, sections, cls._of(scene)))
+        return _KNOWN[-1][-1]
+
+    @classmethod
+    def _of(cls, scene):
         c = components_of(scene.waves)
         periods, angles = 2 * math.pi / c.frequency, np.radians(c.direction_deg)
         waves = [propagation(scene, *pair) for pair in zip(periods, c.direction_deg, strict=True)]
@@ -74,7 +85,9 @@ class AirySum:
 
     def time_phase(self, t) -> np.ndarray:
         """phase - omega t of every component [rad], between 0 and 2 pi."""
-        return np.mod(self.phase - np.mod(self.at_ground * t, 2 * math.pi), 2 * math.pi)
+        if self._latest[0] != t:
+            self._latest[:] = t, np.mod(self.phase - np.mod(self.at_ground * t, 2 * math.pi), 2 * math.pi)
+        return self._latest[1]
 
     def _phases(self, t, points):
         x, y = np.moveaxis(np.asarray(points, dtype=float)[..., :2, None], -2, 0)
@@ -84,6 +97,8 @@ class AirySum:
         return np.stack([(along * self.cosine).sum(-1), (along * self.sine).sum(-1), up.sum(-1)], axis=-1)
 
 
+#: (gravity, sections, which do not change, their sum).
+_KNOWN: deque = deque(maxlen=4)
 _OF_PROPAGATION = "wavenumber", "in_water", "at_ground"
 
 

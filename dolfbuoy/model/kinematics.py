@@ -189,16 +189,18 @@ class Kinematics:
         self._alive.append(stale)
         return partial(compiled().lib.sample, context, compiled().ffi.NULL)
 
-    def surface(self, body) -> tuple[int, int]:
-        """Addresses of C's function `surface` and of its context."""
+    def surface(self, body) -> tuple[int, int, int]:
+        """Addresses of C's functions `surface` and `expand` and of their context."""
         context = self._context([], None, None, body)
-        return _address(compiled(), "surface"), int(compiled().ffi.cast("uintptr_t", context))
+        self._following.append(context)
+        functions = (_address(compiled(), name) for name in ("surface", "expand"))
+        return *functions, int(compiled().ffi.cast("uintptr_t", context))
 
     def _context(self, sets, read, count, body):
         ffi = compiled().ffi
         context, described = ffi.new("kinematics *"), ffi.new("points[]", max(1, len(sets)))
         context.waves, context.exact, context.stale = self._waves, self.exact, address(self._stale)
-        for name in ("phases_at", "sum_surface", "sum_below", "weigh"):
+        for name in ("phases_at", "sum_surface", "sum_third", "sum_below", "weigh"):
             setattr(context, name, ffi.cast(ffi.typeof(getattr(context, name)), _address(self._sums, name)))
         kept = [described, self._arrays, body]
         for points, one in zip(sets, described, strict=False):

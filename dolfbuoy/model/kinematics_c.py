@@ -23,6 +23,7 @@ SUMS_DECLARATIONS = (
     + """
 void phases_at(const waves *w, double x, double y);
 void sum_surface(const waves *w, const double *weight, double *out);
+void sum_third(const waves *w, double *out);
 void sum_below(const waves *w, double z, int count, const double *weight, int large, double *velocity,
                double *acceleration);
 void weigh(waves *w, double radius);
@@ -68,6 +69,22 @@ VECTORS void sum_surface(const waves *w, const double *weight, double *out)
         yy -= ky[i] * ky[i] * up;
     }
     out[0] = eta, out[1] = x, out[2] = y, out[3] = xx, out[4] = xy, out[5] = yy;
+}
+
+/* Third derivatives of the elevation: xxx, xxy, xyy, yyy. */
+VECTORS void sum_third(const waves *w, double *out)
+{
+    const int n = w->padded / WHOLE * WHOLE;
+    const double *kx = aligned(w->kx), *ky = aligned(w->ky), *A = aligned(w->amplitude), *s = aligned(w->s);
+    double xxx = 0, xxy = 0, xyy = 0, yyy = 0;
+    for (int i = 0; i < n; ++i) {
+        const double x = kx[i], y = ky[i], along = A[i] * s[i];
+        xxx += x * x * x * along;
+        xxy += x * x * y * along;
+        xyy += x * y * y * along;
+        yyy += y * y * y * along;
+    }
+    out[0] = xxx, out[1] = xxy, out[2] = xyy, out[3] = yyy;
 }
 
 /* Of the first components velocity and acceleration at the height z <= 0 of linear theory: 3 numbers, 5 of the
@@ -154,6 +171,7 @@ typedef struct {
     waves *waves;
     void (*phases_at)(const waves *, double, double);
     void (*sum_surface)(const waves *, const double *, double *);
+    void (*sum_third)(const waves *, double *);
     void (*sum_below)(const waves *, double, int, const double *, int, double *, double *);
     void (*weigh)(waves *, double);
     int exact;                  /* at every evaluation, not only when stale */
@@ -166,6 +184,7 @@ typedef struct {
 
 void sample(void *context, double *values);
 void surface(void *context, double x, double y, double radius, int averaged, double *out);
+int expand(void *context, double x, double y, double *out);
 """
 )
 
@@ -314,5 +333,22 @@ void surface(void *context, double x, double y, double radius, int averaged, dou
     out[0] = K->waves->ramp * of_surface[0];
     out[1] = K->waves->ramp * slope[1];
     out[2] = K->waves->ramp * slope[2];
+}
+
+/* Elevation, slope, curvature and third derivatives, and how far away they tell what the shortest component adds to the
+   elevation to a thousandth; returns 0 if nothing but the sum itself will do. */
+int expand(void *context, double x, double y, double *out)
+{
+    const kinematics *K = context;
+    const waves *w = K->waves;
+    if (K->exact)
+        return 0;
+    K->phases_at(w, x, y);
+    K->sum_surface(w, w->ones, out);
+    K->sum_third(w, out + 6);
+    for (int i = 0; i < 10; ++i)
+        out[i] *= w->ramp;
+    out[10] = 0.4 / w->k[w->count - 1];
+    return 1;
 }
 """

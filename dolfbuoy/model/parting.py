@@ -15,19 +15,20 @@ from ..solver import compat
 class Parting:
     """Which elements of `Lines` have parted, and when others do.
 
-    memory: 0 for each element that is whole, 1 for one that is parted: what accepted steps leave behind.
+    memory: 0 for each element that is whole, 1 for one that is parted, and since when [s]: what accepted steps leave
+    behind.
     """
 
     def __init__(self, lines):
         self.lines = lines
         self.parted = fem.Function(compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0)))
-        self.memory = {"parted_elements": self.parted.x.array}
+        self.memory = {"parted_elements": self.parted.x.array, "parted_at": np.zeros_like(self.parted.x.array)}
         self._dofs = compat.cell_dofs(self.parted.function_space)[: len(lines.line_of_cell), 0]
 
     @property
     def of_elements(self) -> np.ndarray:
-        """`memory` of this rank's elements, in their order."""
-        return self.parted.x.array[self._dofs]
+        """When this rank's elements have parted [s], in their order; nan for those that are whole."""
+        return np.where(self.parted.x.array > 0, self.memory["parted_at"], np.nan)[self._dofs]
 
     def strain_equation(self, equation, T, q):
         """The strain equation of whole elements, T = 0 of parted ones, over a tension that makes it a strain."""
@@ -51,7 +52,7 @@ class Parting:
         weakest = self._at(line, rule, mine) if rule.tension is None else self._above(rule.tension, u, mine)
         if rule.tension is None and t < rule.time * (1 - 1e-12):
             return False
-        self.parted.x.array[self._dofs[weakest]] = 1.0
+        self.parted.x.array[self._dofs[weakest]], self.memory["parted_at"][self._dofs[weakest]] = 1.0, t
         return combined(self.lines.comm, bool(weakest.any()), MPI.LOR)
 
     def _at(self, line, rule, mine):

@@ -101,23 +101,33 @@ def contact(normal, level, grip, x, x_t=None, held=None) -> form.Contact:
 
 
 class Points:
-    """Points of the quadrature on the owned cells of lines.
+    """Points of the owned cells of lines: those of the quadrature of a degree; with_nodes: and their nodes, in order.
 
-    s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.
+    s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.  presses: mask of the points of
+    the quadrature, shape (points,).
     """
 
-    def __init__(self, lines, positions, degree):
+    def __init__(self, lines, positions, degree, with_nodes=False):
         self._nodes = compat.cell_dofs(positions)
         ends = lines.node_s[self._nodes]  # the first two nodes of a cell are its ends
         first, size = ends[:, :1], ends[:, 1:2] - ends[:, :1]
-        xi, _ = compat.interval_quadrature(degree)
+        nodes, (xi, _) = (ends[0] - first[0]) / size[0], compat.interval_quadrature(degree)
+        self.presses = np.ones(len(xi), bool)
+        if with_nodes:
+            xi = np.concatenate([nodes, xi])
+            order = np.argsort(xi)
+            xi, self.presses = xi[order], order >= len(nodes)
         self.s, self.line = first + xi * size, lines.line_of_cell
         power = np.arange(ends.shape[1])
-        self._basis = xi[:, None] ** power @ np.linalg.inv(((ends[0] - first[0]) / size[0])[:, None] ** power)
+        self._basis = xi[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
 
-    def of(self, values):
-        """Values at the points, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
-        return self._basis @ values[self._nodes]
+    def of(self, values, cells=slice(None)):
+        """Values at the points of cells, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
+        return self._basis @ values[self._nodes[cells]]
+
+    def scalars(self, values, cells):
+        """Values at the points of cells, shape (cells, points), of values at the nodes (nodes,)."""
+        return values[self._nodes[cells]] @ self._basis.T
 
 
 class Seabed:
@@ -142,8 +152,11 @@ class Seabed:
         self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
         terms = effects.called_by(lines.scene, "bed")
         self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
-        cells = compat.cell_dofs(positions)
-        self._nodes = np.take_along_axis(cells, np.argsort(lines.node_s[cells], axis=1), axis=1)
+        self.soundings = Points(lines, positions, degree, with_nodes=True)
+        first = self.soundings.s[:, 0]
+        mine = [np.flatnonzero(lines.line_of_cell == k) for k in range(len(lines.pieces))]
+        #: Own cells of each line from its start on, and where their soundings are.
+        self._along = [(c := cells[np.argsort(first[cells])], self.soundings.s[c]) for cells in mine]
 
     def _part(self, name):
         return lambda section: getattr(grip_of_line(self.lines.scene, section, self._hardness()), name)
@@ -229,33 +242,51 @@ class Seabed:
         return x @ self.normal.value - self.level.value
 
     def lying(self, u, line=0) -> Lying:
-        """What of a line lies, on every rank; the gap is taken as linear between nodes."""
-        lines = self.lines
-        nodes = self._nodes[lines.line_of_cell == line]
-        r = u[lines.node_dofs]
-        g = self.gap(r)
-        a, b = nodes[:, :-1].ravel(), nodes[:, 1:].ravel()
-        touching = np.minimum(g[a], g[b]) < 0
-        a, b = a[touching], b[touching]
-        share = _share_below(g[a], g[b])
-        sizes = lines.node_s[b] - lines.node_s[a]
-        mine = Lying(float(share @ sizes), -np.inf, np.full(3, np.nan), max(-float(g[nodes].min(initial=0.0)), 0.0))
-        if len(a):
-            last, first = int(np.argmax(lines.node_s[b])), int(np.argmin(lines.node_s[a]))
-            upper = last, share[last] if g[a[last]] < 0 else 1.0
-            lower = first, 0.0 if g[a[first]] < 0 else 1 - share[first]
-            (s, touchdown), (begin, foot) = (
-                (float(lines.node_s[a[k]] + x * sizes[k] - lines.begins[line]), (1 - x) * r[a[k]] + x * r[b[k]])
-                for k, x in (upper, lower)
-            )
-            mine = mine._replace(s=s, touchdown=touchdown, first=begin, foot=foot)
-        every = [mine] if lines.comm.size == 1 else lines.comm.allgather(mine)
-        last, first = max(every, key=lambda one: one.s), min(every, key=lambda one: one.first)
-        length, sag = sum(one.length for one in every), max(one.sag for one in every)
-        return last._replace(length=length, sag=sag, first=first.first, foot=first.foot)
+        """What of a line lies, on every rank.
+
+        All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
+        what rises there is the element's wave, not the line.  Elsewhere the gap is linear from sounding to sounding.
+        """
+        s, g, position = self._sound(u[self.lines.node_dofs], line)
+        bridged = _bridged((g < 0) & self.soundings.presses)
+        s, g = s.ravel(), g.ravel()
+        share = np.where(bridged, 1.0, _share_below(g[:-1], g[1:]))
+        length, sag, lies = float(share @ np.diff(s)), max(-float(g.min()), 0.0), np.flatnonzero(share)
+        if not len(lies):
+            return Lying(length, -np.inf, np.full(3, np.nan), sag)
+        low, high = lies[0], lies[-1]
+
+        def point(k, x):
+            place = (1 - x) * position(k) + x * position(k + 1)
+            return float((1 - x) * s[k] + x * s[k + 1] - self.lines.begins[line]), place
+
+        first, foot = point(low, 0.0 if bridged[low] or g[low] < 0 else 1 - share[low])
+        last, touchdown = point(high, 1.0 if bridged[high] or g[high] >= 0 else share[high])
+        return Lying(length, last, touchdown, sag, first, foot)
+
+    def _sound(self, r, line):
+        """(s, gap, k -> position of the k-th) at the soundings of a whole line, s and gap of shape (cells, points)."""
+        (cells, s), at = self._along[line], self.soundings
+        g = at.scalars(self.gap(r), cells)
+        if self.lines.comm.size == 1:
+            return s, g, lambda k: at.of(r, cells[k // s.shape[1]])[k % s.shape[1]]
+        every = zip(*self.lines.comm.allgather((s, g, at.of(r, cells))), strict=True)
+        s, g, places = (np.concatenate(part) for part in every)
+        order = np.argsort(s[:, 0])
+        places = places[order].reshape(-1, 3)
+        return s[order], g[order], lambda k: places[k]
+
+
+def _bridged(touches):
+    """Mask of the intervals between the points (cells, points) that have a touching point near on both sides."""
+    at, change = np.flatnonzero(touches), np.zeros(touches.size, int)
+    near = np.diff(at // touches.shape[1]) <= 1
+    change[at[:-1][near]] += 1
+    change[at[1:][near]] -= 1
+    return np.cumsum(change)[:-1] > 0
 
 
 def _share_below(first, last):
-    """Part of an interval on which a linear function that is negative at one end or both is negative."""
+    """Part of an interval on which a linear function is negative."""
     low, high = np.minimum(first, last), np.maximum(first, last)
-    return np.where(high <= 0, 1.0, low / np.minimum(low - high, -1e-300))
+    return np.where(high <= 0, 1.0, np.maximum(-low, 0.0) / np.maximum(high - low, 1e-300))

@@ -50,10 +50,14 @@ def _sweep(folder):
 
 
 def _precision(folder):
+    from ..results.record import undamaged
     from .precision_page import precision_page
 
-    found = json.loads((folder / "work-precision.json").read_text())
-    return _written(folder / "work-precision.html", precision_page(found["rows"], found["notes"], ""))
+    file = folder / "work-precision.json"
+    with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
+        found = json.loads(file.read_text())
+        text = precision_page(found["rows"], found["notes"])
+    return _written(folder / "work-precision.html", text)
 
 
 def _written(path, text):

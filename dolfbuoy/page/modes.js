@@ -5,15 +5,12 @@ import { byId, data, element, format, range, themeButton, unpack } from "./core.
 import { Mode } from "./motion.js";
 import { Player } from "./player.js";
 import { SortedTable } from "./table.js";
-import { Viewer } from "./viewer.js";
+import { viewerOrNone } from "./viewer.js";
 
 function start() {
   themeButton();
-  byId("names").hidden = !data.view.labels.length;
-  if (!data.view.buoys.length) document.querySelector("[data-look=buoy]").hidden = true;
-  const viewer = makeViewer();
+  const viewer = viewerOrNone(data.view, [-1, 1]);
   const player = new Player(viewer, new Mode(data.view, data.modes[0]), [], true);
-  player.markView();
   const columns = [
     { key: "number", name: "#" },
     { key: "name", name: "what moves" },
@@ -25,17 +22,6 @@ function start() {
   const rows = data.modes.map((mode, i) => ({ ...mode, number: i + 1 }));
   const table = new SortedTable(byId("table"), columns, rows, (mode) => show(mode, viewer, player));
   table.choose(rows.find((row) => !row.said) ?? rows[0]);
-}
-
-function makeViewer() {
-  try {
-    return new Viewer(document.querySelector(".stage"), data.view, [-1, 1]);
-  } catch (error) {
-    const without = document.querySelector(".without");
-    without.hidden = false;
-    without.textContent = `The picture in space needs WebGL 2, which this browser does not offer here (${error.message}).`;
-    return null;
-  }
 }
 
 function show(mode, viewer, player) {

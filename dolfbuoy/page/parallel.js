@@ -3,7 +3,7 @@
 import { drawn, element, format, range, ticks } from "./core.js";
 
 /** More lines than this are not drawn: every second, third, ... case. */
-const MOST = 3000;
+const MOST = 1200;
 
 export class ParallelAxes {
   /** axes: [{name, values: [of each case: a number or a text]}]; chosen(case). */
@@ -11,7 +11,9 @@ export class ParallelAxes {
     Object.assign(this, { host, axes: axes.map(scaled), chosen, current: null, height: 330 });
     this.svg = drawn("svg", { role: "img", "aria-label": label, class: "chart parallel" });
     this.tip = element("p", { class: "note", role: "status" });
-    host.append(this.svg, this.tip);
+    const every = Math.ceil(axes[0].values.length / MOST);
+    const thinned = every > 1 ? `Of ${axes[0].values.length} cases one in ${every} has a line; the table has all.` : "";
+    host.append(this.svg, this.tip, element("p", { class: "note" }, thinned));
     this.svg.addEventListener("click", (event) => this.pick(event));
     this.svg.addEventListener("pointermove", (event) => this.hover(event));
     new ResizeObserver(() => this.draw()).observe(host);

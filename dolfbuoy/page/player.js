@@ -18,6 +18,7 @@ export class Player {
     byId("play").addEventListener("click", () => this.toggle());
     this.makeSpeeds();
     this.listenToViews();
+    this.markView();
     document.addEventListener("keydown", (event) => this.key(event));
   }
 

@@ -6,16 +6,15 @@ from . import words
 from .document import joined, page, tag
 
 
-def precision_page(rows: list[dict], notes: list[str], title: str) -> str:
+def precision_page(rows: list[dict], notes: list[str]) -> str:
     """HTML of the rows and notes of work-precision.json."""
-    title = f"Work and precision: {title}" if title else "Work and precision"
     names = [name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)]
     said = f"{len(rows)} cases against a finer reference"
     answer = words.section("answer", "The answer", words.paragraphs(notes), class_="whole")
     charts = tag("div", id="charts", class_="grid")
     cases = words.section("cases", "Cases", tag("div", id="table"), class_="whole")
-    body = joined([words.header(title, said), tag("main", charts, answer, cases)])
-    return page(title, body, data_of(rows, names), "precision")
+    body = joined([words.header("Work and precision", said), tag("main", charts, answer, cases)])
+    return page("Work and precision", body, data_of(rows, names), "precision")
 
 
 def data_of(rows, names) -> dict:

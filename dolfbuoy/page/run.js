@@ -4,7 +4,7 @@ import { Chart } from "./charts.js";
 import { byId, data, drawn, element, format, nearest, onTheme, range, scaleOfTension, themeButton, unpack } from "./core.js";
 import { Recorded } from "./motion.js";
 import { Player } from "./player.js";
-import { Viewer } from "./viewer.js";
+import { viewerOrNone } from "./viewer.js";
 
 const times = unpack(data.time);
 /** Lines or buoys of which all charts are shown at once. */
@@ -20,28 +20,27 @@ function start() {
   player.refresh();
   chooseWindows(player, panels);
   for (const button of document.querySelectorAll("[data-t]"))
-    button.addEventListener("click", () => player.go(Number(button.dataset.t)));
-  player.go(data.moments.length ? data.moments[0].t : times[0]);
+    button.addEventListener("click", () => show(player, { ...button.dataset, t: Number(button.dataset.t) }));
+  if (data.moments.length) show(player, data.moments[0]);
+  else player.go(times[0]);
   forPaper(player, panels);
+}
+
+/** A moment: its time, and the line or buoy whose it is. */
+function show(player, { t, kind, part }) {
+  const select = byId(`of-${kind}`).querySelector("select");
+  if (select.value !== part) {
+    select.value = part;
+    select.dispatchEvent(new Event("change"));
+  }
+  player.go(t);
 }
 
 /** The viewer with its legend; without WebGL the charts are all there is. */
 function makePlayer() {
-  const source = new Recorded(data.view, times);
-  let viewer = null;
-  try {
-    viewer = new Viewer(document.querySelector(".stage"), data.view, data.view.lines?.scale ?? [0, 1]);
-  } catch (error) {
-    const without = document.querySelector(".without");
-    without.hidden = false;
-    without.textContent = `The picture in space needs WebGL 2, which this browser does not offer here (${error.message}).`;
-  }
+  const viewer = viewerOrNone(data.view, data.view.lines?.scale ?? [0, 1]);
   makeLegend();
-  byId("names").hidden = !data.view.labels.length;
-  const player = new Player(viewer, source, times);
-  if (!data.view.buoys.length) document.querySelector("[data-look=buoy]").hidden = true;
-  player.markView();
-  return player;
+  return new Player(viewer, new Recorded(data.view, times), times);
 }
 
 function makeLegend() {

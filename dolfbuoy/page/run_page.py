@@ -8,7 +8,7 @@ from ..results.behind_ramp import scene_of
 from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
-from ..scene.settings import SCHEMES, period_of, ramp_of
+from ..scene.settings import SCHEMES, period_of
 from . import words
 from .document import fragment, joined, page, tag
 from .pack import chosen_rows, exact
@@ -49,8 +49,8 @@ def data_of(record, scene) -> dict:
     return {
         "kind": "run",
         "time": exact(record.time.values[rows]),
+        "kept": len(rows),
         "every": record.sizes["time"],
-        "ramp": ramp_of(scene),
         "period": period_of(scene),
         "panels": panels(columns, rows),
         "moments": moments(record, parts),
@@ -66,29 +66,27 @@ def _said_of(record, scene):
     """Two lines under the title."""
     steps = record.sizes["time"] - 1
     how = f"{float(record.time[-1]):g} s in {steps:,} steps of {SCHEMES[scene.time.scheme]}"
-    return record.attrs.get(
-        "effects", ""
-    ), f"{how}; dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
+    made = f"dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
+    return record.attrs.get("effects", ""), f"{how}; {made}"
 
 
 def _thinned(found):
-    kept = len(found["time"]["data"]) * 3 // 4 // 8
-    if kept >= found["every"]:
+    if found["kept"] == found["every"]:
         return ""
-    return f"Series are drawn with {kept:,} of {found['every']:,} instants, all peaks among them; tables are of all."
+    share = f"{found['kept']:,} of {found['every']:,} instants"
+    return f"Series are drawn with {share}, all peaks among them; tables are of all."
 
 
 def moments(record, parts) -> list[dict]:
     """The largest of what matters, each with its time: a key figure and where to jump."""
     found = []
 
-    def largest(name, label, values, unit):
+    def largest(kind, name, label, values, unit):
         row = int(np.nanargmax(values))
         unit, factor = unit_of(values, unit)
         said = f"{name}: {label}" if name else label
-        found.append(
-            {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
-        )
+        moment = {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
+        found.append(moment | {"part": name, "kind": kind})
 
     lines = [(name, part) for name, part, _ in parts if "tension_top" in part]
     bodies = [(name, part) for name, part, _ in parts if "buoy_position" in part]
@@ -96,12 +94,12 @@ def moments(record, parts) -> list[dict]:
         able = [(name, _size(part[key].values)) for name, part in lines if key in part]
         if able:
             name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
-            largest(name, label, values, "N")
+            largest("line", name, label, values, "N")
     for label, unit, make in (("farthest from the start", "m", _way), ("largest lean", "deg", _lean)):
         able = [(name, make(part)) for name, part in bodies]
         if able:
             name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
-            largest(name, label, values, unit)
+            largest("buoy", name, label, values, unit)
     return found
 
 
@@ -128,6 +126,8 @@ def _keys(moments):
             tag("span", f"at {moment['t']:.4g} s", class_="when"),
             type="button",
             data_t=repr(moment["t"]),
+            data_kind=moment["kind"],
+            data_part=moment["part"],
         )
         for moment in moments
     ]

@@ -6,6 +6,20 @@ import { Painter } from "./gl.js";
 import { Waves, squares, surface } from "./sea.js";
 import { ball, block, cone, grid, hull, placed, plus, turned, unit, upright } from "./shapes.js";
 
+/** A Viewer in the stage of the page; null, and it is said, where there is no WebGL. */
+export function viewerOrNone(view, tensions) {
+  byId("names").hidden = !view.labels.length;
+  document.querySelector("[data-look=buoy]").hidden = !view.buoys.length;
+  try {
+    return new Viewer(document.querySelector(".stage"), view, tensions);
+  } catch (error) {
+    const without = document.querySelector(".without");
+    without.hidden = false;
+    without.textContent = `The picture in space needs WebGL 2, which is not to be had here (${error.message}).`;
+    return null;
+  }
+}
+
 /** Shows the states of a source (motion.js) in a canvas.
  *
  * view: of the data, see view.py.  tensions: [least, largest] of the colours [N].

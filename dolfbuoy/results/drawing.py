@@ -9,11 +9,11 @@ from .behind_ramp import Missing, scene_of
 from .style import STYLE
 
 
-def figure_of(*needs: str) -> Callable:
+def figure_of(*needs: str, network: bool = False) -> Callable:
     """A function (record, scene=None, ...) that draws what these variables of a record say, as a figure.
 
-    The scene is by default the one that the record carries.  The function raises Missing for a record without the
-    variables, TooShort for one that ends too early.
+    The scene is by default the one that the record carries.  network: whether it draws a whole network too.  The
+    function raises Missing for a record without the variables, TooShort for one that ends too early.
     """
 
     def decorate(draw):
@@ -24,8 +24,14 @@ def figure_of(*needs: str) -> Callable:
                 raise Missing(f"figures.{draw.__name__} needs {missing[0]}, which this record does not have.")
             if not record.sizes.get("time"):
                 raise Missing("This is not the record of a run: compute it with simulate, or dolfbuoy run.")
+            scene = scene or scene_of(record)
+            if scene.is_network and not network:
+                raise Missing(
+                    f"figures.{draw.__name__} draws one cable or one buoy: give record and scene of one of "
+                    "results.parts.parts_of(record, scene), as figures.draw_all does."
+                )
             with matplotlib.rc_context(STYLE):
-                return draw(record, scene or scene_of(record), *arguments, **options)
+                return draw(record, scene, *arguments, **options)
 
         return figure
 

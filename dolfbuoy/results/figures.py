@@ -15,7 +15,7 @@ from .behind_ramp import Missing, TooShort
 from .folder import enlist
 from .over_time import cone_angle, heave, roll_pitch_yaw, tension
 from .paraview import read_run
-from .parts import parts_of
+from .parts import Part, parts_of
 from .paths import orbit, track, trajectory
 from .snapshot import snapshot
 from .spectra import motion_spectrum, tension_spectrum
@@ -43,14 +43,19 @@ __all__ = [*FIGURES, "draw_all"]
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
-    Of a network each cable and each buoy has its own, with its name behind that of the figure.
+    Of a network there is a snapshot of the whole; each cable and each buoy has its own of the others, with its name
+    behind that of the figure.
 
     say: called with a sentence for each that the run is too short for.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    target, written = Path(folder) / "figures", []
-    for part, known, alone in parts_of(record, scene):
+    target, written, parts = Path(folder) / "figures", [], parts_of(record, scene)
+    if scene.is_network:
+        parts = [Part("", record, scene), *parts]
+    for part, known, alone in parts:
         for name, draw in FIGURES.items():
+            if part and name == "snapshot" and "cable_position" in known:
+                continue  # the whole has it
             try:
                 figure = draw(known, alone)
             except Missing:

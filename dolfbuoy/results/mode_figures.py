@@ -1,5 +1,6 @@
 """Figures and ParaView files of natural modes: every shape from the side and from ahead, and moving."""
 
+from functools import partial
 from pathlib import Path
 
 import matplotlib
@@ -13,6 +14,8 @@ from ..scene.network import network_of
 from .folder import enlist
 from .mode_record import KINDS, enlargement
 from .paraview import cable_meshes, hull_meshes, write_series
+from .parts import parts_of
+from .record import FIXED
 from .style import COLORS, PAGE, STYLE, files_of, legend_below, new_figure, save
 
 #: How the phases rest, 0, 180 and 90 degrees are drawn.
@@ -146,16 +149,20 @@ def draw_modes(folder, dataset, scene, paraview=True, direction_deg=0.0) -> list
 
 
 def _animate(folder, dataset, number, scene):
-    """A period of the mode as meshes of cable and hull, over a time of one period, or of 1 s for what has none."""
+    """A period of the mode as meshes of cables and hulls, over a time of one period, or of 1 s for what has none."""
     mode, written = dataset.isel(mode=number - 1), []
     period = mode.period.item() if np.isfinite(mode.period.item()) else 1.0
-    record = _as_a_run(dataset, mode, enlargement(dataset, mode), period)
-    for kind, make in (("cable", cable_meshes), ("hull", hull_meshes)):
-        of_instant = make(record, scene)
-        if of_instant is not None:
-            meshes = [of_instant(i, t) for i, t in enumerate(record.time.values)]
-            target = folder / "paraview" / f"mode_{number:02d}_{kind}"
-            written += write_series(target, record.time.values, meshes, lambda files: enlist(folder, files, "modes"))
+    record, announce = (
+        _as_a_run(dataset, mode, enlargement(dataset, mode), period),
+        partial(enlist, folder, kind="modes"),
+    )
+    for part, known, alone in parts_of(record, scene):
+        for kind, make in (("cable", cable_meshes), ("hull", hull_meshes)):
+            of_instant = make(known, alone)
+            if of_instant is not None:
+                meshes = [of_instant(i, t) for i, t in enumerate(record.time.values)]
+                target = folder / "paraview" / "_".join([f"mode_{number:02d}", kind, *([part] if part else [])])
+                written += write_series(target, record.time.values, meshes, announce)
     return written
 
 
@@ -171,7 +178,7 @@ def _as_a_run(dataset, mode, factor, period):
         shape = (-1, *[1] * real.ndim)
         return z.real.reshape(shape) * real - z.imag.reshape(shape) * imaginary
 
-    data = {"time": ("time", times)}
+    data = {"time": ("time", times)} | {name: dataset[name] for name in FIXED if name in dataset}
     if "cable_position" in mode:
         data["frame"] = ("frame", times)
         data["cable_position"] = (
@@ -179,12 +186,16 @@ def _as_a_run(dataset, mode, factor, period):
             dataset.rest_cable_position.values + moved("cable_position"),
         )
         data["cable_tension"] = (("frame", "cell"), moved("cable_tension"))
-        data["s"] = ("node", dataset.s.values)
-    if "buoy_position" in mode and mode.buoy_position.ndim == 2:
-        q4 = dataset.rest_buoy_orientation.values
-        turned = [_turned(q4, turn) for turn in moved("buoy_rotation")]
-        data["buoy_position"] = (("time", "xyz"), dataset.rest_buoy_position.values + moved("buoy_position"))
-        data["buoy_orientation"] = (("time", "quaternion"), np.array(turned))
+    if "buoy_position" in mode:
+        several = ("buoy",) if "buoy" in mode.dims else ()
+        turns = moved("buoy_rotation")
+        at_rest = np.broadcast_to(dataset.rest_buoy_orientation.values, (*turns.shape[:-1], 4)).reshape(-1, 4)
+        turned = [_turned(q4, turn) for q4, turn in zip(at_rest, turns.reshape(-1, 3), strict=True)]
+        data["buoy_position"] = (
+            ("time", *several, "xyz"),
+            dataset.rest_buoy_position.values + moved("buoy_position"),
+        )
+        data["buoy_orientation"] = (("time", *several, "quaternion"), np.reshape(turned, (*turns.shape[:-1], 4)))
     return xr.Dataset(data)
 
 

@@ -231,16 +231,18 @@ class Observer:
         return found | {"segment_of_cell": number[of_cell]}
 
     def parted(self, fixed) -> str:
-        """Which cables have parted and where, in words, on rank 0; fixed: what `fixed` gave."""
+        """Which cables have parted, where and when, in words, on rank 0; fixed: what `fixed` gave."""
         parting = self.problem.lines.parting if self.problem.lines else None
         if parting is None:
             return ""
-        gone = self._gather(parting.of_elements)
+        since = self._gather(parting.of_elements)
         if self.comm.rank != 0:
             return ""
-        gone = np.flatnonzero(gone[self._cell_order])
-        cable = fixed.get("cable_of_cell", np.zeros(len(self._cell_order), dtype=int))
-        return ", ".join(f"{self.network.cables[cable[k]]} at s = {fixed['s_cell'][k]:g} m" for k in gone)
+        since = since[self._cell_order]
+        cable = fixed.get("cable_of_cell", np.zeros(len(since), dtype=int))
+        gone = (k for k in np.argsort(since, kind="stable") if np.isfinite(since[k]))
+        where = (f"{self.network.cables[cable[k]]} at s = {fixed['s_cell'][k]:g} m, t = {since[k]:g} s" for k in gone)
+        return "; ".join(where)
 
     def frame(self, velocity=None):
         """Shape, velocity and element tensions in order from the anchor, on rank 0; call `fixed` before.

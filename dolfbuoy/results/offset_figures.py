@@ -1,14 +1,19 @@
 """Figure of offset curves: offset and top tension over the load, and where C goes, from above."""
 
+import itertools
+
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from .offset_record import top_tension
+from .response_record import each_buoy
 from .style import COLORS, PAGE, STYLE, legend_below, new_figure
 from .tables import force_unit
 
+#: Lines of several buoys.
+STYLES = ("-", "--", ":", "-.")
 #: How states that are no good are marked.
 MARKS = {"slack": ("x", "line slack"), "under": ("v", "buoy under water")}
 
@@ -30,24 +35,30 @@ def offset_curves(dataset, anchors=()) -> Figure:
         tension, scale = force_unit(top)
         for i, colour in enumerate(colours):
             one = dataset.isel(direction=i)
-            _curve(left, factor * sizes, one.offset_along.values, one, colour)
+            for (_, part), style in zip(each_buoy(one), itertools.cycle(STYLES)):
+                _curve(left, factor * sizes, part.offset_along.values, one, colour, style)
             _curve(middle, factor * sizes, scale * top[i], one, colour)
         left.set(xlabel=title, ylabel="offset of C along the load [m]")
         middle.set(xlabel=title, ylabel=f"tension at the upper end [{tension}]")
-        _plan(right, dataset, sizes, directions, colours, anchors)
+        for _, part in each_buoy(dataset):
+            _plan(right, part, sizes, directions, colours)
+        for anchor in anchors:
+            right.plot(*anchor, "s", color=COLORS["ink"], ms=4)
+        right.set(xlabel="x [m]", ylabel="y [m]")
+        right.set_aspect("equal", adjustable="datalim")
         handles = _legend(dataset, directions, colours)
         legend_below(figure, 0.25, len(handles), handles)
     return figure
 
 
-def _curve(axes, x, y, one, colour):
-    axes.plot(x, y, ".-", color=colour, ms=3)
+def _curve(axes, x, y, one, colour, style="-"):
+    axes.plot(x, y, ".", ls=style, color=colour, ms=3)
     for name, (mark, _) in MARKS.items():
         bad = one[name].values.astype(bool)
         axes.plot(x[bad], y[bad], mark, color=COLORS["red"], ms=5, ls="none")
 
 
-def _plan(axes, dataset, sizes, directions, colours, anchors):
+def _plan(axes, dataset, sizes, directions, colours):
     x, y = (dataset.buoy_position.sel(xyz=name).values for name in "xy")
     whole = len(directions) > 2 and np.ptp(np.diff([*directions, directions[0] + 360])) < 1e-6
     for j in range(len(sizes)):
@@ -55,16 +66,15 @@ def _plan(axes, dataset, sizes, directions, colours, anchors):
         axes.plot(x[ring, j], y[ring, j], color="#bbbbbb", lw=0.6)
     for i, colour in enumerate(colours):
         axes.plot(x[i], y[i], ".-", color=colour, ms=3)
-    for anchor in anchors:
-        axes.plot(*anchor, "s", color=COLORS["ink"], ms=4)
-    axes.set(xlabel="x [m]", ylabel="y [m]")
-    axes.set_aspect("equal", adjustable="datalim")
 
 
 def _legend(dataset, directions, colours):
-    """Some of the directions, and the marks that there are."""
+    """Some of the directions, the buoys if there are several, and the marks that there are."""
     shown = range(0, len(directions), -(-len(directions) // 4))
     found = [Line2D([], [], color=colours[i], marker=".", label=f"towards {directions[i]:g}°") for i in shown]
+    if "buoy" in dataset.dims:
+        named = zip(dataset.buoy.values.tolist(), itertools.cycle(STYLES))
+        found += [Line2D([], [], color=COLORS["ink"], ls=style, label=name) for name, style in named]
     for name, (mark, words) in MARKS.items():
         if dataset[name].values.any():
             found.append(Line2D([], [], color=COLORS["red"], marker=mark, ls="none", label=words))

@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..model.feasible import shape_and_mass
+from ..scene.network import network_of, with_buoy
 from .observe import Observer, attributes
+from .offsets import smallest_circle
 from .record import dataset_of
 
 if TYPE_CHECKING:
@@ -22,11 +24,14 @@ TOWARDS = ("degree", "direction of the load, from x towards y")
 SAID = {
     "found": ("1", "whether there is an equilibrium"),
     "slack": ("1", "whether some of the line is slack"),
-    "under": ("1", "whether the buoy is drawn under the water"),
+    "under": ("1", "whether a buoy is drawn under the water"),
     "smallest_tension": ("N", "smallest mean tension of an element"),
     "offset": ("m", "horizontal distance of C from its place at rest in the scene as it is"),
     "offset_along": ("m", "the part of it along the load"),
+    "watch_radius": ("m", "radius of the smallest circle around the places of C under loads towards all sides"),
+    "watch_centre": ("m", "its centre"),
 }
+DRAWN_UNDER = "the buoy is drawn under the water"
 
 
 class Rows:
@@ -76,7 +81,10 @@ class Rows:
             _attributes(TOWARDS),
         )
         made[self.load] = (self.load, sizes, _attributes(UNITS[self.load]))
-        return _with_offsets(made, at_rest) if "buoy_position" in made and at_rest is not None else made
+        if "buoy_position" in made:
+            made = _with_watch_circles(made)
+            return made if at_rest is None else _with_offsets(made, at_rest)
+        return made
 
 
 def top_tension(dataset) -> "xr.DataArray":
@@ -92,8 +100,9 @@ def _attributes(said):
 def _is_under(scene, values):
     if scene.sea is None or "displaced_mass" not in values:
         return False
-    volume = shape_and_mass(scene)[0].volume()
-    return bool(values["displaced_mass"] >= (1 - LEAST_FREEBOARD) * scene.sea.density * volume)
+    shapes = (shape_and_mass(with_buoy(scene, name))[0] for name in network_of(scene).buoys)
+    volumes = np.array([shape.volume() for shape in shapes])
+    return bool(np.any(values["displaced_mass"] >= (1 - LEAST_FREEBOARD) * scene.sea.density * volumes))
 
 
 def _with_offsets(made, at_rest):
@@ -105,6 +114,26 @@ def _with_offsets(made, at_rest):
     return made
 
 
+def _with_watch_circles(made):
+    """Of every size of the load, and of every buoy; nan without an equilibrium under one of them."""
+    import xarray as xr
+
+    places = made.buoy_position.isel(xyz=slice(2)).rename(xyz="xy")
+    found = xr.apply_ufunc(
+        _circle, places, input_core_dims=[["direction", "xy"]], output_core_dims=[["part"]], vectorize=True
+    )
+    made["watch_centre"] = found.isel(part=slice(2)).rename(part="xy").assign_attrs(_attributes(SAID["watch_centre"]))
+    made["watch_radius"] = found.isel(part=2).assign_attrs(_attributes(SAID["watch_radius"]))
+    return made.assign_coords(xy=["x", "y"])
+
+
+def _circle(places):
+    if not np.isfinite(places).all():
+        return np.full(3, np.nan)
+    centre, radius = smallest_circle(places)
+    return np.array([*centre, radius])
+
+
 def sentences(dataset) -> list[str]:
     """What is not as it should be, a line for each kind and direction."""
     load, found = dataset.slack.dims[1], []
@@ -113,7 +142,7 @@ def sentences(dataset) -> list[str]:
         one = dataset.sel(direction=direction)
         for bad, words in (
             (one.slack.values, "some of the line is slack"),
-            (one.under.values, "the buoy is drawn under the water"),
+            (one.under.values, "a buoy is drawn under the water" if "buoy" in one.dims else DRAWN_UNDER),
             (~one.found.values.astype(bool), "no equilibrium was found"),
         ):
             sizes = one[load].values[np.asarray(bad, dtype=bool)]

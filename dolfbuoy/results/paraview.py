@@ -12,6 +12,7 @@ from ..meshes import line_mesh
 from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
+from ..scene.network import network_of
 from .checkpoint import read_scene
 from .folder import enlist
 from .parts import parts_of
@@ -22,19 +23,17 @@ def export(folder: str | Path) -> list[Path]:
     """Write folder/paraview/ from the results.nc and scene.toml of a run; returns the files, collections last.
 
     One mesh per instant (cable_NNNN.vtu, ...) and a collection to open (cable.pvd, ...) of each of KINDS that the run
-    has; names of fields have their units.  Raises InputError if the folder holds no run.
+    has; names of fields have their units.  Of a network each cable and each buoy has its own, with its name behind that
+    of the kind, and network.pvd shows all at once.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
     target, times = Path(folder) / "paraview", instants(record, scene)
-    meshes = {}
-    for part, known, alone in parts_of(record, scene):
-        for kind, make in KINDS.items():
-            name = kind if not part or kind in ("water", "bed") else f"{kind}_{part.replace('-', '_')}"
-            if name not in meshes and (of_instant := make(known, alone)):
-                meshes[name] = of_instant
+    meshes = _meshes(record, scene)
     shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
     paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
-    collections = {kind: target / f"{kind}.pvd" for kind in paths}
+    collections = {kind: target / f"{kind}.pvd" for kind in paths} | (
+        {"": target / f"{NETWORK}.pvd"} if scene.is_network else {}
+    )
     files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
     enlist(folder, files)
     target.mkdir(exist_ok=True)
@@ -42,7 +41,22 @@ def export(folder: str | Path) -> list[Path]:
         for i, path in enumerate(names):
             meshes[kind](i, shown[kind][i]).write(path)
         _write_collection(collections[kind], shown[kind], names)
+    if scene.is_network:
+        _write_collection(
+            collections[""], times, *(names * len(times) if len(names) == 1 else names for names in paths.values())
+        )
     return files
+
+
+def _meshes(record, scene):
+    """Name of files -> what makes their meshes of an instant's number and time."""
+    named = [(part.replace("-", "_"), known, alone, OF_PART) for part, known, alone in parts_of(record, scene)]
+    found = {}
+    for part, known, alone, kinds in [*named, ("", record, scene, OF_ALL)]:
+        for kind in kinds:
+            if of_instant := KINDS[kind](known, alone):
+                found[f"{kind}_{part}" if part else kind] = of_instant
+    return found
 
 
 def write_series(name: Path, times, meshes, announce) -> list[Path]:
@@ -143,7 +157,11 @@ def cable_meshes(record, scene):
         nodes = {"s [m]": record.s.values}
         if "cable_velocity" in record:
             nodes["velocity [m/s]"] = record.cable_velocity.values[i]
-        return line_mesh(positions[i], nodes, {"tension [N]": [np.repeat(tensions[i], pieces)]})
+        cells = {"tension [N]": tensions[i]}
+        for name in ("cable", "segment"):  # numbers of the record, in a network
+            if f"{name}_of_cell" in record:
+                cells[f"{name} [1]"] = record[f"{name}_of_cell"].values
+        return line_mesh(positions[i], nodes, {name: [np.repeat(of, pieces)] for name, of in cells.items()})
 
     return of_instant
 
@@ -190,6 +208,22 @@ def buoy_meshes(record, scene):
             fields["velocity [m/s]"], fields["angular velocity [rad/s]"] = velocities(record, scene, time)
         fields |= {field: record[name].values[row] for name, field in AT_C.items() if name in record}
         return meshio.Mesh([r_C], [("vertex", [[0]])], point_data={k: np.array([v]) for k, v in fields.items()})
+
+    return of_instant
+
+
+def joint_meshes(record, scene):
+    """The joints of a network as points, with their numbers in the record and the net weight of their bodies."""
+    if "joint_position" not in record:
+        return None
+    network, density = network_of(scene), scene.sea.density if scene.sea else 0.0
+    bodies = [network.bodies.get(name) for name in network.joints]
+    weight = [scene.gravity * (body.mass - density * body.volume) if body else 0.0 for body in bodies]
+    fields = {"joint [1]": np.arange(len(bodies)), "net weight [N]": np.array(weight)}
+    vertices = [("vertex", np.arange(len(bodies))[:, None])]
+
+    def of_instant(_i, time):
+        return meshio.Mesh(record.joint_position.values[_row(record, time)], vertices, point_data=fields)
 
     return of_instant
 
@@ -257,16 +291,21 @@ KINDS = {
     "cable": cable_meshes,
     "hull": hull_meshes,
     "buoy": buoy_meshes,
+    "joint": joint_meshes,
     "water": water_meshes,
     "bed": bed_meshes,
 }
+#: Of a network: what each cable and buoy has of its own, and what all have together; the collection that shows all.
+OF_PART, OF_ALL, NETWORK = ("cable", "hull", "buoy"), ("joint", "water", "bed"), "network"
 
 
-def _write_collection(path, times, files):
+def _write_collection(path, times, *series):
+    """series: lists of files, one for each time."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
-    for time, file in zip(times, files, strict=True):
-        ElementTree.SubElement(collection, "DataSet", timestep=repr(float(time)), part="0", file=file.name)
+    for time, *files in zip(times, *series, strict=True):
+        for part, file in enumerate(files):
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(float(time)), part=str(part), file=file.name)
     ElementTree.indent(root)
     ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
     return path

@@ -1,116 +1,39 @@
-"""A picture of the whole system at one instant: cable, hull, water, its velocity, forces, point masses."""
+"""A picture of the whole system at one instant: lines, joints, hulls, bed, water and its velocity, forces, masses."""
 
+import itertools
 import math
-from dataclasses import dataclass
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Circle, Patch
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from ..meshes import HullShape
-from ..model.rigid import mass_properties
-from ..model.sea import crest_height, elevation_at, heading, velocity_at, wavenumber, wind_at
+from ..model.sea import crest_height, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
 from .drawing import figure_of
-from .paraview import hull_surface, pose
+from .instant import instant
+from .paraview import hull_surface
 from .space import clear_azimuth, equal_scale, nice_scale
 from .style import COLORS, COLUMN, PAGE, new_figure
 from .tables import force_unit
 
-
-@dataclass
-class Instant:
-    """What is known of a run at one time."""
-
-    scene: object
-    time: float
-    cable: np.ndarray | None  #: nodes (n, 3)
-    r_C: np.ndarray | None
-    R: np.ndarray | None
-
-    def __post_init__(self):
-        buoy = self.scene.buoy if self.r_C is not None else None
-        self.shape = HullShape(tuple(buoy.hull)) if buoy and buoy.hull else None
-        self.center = mass_properties(buoy, self.shape).height if buoy else None
-        self.masses = [self.at(p.height) for p in buoy.point_masses] if buoy else []
-
-    def elevation(self, points):
-        """Of the water at points (..., 3) [m]."""
-        return elevation_at(self.scene, self.time, points)
-
-    def at(self, height: float) -> np.ndarray:
-        """Place of the point of the buoy's axis at `height` above the keel."""
-        return self.r_C + self.R[:, 2] * (height - self.center)
-
-    @property
-    def heights(self) -> list[float]:
-        """Heights above the keel of everything on the buoy's axis."""
-        buoy = self.scene.buoy
-        heights = [self.center, buoy.mooring_height, *(p.height for p in buoy.point_masses)]
-        return heights + ([0.0, self.shape.height] if self.shape else [])
-
-    @property
-    def buoy_size(self) -> float:
-        """Largest dimension of the buoy [m]."""
-        width = self.shape.max_diameter if self.shape else 0.0
-        return max(max(self.heights) - min(self.heights), width) or 1.0
-
-    @property
-    def direction_deg(self) -> float:
-        """Heading of the vertical plane that shows the water's motion; without any, the cable."""
-        for section in (self.scene.waves, self.scene.current):
-            if section:
-                return section.direction_deg
-        x, y, _ = self.cable[-1] - self.cable[0] if self.cable is not None else (1.0, 0.0, 0.0)
-        return math.degrees(math.atan2(y, x)) if math.hypot(x, y) > 0 else 0.0
-
-    @property
-    def depth_below_bed(self) -> float:
-        """Of the lowest point of the cable [m]; negative over the bed, and for a cable that lies on it."""
-        return -1.0 if self.scene.seabed else float(-self.scene.sea.depth - self.cable[:, 2].min())
-
-    def in_hull(self, x: np.ndarray) -> np.ndarray:
-        """Whether the points (..., 3) are inside the hull."""
-        if self.shape is None:
-            return np.zeros(x.shape[:-1], dtype=bool)
-        body = (x - self.r_C) @ self.R
-        height = body[..., 2] + self.center
-        return np.hypot(body[..., 0], body[..., 1]) < self.shape.radius(height, height)
-
-    def forces(self):
-        """(label, point of application, force [N], colour) of what pushes the buoy from outside."""
-        found, scene = [], self.scene
-        if self.r_C is not None and scene.external_force:
-            point = self.r_C if scene.external_force.height is None else self.at(scene.external_force.height)
-            found.append(("external force", point, np.array(scene.external_force.force), COLORS["red"]))
-        if self.r_C is not None and scene.wind:
-            point = self.at(scene.wind.height)
-            found.append(("wind force", point, self._wind_force(point), COLORS["green"]))
-        return [f for f in found if np.linalg.norm(f[2]) > 0]
-
-    def _wind_force(self, point):
-        return wind_at(self.scene, point[2] - (self.elevation(point) if self.scene.sea else 0.0))
+#: Of the lines of a network, in turn; with more of them than these the legend does not tell which is which.
+LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], "#CC79A7"]
+#: A network is drawn from above too if it is wider than this share of its length.
+WIDE = 0.02
 
 
-def instant(record, scene, time: float | None = None) -> Instant:
-    """The recorded frame nearest to `time` (default: the last one)."""
-    times = record.frame.values if "frame" in record else record.time.values
-    i = len(times) - 1 if time is None else int(np.abs(times - time).argmin())
-    cable = record.cable_position.values[i] if "cable_position" in record else None
-    r_C, R = pose(record, times[i]) if "buoy_position" in record else (None, None)
-    return Instant(scene, float(times[i]), cable, r_C, R)
-
-
-@figure_of()
+@figure_of(network=True)
 def snapshot(record, scene=None, time: float | None = None) -> Figure:
     """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
-    the buoy.  Lengths have equal scale in all directions; arrows have the scales that stand beside the time."""
+    the buoy, a network from above.  Lengths have equal scale in all directions; arrows have the scales that stand
+    beside the time."""
     now = instant(record, scene, time)
-    boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
-    both = len(boxes) == 2
+    boxes = [box for box in (_whole(now), None if scene.is_network else _detail(now)) if box is not None]
+    from_above = scene.is_network and np.ptp(now.cable[:, :2], axis=0).min() > WIDE * np.ptp(now.cable, axis=0).max()
+    both = len(boxes) == 2 or from_above
     places = [(-0.02, 0.15, 0.5, 0.80), (0.46, 0.15, 0.5, 0.80)] if both else [(-0.04, 0.15, 0.98, 0.78)]
     figure = new_figure(PAGE if both else COLUMN, 4.2, constrained=False)
     force, legend, speeds = _force_scale(now, boxes[-1]), {}, []
@@ -118,6 +41,8 @@ def snapshot(record, scene=None, time: float | None = None) -> Figure:
         axes = figure.add_axes(place, projection="3d", computed_zorder=False)
         speeds.append(_draw(axes, now, box, force, legend))
         equal_scale(axes, box, elevation=14, azimuth=clear_azimuth(now.direction_deg))
+    if from_above:
+        _draw_plan(figure.add_axes((0.62, 0.24, 0.36, 0.66)), now)
     figure.text(0.02, 0.96, f"t = {now.time:.4g} s")
     figure.text(0.22 if both else 0.98, 0.96, _scales(speeds, force), ha="left" if both else "right", va="bottom")
     _label_water(legend, speeds)
@@ -132,10 +57,7 @@ def _whole(now):
     """Box (2, 3) of lower and upper corner around everything; None without a cable."""
     if now.cable is None:
         return None
-    points = [*now.cable]
-    if now.r_C is not None:
-        points += [now.at(h) for h in now.heights]
-    points = np.array(points)
+    points = now.points
     low, high = points.min(axis=0), points.max(axis=0)
     span = (high - low).max()
     low[2] -= 0.04 * span
@@ -170,17 +92,17 @@ def _draw(axes, now, box, force_scale, legend):
     if now.scene.sea:
         _draw_bed(axes, now, box, legend)
         speeds = _draw_velocity(axes, now, box)
-    if now.cable is not None:
-        _draw_cable(axes, now, box, legend)
+    _draw_lines(axes, now, box, legend)
+    _draw_marks(axes, now, box, legend)
     _draw_surfaces(axes, now, box, legend)
     for name, point, force, color in now.forces():
         axes.quiver(*point, *force / force_scale, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
         legend[name] = _arrow(color, _said(name, force, force_scale, box))
-    if now.masses:
-        mast = np.array([now.at(h) for h in (max(now.heights), now.shape.height if now.shape else now.center)])
+    for buoy in (buoy for buoy in now.buoys if buoy.masses):
+        mast = np.array([buoy.at(h) for h in (max(buoy.heights), buoy.shape.height if buoy.shape else buoy.center)])
         axes.plot(*mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
-        size = 4.5 if (box[1] - box[0]).max() < 6 * now.buoy_size else 2.0
-        axes.plot(*np.array(now.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
+        size = 4.5 if (box[1] - box[0]).max() < 6 * buoy.buoy_size else 2.0
+        axes.plot(*np.array(buoy.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
         legend["masses"] = Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass")
     return speeds
 
@@ -196,15 +118,24 @@ def _draw_bed(axes, now, box, legend):
     legend["bed"] = Patch(color=COLORS["sand"], alpha=0.35, label="sea bed")
 
 
-def _draw_cable(axes, now, box, legend):
-    """The cable; what of it is below the bed in red, and down to it a curtain from the bed."""
-    x = _inside(now.cable, box)
-    axes.plot(*x.T, color=COLORS["ink"], lw=1.2, zorder=3)
-    legend["cable"] = Line2D([], [], color=COLORS["ink"], lw=1.2, label="cable")
-    if (now.cable[0] > box[0] - 1e-9).all() and (now.cable[0] < box[1] + 1e-9).all():
-        axes.plot(*now.cable[:1].T, "s", color=COLORS["ink"], ms=3.5, zorder=3)
-    if now.scene.sea is None or now.depth_below_bed <= 0:
-        return
+def _colored(now):
+    """(name, nodes, colour) of the lines."""
+    return [(name, nodes, color) for (name, nodes), color in zip(now.lines, itertools.cycle(LINES), strict=False)]
+
+
+def _draw_lines(axes, now, box, legend):
+    """The lines, each with its name if there are not too many; what of them is below the bed is set off."""
+    told = len(now.lines) <= len(LINES)
+    for name, nodes, color in _colored(now):
+        x = _inside(nodes, box)
+        axes.plot(*x.T, color=color, lw=1.2, zorder=3)
+        legend["line", name if told else ""] = Line2D([], [], color=color, lw=1.2, label=name if told else "cables")
+        if now.scene.sea is not None and now.depth_below_bed > 0:
+            _draw_below_bed(axes, now, x, legend)
+
+
+def _draw_below_bed(axes, now, x, legend):
+    """What of a line is below the bed in red, and down to it a curtain from the bed."""
     x, bed = _divided(x), -now.scene.sea.depth
     under = x[:, 2] < bed
     foot = np.column_stack([x[:, :2], np.full(len(x), bed)])
@@ -215,6 +146,47 @@ def _draw_cable(axes, now, box, legend):
         axes.plot(*np.where(under[:, None], x, np.nan).T, color=COLORS["red"], lw=1.6, zorder=3.5)
         label = f"cable, up to {now.depth_below_bed:.2g} m below the bed"
         legend["below"] = Line2D([], [], color=COLORS["red"], lw=1.6, label=label)
+
+
+#: Symbol, size, colour and words of joints: held, without a body, heavier and lighter than water.
+JOINTS = {
+    "held": ("s", 3.5, COLORS["ink"], "held end"),
+    "joint": (".", 4.0, COLORS["ink"], "joint"),
+    "clump": ("D", 4.0, COLORS["ink"], "clump"),
+    "float": ("o", 5.0, COLORS["orange"], "float"),
+}
+
+
+def _kind_of(mark):
+    if mark.held:
+        return "held"
+    return "joint" if mark.weight == 0 else "clump" if mark.weight > 0 else "float"
+
+
+def _draw_marks(axes, now, box, legend):
+    """Joints, and ends that are held; of a scene that is no network its anchor, which the legend leaves out."""
+    for mark in now.marks:
+        if ((mark.place > box[0] - 1e-9) & (mark.place < box[1] + 1e-9)).all():
+            symbol, size, color, words = JOINTS[_kind_of(mark)]
+            axes.plot(*mark.place[:, None], symbol, color=color, ms=size, ls="none", zorder=3.5)
+            if now.scene.is_network:
+                legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
+
+
+def _draw_plan(axes, now):
+    """A network from above: lines, with their names where the legend leaves them out, joints, hulls."""
+    for name, nodes, color in _colored(now):
+        axes.plot(*nodes[:, :2].T, color=color, lw=1.2)
+        if len(now.lines) > len(LINES):
+            axes.annotate(name, nodes[len(nodes) // 4, :2], (3, 3), textcoords="offset points", fontsize=6, color=color)
+    for mark in now.marks:
+        symbol, size, color, _ = JOINTS[_kind_of(mark)]
+        axes.plot(*mark.place[:2], symbol, color=color, ms=size)
+    for hull in now.hulls:
+        axes.add_patch(Circle(hull.r_C[:2], hull.shape.max_diameter / 2, color=COLORS["orange"], zorder=3))
+    axes.set(xlabel="x [m]", ylabel="y [m]")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.margins(0.08)
 
 
 def _draw_velocity(axes, now, box):
@@ -261,8 +233,8 @@ def _draw_surfaces(axes, now, box, legend):
         faces.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.4), (len(x), 1)))
         edges.append(np.tile(matplotlib.colors.to_rgba("white", 0.25), (len(x), 1)))
         legend["water"] = Patch(color=COLORS["sky"], alpha=0.4, label="water surface")
-    if now.shape:
-        x = _hull_patches(now)
+    for hull in now.hulls:
+        x = _hull_patches(hull)
         polygons += list(x)
         faces.append(_shaded(x, COLORS["orange"]))
         edges.append(faces[-1])

@@ -16,45 +16,98 @@ SAID = {
     "hull": "Restoring matrix of the hull with all its loads about C",
     "total": "Restoring matrix of both about C",
 }
-#: Stiffness beyond this many times the forces of the scene over a metre is that of what does not stretch.
-RIGID = 1e8
+#: Less than this in a rigid direction, of length 1, is rounding.
+LEAST = 1e-6
 
 
-def dataset_of_stiffness(problem, bodies, total, mooring) -> "xr.Dataset":
-    """Matrices (6 b, 6 b) of b bodies: the blocks of each body, with the others held."""
+def dataset_of_stiffness(problem, found) -> "xr.Dataset":
+    """Matrices of `linear.stiffness.Restoring`: the blocks of each body, with the others held.
+
+    What is rigid is infinite, and `rigid` has its directions.
+    """
     import xarray as xr
 
-    several = ("buoy",) if len(bodies) > 1 else ()
-    data = {}
-    for name, matrix in {"mooring": mooring, "hull": total - mooring, "total": total}.items():
-        blocks = np.array([matrix[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for i in range(len(bodies))])
-        values = np.array([_eigenvalues(block, body) for block, body in zip(blocks, bodies, strict=True)])
+    several, data = ("buoy",) if len(found.bodies) > 1 else (), {}
+    is_rigid = any(rigid.shape[1] for rigid in found.rigid)
+    matrices = {"mooring": found.mooring, "hull": found.hull, "total": found.mooring + found.hull}
+    for name, matrix in matrices.items():
+        blocks, values, finite = [], [], []
+        for i, (body, rigid) in enumerate(zip(found.bodies, found.rigid, strict=True)):
+            block = matrix[6 * i : 6 * i + 6, 6 * i : 6 * i + 6]
+            directions = rigid if name != "hull" else rigid[:, :0]
+            blocks.append(_with_infinite(body, block, directions))
+            values.append(_eigenvalues(body, block, directions))
+            finite.append(_across(body, block, directions))
         said = {"units": "N/m, N m/rad", "long_name": SAID[name]}
-        data[name] = ((*several, "reaction", "motion"), blocks if several else blocks[0], said)
+        data[name] = ((*several, "reaction", "motion"), np.array(blocks) if several else blocks[0], said)
         said = {"units": "N m-1", "long_name": "eigenvalues of its symmetric part, turns at the radius of gyration"}
-        data[f"{name}_eigenvalue"] = ((*several, "number"), values if several else values[0], said)
+        data[f"{name}_eigenvalue"] = ((*several, "number"), np.array(values) if several else values[0], said)
+        if is_rigid and name != "hull":
+            said = {"units": "N/m, N m/rad", "long_name": f"{SAID[name]}, of motions across what is rigid"}
+            data[f"{name}_across"] = (
+                (*several, "reaction", "motion"),
+                np.array(finite) if several else finite[0],
+                said,
+            )
+    if is_rigid:
+        rows = [_motions(body, rigid) for body, rigid in zip(found.bodies, found.rigid, strict=True)]
+        said = {"units": "m, rad", "long_name": "motion of each eigenvalue that is infinite"}
+        data["rigid"] = ((*several, "number", "motion"), np.array(rows) if several else rows[0], said)
     labels = {"reaction": list(REACTIONS), "motion": list(MOTIONS)}
     if several:
-        labels["buoy"] = [body.name for body in bodies]
-    info = attributes(problem) | {"typical_force_N": problem.typical_force}
-    return xr.Dataset(data, labels, info)
+        labels["buoy"] = [body.name for body in found.bodies]
+    return xr.Dataset(data, labels, attributes(problem))
 
 
-def _eigenvalues(block, body):
-    arms = np.array([1.0] * 3 + [np.sqrt(body.mass / np.trace(body.inertia))] * 3)
-    scaled = arms[:, None] * block * arms
-    return np.linalg.eigvalsh((scaled + scaled.T) / 2)
+def _with_infinite(body, block, rigid):
+    """The block across rigid directions (6, k), infinite where these have a part."""
+    infinite = rigid @ rigid.T
+    return np.where(np.abs(infinite) > LEAST, np.copysign(np.inf, infinite), _across(body, block, rigid))
+
+
+def _across(body, block, rigid):
+    """The block of motions of which the part along rigid directions is taken away."""
+    if not rigid.shape[1]:
+        return block
+    arms, across = body.arms, np.eye(6) - rigid @ rigid.T
+    return across @ (arms[:, None] * block * arms) @ across / arms[:, None] / arms
+
+
+def _eigenvalues(body, block, rigid):
+    """Rising, infinite ones last."""
+    across = np.linalg.svd(rigid)[0][:, rigid.shape[1] :] if rigid.shape[1] else np.eye(6)
+    finite = np.linalg.eigvalsh(across.T @ body.scaled(block) @ across)
+    return np.concatenate([finite, np.full(rigid.shape[1], np.inf)])
+
+
+def _motions(body, rigid):
+    """(6, 6): rows of the eigenvalues that are infinite, the largest entry positive; nan of the others."""
+    rows = np.full((6, 6), np.nan)
+    for row, direction in zip(rows[6 - rigid.shape[1] :], rigid.T, strict=True):
+        motion = body.arms * np.where(np.abs(direction) > LEAST, direction, 0.0)
+        row[:] = motion * np.sign(motion[np.abs(motion).argmax()])
+    return rows
 
 
 def notes(dataset, scene) -> list[str]:
     """What one should know of these matrices."""
     found = ["The mooring follows at rest; motion is in world axes, about C."]
-    if np.abs(dataset.mooring.values).max() > RIGID * dataset.attrs["typical_force_N"]:
-        found.append("Entries as large as that are those of an inextensible line that is taut: it holds rigidly.")
+    if "rigid" in dataset:
+        found.append(
+            "An inextensible line that is taut holds rigidly: 'rigid' is an infinite stiffness, and the other entries "
+            "are those of motions across it, which is along "
+            + ", and ".join(f"({', '.join(f'{x:.4g}' for x in row)})" for row in _rows(dataset.rigid.values))
+            + " in the order of the columns; mooring_across and total_across of stiffness.nc are without it."
+        )
     if getattr(scene, "seabed", None) is not None:
         words = "sticks: its springs are in the matrix" if scene.seabed.friction else "is 0: the line slides freely"
         found.append(f"Friction of the bed {words}.")
-    asymmetry = np.abs(dataset.total.values - np.swapaxes(dataset.total.values, -1, -2)).max()
-    if asymmetry > 1e-6 * np.abs(dataset.total.values).max():
+    total = np.where(np.isfinite(dataset.total.values), dataset.total.values, 0.0)
+    if np.abs(total - np.swapaxes(total, -1, -2)).max() > 1e-6 * np.abs(total).max():
         found.append("The matrices are not symmetric: current, wind and the quaternion's torques have no potential.")
     return found
+
+
+def _rows(rigid):
+    rows = rigid.reshape(-1, rigid.shape[-1])
+    return rows[np.isfinite(rows).all(axis=1)] + 0.0

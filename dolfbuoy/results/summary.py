@@ -133,6 +133,8 @@ def warnings(record, scene) -> list[str]:
             depth = -scene.sea.depth - lowest
             found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
         found += warnings_of(record, scene.cable.fails_at is not None)
+    if "parted" in record.attrs:
+        found.append(f"Parted: {record.attrs['parted']}.")
     if record.attrs.get("failed_steps"):
         found.append(f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones.")
     return found

@@ -7,14 +7,9 @@ from ..scene.network import Network
 
 
 def stressed(network: Network) -> dict[str, int]:
-    """Name -> number of every piece that has a breaking load: that of its cable, CABLE.NUMBER if this has several."""
-    found = {}
-    for k, piece in enumerate(network.pieces):
-        if piece.section.breaking_load is not None:
-            name = network.cables[piece.cable]
-            alone = network.first_of(piece.cable) == network.last_of(piece.cable)
-            found[name if alone else f"{name}.{piece.number}"] = k
-    return found
+    """Name -> number of every piece that has a breaking load."""
+    pieces = enumerate(network.pieces)
+    return {network.name_of(k): k for k, piece in pieces if piece.section.breaking_load is not None}
 
 
 class Utilisation:

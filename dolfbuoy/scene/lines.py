@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from .cable import MOTION, Cable, Top
-from .quantities import Coefficient, DragArea, Height, Name, Volume, Wrong, finite_numbers
+from .quantities import Coefficient, DragArea, Height, Name, Title, Volume, Wrong, finite_numbers
 from .section import Section, key
 
 
@@ -51,9 +51,13 @@ class Body(Section):
 class Material(create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))):
     """What a piece of line is made of."""
 
+    source: Title | None = key("where its numbers come from", default=None)
+
 
 class _Piece(Section):
-    material: str | None = key("name of a [material.NAME], whose keys hold where these are absent", default=None)
+    material: str | None = key(
+        "a [material.NAME], or of the library: its keys hold where these are absent", default=None
+    )
 
 
 class Segment(

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from .buoy import Buoy
 from .cable import Cable, Top
+from .library import FORMS
 from .lines import PHYSICAL, SHARED, SIZE, Body
 from .quantities import Missing, Wrong
 
@@ -52,6 +53,12 @@ class Network:
     joints: dict[str, Top | None] = field(default_factory=dict)
     bodies: dict[str, Body] = field(default_factory=dict)
     buoys: dict[str, Buoy] = field(default_factory=dict)
+
+    def name_of(self, piece: int) -> str:
+        """Of the cable of a piece, CABLE.NUMBER if this has several."""
+        cable = self.pieces[piece].cable
+        alone = self.first_of(cable) == self.last_of(cable)
+        return self.cables[cable] if alone else f"{self.cables[cable]}.{self.pieces[piece].number}"
 
     def last_of(self, cable: int) -> int:
         """Number of the last piece of a cable."""
@@ -211,7 +218,8 @@ def _material(piece, materials, key):
         return {}
     if piece.material not in materials:
         known = ", ".join(materials) or "there is none"
-        raise Wrong(f"{key}.material", piece.material, f"must be the name of a [material.NAME]: {known}")
+        allowed = f"must be the name of a [material.NAME]: {known}; or one of the library, like {FORMS}"
+        raise Wrong(f"{key}.material", piece.material, allowed)
     return _given(materials[piece.material], PHYSICAL)
 
 

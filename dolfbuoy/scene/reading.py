@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from ..errors import InputError
 from .keys import takes_none
+from .library import expanded
 from .mesh_file import Named
 from .sections import Scene
 from .sentences import sentence, shown
@@ -37,7 +38,7 @@ def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
 
 def build_scene(data: dict, overrides: dict | None = None) -> Scene:
     """Scene from a dict of sections and overrides; raises InputError."""
-    return _validated(merged(data, **(overrides or {})))
+    return _validated(expanded(merged(data, **(overrides or {})), parse))
 
 
 def varied(scene: Scene, changes: dict) -> Scene:
@@ -47,7 +48,7 @@ def varied(scene: Scene, changes: dict) -> Scene:
     """
     touched = {key.replace("__", ".").partition(".")[0] for key in changes}
     kept = {name: getattr(scene, name) for name in type(scene).model_fields if name not in touched}
-    return _validated(kept | merged(scene.to_dict(touched), **changes))
+    return _validated(expanded(kept | merged(scene.to_dict(touched), **changes), parse))
 
 
 def _validated(data):
@@ -182,7 +183,7 @@ def _read(scene) -> dict:
 
 #: Keys whose text is the name of a file.
 FILES = frozenset(
-    {"cable.elements", "cable.segments.elements", "cable.top.motion", "joint.motion"}
+    {"cable.elements", "cable.segments.elements", "cable.top.motion", "joint.motion", "library"}
     | {"waves.spectrum", "waves.components", "waves.elevation"}
 )
 

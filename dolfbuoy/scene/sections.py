@@ -205,6 +205,7 @@ class Scene(Section):
     cable: Cables | None = None
     buoy: Buoys | None = None
     joint: list[Joint] | None = None
+    library: str | None = key("TOML file of materials of one's own, a table of keys by each name", default=None)
     material: dict[Name, Material] | None = None
     waves: Waves | None = None
     current: Current | None = None

@@ -6,6 +6,7 @@ counted in units of the shift, so that it is -1.  SLEPc's real numbers know no c
 modes lie about a small one.
 """
 
+import contextlib
 from typing import NamedTuple
 
 import numpy as np
@@ -22,8 +23,8 @@ REAL = 1e-9
 RESIDUAL = 1e-8
 #: An eigenvalue below this part of the shift is zero: rounding splits a double zero to about sqrt(1e-16) of it.
 ZERO = 1e-5
-#: What is added to K where it is singular.
-NEARLY = 1e-13
+#: What is added to K where it is singular: the first of these with which it is not, in the arithmetic of LU.
+NEARLY = (1e-13, 1e-12, 1e-11, 1e-10)
 #: The shift is moved until it is this part of the smallest eigenvalue that is not zero, or between these parts.
 PART, PARTS = 0.2, (0.02, 2.0)
 #: Of eigenvalues that are computed all at once: another shift, about which those that are finite are the same.
@@ -159,8 +160,7 @@ class Quadratic:
         """Inverse iteration with K: a double zero's vectors are as good as the root of the rounding, or worse."""
         if not vectors.shape[1]:
             return vectors
-        K = csc_matrix(vstack(self.comm.allgather(csr_matrix(self.K))))
-        solve = splu((K + NEARLY * identity(K.shape[0])).astype(complex).tocsc()).solve
+        solve = _nearly(csc_matrix(vstack(self.comm.allgather(csr_matrix(self.K))))).solve
         for _ in range(2):
             vectors = solve(vectors / np.linalg.norm(vectors, axis=0))
         return vectors / np.linalg.norm(vectors, axis=0)
@@ -171,6 +171,16 @@ class Quadratic:
         squares = self.comm.allreduce((np.abs(r) ** 2).sum(axis=0))
         sizes = self.norms[0] + np.abs(roots) * self.norms[1] + np.abs(roots) ** 2 * self.norms[2]
         return np.sqrt(squares) / (sizes * np.linalg.norm(vectors, axis=0))
+
+
+def _nearly(K):
+    """LU of a matrix that may be singular, with hardly anything added to it."""
+    for size in NEARLY:
+        with contextlib.suppress(RuntimeError):  # "Factor is exactly singular"
+            return splu((K + size * identity(K.shape[0])).astype(complex).tocsc())
+    raise SolveError(
+        "the modes were not found: the stiffness is singular in more ways than motions that nothing holds."
+    )
 
 
 def lowest_pairs(comm, K, E, M, count) -> Pairs:

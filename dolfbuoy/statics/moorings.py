@@ -25,7 +25,7 @@ def solve_network(problem) -> None:
     """
     rest = still.solve(still_network(problem))
     find_rest(problem, lambda: _begin(problem, rest), _ways(problem))
-    _let_turn(problem)
+    let_turn(problem)
 
 
 def _ways(problem):
@@ -158,7 +158,7 @@ def _begin(problem, rest):
     problem.system.share()
 
 
-def _let_turn(problem, rounds=20):
+def let_turn(problem, rounds=20):
     """The yaw that lines off the axis want: what holds a buoy against turning about its axis goes away by and by."""
     off_axis = any(end.fairlead for piece in problem.network.pieces for end in piece.ends)
     if not off_axis:

@@ -1,6 +1,7 @@
 """Rest under a growing load from many sides, each solution the start of the next: offset curves of a mooring."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +10,11 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..model.sea import heading
+from ..model.seabed import rubs
 from ..scene.network import network_of
 from ..scene.sections import Current, ExternalForce
 from .equilibrium import solve_equilibrium
+from .moorings import let_turn
 
 #: A step of the load is halved as often as this before its equilibrium is looked for anew.
 HALVINGS = 4
@@ -28,17 +31,30 @@ class Rest(NamedTuple):
     reason: str = ""
 
 
-def loaded(scene, load: str, size: float, direction_deg: float):
+def loaded(scene, load: str, size: float, direction_deg: float, buoys=None):
     """The scene with more of a horizontal load.
 
-    "force": size [N] is added to its external force, at the same height (default: C).  "current": size [m/s] is the
-    speed at the surface of its current, or of a uniform one, which flows into that direction.
+    "force": size [N] is added to the external force on each of these buoys (None: on all), at the same height (default:
+    C).  "current": size [m/s] is the speed at the surface of its current, or of a uniform one, which flows into that
+    direction.
     """
     if load == "current":
         return scene.model_copy(update={"current": _current(scene, size, direction_deg)})
-    own = scene.external_force or ExternalForce(force=(0.0, 0.0, 0.0))
-    force = np.array(own.force) + size * heading(direction_deg)
-    return scene.model_copy(update={"external_force": own.model_copy(update={"force": tuple(force.tolist())})})
+    more = size * heading(direction_deg)
+    if not isinstance(scene.buoy, list):
+        return _pulled(scene, scene.external_force, more)
+    sections = []
+    for name, buoy in network_of(scene).buoys.items():
+        own = buoy.external_force or (scene.external_force if len(scene.buoy) == 1 else None)
+        sections.append(_pulled(buoy, own, more) if buoys is None or name in buoys else buoy)
+    return scene.model_copy(update={"buoy": sections})
+
+
+def _pulled(section, own, more):
+    """A section with an external force, its own and more."""
+    own = own or ExternalForce(force=(0.0, 0.0, 0.0))
+    force = tuple((np.array(own.force) + more).tolist())
+    return section.model_copy(update={"external_force": own.model_copy(update={"force": force})})
 
 
 def _current(scene, speed, direction_deg):
@@ -54,20 +70,29 @@ def _current(scene, speed, direction_deg):
     return scene.current.model_copy(update=found | {"profile": rows})
 
 
-def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD) -> Iterator[Rest]:
+def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD, buoys=None) -> Iterator[Rest]:
     """The equilibria under all sizes of a load from all directions, direction by direction; collective.
 
-    Raises InputError for a scene without buoy, or one that has no equilibrium at all.
+    buoys: names of those that a force acts on, each with all of it; None: on all.  Raises InputError for a scene
+    without a moored buoy or without one of these, or one that has no equilibrium at all.
     """
     network = network_of(scene)
-    if len(network.buoys) != 1 or not network.pieces:
-        raise InputError("Offsets are those of one moored buoy: they need one [buoy] and a [cable].")
+    if not network.buoys or not network.pieces:
+        raise InputError("Offsets are those of moored buoys: they need [buoy] and [cable].")
+    unknown = [name for name in buoys or [] if name not in network.buoys]
+    if unknown:
+        raise InputError(f"buoy {unknown[0]}: must be one of {', '.join(network.buoys)}.")
     calm, problem = scene.model_copy(update={"waves": None}), None
+
+    def scene_of(size, direction):
+        return loaded(calm, load, size, direction, buoys)
+
     try:
         for direction in directions_deg:
             reached = None
             for size in sizes:
-                problem, reason = _follow(problem, calm, load, (reached, size), direction, comm)
+                on_the_way = partial(scene_of, direction=direction)
+                problem, reason = _follow(problem, on_the_way, (reached, size), comm)
                 reached = None if reason else size
                 yield Rest(direction, size, None if reason else problem, reason)
     finally:
@@ -75,28 +100,27 @@ def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD) -> Itera
             problem.destroy()
 
 
-def _follow(problem, scene, load, sizes, direction, comm):
+def _follow(problem, scene_of, sizes, comm):
     """From the first of two sizes (None: from anywhere) to the second; (Problem, reason)."""
     start, end = sizes
-    if start is not None:
+    if start is not None and _goes_on(problem):
         try:
-            _march(problem, lambda size: loaded(scene, load, size, direction), start, end)
+            _march(problem, scene_of, start, end)
             return problem, ""
         except SolveError:
             pass
     try:
-        fresh = solve_equilibrium(loaded(scene, load, end, direction), comm)
+        fresh = solve_equilibrium(scene_of(end), comm)
     except SolveError as error:
         return problem, str(error)
-    if problem is None:
-        return fresh, ""
-    problem.change(fresh.scene)
-    problem.system.u[:] = fresh.system.u
-    if problem.buoy:
-        problem.buoy.reference.x.array[:] = fresh.buoy.reference.x.array
-    fresh.destroy()
-    _settle(problem)
-    return problem, ""
+    if problem is not None:
+        problem.destroy()
+    return fresh, ""
+
+
+def _goes_on(problem):
+    """Whether an equilibrium is all that is to know for the next one: growth and friction have more to find."""
+    return problem.lines.growth is None and not (problem.scene.seabed and rubs(problem.scene, dynamic=False))
 
 
 def _march(problem, scene_of, start, end, left=HALVINGS):
@@ -117,3 +141,4 @@ def _march(problem, scene_of, start, end, left=HALVINGS):
 def _settle(problem):
     problem.set_time(0.0)
     problem.newton.solve()
+    let_turn(problem)  # with new numbers something holds the buoys against turning again

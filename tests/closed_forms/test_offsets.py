@@ -11,7 +11,7 @@ from mpi4py import MPI
 from scipy.optimize import brentq
 
 import dolfbuoy
-from dolfbuoy import InputError
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.results.offset_figures import offset_curves
 from dolfbuoy.results.offset_record import sentences
 from dolfbuoy.statics import catenary
@@ -93,8 +93,29 @@ def test_slack_and_under_and_none():
     assert any(text.get_text() == "buoy under water" for text in figure.legends[0].get_texts())
 
 
+def test_several_buoys():
+    """A force on one of two, and on both: equilibria of scenes with those forces in them; circles around the places."""
+    scene = load_scene("two-buoys").to_dict()
+    del scene["waves"]
+    for chosen in (None, ["right"]):
+        found = dolfbuoy.offsets(scene, [0.0, 4000.0], [0.0, 90.0, 180.0], buoys=chosen, comm=MPI.COMM_SELF)
+        pulled = scene | {"buoy": [dict(buoy) for buoy in scene["buoy"]]}
+        for buoy in pulled["buoy"]:
+            if chosen is None or buoy["name"] in chosen:
+                buoy["external_force"] = {"force": [0.0, 4000.0, 0.0]}
+        exact = dolfbuoy.solve_static(pulled, comm=MPI.COMM_SELF)
+        one = found.sel(direction=90.0, force=4000.0)
+        np.testing.assert_allclose(one.buoy_position, exact.buoy_position, atol=1e-6)
+        np.testing.assert_allclose(one.tension_top, exact.tension_top, rtol=1e-6)
+        places = found.buoy_position.sel(force=4000.0).values[..., :2]
+        reach = np.linalg.norm(places - found.watch_centre.sel(force=4000.0).values, axis=-1)
+        np.testing.assert_allclose(reach.max(axis=0), found.watch_radius.sel(force=4000.0), rtol=1e-9)
+    assert np.all(found.offset.sel(force=0.0) < 1e-6)
+    assert found.offset.dims == ("direction", "force", "buoy")
+
+
 def test_refusals():
-    with pytest.raises(InputError, match="one moored buoy"):
+    with pytest.raises(InputError, match="those of moored buoys"):
         dolfbuoy.offsets("driven", [1.0], [0.0])
-    with pytest.raises(InputError, match="one moored buoy"):
+    with pytest.raises(InputError, match="those of moored buoys"):
         dolfbuoy.offsets("free-buoy", [1.0], [0.0])

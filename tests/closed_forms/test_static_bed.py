@@ -33,12 +33,13 @@ def scene(name, pair, elements, sag=1e-3, **changes):
     return load_scene({"sea": {"depth": float(case["Z"])}, "cable": cable, "seabed": bed}, **changes)
 
 
-def anchor_tension(found):
-    """T(0) along the flat bed from the reaction: a tension of degree 0 is that of the middle of the first element."""
-    return -float(found.anchor_force[0])
+def anchor_tension(found, pair):
+    """T(0): a tension of degree 0 is that of the middle of an element, through two of which goes a line."""
+    tension = found.cable_tension.values.ravel()
+    return 1.5 * tension[0] - 0.5 * tension[1] if pair == (1, 0) else float(found.tension_anchor)
 
 
-#: Frictionless, with one answer; of the Winkler beds only the pairs that resolve the boundary layer to 1e-4.
+#: Frictionless, with one answer.
 TAUT = [name for name, c in CASES.items() if name.startswith("bed_") and not c["input"]["mu"] and name != "bed_slack"]
 WITHIN = {20: 1e-2, 80: 1e-3}
 
@@ -47,19 +48,21 @@ WITHIN = {20: 1e-2, 80: 1e-3}
 @pytest.mark.parametrize("pair", PAIRS, ids=str)
 @pytest.mark.parametrize("name", TAUT)
 def test_without_friction(name, pair, slack):
-    values = CASES[name]["values"]
+    case, values = CASES[name]["input"], CASES[name]["values"]
     for elements, within in WITHIN.items():
         found = solve_static(scene(name, pair, elements, cable__slack=slack))
         assert float(found.tension_top) == pytest.approx(values["T_top"], rel=within)
-        assert float(found.tension_anchor) == pytest.approx(values["T_anchor"], rel=3 * within)
+        assert anchor_tension(found, pair) == pytest.approx(values["T_anchor"], rel=within)
+        assert np.linalg.norm(found.anchor_force) == pytest.approx(values["T_anchor"], rel=within)
         assert static_warnings(found, scene(name, pair, elements)) == []
-    assert np.isnan(found.touchdown.values[0]) == (values["regime"] == "lifted")
-    if values["regime"] == "partial":
-        length, size = values["length_on_bed"], values["length_on_bed"] / elements
-        assert float(found.touchdown[0]) == pytest.approx(values["x_touchdown"], abs=2 * size)
-        assert float(found.length_on_bed) == pytest.approx(length, abs=3 * size)
-    else:
-        assert float(found.length_on_bed) == 0
+        if values["regime"] == "lifted":
+            assert np.isnan(found.touchdown.values[0])
+            assert float(found.length_on_bed) == 0
+            continue
+        # half an element, and the bend of the line into a bed that is not rigid
+        near = 0.5 * case["L"] / elements + math.sqrt(1e-3 * values["H"] / case["w"])
+        assert float(found.touchdown[0]) == pytest.approx(values["x_touchdown"], abs=near)
+        assert float(found.length_on_bed) == pytest.approx(values["length_on_bed"], abs=near)
 
 
 @pytest.mark.parametrize("slack", LAWS)
@@ -72,33 +75,42 @@ def test_pulled_with_friction(name, pair, slack):
         changes = {"seabed": {"start": "pulled", "stick_length": 5e-3}, "cable__slack": slack}
         found = solve_static(scene(name, pair, elements, **changes))
         assert float(found.tension_top) == pytest.approx(values["T_top"], rel=within)
-        # half an element of degree 1 lies on the anchor, and does not rub
-        on_anchor = CASES[name]["input"]["mu"] * CASES[name]["input"]["w"] * values["length_on_bed"] / elements / 2
-        slack_of = within * values["T_top"] + (on_anchor if pair == (1, 0) else 0.0)
-        assert anchor_tension(found) == pytest.approx(values["T_anchor"], abs=slack_of)
+        assert anchor_tension(found, pair) == pytest.approx(values["T_anchor"], abs=within * values["T_top"])
         frictionless = solve_static(scene(name, pair, elements, cable__slack=slack))
         assert float(frictionless.tension_anchor) > values["T_anchor"] + 0.05 * values["T_top"]
 
 
-@pytest.mark.parametrize("pair", [(2, 1), (3, 2)], ids=str)
+@pytest.mark.parametrize(("pair", "elements"), [((1, 0), 160), ((2, 1), 80), ((3, 2), 80)], ids=str)
 @pytest.mark.parametrize("name", ["winkler_sag1m", "winkler_sag0.01m"])
-def test_soft_bed(name, pair):
+def test_soft_bed(name, pair, elements):
+    """1e-4 with 80 elements; straight ones are 1.2e-4 and 2.4e-4 off then, and take 160.
+
+    Their own chords are what is wrong: contact at the nodes gives 6e-4 on the harder bed, and integrated exactly 3e-4.
+    """
     values = CASES[name]["values"]
-    found = solve_static(scene(name, pair, 80))
+    found = solve_static(scene(name, pair, elements))
     assert float(found.tension_top) == pytest.approx(values["T_top"], rel=1e-4)
-    assert float(found.tension_anchor) == pytest.approx(values["T_anchor"], rel=5e-4)
-    assert float(found.length_on_bed) == pytest.approx(values["length_in_contact"], abs=2.0)
-    assert -values["z_min"] == pytest.approx(-100.0 - found.cable_position[:, 2].min().item(), rel=0.05)
+    assert np.linalg.norm(found.anchor_force) == pytest.approx(values["T_anchor"], rel=1e-4)
+    assert float(found.length_on_bed) == pytest.approx(values["length_in_contact"], abs=1.0)
+    lowest = found.cable_position[:, 2].min().item() + 100.0
+    assert lowest == pytest.approx(values["z_min"], rel=0.05 if pair[0] > 1 else 0.1)
 
 
-@pytest.mark.parametrize(("pair", "within"), [((1, 0), 5.1e-2), ((2, 1), 1.5e-2), ((3, 2), 1.5e-2)], ids=str)
+@pytest.mark.parametrize(("pair", "within"), [((1, 0), 5e-2), ((2, 1), 1.5e-2), ((3, 2), 1.5e-2)], ids=str)
 def test_slack(pair, within):
-    """H = 0: Newton alone fails, relaxation finds what hangs; it is resolved to half an element."""
-    values = CASES["bed_slack"]["values"]
+    """H = 0: Newton alone fails, relaxation finds what hangs, to half an element; within to the digits of its 5e-2.
+
+    Of 40 straight elements seven hang, and half the weight of the eighth, whose foot the bed carries: 7.5 for 7.14 of
+    14 m, 5.009e-2, however the contact is integrated.
+    """
+    case, values = CASES["bed_slack"]["input"], CASES["bed_slack"]["values"]
     given = scene("bed_slack", pair, 40, sag=0.01, cable__slack="tension-only")
     found = solve_static(given)
     assert found.attrs["route"] == "relaxation"
-    assert float(found.tension_top) == pytest.approx(values["T_top"], rel=within)
+    if pair == (1, 0):
+        assert float(found.tension_top) == pytest.approx(7.5 * 14.0 * case["w"], rel=1e-6)
+    assert round(abs(float(found.tension_top) / values["T_top"] - 1), 3) <= within
+    assert float(found.length_on_bed) == pytest.approx(values["length_on_bed"], abs=14.0)
     assert abs(float(found.end_tension[0])) < 1e-6 * values["T_top"]
     assert float(found.tension_anchor) < 1e-6 * values["T_top"]
     assert float(found.cable_tension.min()) >= 0

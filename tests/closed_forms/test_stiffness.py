@@ -100,11 +100,41 @@ def test_floating_cylinder():
     np.testing.assert_allclose(np.sort(found.hull_eigenvalue.values)[-1], exact[2, 2], rtol=1e-6)
 
 
+def on_taut_line(EA, **more):
+    """A buoy on a line that has no sag in still water."""
+    scene = merged(MOORED, cable__axial_stiffness=EA, cable__length=18.9, cable__elements=4)
+    scene["cable"]["line_density"] = 5.3
+    kept = {key: value for key, value in scene.items() if key not in ("current", "external_force", "waves", "time")}
+    return kept | more
+
+
+@pytest.mark.parametrize("force", [(0.0, 0.0, 0.0), (900.0, 300.0, 0.0)], ids=["upright", "oblique"])
+def test_taut_and_inextensible(force):
+    """Rigid along the line, and nowhere else; across it as on a line that is very stiff."""
+    more = {"external_force": {"force": list(force)}}
+    found = dolfbuoy.stiffness(on_taut_line(math.inf, **more), comm=MPI.COMM_SELF)
+    stiff = dolfbuoy.stiffness(on_taut_line(1e12, **more), comm=MPI.COMM_SELF)
+    for name in ("mooring_eigenvalue", "total_eigenvalue"):
+        assert np.isinf(found[name].values[-1])
+        np.testing.assert_allclose(found[name].values[1:-1], stiff[name].values[1:-1], rtol=1e-5)
+    assert stiff.mooring_eigenvalue.values[-1] > 1e10
+    assert np.isfinite(found.hull.values).all()
+    direction = found.rigid.values[-1]
+    forces = (stiff.mooring.values @ direction)[:3]
+    np.testing.assert_allclose(
+        forces / np.linalg.norm(forces), direction[:3] / np.linalg.norm(direction[:3]), atol=1e-6
+    )
+    assert np.isinf(found.mooring.values[2, 2])
+    assert np.isinf(found.mooring.values).sum() == (1 if force[0] == 0 else 25)
+    plain = [one.mooring_across if one is found else one.mooring for one in (found, stiff)]
+    across = np.array([0.0, 1.0, -direction[1] / direction[2], 0, 0, 0])
+    values = [across @ matrix.values @ across for matrix in plain]
+    assert values[0] == pytest.approx(values[1], rel=1e-5)
+
+
 def test_what_is_said():
     """An inextensible taut line holds rigidly; what flows has no potential; a cable alone has no matrix."""
-    rigid = merged(MOORED, cable__axial_stiffness=math.inf, cable__length=18.9, cable__elements=4)
-    rigid["cable"]["line_density"] = 5.3
-    rigid = {key: value for key, value in rigid.items() if key not in ("current", "external_force", "waves", "time")}
+    rigid = on_taut_line(math.inf)
     said = " ".join(notes(dolfbuoy.stiffness(rigid, comm=MPI.COMM_SELF), load_scene(rigid)))
     assert "holds rigidly" in said
     flowing = {key: value for key, value in MOORED.items() if key not in ("waves", "time")}

@@ -13,6 +13,7 @@ from dynamics_helpers import merged, running
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.linear.response import responses
 from dolfbuoy.model.components import components_of
+from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.sea import elevation_at
 from dolfbuoy.motion.energy import Meter
 from dolfbuoy.motion.simulation import Simulation
@@ -74,6 +75,29 @@ def test_once_per_step_beside_exact():
         scheme = np.sqrt(np.mean((exact - fine) ** 2, axis=0)) / deviation
         assert np.all(inexact < 1e-3)
         assert np.all(inexact < 0.1 * scheme)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "height"), [(0.0, 0.0), (0.3, 0.4), (0.3, -1.2), (1.2, 0.1), (1.5707, 0.0), (2.9, -0.2), (0.4, 3.5)]
+)
+def test_points_of_a_hull_find_the_water_by_its_expansion(tilt, height):
+    """Upright, leaning, lying, upside down, all but drowned: what is submerged is what the sums themselves say."""
+    axis, found = np.array([0.6, 0.8, 0.0]), {}
+    for kinematics in ("step", "exact"):
+        problem = Problem(load_scene(scene_of(SEA | {"kinematics": kinematics})), dynamic=True)
+        (buoy,), wet = problem.buoys.values(), problem.wet_hull(*problem.buoys)
+        state = buoy.fields.of(problem.system.u[buoy.part.slice])
+        state.position[:], state.orientation[0] = [3.0, -7.0, height], math.cos(tilt / 2)
+        state.orientation[1:] = math.sin(tilt / 2) * axis
+        problem.set_time(31.0)
+        problem.system.publish()
+        problem.system.evaluate()
+        wet()
+        found[kinematics] = wet.out.copy()
+        problem.destroy()
+    size = np.maximum(np.abs(found["exact"]), 1e-3 * np.abs(found["exact"]).max())
+    assert found["exact"][0] >= 0
+    assert np.abs((found["step"] - found["exact"]) / size).max() < 2e-6
 
 
 @pytest.mark.parametrize("kinematics", ["step", "exact"])

@@ -17,7 +17,7 @@ from dolfbuoy.motion.energy import STORED, Meter
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.measured import compute, quantities_of
 from dolfbuoy.results.record import read
-from dolfbuoy.results.summary import static_rows, static_warnings, summary
+from dolfbuoy.results.summary import static_rows, static_warnings, summary, warnings
 from dolfbuoy.scene.settings import period_of, ramp_of
 
 ROPE = {"line_density": 12.0, "diameter": 0.05, "axial_stiffness": 3e6, "added_mass": 0.9}
@@ -225,10 +225,12 @@ def test_one_of_several_is_named():
 
 
 def test_what_is_said_of_a_network():
-    """Of each line, buoy and joint by its name; a leg that parts, in summary and record."""
+    """Of each line, buoy and joint by its name; legs that part, where and when, in summary, record and a sentence."""
     scene = load_scene(shared(), **{"cable.between.fails_at": {"time": 0.1}, "time.end": 0.3})
+    scene = load_scene(scene, **{"cable.right-east.fails_at": {"time": 0.05, "at": 1.0}})
     record = simulate(scene)
-    assert record.attrs["parted"] == "between at s = 22 m"
+    assert record.attrs["parted"] == "right-east at s = 4.33333 m, t = 0.05 s; between at s = 22 m, t = 0.1 s"
+    assert f"Parted: {record.attrs['parted']}." in warnings(record, scene)
     rows = {name: value for name, value, _ in summary(record, scene)}
     assert rows["parted"] == record.attrs["parted"]
     z = record.buoy_position.sel(buoy="right", xyz="z")

@@ -201,13 +201,32 @@ def test_what_lies(problem):
     along = along - (along @ n) * n + 0.05 * n  # leaves the bed after 6 m
     lines.set_shape(u, lambda s: start + np.multiply.outer(s, along), lambda s: 0 * s)
     found = lines.bed.lying(u)
-    assert found.length == found.s == pytest.approx(6.0, rel=1e-9)
+    assert [found.length, found.s] == pytest.approx([6.0, 6.0], rel=1e-9)
     np.testing.assert_allclose(found.touchdown, start + 6.0 * along, rtol=1e-9)
     assert found.sag == pytest.approx(0.3, rel=1e-9)
     lines.set_shape(u, lambda s: start + n + np.multiply.outer(s, along), lambda s: 0 * s)
     nothing = lines.bed.lying(u)
     assert nothing.length == nothing.sag == 0
     assert np.isnan(nothing.touchdown).all()
+
+
+def test_waves_of_elements_lie(problem):
+    """A node that an element lifts between points that touch lies with them; two elements that hang do not."""
+    lines, u = problem.lines, problem.system.u
+    n, d = plane(problem.scene)
+    along = np.array([1.0, 0.0, 0.0]) - n[0] * n
+
+    def lay(height):
+        heights = np.interp(lines.node_s, np.arange(0.0, 41.0, 4.0), height)  # five elements, nodes every 4 m
+        u[lines.node_dofs] = np.multiply.outer(lines.node_s, along) + np.multiply.outer(heights + d, n)
+
+    lay([-0.2, -0.2, 0.1, -0.2, -0.2, 0.4, 1.0, 2.0, 3.0, 4.0, 5.0])
+    found = lines.bed.lying(u)
+    assert [found.length, found.s] == pytest.approx(2 * [16.0 + 8.0 * 0.2 / 1.2], rel=1e-9)
+    lay([-0.2, -0.2, -0.2, 0.5, 1.0, 1.0, 1.0, 0.5, -0.2, -0.2, -0.2])
+    arch = lines.bed.lying(u)
+    assert arch.s == 40.0
+    assert 16.0 < arch.length < 24.0
 
 
 def test_without_a_bed_there_is_nothing():

@@ -141,6 +141,83 @@ def test_a_buoy_alone_has_no_cable_figures(tmp_path, rows):
     assert len(exported) == 3 * rows + 1 + 4
 
 
+NETWORK = {
+    "sea": {"depth": 20.0},
+    "seabed": {"friction": 0.4},
+    "material": {"rope": {"line_density": 12.0, "diameter": 0.05, "axial_stiffness": 3e6, "normal_drag": 1.1}},
+    "joint": [{"name": "Y", "mass": 200.0}, {"name": "ring", "volume": 3.0}],
+    "cable": [
+        {"name": "a-b", "material": "rope", "from": [0.0, 0.0, -20.0], "to": "Y", "length": 30.0, "elements": 4},
+        {"name": "port", "material": "rope", "from": "Y", "to": "ring", "segments": [
+            {"length": 8.0, "elements": 3, "body": {"volume": 0.1}}, {"length": 9.0, "elements": 2}]},
+        {"name": "starboard", "material": "rope", "from": [30.0, -25.0, -20.0], "to": "Y", "length": 34.0,
+         "elements": 5},
+        {"name": "up", "material": "rope", "from": "ring", "to": "buoy.side", "length": 8.0, "elements": 3},
+    ],
+    "buoy": MOORED["buoy"] | {"fairleads": {"side": [0.3, 0.0, 0.1]}},
+    "time": {"end": 0.2, "step": 0.1},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def network(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("network")
+    return folder, simulate(NETWORK, out=folder)
+
+
+def test_a_network_is_drawn_as_a_whole(network):
+    """Every line where the record has it, joints by their kind, bed, hull; each part has the other figures."""
+    folder, record = network
+    whole, plan = figures.snapshot(record).axes
+    x, joints = record.cable_position.values[-1], record.joint_position.values[-1]
+    for drawn, dimensions in (
+        ([np.array(line.get_data_3d()).T for line in whole.lines], 3),
+        ([np.array(line.get_data()).T for line in plan.lines], 2),
+    ):
+        for number in range(4):
+            nodes = x[record.cable_of_node.values == number, :dimensions]
+            assert any(line.shape == nodes.shape and np.allclose(line, nodes) for line in drawn)
+        for place in (*joints, [0.0, 0.0, -20.0], [30.0, -25.0, -20.0]):
+            assert any(len(line) == 1 and np.allclose(line[0], place[:dimensions]) for line in drawn)
+    words = [text.get_text() for text in whole.figure.legends[0].get_texts()]
+    assert {"a-b", "port", "starboard", "up", "float", "clump", "held end", "sea bed", "buoy"} <= set(words)
+    names = {file.stem for file in draw_all(folder)}
+    assert {"snapshot", "snapshot_buoy", "tension_port", "shapes_a_b", "heave_buoy"} <= names
+    assert "snapshot_port" not in names
+    with pytest.raises(InputError, match=r"figures\.tension draws one cable or one buoy"):
+        figures.tension(record)
+
+
+def test_paraview_has_all_of_a_network(network):
+    """A file for each line and buoy, one for joints, water and bed around all of it, and a collection of them all."""
+    folder, record = network
+    names = {file.name for file in export(folder)}
+    parts = [
+        "cable_a_b",
+        "cable_port",
+        "cable_starboard",
+        "cable_up",
+        "hull_buoy",
+        "buoy_buoy",
+        "joint",
+        "water",
+        "bed",
+    ]
+    assert {f"{name}.pvd" for name in [*parts, "network"]} == {name for name in names if name.endswith(".pvd")}
+    shown = ElementTree.parse(folder / "paraview" / "network.pvd").getroot().iter("DataSet")
+    shown = {(one.get("timestep"), one.get("file").rsplit("_", 1)[0]) for one in shown}
+    assert shown == {(repr(float(t)), name) for t in record.frame.values for name in parts}
+    port, joint, bed = (
+        meshio.read(folder / "paraview" / f"{name}_0000.vtu") for name in ("cable_port", "joint", "bed")
+    )
+    np.testing.assert_array_equal(port.cell_data["segment [1]"][0], [0, 0, 0, 1, 1])
+    np.testing.assert_array_equal(port.cell_data["cable [1]"][0], 5 * [1])
+    np.testing.assert_allclose(joint.points, record.joint_position.values[0])
+    heavy = {"Y": 200.0 * 9.81, "ring": -3.0 * 1025 * 9.81, "port.1": -0.1 * 1025 * 9.81}
+    np.testing.assert_allclose(joint.point_data["net weight [N]"], [heavy[name] for name in record.joint.values])
+    assert bed.points[:, 0].max() > 30.0
+
+
 def test_snapshot_at_a_time_takes_the_nearest_frame(moored):
     folder, record = moored
     figure = figures.snapshot(record, load_scene(folder / "scene.toml"), time=0.9)

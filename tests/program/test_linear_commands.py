@@ -3,6 +3,7 @@
 Source: what README and the interface promise.
 """
 
+import meshio
 import numpy as np
 import pytest
 import xarray as xr
@@ -37,6 +38,7 @@ def test_modes_prints_and_writes(call, tmp_path):
     for n in range(1, 5):
         assert (tmp_path / "figures" / f"mode_{n:02d}.png").stat().st_size > 5000
         assert (tmp_path / "paraview" / f"mode_{n:02d}_hull.pvd").is_file()
+    assert "nothing holds it" in (tmp_path / "modes.html").read_text()
     again = call("modes", tmp_path / "modes.toml", "--number", 2, "--out", tmp_path)
     assert again[0] == 0
     assert not (tmp_path / "paraview" / "mode_01_hull.pvd").exists()
@@ -89,7 +91,9 @@ def test_offsets_prints_and_writes(call, tmp_path):
         (["short", "--force", "1", "--current", "1"], "and not both"),
         (["short", "--force", "a"], "--force a: must be numbers"),
         (["short", "--force", "0:1:0"], "--force 0:1:0: a range"),
-        (["driven", "--force", "1"], "one moored buoy"),
+        (["driven", "--force", "1"], "those of moored buoys"),
+        (["two-buoys", "--force", "1", "--buoy", "middle"], "buoy middle: must be one of left, right"),
+        (["two-buoys", "--current", "1", "--buoy", "left"], "--buoy: goes with --force"),
     ],
 )
 def test_offsets_refuses(call, tmp_path, options, words):
@@ -166,7 +170,12 @@ def test_response_prints_and_writes(call, tmp_path):
     ("options", "texts"),
     [
         (["modes", "two-buoys", "--number", 2, "--no-plot"], ["left sway + right sway"]),
+        (["modes", "lazy-wave", "--number", 2, "--no-plot"], ["cable out of plane 1"]),
         (["stiffness", "two-buoys"], ["about C of left", "about C of right"]),
+        (
+            ["offsets", "two-buoys", "--force", "0,6000", "--buoy", "left", "--directions", "0:270:90"],
+            ["offset of right [m]", "the watch circle of left has a radius of ", "offsets.png"],
+        ),
         (["offsets", "three-legs", "--force", "0,1000", "--directions", "0"], ["offset [m]", "offsets.png"]),
         (
             ["response", "free-buoy", "--periods", "8", "--significant-height", 1, "--peak-period", 7],
@@ -186,12 +195,27 @@ def test_networks(call, tmp_path, options, texts):
         assert text in out
 
 
+def test_networks_move_in_paraview(call, tmp_path):
+    """A moving mesh of every cable and hull; over a period the mean place is that at rest."""
+    code, _, _ = call("modes", "two-buoys", "--number", 1, "--paraview", "--out", tmp_path)
+    assert code == 0
+    names = {f"cable_{cable}" for cable in ("west", "southwest", "between", "east", "southeast")}
+    names |= {"hull_left", "hull_right"}
+    assert {path.stem for path in (tmp_path / "paraview").glob("*.pvd")} == {f"mode_01_{name}" for name in names}
+    rest = xr.load_dataset(tmp_path / "modes.nc")
+    paths = sorted((tmp_path / "paraview").glob("mode_01_cable_between_*.vtu"))
+    points = np.array([meshio.read(path).points for path in paths])
+    own = rest.rest_cable_position.values[rest.cable_of_node.values == 2]
+    np.testing.assert_allclose(points.mean(axis=0), own, atol=1e-6)
+    assert np.ptp(points, axis=0).max() > 1
+    hulls = [meshio.read(path).points for path in sorted((tmp_path / "paraview").glob("mode_01_hull_left_*.vtu"))]
+    assert np.ptp(hulls, axis=0).max() > 1
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["modes", "bridle", "--paraview"], "for one line and one buoy"),
         (["stiffness", "bridle"], "needs [buoy]"),
-        (["offsets", "two-buoys", "--force", 1], "one moored buoy"),
     ],
 )
 def test_networks_refuse(call, tmp_path, options, words):

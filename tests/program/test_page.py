@@ -8,10 +8,12 @@ import hashlib
 import html
 import json
 import re
+from importlib.resources import files
 
 import numpy as np
 import pytest
 import xarray as xr
+from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import InputError, modes, show, simulate
 from dolfbuoy.page.document import as_json, tag
@@ -19,8 +21,10 @@ from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
 from dolfbuoy.page.precision_page import precision_page
 from dolfbuoy.page.run_page import run_page
 from dolfbuoy.page.sweep_page import sweep_page
+from dolfbuoy.results.folder import remark
 from dolfbuoy.results.many import collect
 from dolfbuoy.results.statistics import STATISTICS
+from dolfbuoy.studies.study import Table, save
 
 EVIL = "</title></script><script>document.title='taken'</script><img src=x onerror=\"document.title='taken'\">"
 
@@ -163,6 +167,68 @@ def test_command_writes_the_page_and_run_too(call, tmp_path):
     assert not (tmp_path / "b" / "page.html").exists()
 
 
+def test_what_advise_found_stands_in_the_page(call, tmp_path):
+    assert call("run", "hanging-chain", "--out", tmp_path, "--t-end", "0.5", "--no-plot")[0] == 0
+    assert call("page", tmp_path)[0] == 0
+    assert "The error of this run is not known" in (tmp_path / "page.html").read_text()
+    remark(tmp_path, "run", advice=["Predicted 0.7 %, measured 0.4 % in the pilot."])
+    assert call("page", tmp_path)[0] == 0
+    page = (tmp_path / "page.html").read_text()
+    assert "Predicted 0.7 %, measured 0.4 % in the pilot." in page
+    assert "is not known" not in page
+
+
+@pytest.mark.parametrize("name", ["results.nc", "modes.nc", "sweep.nc", "work-precision.json"])
+def test_damaged_results_are_named(call, tmp_path, name):
+    (tmp_path / name).write_text('{"rows": [')
+    (tmp_path / "scene.toml").touch()
+    code, _, err = call("page", tmp_path)
+    assert code == 2
+    assert f"{name} is damaged" in err
+
+
+def themes():
+    """Name of a theme -> its colours (custom properties) as sRGB from 0 to 1."""
+    sheet = files("dolfbuoy.page").joinpath("page.css").read_text()
+    blocks = re.findall(r":root[^{]*\{([^}]*)\}", sheet)
+    assert blocks[1] == blocks[2].replace("  }", "    }") or blocks[1].split() == blocks[2].split()
+    for name, block in zip(("light", "dark"), blocks, strict=False):
+        pairs = re.findall(r"--([\w-]+): #([0-9a-f]{6});", block)
+        yield name, {key: np.array([int(text[i : i + 2], 16) / 255 for i in (0, 2, 4)]) for key, text in pairs}
+
+
+def contrast(a, b):
+    """Of two colours, as the Web Content Accessibility Guidelines count it."""
+    linear = [np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4) for c in (a, b)]
+    low, high = sorted(float(c @ [0.2126, 0.7152, 0.0722]) for c in linear)
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize(("name", "colors"), list(themes()))
+def test_texts_and_curves_stand_out_from_their_ground(name, colors):
+    for text in ("text", "soft", "accent"):
+        for ground in ("ground", "panel"):
+            assert contrast(colors[text], colors[ground]) >= 4.5, (name, text, ground)
+    assert contrast(colors["warn"], colors["warn-ground"]) >= 4.5
+    assert contrast(colors["on-accent"], colors["accent"]) >= 4.5
+    for k in range(6):
+        assert contrast(colors[f"c{k}"], colors["ground"]) >= 3, (name, k)
+    for kind in ("holds", "pulls", "outside"):
+        assert contrast(colors[f"force-{kind}"], colors["sky-top"]) >= 4.5, (name, kind)
+    away = [contrast(colors[f"scale-{k}"], colors["sky-low"]) for k in range(5)]
+    assert (np.diff(away) > 0).all(), (name, away)  # more tension stands out more, without colour too
+
+
+@pytest.mark.mpi
+@needs_mpirun
+def test_one_of_several_ranks_writes_the_page(tmp_path):
+    arguments = ["-m", "dolfbuoy.commands.entry", "run", "short", "--out", "a", "--t-end", "0.1", "--no-plot", "--page"]
+    done = start(2, arguments, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("page.html") == 1
+    assert "buoy, heave" in (tmp_path / "a" / "page.html").read_text()
+
+
 def test_a_page_of_ones_own_is_not_replaced(call, tmp_path):
     folder = tmp_path / "a"
     assert call("run", "hanging-chain", "--out", folder, "--t-end", "0.5", "--no-plot")[0] == 0
@@ -242,8 +308,15 @@ def precision_rows():
     return [own, better, common | {"scheme": "bdf2", "own": False, "reason": "it diverged"}]
 
 
+def test_a_study_with_a_page_writes_it(tmp_path):
+    save(tmp_path, Table("work-precision", precision_rows(), notes=["a note"]))
+    assert data_of((tmp_path / "work-precision.html").read_text())["rows"] == precision_rows()
+    save(tmp_path, Table("work-precision-front", precision_rows()))
+    assert len(list(tmp_path.glob("*.html"))) == 1
+
+
 def test_work_and_precision_in_a_page():
-    page = precision_page(precision_rows(), ["1 % in top tension: P1-P0 & so on."], EVIL)
+    page = precision_page(precision_rows(), ["1 % in top tension: P1-P0 & so on.", EVIL])
     found = data_of(page)
     assert found["rows"] == precision_rows()
     assert found["quantities"] == [{"key": "tension_top", "name": "top tension", "front": [1]}]

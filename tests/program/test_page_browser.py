@@ -230,6 +230,30 @@ def test_modes_move_and_are_chosen(window, tmp_path):
     assert window.errors() == []
 
 
+def test_without_webgl_the_charts_are_there(window, file, record):
+    hide = "HTMLCanvasElement.prototype.getContext = () => null"
+    hidden = window.ask("Page.addScriptToEvaluateOnNewDocument", source=hide)["identifier"]
+    window.open(file, **SMALL)
+    window.ask("Page.removeScriptToEvaluateOnNewDocument", identifier=hidden)
+    assert "needs WebGL 2" in window.run("document.querySelector('.without:not([hidden])').textContent")
+    scrub(window, 8.0)
+    row = int(np.abs(record.time.values - 8.0).argmin())
+    shown = {name: number(text) for name, text in readouts(window)}
+    assert shown["upper end"] == pytest.approx(1e-3 * record.tension_top.values[row], rel=6e-4)
+    assert window.errors() == []
+
+
+def test_a_frame_in_a_notebook_plays_apart(window, record, tmp_path):
+    cell = f"<!doctype html><meta charset=utf-8><title>notebook</title>{show(record)._repr_html_()}"
+    (tmp_path / "notebook.html").write_text(cell, encoding="utf-8")
+    window.open(tmp_path / "notebook.html", **SMALL)
+    row = int(record.tension_top.values.argmax())
+    said = window.run_in_frame("document.getElementById('clock').textContent")
+    assert said == f"t = {float(record.time[row]):.2f} s"
+    assert window.run_in_frame("window.origin") == "null"  # the notebook is out of its reach
+    assert window.errors() == []
+
+
 def cells(window, column):
     return window.run(f"[...document.querySelectorAll('#table tbody tr')].map(r => r.children[{column}].textContent)")
 
@@ -252,9 +276,10 @@ def test_a_sweep_is_sorted_and_its_cases_open(window, tmp_path):
 
 
 def test_a_mark_of_work_and_precision_finds_its_row(window, tmp_path):
-    (tmp_path / "wp.html").write_text(precision_page(precision_rows(), ["a note"], EVIL), encoding="utf-8")
+    (tmp_path / "wp.html").write_text(precision_page(precision_rows(), [EVIL]), encoding="utf-8")
     window.open(tmp_path / "wp.html", **SMALL)
     marks = window.run("[...document.querySelectorAll('#charts .chart .mark')].map(m => m.getAttribute('aria-label'))")
+    assert EVIL in window.run("document.getElementById('answer').textContent")
     assert [mark.rpartition(": ")[2] for mark in marks] == ["1 % in 0.4 s", "0.2 % in 0.2 s"]
     window.run("document.querySelectorAll('#charts .chart .mark')[1].dispatchEvent(new Event('click'))")
     assert "bdf2" in window.run("document.querySelector('#table tr.current').textContent")
@@ -263,7 +288,18 @@ def test_a_mark_of_work_and_precision_finds_its_row(window, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "scene", ["driven", "free-buoy", "chain-on-bed", "two-buoys", "lazy-wave", "storm", "towed-array"]
+    "scene",
+    [
+        "hanging-chain",
+        "subsurface-float",
+        "driven",
+        "free-buoy",
+        "chain-on-bed",
+        "two-buoys",
+        "lazy-wave",
+        "storm",
+        "towed-array",
+    ],
 )
 def test_pages_of_all_kinds_of_scenes(window, tmp_path, scene):
     record = simulate(scene, time={"end": 6.0})

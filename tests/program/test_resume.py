@@ -169,7 +169,7 @@ def test_a_finished_run_can_be_lengthened(scheme, tmp_path):
 # -- several ranks -----------------------------------------------------------------------------------------------------
 
 RANKS = """
-import itertools, json, sys
+import itertools, json, shutil, sys
 from types import SimpleNamespace
 import dolfbuoy
 from dolfbuoy.results import recorder
@@ -178,45 +178,40 @@ ticks, what = itertools.count(), sys.argv[2]
 recorder.clock = SimpleNamespace(monotonic=lambda: float(next(ticks)))
 recorder.Recorder.pause, recorder.Recorder.share = 7.0, 1e9
 
-def stop(simulation, iterations):
-    if simulation.control.accepted == 20:
-        raise InterruptedError
+def keep(simulation, iterations):
+    if simulation.control.accepted == 20 and simulation.comm.rank == 0:
+        shutil.copytree(name + ", whole", name)
 
 for name, scene in json.load(open(sys.argv[1])).items():
     if what == "resume":
         dolfbuoy.simulate(resume=name)
-        continue
-    dolfbuoy.simulate(scene, out=name + ", whole")
-    try:
-        dolfbuoy.simulate(scene, out=name, progress=stop)
-    except InterruptedError:
-        pass
+    else:
+        dolfbuoy.simulate(scene, out=name + ", whole", progress=keep)
 """
 
 
 @pytest.mark.mpi
 @needs_mpirun
 def test_two_ranks(tmp_path):
+    """What was kept of a run in the middle is taken up, and is the run that went on.
+
+    A run of its own would do for one line only: MUMPS on two ranks adds in whatever order parts arrive, so that the
+    rests of a network differ by rounding from one start to the next.
+    """
     cases = [*(("moored buoy", scheme) for scheme in SCHEMES), ("cable", "bdf2"), ("buoy", "bdf2"), ("network", "bdf2")]
     scenes = {f"{name}, {scheme}": merged(SCENES[name], time__scheme=scheme) for name, scheme in cases}
     scenes["adaptive"] = merged(SCENES["moored buoy"], time__scheme="bdf2", time__tolerance=1e-2)
-    for what in ("stop", "resume"):
+    for what in ("keep", "resume"):
         done = start_scenes(2, scenes, tmp_path, RANKS, what)
         assert done.returncode == 0, done.stderr[-3000:]
-        if what == "stop":
+        if what == "keep":
             for name in scenes:
                 assert 4 < checkpoint.load(tmp_path / name, 2).rows["time"] < 21
             with pytest.raises(InputError, match=r"on 2 MPI ranks; it cannot be resumed on 1"):
                 dolfbuoy.simulate(resume=tmp_path / "adaptive")
     for name in scenes:
         run, whole = (read(tmp_path / folder / "results.nc") for folder in (name, f"{name}, whole"))
-        if not name.startswith("network"):
-            assert_same(run, whole)
-            continue
-        assert run.attrs["parted"] == whole.attrs["parted"]
-        for quantity in ("cable_position", "cable_tension", "buoy_position", "joint_position"):  # rests to rounding
-            size = np.abs(whole[quantity].values).max()
-            np.testing.assert_allclose(run[quantity], whole[quantity], rtol=0, atol=1e-8 * size)
+        assert_same(run, whole)
 
 
 # -- the command line --------------------------------------------------------------------------------------------------

@@ -20,9 +20,10 @@ from dolfbuoy import InputError, figures, load_scene, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.model.sea import velocity_at, wavenumber
 from dolfbuoy.results.behind_ramp import density, mean_over_time
+from dolfbuoy.results.instant import Instant, instant
 from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
-from dolfbuoy.results.snapshot import Instant, instant, snapshot
+from dolfbuoy.results.snapshot import snapshot
 from dolfbuoy.results.summary import summary, warnings
 
 PERIOD = 5.0
@@ -480,7 +481,7 @@ def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
 def test_units_of_the_record():
     """SI, degrees for angles."""
     units = {
-        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension",
+        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension growth_weight",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell length_on_bed touchdown joint_position "
         "wave_amplitude",
@@ -490,7 +491,8 @@ def test_units_of_the_record():
         "kg m s-1": "linear_momentum",
         "kg m2 s-1": "angular_momentum",
         "degree": "cone_angle roll pitch yaw wave_direction_deg wave_phase_deg",
-        "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell",
+        "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell "
+        "utilisation growth_diameter growth_mass",
     }
     known = {name: unit for unit, names in units.items() for name in names.split()}
     assert {name: unit for name, (_, unit, _) in {**SERIES, **FRAMES, **FIXED}.items()} == known

@@ -102,7 +102,7 @@ STRUCTURAL = {
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {
-    "time.min_step", "time.max_step", "time.output_every", "cable.breaking_load", "solver.petsc",
+    "time.min_step", "time.max_step", "time.output_every", "cable.breaking_load", "solver.petsc", "library",
     "solver.step_tolerance", "solver.keep_jacobian",
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
 }  # fmt: skip

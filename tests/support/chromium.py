@@ -83,7 +83,7 @@ class Browser:
         )
         self.prefer(dark=dark)
         self.ask("Page.navigate", url=Path(path).resolve().as_uri())
-        self.wait("document.readyState === 'complete' && !!document.getElementById('data')")
+        self.wait("document.readyState === 'complete' && document.title !== ''")
         self.pause()
 
     def prefer(self, dark=False, media=""):
@@ -96,6 +96,16 @@ class Browser:
         found = self.ask("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"].get("value")
+
+    def run_in_frame(self, expression):
+        """`run` in the frame that is apart from the page and has a process of its own."""
+        page, self.session = self.session, None
+        try:
+            frame = next(t for t in self.ask("Target.getTargets")["targetInfos"] if t["type"] == "iframe")
+            self.session = self.ask("Target.attachToTarget", targetId=frame["targetId"], flatten=True)["sessionId"]
+            return self.run(expression)
+        finally:
+            self.session = page
 
     def wait(self, expression, seconds=20.0):
         """Until an expression is true."""

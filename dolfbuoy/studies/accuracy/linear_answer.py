@@ -1,4 +1,4 @@
-"""The cheapest answer of all: the linear response to the scene's regular wave, beside a run in time."""
+"""The cheapest answer of all: the linear response to the scene's waves, beside a run in time."""
 
 import math
 import time
@@ -9,25 +9,31 @@ from ...errors import InputError, SolveError
 from ...linear.seaway import Seaway
 from ...results.compare import percent
 from ...results.measured import QUANTITIES, Run
+from ...scene.network import network_of
 
-#: What the linear response says of a run.
-ANSWERED = ("tension_top", "tension_anchor", "buoy_position")
+#: What the linear response says of a run, and of which names of it that is.
+ANSWERED = {
+    "tension_top": ("tension_top",),
+    "tension_anchor": ("tension_anchor",),
+    "buoy_position": ("surge", "sway", "heave"),
+}
 
 
 def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
     """A sentence on the standard deviation of a quantity after `start` [s], and what it cost.
 
-    None where it does not apply: no regular wave, no water, another quantity, or no linear response.
+    Of several lines and buoys of all together; in an irregular sea of the same components over the same time.  None
+    where it does not apply: no waves, no water, ends that are moved, another quantity, or no linear response.
     """
-    if scene.waves is None or scene.waves.irregular or scene.sea is None or quantity not in ANSWERED:
+    moved = any(end.kind == "prescribed" for piece in network_of(scene).pieces for end in piece.ends)
+    if scene.waves is None or scene.sea is None or moved or quantity not in ANSWERED:
         return None
-    began = time.monotonic()
+    began, kept = time.monotonic(), run.t >= start
     try:
-        own = _deviation(scene, quantity)
+        own = _deviation(scene, ANSWERED[quantity], run.t[kept])
     except (InputError, SolveError):
         return None
-    seconds = time.monotonic() - began
-    values = run.values[quantity][run.t >= start]
+    seconds, values = time.monotonic() - began, run.values[quantity][kept]
     measured = float(np.sqrt(np.sum(np.var(values.reshape(len(values), -1), axis=0))))
     if own is None or not measured:
         return None
@@ -37,14 +43,19 @@ def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
     )
 
 
-def _deviation(scene, quantity):
-    """Of the linear response to the scene's wave, drag linearised; None if there is no such quantity."""
+def _deviation(scene, kinds, times):
+    """Of the linear response to the scene's waves, drag linearised; None if there is nothing of these kinds."""
     seaway = Seaway(scene, scene.waves.direction_deg)
     try:
-        X = seaway.regular(seaway.wave(2 * math.pi / scene.waves.period), scene.waves.size)
-        bodies = seaway.found.bodies
-        places = {"buoy_position": bodies[0].motion(X)[:3]} if len(bodies) == 1 else {}
-        moved = (places | seaway.tensions(X)).get(quantity)
-        return None if moved is None else scene.waves.size * float(np.linalg.norm(moved)) / math.sqrt(2)
+        found = seaway.over_time(scene.waves, times) if scene.waves.irregular else _in_wave(seaway, scene.waves)
     finally:
         seaway.destroy()
+    sizes = [np.std(values) for name, values in found.items() if name.startswith(kinds)]
+    return float(np.linalg.norm(sizes)) if sizes else None
+
+
+def _in_wave(seaway, waves):
+    """`Seaway.named` over a cycle of a regular wave."""
+    wave = seaway.wave(2 * math.pi / waves.period, wavelength=waves.wavelength)
+    found, turns = seaway.named(seaway.regular(wave, waves.size)[:, None]), np.exp(2j * math.pi * np.arange(8) / 8)
+    return {name: waves.size * (values[0] * turns).real for name, values in found.items()}

@@ -1,0 +1,151 @@
+"""Materials by what they are called in a catalogue, and those of a user's own file.
+
+    chain GRADE studless|studlink SIZE mm [less CORROSION mm]
+    wire SIZE mm, polyester SIZE mm, nylon SIZE mm
+
+SIZE is the nominal diameter d: the bar of a chain, the rope.  A scene that names one gets a [material.NAME] with its
+numbers, and is complete without this module; what a cable or segment gives itself counts before it.
+
+- Chain.  Breaking load c d^2 (44 - 0.08 d) kN, d in mm: IACS UR W22 (offshore, R3 to R5) and UR W18 (ships, Q1 to Q3).
+  Mass, stiffness and the diameter of its volume: Orcina, OrcaFlex help, "Chain".  Drag on d: DNV-OS-E301.  `less` takes
+  a corrosion allowance off d for the breaking load; mass, volume and stiffness are those of the new chain.
+- Wire (spiral strand) and fibre ropes.  Mass, breaking load, stiffness and density: MoorPy, MoorProps_default (Hall et
+  al., NREL).  Stiffness of fibre ropes is the static one; drag on d: DNV-OS-E301, added mass: Bureau Veritas NR 493.
+"""
+
+import math
+import re
+from pathlib import Path
+
+from ..errors import InputError
+from .mesh_file import Named, inside
+
+#: c [kN/mm^2].
+GRADES = {"Q1": 9.81e-3, "Q2": 13.73e-3, "Q3": 19.61e-3}
+GRADES |= {"R3": 0.0223, "R3S": 0.0249, "R4": 0.0274, "R4S": 0.0304, "R5": 0.0320}
+#: Mass and stiffness over d^2 [kg/m^3, Pa], diameter of the volume over d, drag across and along.
+LINKS = {"studless": (19.9e3, 0.854e11, 1.80, 2.4, 1.15), "studlink": (21.9e3, 1.01e11, 1.89, 2.6, 1.4)}
+#: Mass and breaking load over d^2 [kg/m^3, Pa], EA over the breaking load, volume over d^2, drag across, C_A.
+ROPES = {
+    "wire": (5293.0, 1022e6, 97.1e9 / 1022e6, math.pi / 4 * 1.18**2, 1.2, 1.0),
+    "polyester": (679.0, 308e6, 14.0, 679.0 / 1380.0, 1.6, 1.1),
+    "nylon": (585.0, 207e6, 5.0, 585.0 / 1140.0, 1.6, 1.1),
+}
+NYLON_CUBIC = 230e6  # N/m^3, of its breaking load over d^3
+SIZES = 5.0, 250.0  # mm
+MOST_BYTES = 1_000_000
+
+_SIZE = r"(\d+(?:\.\d+)?) mm"
+_CHAIN = re.compile(rf"chain (\w+) (studless|studlink) {_SIZE}(?: less {_SIZE})?")
+_ROPE = re.compile(rf"({'|'.join(ROPES)}) {_SIZE}")
+_WORDS = ("chain ", *(f"{kind} " for kind in ROPES))
+FORMS = "'chain R3 studless 19 mm', 'chain Q3 studlink 32 mm less 2 mm', 'wire 40 mm', 'polyester 60 mm', 'nylon 24 mm'"
+
+
+def material(name: str) -> dict | None:
+    """The keys of a [material.NAME] that a name stands for, `source` with them; None: it stands for none.
+
+    Raises InputError for a size or a grade that there is not.
+    """
+    if not name.startswith(_WORDS):
+        return None
+    chain, rope = _CHAIN.fullmatch(name), _ROPE.fullmatch(name)
+    if not chain and not rope:
+        raise InputError(f"material = {name!r}: must be written like {FORMS}.")
+    sizes = [float(text) for text in (chain.groups()[2:] if chain else rope.groups()[1:]) if text]
+    if not SIZES[0] <= sizes[0] <= SIZES[1] or any(less >= sizes[0] for less in sizes[1:]):
+        raise InputError(
+            f"material = {name!r}: must have a size of {SIZES[0]:g} to {SIZES[1]:g} mm, and less corrosion."
+        )
+    return _chain(name, *chain.groups()[:2], *sizes) if chain else _rope(rope.group(1), sizes[0] * 1e-3)
+
+
+def _chain(name, grade, link, size, less=0.0):
+    if grade not in GRADES:
+        raise InputError(f"material = {name!r}: must have one of the grades {', '.join(GRADES)}.")
+    mass, EA, volume, across, along = LINKS[link]
+    d, left = size * 1e-3, size - less
+    return {
+        "line_density": mass * d**2,
+        "diameter": d,
+        "area": math.pi / 4 * (volume * d) ** 2,
+        "axial_stiffness": EA * d**2,
+        "added_mass": 1.0,
+        "normal_drag": across,
+        "tangential_drag": along,
+        "breaking_load": 1e3 * GRADES[grade] * left**2 * (44 - 0.08 * left),
+        "source": f"IACS UR {'W22' if grade[0] == 'R' else 'W18'}, OrcaFlex help, DNV-OS-E301",
+    }
+
+
+def _rope(kind, d):
+    mass, breaking, stiffness, volume, across, added = ROPES[kind]
+    breaking = breaking * d**2 + (NYLON_CUBIC * d**3 if kind == "nylon" else 0.0)
+    return {
+        "line_density": mass * d**2,
+        "diameter": d,
+        "area": volume * d**2,
+        "axial_stiffness": stiffness * breaking,
+        "added_mass": added,
+        "normal_drag": across,
+        "breaking_load": breaking,
+        "source": "MoorPy MoorProps_default, DNV-OS-E301",
+    }
+
+
+def expanded(data: dict, parse) -> dict:
+    """The dict of a scene with a [material.NAME] for every material that a cable or segment takes from the library, or
+    from the file of the key `library`, which goes.  parse: of TOML.  Raises InputError."""
+    own = _own(data["library"], parse) if data.get("library") is not None else {}
+    found = {name: value for name, value in data.items() if name != "library"}
+    materials = found.get("material", {})
+    if not isinstance(materials, dict):
+        return found  # no scene: validation says so
+    known = dict(materials)
+
+    def named(table):
+        """A cable or a segment whose material, and that of its segments, is in `known`."""
+        if not isinstance(table, dict):
+            return table
+        if isinstance(table.get("segments"), list):
+            table = table | {"segments": [named(segment) for segment in table["segments"]]}
+        name = table.get("material")
+        keys = own.get(name) or material(name) if isinstance(name, str) and name not in known else None
+        if keys is None:
+            return table
+        place = re.sub(r"[^A-Za-z0-9_]+", "-", name.replace(".", "_")).strip("-")
+        if _differs(known.setdefault(place, keys), keys):
+            raise InputError(
+                f"material = {name!r}: the scene has another [material.{place}]: take that name, or call it otherwise."
+            )
+        return table | {"material": place}
+
+    if "cable" in found:
+        cable = found["cable"]
+        found["cable"] = [named(line) for line in cable] if isinstance(cable, list) else named(cable)
+    return found | {"material": known} if known else found
+
+
+def _differs(there, keys):
+    """Whether a section [material.NAME], as a dict or read already, has other keys."""
+    return (there if isinstance(there, dict) else there.model_dump(exclude_none=True)) != keys
+
+
+def _own(library, parse):
+    """Materials of a file: a table of keys by each name, which may be any text."""
+    if not isinstance(library, str | Path | Named):
+        raise InputError(f"library = {library!r}: must be the name of a TOML file.")
+    try:
+        path = inside(library.folder, library.name) if isinstance(library, Named) else library
+        with open(path, "rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise ValueError(f"must have {MOST_BYTES:,} bytes at most")
+        found = parse(content.decode("utf-8-sig"))
+        if not all(isinstance(table, dict) for table in found.values()):
+            raise ValueError('must hold a table of keys for each material, ["NAME"]')
+    except OSError as error:
+        raise InputError(f"library = {library!r}: cannot be read: {error.strerror}.") from None
+    except ValueError as error:
+        raise InputError(f"library = {library!r}: {str(error).rstrip('.')}.") from None
+    return found

@@ -1,0 +1,170 @@
+"""Materials of the library: chain, wire and rope by their names in a catalogue, and those of a user's own file.
+
+Source: breaking loads of IACS UR W22 and W18 as manufacturers print them; the material library of MoorPy.
+"""
+
+import math
+
+import pytest
+import tomli_w
+
+from dolfbuoy import load_scene, solve_static
+from dolfbuoy.check import check
+from dolfbuoy.errors import InputError
+from dolfbuoy.scene.library import material
+from dolfbuoy.scene.network import network_of
+
+#: Grade, bar [mm], breaking load [kN] as printed, rounded up or to the nearest.
+PRINTED = [
+    ("R3", 34, 1065), ("R3", 50, 2230), ("R3", 70, 4196), ("R3S", 34, 1189), ("R3S", 60, 3514), ("R4", 34, 1308),
+    ("R4", 50, 2740), ("R4", 68, 4886), ("Q1", 34, 468), ("Q2", 34, 655), ("Q3", 34, 937),
+]  # fmt: skip
+
+OWN = """
+["my rubber cord, 30 mm"]
+line_density = 0.9
+diameter = 0.03
+axial_stiffness = [[0.0, 0.0], [0.5, 400.0], [1.0, 1500.0]]
+breaking_load = 3000.0
+
+["wire 20 mm"]
+line_density = 5.0
+diameter = 0.02
+axial_stiffness = 1e7
+"""
+
+
+def scene(*names, **more):
+    segments = [{"length": 20.0, "elements": 8, "material": name} for name in names]
+    top = {"kind": "fixed", "position": [16.0 * len(names), 0.0, -1.0]}
+    return {"sea": {"depth": 15.0}, "cable": {"segments": segments, "top": top}, **more}
+
+
+@pytest.mark.parametrize(("grade", "size", "breaking"), PRINTED)
+def test_chains_break_as_printed(grade, size, breaking):
+    """Stud or not: the grade decides."""
+    for link in ("studless", "studlink"):
+        assert material(f"chain {grade} {link} {size} mm")["breaking_load"] == pytest.approx(1e3 * breaking, rel=1.5e-3)
+
+
+def test_chain():
+    """A chain of steel as long as its two bars and bends; corrosion takes strength only."""
+    for link, steel in (("studless", 7850), ("studlink", 7850)):
+        new, old = (material(f"chain R3 {link} {text}") for text in ("76 mm", "76 mm less 6 mm"))
+        assert new["line_density"] / new["area"] == pytest.approx(steel, rel=0.01)
+        assert old["breaking_load"] == material(f"chain R3 {link} 70 mm")["breaking_load"]
+        assert {**old, "breaking_load": new["breaking_load"]} == new
+        assert new["diameter"] == 0.076
+        E = new["axial_stiffness"] / (2 * math.pi / 4 * 0.076**2)
+        assert 5.3e10 < E < 6.5e10  # DNV-OS-E301: 5.4e10 to 5.6e10 less what the diameter takes, 6.4e10 with studs
+
+
+@pytest.mark.parametrize("size", [12.0, 24.5, 80.0])
+@pytest.mark.parametrize("kind", ["wire", "polyester", "nylon"])
+def test_ropes_are_those_of_moorpy(kind, size):
+    """Mass, volume, stiffness and breaking load."""
+    helpers = pytest.importorskip("moorpy.helpers")
+    theirs = helpers.getLineProps(size, kind, lineProps=helpers.loadLineProps(None))
+    mine = material(f"{kind} {size:g} mm")
+    assert mine["line_density"] == pytest.approx(theirs["m"], rel=1e-6)
+    assert mine["area"] == pytest.approx(math.pi / 4 * theirs["d_vol"] ** 2, rel=1e-6)
+    assert mine["breaking_load"] == pytest.approx(theirs["MBL"], rel=1e-6)
+    assert mine["axial_stiffness"] == pytest.approx(theirs["EA"], rel=1e-6)
+    assert mine["diameter"] * mine["normal_drag"] == pytest.approx(theirs["d_vol"] * theirs["Cd"], rel=6e-3)
+
+
+def test_a_scene_is_complete_without_the_library():
+    """The material becomes a section of its own; the scene that is written solves the same."""
+    first = load_scene(scene("chain R3 studless 19 mm less 2 mm", "polyester 24.5 mm"))
+    assert list(first.material) == ["chain-R3-studless-19-mm-less-2-mm", "polyester-24_5-mm"]
+    again = load_scene(first.to_dict())
+    assert again == first
+    a, b = solve_static(first), solve_static(again)
+    assert float(a.tension_top) == float(b.tension_top)
+    assert [piece.section.diameter for piece in network_of(first).pieces] == [0.019, 0.0245]
+    rows = {name: remark for name, _, _, remark in check(first).numbers}
+    assert "IACS UR W22" in rows["breaking load of chain-R3-studless-19-mm-less-2-mm"]
+
+
+def test_what_a_cable_gives_itself_counts():
+    """Its own key before that of the material; a material for all its segments; a list of cables; a variation."""
+    one = {"from": [0.0, 0.0, -15.0], "to": [10.0, 0.0, -1.0], "length": 20.0, "material": "wire 20 mm"}
+    found = load_scene(
+        {"sea": {"depth": 15.0}, "cable": [one | {"name": "a"}, one | {"name": "b", "normal_drag": 2.0}]}
+    )
+    assert [piece.section.normal_drag for piece in network_of(found).pieces] == [1.2, 2.0]
+    other = load_scene(found, **{"cable.b.material": "nylon 30 mm"})
+    assert [piece.section.diameter for piece in network_of(other).pieces] == [0.02, 0.03]
+    for_all = scene("wire 20 mm", "wire 20 mm")
+    for segment in for_all["cable"]["segments"]:
+        del segment["material"]
+    for_all["cable"]["material"] = "wire 20 mm"
+    assert [piece.section.diameter for piece in network_of(load_scene(for_all)).pieces] == [0.02, 0.02]
+
+
+def test_a_library_of_ones_own(tmp_path):
+    """Beside the scene; its names come before those of the program, and the complete scene needs the file no more."""
+    (tmp_path / "mine.toml").write_text(OWN)
+    file = tmp_path / "scene.toml"
+    file.write_text(tomli_w.dumps({"library": "mine.toml"} | scene("my rubber cord, 30 mm")))
+    found = load_scene(file)
+    assert network_of(found).pieces[0].section.breaking_load == 3000.0
+    (tmp_path / "mine.toml").unlink()
+    assert load_scene(found.to_dict()) == found
+    (tmp_path / "mine.toml").write_text(OWN)
+    own = load_scene(scene("wire 20 mm"), library=str(tmp_path / "mine.toml"))
+    assert network_of(own).pieces[0].section.line_density == 5.0
+
+
+@pytest.mark.parametrize(
+    ("library", "words"),
+    [
+        ("../mine.toml", "without '..'"),
+        ("/etc/passwd", "below the folder"),
+        ("nowhere.toml", "not found"),
+        ("link.toml", "link that leaves"),
+        ("bad.toml", "library = 'bad.toml'"),
+        ("flat.toml", "table of keys"),
+        ("long.toml", "bytes at most"),
+        ("wrong.toml", "line_density"),
+        (3, "name of a TOML file"),
+    ],
+)
+def test_libraries_that_are_none(tmp_path, library, words):
+    """A scene of a stranger touches nothing outside its folder."""
+    (tmp_path / "mine.toml").write_text(OWN)
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    (folder / "link.toml").symlink_to(tmp_path / "mine.toml")
+    (folder / "bad.toml").write_text("x = [")
+    (folder / "flat.toml").write_text("line_density = 3.0")
+    (folder / "long.toml").write_text("#" * 1_000_001)
+    (folder / "wrong.toml").write_text(OWN.replace("5.0", "-5.0"))
+    file = folder / "scene.toml"
+    file.write_text(tomli_w.dumps({"library": library} | scene("wire 20 mm")))
+    with pytest.raises(InputError, match=words):
+        load_scene(file)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("chain R9 studless 19 mm", "one of the grades"),
+        ("chain R3 19 mm", "must be written like"),
+        ("chain R3 studless 400 mm", "5 to 250 mm"),
+        ("chain R3 studless 19 mm less 19 mm", "less corrosion"),
+        ("wire 2 mm", "5 to 250 mm"),
+        ("nylon", "must be the name of a"),
+        ("hemp 20 mm", "like 'chain R3 studless 19 mm'"),
+    ],
+)
+def test_names_that_are_none(name, words):
+    with pytest.raises(InputError, match=words):
+        load_scene(scene(name))
+
+
+def test_two_materials_of_one_name():
+    """Nothing is taken for something else in silence."""
+    other = {"wire-20-mm": {"line_density": 1.0, "diameter": 0.02}}
+    with pytest.raises(InputError, match=r"another \[material.wire-20-mm\]"):
+        load_scene(scene("wire 20 mm") | {"material": other})
