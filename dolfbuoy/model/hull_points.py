@@ -68,8 +68,8 @@ static double radius(const double *f, double zeta)
     return f[2] + (f[3] - f[2]) * (zeta - f[0]) / (f[1] - f[0]);
 }
 
-/* Elevation and slope of an irregular sea: all components take as long as a hundred expansions.  Far away only the side
-   matters on which a disk is. */
+/* Elevation and slope of an irregular sea: all components take as long as a hundred expansions.  Farther away it
+   tells on which side a disk is. */
 static void look(const axis *A, const double *x, double R, double *found)
 {
     const hull_points *h = A->h;
@@ -84,7 +84,7 @@ static void look(const axis *A, const double *x, double R, double *found)
             found[1 + i] = s[1 + i] + bend[i] + twist[i] / 2;
         }
         const double lean = sqrt(A->d[0] * A->d[0] + A->d[1] * A->d[1]), slope = hypot(found[1], found[2]);
-        if (far <= s[10] || fabs(found[0] - x[2]) > R * (lean + slope) + far)
+        if (far <= s[10] || (far <= 5 * s[10] && fabs(found[0] - x[2]) > R * (1 + lean + slope) + far))
             return;
     }
     h->surface(h->sea, x[0], x[1], R, h->averaged, found);
