@@ -120,11 +120,12 @@ def _grown(problem, report, cable=0, which=""):
     if growth is None:
         return
     pieces = [k for k, piece in enumerate(lines.pieces) if piece.cable == cable and piece.section.marine_growth]
-    here = np.isin(lines.line_of_cell, pieces)
-    if here.any():
-        diameter, mass = growth.factors[here].max(axis=0)
+    if pieces:
+        here = np.isin(lines.line_of_cell, pieces)
+        diameter, mass = np.max(problem.comm.allgather(growth.factors[here].max(axis=0, initial=1.0)), axis=0)
         remark = f"diameter times {diameter:.4g}, mass times {mass:.4g} at most"
-        report.add(f"marine growth adds in water{which}", growth.weights[here].sum(), "N", remark)
+        weight = problem.comm.allreduce(float(growth.weights[here].sum()))
+        report.add(f"marine growth adds in water{which}", weight, "N", remark)
 
 
 def _strength(problem, report):
