@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from mpi4py import MPI
 
-from .linear.periods import moored_periods
-from .linear.response import LARGEST_KR
+from .linear import LARGEST_KR
 from .model.airy import AirySum
 from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
 from .model.effects import names as effects_of
@@ -374,6 +373,8 @@ def _equilibrium(scene, report, comm):
 def _moored_periods(scene, problem, report):
     """Of the modes of what floats and of its lines."""
     if scene.buoys and scene.sea and scene.gravity:
+        from .linear.periods import moored_periods  # and scipy, for which no run should wait
+
         report.periods |= moored_periods(scene, problem if problem.comm.size == 1 else None)
 
 
