@@ -26,18 +26,20 @@ from dolfbuoy.scene import load_scene
 #: Steps of MoorDyn in a call while it is timed, so that Python does not count.
 PER_CALL = 20
 #: Elements of MoorDyn and of dolfbuoy (P2-P1), and steps of dolfbuoy to a period.
-SEGMENTS, CELLS, STEPS = (
-    (10, 14, 20, 28, 40, 56, 80),
-    (3, 4, 6, 8, 12, 16, 24, 32, 48),
-    (12, 16, 24, 32, 48, 64, 96, 128, 192),
-)
+SEGMENTS = (10, 14, 20, 28, 40, 56, 80)
+CELLS, STEPS = (3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128), (12, 16, 24, 32, 48, 64, 96, 128, 192)
+#: Part of an accuracy that the elements may take.
+IN_SPACE = 0.8
 #: Steps of MoorDyn, over the length of a segment by the speed of sound in it, the largest first.
 COURANT = (1.6, 1.3, 1.0, 0.8, 0.6, 0.45, 0.3)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A scene; period: to which steps refer; start: from which on errors count [s]; scheme and finest of dolfbuoy."""
+    """A scene; period: to which steps refer; start: from which on errors count [s]; scheme and finest of dolfbuoy.
+
+    segments: of MoorDyn, tried until they do.
+    """
 
     scene: object
     period: float
@@ -45,12 +47,15 @@ class Problem:
     scheme: str
     cells: int = 64
     steps: int = 384
+    segments: tuple = SEGMENTS
 
 
 def chain() -> Problem:
     """The shipped chain with its top driven, without friction, which the programs understand differently."""
     changes = {"seabed.friction": 0.0, "time.end": 60.0}
-    return Problem(load_scene("chain-on-bed", **changes), 10.0, 40.0, "bdf2", cells=160)
+    return Problem(
+        load_scene("chain-on-bed", **changes), 10.0, 40.0, "bdf2", 160, segments=(20, 28, 40, 56, 80, 112, 160, 224)
+    )
 
 
 def three_lines() -> Problem:
@@ -224,7 +229,7 @@ def apart(one, other, problem):
     return float(np.abs(ends[0] - ends[1]).max() / np.ptp(inside[0], axis=0).max())
 
 
-def cheapest_lumped(problem, accuracies, most=SEGMENTS):
+def cheapest_lumped(problem, accuracies, most):
     """[(segments, Export, error), ...] per accuracy, and the limit."""
     fine, _ = lumped(problem, 2 * most[-1])
     runs = {n: lumped(problem, n) for n in most}
@@ -239,7 +244,7 @@ def cheapest_own(problem, accuracies, cells=CELLS, steps=STEPS, finest=None):
     fine, found = ours(problem, most, count), []
     for accuracy in accuracies:
         tries = ((n, count // 2, accuracy / 100) for n in cells)
-        n = next((t[0] for t in tries if error(ours(problem, *t), fine, problem) <= accuracy / 2), None)
+        n = next((t[0] for t in tries if error(ours(problem, *t), fine, problem) <= IN_SPACE * accuracy), None)
         tries = ((n, k, accuracy / 100) for k in steps) if n else ()
         errors = ((t, error(ours(problem, *t), fine, problem)) for t in tries)
         found.append(next(((t, e) for t, e in errors if e <= accuracy), None))

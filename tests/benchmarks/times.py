@@ -167,7 +167,7 @@ def fresh_rows(options):
             continue
         print(name, file=sys.stderr, flush=True)
         problem = make()
-        segments = new_rows.SEGMENTS[: 3 if options.quick else None]
+        segments = problem.segments[: 3 if options.quick else None]
         theirs, limit = new_rows.cheapest_lumped(problem, ACCURACIES, segments)
         ours, own = new_rows.cheapest_own(problem, ACCURACIES)
         away = new_rows.apart(own, limit, problem)
