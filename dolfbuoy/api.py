@@ -1,4 +1,4 @@
-"""The Python interface: `solve_static`, `offsets`, `simulate`, `wave_components`; see `linear_api` too."""
+"""The Python interface: `solve_static`, `offsets`, `simulate`, `periodic`, `wave_components`; see `linear_api` too."""
 
 import tempfile
 from pathlib import Path
@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from .errors import InputError, SolveError
 from .model.components import components_of
+from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation
 from .parallel import interruption
 from .results import checkpoint
@@ -22,6 +23,10 @@ from .statics.offsets import rests
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+#: Interval of the shapes that are recorded of a limit cycle, unless the scene gives one; of its period.
+FRAMES = 1 / 24
 
 
 def solve_static(
@@ -136,6 +141,37 @@ def simulate(
         return _drive(scene, Path(out), comm, progress)
 
 
+def periodic(
+    scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD, accuracy=1e-4, most=1000, **overrides
+) -> "xr.Dataset":
+    """One period of the limit cycle of a scene that regular waves or the motion of an end drive, without its transient.
+
+    As many steps as the scene's step goes into the period, from t = 0 on, with the phase of the waves there.  accuracy:
+    of forces at the ends and of the lines' points, relative to their ranges, as estimated (`cycle_error`); most:
+    periods to be run.  out: folder for periodic.nc.  On one rank.  Raises InputError for a scene that has no cycle,
+    SolveError where none is found.
+    """
+    scene = in_equal_steps(load_scene(scene, **overrides))
+    if comm.size > 1:
+        raise InputError("A limit cycle is looked for on one rank.")
+    cycle = Cycle(Simulation(scene, comm))
+    try:
+        found = cycle.find(accuracy, most)
+        begin = cycle.simulation.t
+        every = scene.time.output_every or FRAMES * cycle.period
+        one = load_scene(scene, **{"time.end": begin + cycle.period, "time.output_every": every})
+        with tempfile.TemporaryDirectory() as folder:
+            dataset = _drive(one, Path(folder), comm, None, state=cycle.simulation.state() | {"control": {}})
+    finally:
+        cycle.simulation.problem.destroy()
+    for name in {"time", "frame"} & set(dataset.coords):
+        dataset[name] = dataset[name].copy(data=dataset[name].values - begin)
+    dataset = dataset.assign_attrs(cycle_periods=found.periods, cycle_error=found.error)
+    if out is not None:
+        folders.keep(out, "periodic", scene, dataset, comm)
+    return dataset
+
+
 def wave_components(scene: "Scene | str | Path | dict", **overrides) -> "xr.Dataset":
     """The components that a scene's waves are made of, eta = sum a cos(k.x - omega t + phase), over `component`.
 
@@ -152,10 +188,10 @@ def wave_components(scene: "Scene | str | Path | dict", **overrides) -> "xr.Data
     return xr.Dataset({name: ("component", array, {"units": units[name]}) for name, array in values})
 
 
-def _drive(scene, folder, comm, progress, point=None):
-    """From the start or a Checkpoint to the end."""
+def _drive(scene, folder, comm, progress, point=None, state=None):
+    """From the start, a state or a Checkpoint to the end."""
     if point is None or not point.complete:
-        simulation = Simulation(scene, comm, state=point and point.states[comm.rank])
+        simulation = Simulation(scene, comm, state=point.states[comm.rank] if point else state)
         if point is None and comm.rank == 0:
             folders.begin(folder, "run", scene)
         recorder, done = Recorder(simulation, folder, point), False

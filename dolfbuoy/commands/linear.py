@@ -31,6 +31,8 @@ MOTIONS += [(name, float(np.degrees(1)), "deg") for name in ("roll", "pitch")]
 SMALL = 1e-3
 #: Part of its amplitudes by which those of a run may change in the end without a word.
 UNSETTLED = 0.01
+#: Damping ratios below this are rounding.
+NO_DAMPING = 1e-9
 #: Part of the largest stiffness that is shown as 0.
 ROUNDING = 1e-10
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
@@ -49,6 +51,7 @@ def modes(
     from ..linear_api import modes as find
     from ..results.mode_figures import draw_modes
     from ..results.mode_record import KINDS
+    from ..results.stiffness_record import on_friction
 
     loaded, folder = load(scene, assign), folder_of(scene, folder)
     found = find(loaded, number, folder, direction_deg=direction)
@@ -58,14 +61,20 @@ def modes(
     shown = table_of(title, "", "what moves", "period [s]", "omega [rad/s]", "damping ratio", "residual", "")
     for i in range(found.sizes["mode"]):
         mode = found.isel(mode=i)
-        numbers = [f"{mode[name].item():.5g}" for name in ("period", "omega", "damping_ratio")]
-        numbers = ["-" if text == "nan" else text for text in numbers]
+        numbers = [_number_of(mode[name].item()) for name in ("period", "omega", "damping_ratio")]
         shown.add_row(str(i + 1), mode.name.item(), *numbers, f"{mode.residual.item():.0e}", KINDS[mode.kind.item()])
     out.print(shown)
+    for note in on_friction(loaded):
+        out.print(note, soft_wrap=True)
     if plot:
         drawn = draw_modes(folder, found, loaded, paraview, direction)
         out.print(f"{len(drawn)} files in {folder}", soft_wrap=True)
         page_of("modes.nc", folder)
+
+
+def _number_of(value):
+    """A number of a mode; damping that is rounding is none."""
+    return "-" if np.isnan(value) else f"{value:.5g}" if abs(value) > NO_DAMPING else "0"
 
 
 def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):

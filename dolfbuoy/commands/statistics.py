@@ -227,12 +227,16 @@ def _show_life(life, folder):
         wear, years, load, largest = (
             float(life[n][k]) for n in ("damage_per_year", "life", "equivalent_load", "largest")
         )
+        if not np.isfinite([wear, load, largest]).any():
+            continue  # nothing wears it, and its seeds are too few
         unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
         forces = (f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest))
         table.add_row(
             str(name).replace("_", " "), *(f"{x:.4g}" if np.isfinite(x) else "-" for x in (wear, years)), *forces
         )
     out.print(table)
+    if life.attrs["notes"]:
+        out.print(life.attrs["notes"], soft_wrap=True, markup=False, highlight=False)
 
 
 def _circle(mine):

@@ -136,22 +136,24 @@ class LinearDrag:
         self.dK = self.dE = csr_matrix(self.equations.K.shape)
         self._sums = None
 
-    def in_cycle(self, relative: Sea, amplitude):
-        """Of regular waves, of the relative velocities per metre."""
+    def in_cycle(self, relative: Sea, amplitude, share=1.0):
+        """Of regular waves, of the relative velocities per metre.  share: of the new drag, the rest stays as it is."""
         phases = CYCLE * amplitude * np.exp(-2j * np.pi * (np.arange(PHASES) + 0.5) / PHASES)
-        self._average(
+        samples = (
             Sea([(v * z).real for v in relative.at_nodes], [(v * z).real for v in relative.on_hulls]) for z in phases
         )
+        self._average(samples, share)
 
-    def in_sea(self, relatives: list[Sea], energies):
-        """Of a Gaussian sea; energies: S dw [m^2] of the frequencies of the relative velocities."""
+    def in_sea(self, relatives: list[Sea], energies, share=1.0):
+        """Of a Gaussian sea; energies: S dw [m^2] of the frequencies of the relative velocities.  share: see above."""
         nodes = [_roots(np.array(v), energies) for v in zip(*(r.at_nodes for r in relatives), strict=True)]
         hulls = [_roots(np.array(v), energies) for v in zip(*(r.on_hulls for r in relatives), strict=True)]
-        self._average(
+        samples = (
             Sea([sign * (root @ xi[:3]) for root in nodes], [sign * (root @ xi[3:]) for root in hulls])
             for xi in self._normal
             for sign in (1, -1)
         )
+        self._average(samples, share)
 
     @cached_property
     def _normal(self):
@@ -159,7 +161,7 @@ class LinearDrag:
         numbers = norm.ppf(qmc.Sobol(9, scramble=True, seed=0).random(PAIRS))
         return numbers / np.sqrt((numbers**2).mean(axis=0))
 
-    def _average(self, samples):
+    def _average(self, samples, share):
         found, problem = self.found, self.found.problem
         K, E, count = 0, 0, 0
         for sample in samples:
@@ -170,8 +172,10 @@ class LinearDrag:
             K, E, count = K + at_rest, E + self.equations.jacobian(1.0, 0.0, rates) - at_rest, count + 1
         problem.system.u[:] = found.u
         problem.system.publish()
-        self.dK = csr_matrix((K / count - self.equations.K) @ self._momenta)
-        self.dE = csr_matrix(E / count - self.equations.E)
+        dK, dE = (K / count - self.equations.K) @ self._momenta, E / count - self.equations.E
+        if share < 1:
+            dK, dE = share * dK + (1 - share) * self.dK, share * dE + (1 - share) * self.dE
+        self.dK, self.dE = csr_matrix(dK), csr_matrix(dE)
         self._sums = None
 
     @cached_property

@@ -25,6 +25,8 @@ from .response import slope, small_waves
 
 #: Relative change of the response at which the iteration ends, and the most iterations.
 SETTLED, MOST = 1e-3, 60
+#: A change that is more than this part of the one before it is no fast convergence.
+SLOW = 0.5
 
 
 @dataclass
@@ -102,13 +104,12 @@ class Seaway:
         if not amplitude:
             self.drag.forget()
             return self.solve(wave)[:, 0]
-        X = self.solve(wave)
-        for _ in range(MOST):
-            self.drag.in_cycle(self.velocities.relative(X[:, 0], wave.omega, wave.water), amplitude)
-            before, X = X, self.solve(wave)
-            if self._change(before, X, np.ones(1)) < SETTLED:
-                return X[:, 0]
-        raise SolveError(f"the drag in waves of {2 * math.pi / wave.omega:.4g} s did not settle in {MOST} iterations")
+
+        def average(X, share):
+            self.drag.in_cycle(self.velocities.relative(X[:, 0], wave.omega, wave.water), amplitude, share)
+
+        words = f"waves of {2 * math.pi / wave.omega:.4g} s"
+        return self._settled(average, lambda: self.solve(wave), np.ones(1), words)[:, 0]
 
     def irregular(self, waves: list[Wave], energies) -> np.ndarray:
         """X per metre (unknowns and reactions, waves) in a Gaussian sea with S dw = energies [m^2] of the waves.
@@ -117,14 +118,24 @@ class Seaway:
         """
         energies = np.asarray(energies)
         self.drag.forget()
-        X = self.all_of(waves)
-        for _ in range(MOST):
+
+        def average(X, share):
             moving = [self.velocities.relative(x, w.omega, w.water) for x, w in zip(X.T, waves, strict=True)]
-            self.drag.in_sea(moving, energies)
-            before, X = X, self.all_of(waves)
-            if self._change(before, X, energies) < SETTLED:
+            self.drag.in_sea(moving, energies, share)
+
+        return self._settled(average, lambda: self.all_of(waves), energies, "this sea")
+
+    def _settled(self, average, solve, energies, words):
+        """X, found in turn with the drag, which takes half a step where the whole ones go to and fro."""
+        X, last, share = solve(), np.inf, 1.0
+        for _ in range(MOST):
+            average(X, share)
+            before, X = X, solve()
+            change = self._change(before, X, energies)
+            if change < SETTLED:
                 return X
-        raise SolveError(f"the drag in this sea did not settle in {MOST} iterations")
+            last, share = change, 0.5 if change > SLOW * last else share
+        raise SolveError(f"the drag in {words} did not settle in {MOST} iterations")
 
     def over_time(self, waves, times) -> dict[str, np.ndarray]:
         """`named` at times [s] in the components of an irregular sea, a section [waves], drag linearised for them."""

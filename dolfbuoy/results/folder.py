@@ -26,7 +26,8 @@ from .record import replacing, save, verify
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
 #: What each kind of result consists of, the record first; a run has figures too.
 FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
-FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in ("static", "modes", "stiffness", "offsets", "response")}
+_WITHOUT_RUN = ("static", "modes", "stiffness", "offsets", "response", "periodic")
+FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
 DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
 _OWN = re.compile(

@@ -40,7 +40,18 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
     }
     data = {n: ("series", np.array([row[n] for row in rows]), {"long_name": text}) for n, text in names.items()}
     coordinates = {"series": labels, "unit": ("series", [described_here(label)[0] for label in labels])}
-    return xr.Dataset(data, coordinates, attrs={"years": years, "probability": sum(p for p, _ in states)})
+    told = {"years": years, "probability": sum(p for p, _ in states), "notes": _why_not(labels, states, years)}
+    return xr.Dataset(data, coordinates, attrs=told)
+
+
+def _why_not(labels, states, years):
+    """A sentence on why there is no largest value, if there is none of a series."""
+    for label, (_, mine) in ((label, state) for label in labels for state in states):
+        try:
+            gumbels(mine, label)
+        except InputError as error:
+            return f"No largest value of {years:g} years: {error}."
+    return ""
 
 
 def _states(runs, scatter):

@@ -68,11 +68,13 @@ def exceedance(statistics: xr.Dataset) -> Figure | None:
         for k in _sets(statistics):
             mine = statistics[f"{name}_peak_set"].values == k
             peaks, share = statistics[f"{name}_peak"].values[mine], statistics[f"{name}_peak_exceedance"].values[mine]
-            axes.plot(factor * peaks, share, ".", ms=3, color=PALETTE[k], label=f"set {k}")
+            label = f"set {k}" if statistics.sizes["set"] > 1 else "peaks"
+            axes.plot(factor * peaks, share, ".", ms=3, color=PALETTE[k], label=label)
             _rayleigh(axes, statistics, name, k, factor, share.min(initial=1.0))
         axes.set(yscale="log", xlabel=text, ylabel="share of higher peaks")
-        if statistics.sizes["set"] > 1:
-            axes.legend()
+    if panels:
+        handles = next(iter(panels.values())).get_legend_handles_labels()[0]
+        legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
     return figure
 
 
@@ -82,7 +84,15 @@ def _rayleigh(axes, statistics, name, k, factor, lowest):
     deviation = np.sqrt((statistics[f"{name}_standard_deviation"].values[mine] ** 2).mean())
     share = np.geomspace(1.0, 0.5 * lowest, 100)
     line = mean + deviation * np.sqrt(-2 * np.log(share))
-    axes.plot(factor * line, share, "-", lw=0.8, color=COLORS["ink"], alpha=0.6, label=None if k else "Rayleigh")
+    axes.plot(
+        factor * line,
+        share,
+        "-",
+        lw=0.8,
+        color=COLORS["ink"],
+        alpha=0.6,
+        label=None if k else "Rayleigh, narrow band",
+    )
 
 
 def cycles(statistics: xr.Dataset) -> Figure | None:

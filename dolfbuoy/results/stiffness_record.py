@@ -99,13 +99,19 @@ def notes(dataset, scene) -> list[str]:
             + ", and ".join(f"({', '.join(f'{x:.4g}' for x in row)})" for row in _rows(dataset.rigid.values))
             + " in the order of the columns; mooring_across and total_across of stiffness.nc are without it."
         )
-    if getattr(scene, "seabed", None) is not None:
-        words = "sticks: its springs are in the matrix" if scene.seabed.friction else "is 0: the line slides freely"
-        found.append(f"Friction of the bed {words}.")
+    found += on_friction(scene)
     total = np.where(np.isfinite(dataset.total.values), dataset.total.values, 0.0)
     if np.abs(total - np.swapaxes(total, -1, -2)).max() > 1e-6 * np.abs(total).max():
         found.append("The matrices are not symmetric: current, wind and the quaternion's torques have no potential.")
     return found
+
+
+def on_friction(scene) -> list[str]:
+    """What linear equations have of a bed's friction."""
+    if scene.seabed is None:
+        return []
+    words = "sticks: its springs are in these numbers" if scene.seabed.friction else "is 0: what lies slides freely"
+    return [f"Friction of the bed {words}."]
 
 
 def _rows(rigid):

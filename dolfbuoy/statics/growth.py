@@ -1,4 +1,8 @@
-"""Rest of lines on which grows what belongs to the depths where they rest: by turns, until both agree."""
+"""Rest of lines on which grows what belongs to the depths where they rest: by turns, until both agree.
+
+Where the table is steep a line may swing from round to round; so each goes as far as Aitken's rule says (Kuettler and
+Wall, Comput. Mech. 43, 2008), and half as far again and again where Newton finds no rest.
+"""
 
 import numpy as np
 from mpi4py import MPI
@@ -9,40 +13,57 @@ from .continuation import is_compressed
 
 #: Factors that change by less have been found.
 SETTLED = 1e-9
-ROUNDS = 100
+ROUNDS = 200
+#: Least part of the way that Aitken's rule may ask for.
+LEAST = 0.02
+NONE = (
+    "cable.marine_growth and the depths at which the cable rests with it do not come to agree (a line may hover where "
+    "the table is steep: give a smoother one)"
+)
 
 
 def settle(problem, rest) -> None:
-    """Equilibrium and growth of a static Problem; `rest` solves for the former from nowhere.  Raises SolveError.
-
-    A line that hovers where the table is steep may swing from round to round; then each takes half of what it wants.
-    """
-    growth, share, last = problem.lines.growth, 1.0, np.inf
+    """Equilibrium and growth of a static Problem; `rest` solves for the former from nowhere.  Raises SolveError."""
+    growth, share, last = problem.lines.growth, 1.0, None
     growth.factors = growth.of_the_water()
     rest()
     for _ in range(ROUNDS):
-        now, wanted = growth.factors, growth.at(problem.system.u)
-        change = combined(problem.comm, float(np.abs(wanted - now).max(initial=0.0)), MPI.MAX)
-        if change <= SETTLED:
+        now = growth.factors
+        way = growth.at(problem.system.u) - now
+        if combined(problem.comm, float(np.abs(way).max(initial=0.0)), MPI.MAX) <= SETTLED:
             return
-        share, last = share if change < last else share / 2, change
-        growth.factors = now + share * (wanted - now)
-        _go_on(problem, rest)
-    raise SolveError(
-        f"cable.marine_growth and the depths at which the cable rests with it did not agree in {ROUNDS} rounds: where "
-        "the table is steep there may be several equilibria; give a smoother one"
-    )
+        if last is not None:
+            share = _aitken(problem.comm, share, last, way)
+        share, last = _go(problem, now, way, share, rest), way
+    raise SolveError(f"{NONE} in {ROUNDS} rounds")
 
 
-def _go_on(problem, rest):
-    """From the last equilibrium, or where Newton fails or compresses something from nowhere."""
-    spent, before = problem.iterations, problem.system.u.copy()
-    try:
+def _aitken(comm, share, last, way):
+    turn = way - last
+    along, size = (combined(comm, float((a * turn).sum()), MPI.SUM) for a in (last, turn))
+    return min(max(-share * along / size, LEAST), 1.0) if size else share
+
+
+def _go(problem, now, way, share, rest):
+    """So far on the way, from the last equilibrium or from nowhere; else less far.  Returns how far."""
+    growth, before, spent = problem.lines.growth, problem.system.u.copy(), problem.iterations
+    pressed, why = is_compressed(problem), None
+
+    def warm():
         problem.iterations += problem.newton.solve()
-        if not is_compressed(problem):
-            return
-    except SolveError:
-        problem.system.u[:] = before
-    spent = problem.iterations
-    rest()
-    problem.iterations += spent
+        if is_compressed(problem) and not pressed:
+            raise SolveError("the cable is compressed")
+
+    def cold():
+        rest()
+        problem.iterations += spent
+
+    ways = [(share, warm), (share, cold), *((share / 2**k, warm) for k in range(1, 12))]
+    for tried, solve in ways:
+        growth.factors = now + tried * way
+        try:
+            solve()
+            return tried
+        except SolveError as error:
+            problem.system.u[:], why = before, why or error
+    raise SolveError(f"{NONE}: {why}")

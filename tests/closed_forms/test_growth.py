@@ -14,6 +14,7 @@ from mpi_helpers import needs_mpirun, start_scenes
 
 from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.errors import SolveError
 from dolfbuoy.model.growth import mean_factors
 from dolfbuoy.motion.energy import STORED, Meter
 from dolfbuoy.motion.simulation import Simulation
@@ -98,6 +99,24 @@ def test_growth_and_depth_agree(name):
         np.testing.assert_allclose(growth.factors[mine], wanted, atol=1e-8)
     assert np.ptp(growth.factors[:, 0]) > 0.1
     problem.destroy()
+
+
+def hanging(steep):
+    """A line that its growth makes heavy above 30 m, where it floats up without."""
+    cable = {"length": 88.0, "line_density": 6.0, "diameter": 0.1, "axial_stiffness": 1e6, "elements": 30}
+    cable |= {"marine_growth": [[-30.0 - steep, 1.0, 1.0], [-30.0, 1.0, 2.0]]}
+    return {"sea": {"depth": 60.0}, "cable": cable | {"top": {"kind": "fixed", "position": [50.0, 0.0, -2.0]}}}
+
+
+def test_a_line_that_hovers():
+    """Drawn to a depth from both sides: in a smooth table it is found, in a steep one there is a sentence."""
+    problem = solve_equilibrium(load_scene(hanging(10.0)))
+    growth = problem.lines.growth
+    np.testing.assert_allclose(growth.at(problem.system.u), growth.factors, atol=1e-8)
+    assert problem.smallest_tension() > 100.0
+    problem.destroy()
+    with pytest.raises(SolveError, match="do not come to agree"):
+        solve_equilibrium(load_scene(hanging(0.01)))
 
 
 def test_means_of_a_table():

@@ -115,6 +115,22 @@ def test_heave_of_a_disc():
     assert abs(found) < 0.95 * abs(small)
 
 
+def test_drag_settles_at_a_resonance():
+    """Heave of `long` at its period, which drag alone holds: one more turn of the iteration changes nothing."""
+    scene = load_scene("long")
+    seaway = Seaway(scene, 150.0)
+    wave = seaway.wave(2 * math.pi / 4.0)
+    X = seaway.regular(wave, 1.5)
+    seaway.drag.in_cycle(seaway.velocities.relative(X, wave.omega, wave.water), 1.5)
+    again = seaway.solve(wave)
+    for name, values in seaway.named(X[:, None]).items():
+        assert abs(seaway.named(again)[name][0] - values[0]) < 5e-3 * abs(values[0]), name
+    assert abs(seaway.named(X[:, None])["heave"][0]) < 0.5 * abs(
+        seaway.named(seaway.regular(wave)[:, None])["heave"][0]
+    )
+    seaway.destroy()
+
+
 def test_small_waves_against_runs():
     """Motions and tensions of `short` within 1 %; and what each costs."""
     scene, direction = load_scene("short"), 150.0

@@ -22,6 +22,14 @@ for name, scene in json.load(open(sys.argv[1])).items():
 """
 
 MOVING = merged(MOORED, waves__ramp=0.2, waves__direction_deg=30.0, time={"end": 0.3, "step": 0.01})
+DRIVEN = {
+    "kind": "prescribed",
+    "position": [29.0, 3.0, -2.0],
+    "amplitude": [0.8, 0.5, 1.5],
+    "period": 3.0,
+    "phase_deg": [20.0, -40.0, 0.0],
+    "ramp": 0.3,
+}
 SCENES = {
     "moored buoy": MOVING,
     "moored buoy on an inextensible cable of degree 2": merged(
@@ -74,17 +82,16 @@ SCENES = {
             slack="tension-only",
             position_degree=2,
             tension_degree=1,
-            top={
-                "kind": "prescribed",
-                "position": [29.0, 3.0, -2.0],
-                "amplitude": [0.8, 0.5, 1.5],
-                "period": 3.0,
-                "phase_deg": [20.0, -40.0, 0.0],
-                "ramp": 0.3,
-            },
+            top=DRIVEN,
         ),
         "seabed": {"friction": 0.6, "slope": [0.05, -0.1], "start": "pulled"},
         "time": {"end": 0.4, "step": 0.01},
+    },
+    "chain of straight elements on a bed": {
+        "sea": {"depth": 20.0},
+        "cable": merged(MOORED["cable"], length=40.0, elements=13, top=DRIVEN),
+        "seabed": {"friction": 0.6},
+        "time": {"end": 0.4, "step": 0.01, "scheme": "bdf2"},
     },
     "buoy without cable": {
         "sea": MOORED["sea"],

@@ -38,6 +38,7 @@ def test_modes_prints_and_writes(call, tmp_path):
     for n in range(1, 5):
         assert (tmp_path / "figures" / f"mode_{n:02d}.png").stat().st_size > 5000
         assert (tmp_path / "paraview" / f"mode_{n:02d}_hull.pvd").is_file()
+    assert "nothing holds it" in (tmp_path / "modes.html").read_text()
     again = call("modes", tmp_path / "modes.toml", "--number", 2, "--out", tmp_path)
     assert again[0] == 0
     assert not (tmp_path / "paraview" / "mode_01_hull.pvd").exists()

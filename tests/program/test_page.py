@@ -24,6 +24,7 @@ from dolfbuoy.page.sweep_page import sweep_page
 from dolfbuoy.results.folder import remark
 from dolfbuoy.results.many import collect
 from dolfbuoy.results.statistics import STATISTICS
+from dolfbuoy.studies.study import Table, save
 
 EVIL = "</title></script><script>document.title='taken'</script><img src=x onerror=\"document.title='taken'\">"
 
@@ -305,6 +306,13 @@ def precision_rows():
     own |= {"bound_tension_top": 0.01, "resolved_tension_top": True}
     better = own | {"scheme": "bdf2", "own": False, "wall": 0.2, "bound_tension_top": 0.002}
     return [own, better, common | {"scheme": "bdf2", "own": False, "reason": "it diverged"}]
+
+
+def test_a_study_with_a_page_writes_it(tmp_path):
+    save(tmp_path, Table("work-precision", precision_rows(), notes=["a note"]))
+    assert data_of((tmp_path / "work-precision.html").read_text())["rows"] == precision_rows()
+    save(tmp_path, Table("work-precision-front", precision_rows()))
+    assert len(list(tmp_path.glob("*.html"))) == 1
 
 
 def test_work_and_precision_in_a_page():

@@ -288,7 +288,18 @@ def test_a_mark_of_work_and_precision_finds_its_row(window, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "scene", ["driven", "free-buoy", "chain-on-bed", "two-buoys", "lazy-wave", "storm", "towed-array"]
+    "scene",
+    [
+        "hanging-chain",
+        "subsurface-float",
+        "driven",
+        "free-buoy",
+        "chain-on-bed",
+        "two-buoys",
+        "lazy-wave",
+        "storm",
+        "towed-array",
+    ],
 )
 def test_pages_of_all_kinds_of_scenes(window, tmp_path, scene):
     record = simulate(scene, time={"end": 6.0})

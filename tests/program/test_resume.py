@@ -60,6 +60,14 @@ SCENES = {
         "seabed": {"friction": 0.6},
         "time": TIME,
     },
+    "pulled on a bed, P3-P2": {
+        "sea": MOORED["sea"],
+        "cable": merged(
+            MOORED["cable"], length=30.0, elements=4, top=TOP | {"ramp": 0.2}, position_degree=3, tension_degree=2
+        ),
+        "seabed": {"friction": 0.6, "start": "pulled"},
+        "time": TIME,
+    },
     "buoy": {
         "sea": MOORED["sea"],
         "buoy": MOORED["buoy"],
@@ -198,7 +206,13 @@ def test_two_ranks(tmp_path):
     A run of its own would do for one line only: MUMPS on two ranks adds in whatever order parts arrive, so that the
     rests of a network differ by rounding from one start to the next.
     """
-    cases = [*(("moored buoy", scheme) for scheme in SCHEMES), ("cable", "bdf2"), ("buoy", "bdf2"), ("network", "bdf2")]
+    cases = [
+        *(("moored buoy", scheme) for scheme in SCHEMES),
+        ("cable", "bdf2"),
+        ("on a bed", "bdf2"),
+        ("buoy", "bdf2"),
+        ("network", "bdf2"),
+    ]
     scenes = {f"{name}, {scheme}": merged(SCENES[name], time__scheme=scheme) for name, scheme in cases}
     scenes["adaptive"] = merged(SCENES["moored buoy"], time__scheme="bdf2", time__tolerance=1e-2)
     for what in ("keep", "resume"):

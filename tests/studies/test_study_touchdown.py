@@ -20,7 +20,8 @@ def few(monkeypatch):
     monkeypatch.setattr(study, "ELEMENTS", (14, 40))
     monkeypatch.setattr(study, "FINEST", study.Space(2, 1, 80))
     monkeypatch.setattr(study, "STEPS", (25, 100))
-    monkeypatch.setattr(study, "MOST_STEPS", 200)
+    monkeypatch.setattr(study, "MOST_STEPS", 400)
+    monkeypatch.setattr(study, "STEPPED", study.Space(2, 1, 40))
     monkeypatch.setattr(study, "REST", 20.0)
     return study.request("chain-on-bed", 20.0)
 
@@ -32,6 +33,7 @@ def test_touchdown(few, tmp_path):
     assert elements["P2-P1", 40]["top"] < elements["P2-P1", 14]["top"]
     steps = {(row["scheme"], row["step"]): row for row in tables["touchdown-steps"]}
     assert steps["bdf2", 0.1]["top"] < steps["backward-euler", 0.1]["top"]
+    assert steps["bdf2 damped", 0.1]["top"] < steps["bdf2", 0.1]["top"]
     laws = {row["law"]: row for row in tables["touchdown-laws"]}
     at_rest = VALUES["T_anchor"]
     assert laws["none"]["static_anchor_N"] == pytest.approx(at_rest, rel=2e-3)

@@ -263,6 +263,7 @@ def test_a_sweep_without_any_result_is_written(tmp_path):
     dataset = sweep(ROD, ["cable.length=-1,-2"], None, tmp_path)
     assert all("InputError" in s for s in dataset.status.values)
     assert (tmp_path / "sweep.png").exists()
+    assert "cable.length" in (tmp_path / "sweep.html").read_text()
 
 
 def test_the_figure_of_very_many_cases_is_small(tmp_path):

@@ -1,10 +1,12 @@
 """Where a line leaves the sea bed: what elements and steps its tensions need, and what friction laws make of them.
 
-Errors are against the finest run of the same kind.  A law that is regularised by the velocity is that of the scene with
-a memory of one step only, f = mu p v/v_0 below v_0 = ell/step: at rest it lets go.
+Errors are against the finest run of the same kind; of steps for the line as it is, in which waves are damped by the
+scheme only, and with damping of its own.  A law that is regularised by the velocity is that of the scene with a memory
+of one step only, f = mu p v/v_0 below v_0 = ell/step: at rest it lets go.
 """
 
 import itertools
+import math
 
 import numpy as np
 from mpi4py import MPI
@@ -21,9 +23,10 @@ from ..study import Table
 WORDS = declared(__file__)
 
 PAIRS = ((1, 0), (2, 1), (3, 2))
-ELEMENTS, FINEST = (10, 14, 20, 28, 40, 56, 80), Space(3, 2, 160)
-#: Steps of a period, and the finest.
-STEPS, MOST_STEPS = (25, 50, 100, 200, 400), 1600
+ELEMENTS, FINEST = (10, 14, 20, 28, 40, 56, 80, 160, 320), Space(3, 2, 640)
+#: Steps of a period, and the finest; on elements that do not limit them.
+STEPS, MOST_STEPS, STEPPED = (25, 50, 100, 200, 400, 800), 3200, Space(3, 2, 160)
+DAMPED = 0.02  # of critical damping, in the first axial mode
 SCHEMES = ("backward-euler", "bdf2")
 VELOCITY = "by velocity"
 #: Friction law -> changes of the scene's [seabed].
@@ -62,10 +65,11 @@ def cases(scene: Scene) -> list[dict]:
     found.append({"kind": "elements", "space": [FINEST.mu, FINEST.nu, FINEST.cells], "finest": True})
     for case in found:
         case |= {"scene": _scene(scene, Space(*case["space"]), stepping)}
-    for scheme, count in [*((s, n) for s in SCHEMES for n in STEPS), ("bdf2", MOST_STEPS)]:
-        chosen = Stepping(scheme, period / count)
-        case = {"kind": "steps", "scheme": scheme, "step": chosen.step, "finest": count == MOST_STEPS}
-        found.append(case | {"scene": _scene(scene, space, chosen)})
+    for line, changes in _lines(scene).items():
+        for scheme, count in [*((s, n) for s in SCHEMES for n in STEPS), ("bdf2", MOST_STEPS)]:
+            chosen = Stepping(scheme, period / count)
+            case = {"kind": "steps", "line": line, "scheme": scheme, "step": chosen.step, "finest": count == MOST_STEPS}
+            found.append(case | {"scene": _scene(scene, STEPPED, chosen, **changes)})
     for law, changes in LAWS.items():
         changed = dict(changes)
         if "seabed.stick_length" in changed:
@@ -73,6 +77,15 @@ def cases(scene: Scene) -> list[dict]:
             changed["seabed.stick_length"] *= usual
         found.append({"kind": "laws", "law": law, "scene": _scene(scene, space, stepping, **changed)})
     return found
+
+
+def _lines(scene):
+    """Name -> changes of the line as it is, and with damping if it has none."""
+    c = scene.cable
+    if c.damping or not (isinstance(c.axial_stiffness, float) and math.isfinite(c.axial_stiffness)):
+        return {"": {}}
+    critical = 2 * c.length * math.sqrt(c.axial_stiffness * c.line_density) / math.pi
+    return {"": {}, " damped": {"cable__damping": DAMPED * critical}}
 
 
 def evaluate(case: dict) -> dict:
@@ -122,14 +135,19 @@ def _held(simulation, forgets):
 def tables(rows: list[dict], scene: Scene) -> list[Table]:
     """Errors over elements and steps, with what 1 % and 0.1 % need; laws side by side."""
     kinds = {kind: [row for row in rows if row["kind"] == kind] for kind in ("elements", "steps", "laws")}
-    elements, steps = _errors(kinds["elements"]), _errors(kinds["steps"])
+    elements = _errors(kinds["elements"])
+    steps = [row for mine in groups(kinds["steps"], "line").values() for row in _errors(mine)]
     for row in elements:
         row |= {"pair": str(Space(*row["space"]).pair), "elements": row["space"][2]}
+    for row in steps:
+        row["scheme"] += row.pop("line")
     space, end = str(space_of(scene)).rstrip(", "), scene.time.end
     finest = str(FINEST).rstrip(", ")
     titles = {
         "elements": WORDS.say("elements", step=scene.time.step, end=end, reference=finest),
-        "steps": WORDS.say("steps", space=space, scheme="bdf2", step=period_of(scene) / MOST_STEPS),
+        "steps": WORDS.say(
+            "steps", space=str(STEPPED).rstrip(", "), damping=percent(DAMPED), step=period_of(scene) / MOST_STEPS
+        ),
         "laws": WORDS.say("laws", space=space, rest=REST),
     }
     laws = [_law(row) for row in kinds["laws"]]
@@ -154,7 +172,7 @@ def _errors(rows):
         for key in ("top", "anchor"):
             there = np.array(finest[key])
             errors[key] = float(np.sqrt(np.mean((np.array(row[key]) - there) ** 2)) / np.ptp(there))
-        kept = {key: row[key] for key in ("kind", "space", "scheme", "step", "failed") if key in row}
+        kept = {key: row[key] for key in ("kind", "space", "line", "scheme", "step", "failed") if key in row}
         found.append(kept | errors)
     return found
 

@@ -1,0 +1,37 @@
+"""`dolfbuoy periodic`: one period of the limit cycle."""
+
+from typing import Annotated
+
+import typer
+
+from .shared import OutOption, SceneArgument, SetOption, folder_of, load, out, rank, say_warnings, table_of
+
+
+def periodic(
+    scene: SceneArgument,
+    folder: OutOption = None,
+    assign: SetOption = None,
+    accuracy: Annotated[str, typer.Option("--accuracy", help="Of the cycle, relative to the ranges.")] = "0.01%",
+    most: Annotated[int, typer.Option("--periods", min=4, help="To be run at most.")] = 1000,
+):
+    """One period of the limit cycle, without its transient.  Example: dolfbuoy periodic long --set time.step=0.06"""
+    from ..api import periodic as find
+    from ..results.compare import parse_accuracy, percent
+    from ..results.summary import summary, warnings
+
+    loaded, folder = load(scene, assign), folder_of(scene, folder)
+    record = find(loaded, folder, accuracy=parse_accuracy(accuracy), most=most)
+    if rank() != 0:
+        return
+    shown = table_of(f"\n{loaded.title or 'Limit cycle'}, {folder / 'periodic.nc'}", "quantity", "value", "unit")
+    for row in summary(record, loaded):
+        shown.add_row(*row)
+    out.print(shown)
+    count, error = record.attrs["cycle_periods"], percent(record.attrs["cycle_error"])
+    out.print(f"The limit cycle to {error} of its ranges (estimated), after {count} periods.")
+    say_warnings(warnings(record, loaded))
+
+
+def add_to(app: typer.Typer) -> None:
+    """Make it a command of an application."""
+    app.command()(periodic)

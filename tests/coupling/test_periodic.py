@@ -1,0 +1,109 @@
+"""The limit cycle without its transient: what a long run ends in, from a tenth of its periods; what has none.
+
+Source: runs of the same scene until nothing changes from period to period any more.
+"""
+
+import numpy as np
+import pytest
+from dynamics_helpers import running
+
+from dolfbuoy import InputError, SolveError, load_scene, periodic, simulate
+from dolfbuoy.motion import periodic as motion
+from dolfbuoy.motion.periodic import Cycle, in_equal_steps
+from dolfbuoy.scene import settings
+
+COARSE = {"cable.elements": 8, "time.step": 0.1}
+#: Scene, its changes, periods of the run beside it.
+SCENES = {
+    "a buoy in waves": ("short", COARSE | {"time.scheme": "generalized-alpha"}, 40),
+    "backward Euler": ("short", COARSE, 30),
+    "a driven end, P2-P1": ("driven", {"cable.elements": 6, "time.step": 0.05, "time.scheme": "bdf2"}, 8),
+    "three lines and a buoy": ("three-legs", {"time.step": 0.1, "time.scheme": "bdf2"}, 30),
+}
+#: The buoy creeps to where the waves carry it for an hour.
+SLOW = ("long", {"cable.elements": 100, "time.step": 0.12, "time.scheme": "generalized-alpha"}, 1600)
+
+
+def last_period(scene, periods):
+    """Of a run: record of its last period, from its first instant on."""
+    scene = in_equal_steps(scene)
+    period = settings.period_of(scene)
+    record = simulate(scene, **{"time.end": periods * period, "time.output_every": period})
+    return record.isel(time=slice(-1 - round(period / scene.time.step), None))
+
+
+def farthest(one, other, names=("tension_top", "tension_anchor", "buoy_position", "mooring_point")):
+    """Largest difference of two periods, relative to the range of a quantity, of points to the largest one."""
+    found = []
+    for name in (name for name in names if name in other):
+        a, b = one[name].values, other[name].values
+        found.append(np.abs(a - b).max() / np.ptp(b, axis=0).max())
+    return max(found)
+
+
+@pytest.mark.parametrize("case", SCENES.values(), ids=SCENES)
+def test_cycle_is_that_of_a_long_run(case):
+    name, changes, periods = case
+    scene = load_scene(name, **changes)
+    found = periodic(scene)
+    assert found.attrs["cycle_error"] <= 1e-4
+    assert found.attrs["cycle_periods"] < 20
+    assert found.time.values[[0, -1]] == pytest.approx([0.0, settings.period_of(scene)], abs=1e-9)
+    assert farthest(found, last_period(scene, periods)) < 1e-4
+    ends = np.abs(found.tension_top.values[0] - found.tension_top.values[-1]).max()
+    assert ends < 1e-4 * np.ptp(found.tension_top.values)
+
+
+@pytest.mark.slow
+def test_creeping_mooring_takes_a_tenth_of_the_periods():
+    """The run is at 1e-4 of the ranges after some 1300 periods."""
+    name, changes, periods = SLOW
+    scene = load_scene(name, **changes)
+    found, end = periodic(scene), last_period(scene, periods)
+    assert found.attrs["cycle_periods"] < 130
+    assert farthest(found, end) < 1e-4
+    assert farthest(last_period(scene, 5 * found.attrs["cycle_periods"]), end) > 1e-4
+
+
+def test_leap_that_leads_away_is_taken_back(monkeypatch):
+    """Nothing of it is left but the periods that it took."""
+    scene = in_equal_steps(load_scene("short", **COARSE))
+    with running(scene) as simulation:
+        cycle = Cycle(simulation)
+        monkeypatch.setattr(motion, "WORSE", 1e-3)
+        cycle.run(2)
+        cycle.noted(2)
+        before, t = cycle.state.values(), simulation.t
+        turned = before.copy()
+        turned[len(simulation.system.u) :] *= 1.01  # the line 1 % longer
+
+        def leap(reach):
+            cycle.state.put(turned)
+
+        monkeypatch.setattr(cycle, "leap", leap)
+        assert cycle.tried(1.0, 0) is None
+        np.testing.assert_allclose(cycle.state.values(), before, rtol=1e-11, atol=1e-11)
+        assert (simulation.t - t) % cycle.period == pytest.approx(0.0, abs=1e-9)
+        assert len(cycle.after) == 2
+
+
+def test_no_cycle_within_so_many_periods():
+    with pytest.raises(SolveError, match="within 5 periods of 5 s"):
+        periodic("short", most=5, **COARSE)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        ("storm", {}, "not of an irregular sea"),
+        ("hanging-chain", {}, "one period that drives all"),
+        ("free-buoy", {}, "needs a line"),
+        ("chain-on-bed", {}, "friction"),
+        ("short", {"time.tolerance": 1e-3}, "equal steps"),
+        ("short", {"time": None}, "time: must be given"),
+        ("short", {"waves.period_seen_from": "water"}, "the ground sees"),
+    ],
+)
+def test_what_has_no_cycle_is_refused(name, changes, said):
+    with pytest.raises(InputError, match=said):
+        periodic(name, **changes)
