@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from mpi4py import MPI
 
-from .linear.periods import moored_periods
-from .linear.response import LARGEST_KR
+from .linear import LARGEST_KR
 from .model.airy import AirySum
 from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
 from .model.effects import names as effects_of
@@ -120,11 +119,12 @@ def _grown(problem, report, cable=0, which=""):
     if growth is None:
         return
     pieces = [k for k, piece in enumerate(lines.pieces) if piece.cable == cable and piece.section.marine_growth]
-    here = np.isin(lines.line_of_cell, pieces)
-    if here.any():
-        diameter, mass = growth.factors[here].max(axis=0)
+    if pieces:
+        here = np.isin(lines.line_of_cell, pieces)
+        diameter, mass = np.max(problem.comm.allgather(growth.factors[here].max(axis=0, initial=1.0)), axis=0)
         remark = f"diameter times {diameter:.4g}, mass times {mass:.4g} at most"
-        report.add(f"marine growth adds in water{which}", growth.weights[here].sum(), "N", remark)
+        weight = problem.comm.allreduce(float(growth.weights[here].sum()))
+        report.add(f"marine growth adds in water{which}", weight, "N", remark)
 
 
 def _strength(problem, report):
@@ -373,6 +373,8 @@ def _equilibrium(scene, report, comm):
 def _moored_periods(scene, problem, report):
     """Of the modes of what floats and of its lines."""
     if scene.buoys and scene.sea and scene.gravity:
+        from .linear.periods import moored_periods  # and scipy, for which no run should wait
+
         report.periods |= moored_periods(scene, problem if problem.comm.size == 1 else None)
 
 

@@ -1,5 +1,6 @@
 """What the command `dolfbuoy` starts; light, so that an interruption of its imports ends in one word too."""
 
+import gc
 import sys
 
 from ..parallel import interruption
@@ -7,6 +8,7 @@ from ..parallel import interruption
 
 def main():
     """The command line from the first moment to the last."""
+    gc.set_threshold(100_000)  # what imports and forms make stays: looking for garbage in it is a tenth of a start
     interruption.listen()
     try:
         from .main import main as command

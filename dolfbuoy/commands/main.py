@@ -14,7 +14,7 @@ from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
-from . import formats, language, linear, periodic, statistics, sweep
+from . import formats, language, linear, periodic, response, statistics, sweep
 from .run import advised, draw, run
 from .shared import (
     Interrupted,
@@ -212,6 +212,7 @@ def doctor():
 
 
 linear.add_to(app)
+response.add_to(app)
 periodic.add_to(app)
 statistics.add_to(app)
 sweep.add_to(app)

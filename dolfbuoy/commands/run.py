@@ -1,6 +1,7 @@
 """`dolfbuoy run`: a scene in time, from its start or from where it was stopped, and what is shown of it."""
 
 import shlex
+import time as clock
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -197,6 +198,7 @@ class _Bar:
         self.end = scene.time.end if scene.time else 0.0
         self.visible = rank() == 0
         self.steps = self.iterations = 0
+        self._next = 0.0  # when to show again
         self.progress = Progress(
             TextColumn("t = {task.completed:.2f} of {task.total:g} s"),
             BarColumn(bar_width=20),
@@ -214,6 +216,10 @@ class _Bar:
     def update(self, simulation, iterations):
         self.steps += 1
         self.iterations += iterations
+        now = clock.monotonic()
+        if now < self._next and simulation.t < (1 - 1e-9) * self.end:
+            return
+        self._next = now + 0.05  # a step takes less than what shows it
         elapsed = self.progress.tasks[0].elapsed or 0.0
         speed = simulation.t / elapsed if elapsed > 0 else 0.0
         newton = self.iterations / self.steps

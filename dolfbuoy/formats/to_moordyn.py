@@ -241,8 +241,9 @@ class _Writer:
                 if getattr(buoy, name):
                     self.note(f"buoy.{name} is not carried over")
         for piece in self.network.pieces:
-            if piece.section.fails_at:
-                self.note("fails_at is not carried over")
+            for name in ("fails_at", "marine_growth"):
+                if getattr(piece.section, name):
+                    self.note(f"{name} is not carried over")
             if piece.section.slack == "compressive":
                 self.note("slack: MoorDyn's lines carry no compression, those of this scene do")
             if not piece.section.tangential_froude_krylov:

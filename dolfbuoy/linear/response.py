@@ -18,9 +18,6 @@ from ..scene.sections import Waves
 from .linearisation import Linearisation, free_rows, linearise, without_rates
 from .motions import Motions, motions
 
-#: Strips of a hull of radius R are 20 to 100 % wrong in waves whose k R is more than this (measured against potential
-#: flow).
-LARGEST_KR = 0.6
 #: Amplitude [m] of the waves whose forces are taken for linear: what drag adds, and what rounding does, are below 1e-5.
 SMALL = 1e-5
 

@@ -5,10 +5,9 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from ..errors import InputError
+from ..roots import brentq
 from ..scene.waves import COMPONENTS, ELEVATION, REGULAR
 from . import spectra
 
@@ -214,6 +213,8 @@ def current_felt(scene, k: float, direction_deg: float) -> float:
         speed = lambda at: np.interp(at, z, speeds)  # noqa: E731
     else:
         speed = lambda at: current.speed * max(1 + at / h, 0.0) ** current.exponent  # noqa: E731
+
+    from scipy.integrate import quad  # 0.1 s of every start
 
     def weighted(z):
         return speed(z) * (math.exp(2 * k * z) + math.exp(-2 * k * (z + 2 * h)))

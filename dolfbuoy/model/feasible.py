@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..errors import InputError
+from ..roots import brentq
 from ..scene.network import network_of, single_scenes, with_buoy
 from .hydrostatics import float_upright
 from .material import cross_section, weight_per_length

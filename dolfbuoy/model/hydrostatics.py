@@ -3,9 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from scipy.optimize import brentq
-
 from ..errors import InputError
+from ..roots import brentq
 
 
 @dataclass(frozen=True)

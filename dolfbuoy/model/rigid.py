@@ -1,5 +1,6 @@
 """Mass properties of the buoy: hull and point masses together."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,6 +57,12 @@ def mooring_offset(buoy, fairlead: str | None = None) -> np.ndarray:
 
 def rotation_of(q4) -> np.ndarray:
     """Rotation matrix of a quaternion (q0, q)."""
-    from scipy.spatial.transform import Rotation  # a cable alone needs none of it: 0.04 s of every start
-
-    return Rotation.from_quat([*q4[1:], q4[0]]).as_matrix()
+    x, y, z, w = map(float, [*q4[1:], q4[0]])
+    x, y, z, w = np.array([x, y, z, w]) / math.sqrt(x * x + y * y + z * z + w * w)
+    return np.array(
+        [
+            [x * x - y * y - z * z + w * w, 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), -x * x + y * y - z * z + w * w, 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), -x * x - y * y + z * z + w * w],
+        ]
+    )

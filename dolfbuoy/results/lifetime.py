@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq
 
 from ..errors import InputError
+from ..roots import brentq
 from ..scene.variants import probabilities
 from . import cycles
 from .certainty import HOURS

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 
 def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -28,6 +27,8 @@ def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
 
 def corners(points: np.ndarray) -> np.ndarray:
     """Corners (k, 2) of the convex hull of points (n, 2), counter-clockwise; of points on one line its ends."""
+    from scipy.spatial import ConvexHull, QhullError  # no run should wait for it
+
     points = np.unique(np.asarray(points, dtype=float), axis=0)
     try:
         return points[ConvexHull(points).vertices]

@@ -306,51 +306,6 @@ def _check_buoys(scene, network):
             raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
 
 
-# -- a key of all lines, buoys or bodies ------------------------------------------------------------------------------
-
-
-def keys_of_lines(scene) -> list[str]:
-    """Key of each section of a cable: "cable", or "cable.NAME" in a list."""
-    if not isinstance(scene.cable, list):
-        return ["cable"] if scene.cable is not None else []
-    return [f"cable.{line.name or number}" for number, line in enumerate(scene.cable)]
-
-
-def keys_of_buoys(scene) -> list[str]:
-    """Key of each section of a buoy."""
-    if not isinstance(scene.buoy, list):
-        return ["buoy"] if scene.buoy is not None else []
-    return [f"buoy.{buoy.name or number}" for number, buoy in enumerate(scene.buoy)]
-
-
-def everywhere(scene, key: str, value) -> dict:
-    """Changes that give a key of the one cable, buoy or joint this value in all of a network, by their keys.
-
-    A cable's own key then stands for those of its segments and materials.
-    """
-    section, _, leaf = key.partition(".")
-    if not scene.is_network:
-        return {key: value}
-    if section in ("wind", "external_force"):
-        listed = keys_of_buoys(scene) if isinstance(scene.buoy, list) else []
-        return {key: value} | {f"{buoy}.{key}": value for buoy in listed}
-    if section == "buoy" and leaf:
-        return {f"{buoy}.{leaf}": value for buoy in keys_of_buoys(scene)}
-    places = zip(keys_of_lines(scene), scene.cables, strict=True)
-    segments = [
-        (f"{line}.segments.{k}", s) for line, c in places for k, s in enumerate(getattr(c, "segments", None) or [])
-    ]
-    if section == "joint":
-        found = [f"joint.{joint.name}" for joint in scene.joint or []]
-        found += [f"{place}.body" for place, segment in segments if segment.body is not None]
-        return {f"{place}.{leaf}": value for place in found}
-    if section == "cable":
-        found = dict.fromkeys([f"{place}.{leaf}" for place, _ in segments])
-        found |= dict.fromkeys([f"material.{name}.{leaf}" for name in scene.material or {}])
-        return found | {f"{line}.{leaf}": value for line in keys_of_lines(scene)}
-    return {key: value}
-
-
 # -- a scene as if it had one line, or one buoy ------------------------------------------------------------------------
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
-from .network import keys_of_lines, network_of
+from .everywhere import keys_of_lines
+from .network import network_of
 from .sections import Solver
 
 #: Newton's tolerance of a scene that gives none.

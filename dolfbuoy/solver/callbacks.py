@@ -59,8 +59,11 @@ class Callbacks:
             self._fill(described, loop.arguments)
         for described, entries in ((c.unknowns, system.scaled_unknowns), (c.rows, system.scaled_residual)):
             self._fill(described, entries.arguments)
-        c.matrix = self._cast(system.A.handle)
-        c.row_scale, c.unknown_scale = (self._cast(vector.handle) for vector in system.scale_vectors)
+        c.matrix, c.n = self._cast(system.A.handle), len(system.order)
+        begins, columns, _ = system.A.getValuesCSR()
+        scales = system.row_scales, system.unknown_scales
+        self._alive += [begins, columns]
+        c.begins, c.columns, c.row_scale, c.unknown_scale = map(self._pointer, (begins, columns, *scales))
         if system.law is not None:
             c.law = self._one_sided(system.law)
 
@@ -75,10 +78,10 @@ class Callbacks:
         petsc_library.call("SNESSetJacobian", snes, A, A, jacobian, context)
         petsc_library.call("SNESSetConvergenceTest", snes, converged, context, None)
 
-    def solving(self, snes, x, n):
-        """`Newton.attempt` and `Newton.judge` with a SNES and its vector x of n unknowns."""
+    def solving(self, snes, x):
+        """The functions of a `Newton` for its attempts, and for judging one, with a SNES and its vector x."""
         c = self._context
-        c.snes, c.x, c.n = self._cast(snes.handle), self._cast(x.handle), n
+        c.snes, c.x = self._cast(snes.handle), self._cast(x.handle)
         return [Work.of(self._library, name, c, self) for name in ("attempt", "judge_solve")]
 
     def _petsc(self):

@@ -126,7 +126,7 @@ class Newton:
         if self._callbacks is None:
             attempt, judge = self._attempt, lambda: self.age.judge_solve(self.numbers.iterations)
         else:
-            attempt, judge = self._callbacks.solving(self.snes, self.x, len(system.order))
+            attempt, judge = self._callbacks.solving(self.snes, self.x)
         #: The first part of `solve`, what needs no decisions.
         self.begin = together(copies([(before, system.u)]), system.read_given, attempt, judge, system.publish)
         self._again = together(self._go_back, attempt, system.publish)

@@ -103,11 +103,6 @@ class System:
         return self.numbering.comm
 
     @property
-    def scale_vectors(self):
-        """PETSc's vectors of 1/units of the rows and of units of the unknowns."""
-        return self._row_scale, self._unknown_scale
-
-    @property
     def unknowns(self) -> int:
         """Number of free unknowns of all ranks."""
         return self.numbering.unknowns

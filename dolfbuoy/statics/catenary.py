@@ -9,7 +9,8 @@ V = V0 + w s the vertical part of the tension (Irvine, *Cable Structures*, 1981)
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+
+from ..roots import brentq
 
 
 @dataclass(frozen=True)

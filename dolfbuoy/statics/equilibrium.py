@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..errors import InputError, SolveError
 from ..model.feasible import check_feasible, shape_and_mass
@@ -13,6 +12,7 @@ from ..model.problem import MPI, Problem
 from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
 from ..model.seabed import plane, rubs
+from ..roots import brentq
 from ..scene.stretching import TensionTable, secant
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable

@@ -14,7 +14,6 @@ import numpy as np
 
 from ..errors import SolveError
 from .catenary import Catenary, between
-from .network_equations import Equations
 from .on_bed import UP, Lying, OnBed
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -140,6 +139,8 @@ class Rest:
 def solve(network) -> Rest:
     """Rest of a network, from nowhere: no start is needed.  Raises SolveError if it has none or none is found."""
     _check(network)
+    from .network_equations import Equations  # and scipy: 0.1 s of every start
+
     equations = Equations(network)
     return Rest(network, *equations.solve())
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 
+from ..roots import brentq
 from . import catenary
 from .catenary import Catenary
 

@@ -6,10 +6,10 @@ is left of it.  A line without tension on the bed stays where it comes to lie, w
 
 import numpy as np
 from mpi4py import MPI
-from scipy.optimize import brentq
 
 from ..errors import SolveError
 from ..parallel.ranks import combined
+from ..roots import brentq
 
 GROWTH = 1.5  #: of h
 #: Inertia that is left, relative to the weight.

@@ -5,12 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 from mpi4py import MPI
-from scipy.optimize import brentq
-from scipy.spatial.transform import Rotation
 
 from ..errors import InputError
 from ..model.buoy import REST_ROWS
 from ..model.problem import Problem
+from ..roots import brentq
 from ..scene.sections import ExternalForce, Initial
 
 #: Sections of a scene that have no part in it.
@@ -53,6 +52,8 @@ def _righting(problem, heel, pull):
 
 def _loads(problem, height, heel):
     """Vertical force [N] and righting moment about C [N m] with C at a height, the top leaning towards x."""
+    from scipy.spatial.transform import Rotation
+
     x, y, z, w = Rotation.from_rotvec([0.0, math.radians(heel), 0.0]).as_quat()
     pose = np.array([0.0, 0.0, height, w, x, y, z])
     buoy, system = problem.buoy, problem.system

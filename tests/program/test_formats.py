@@ -117,7 +117,14 @@ def test_a_scene_goes_to_moordyn_and_back():
 def test_moorpys_yaml_and_its_equilibrium():
     """A catenary leg of RAFT's YAML against MoorPy, which reads the same values."""
     moorpy, yaml = pytest.importorskip("moorpy"), pytest.importorskip("yaml")
-    chain = {"name": "chain", "diameter": 0.1, "mass_density": 100.0, "stiffness": 5e8, "transverse_drag": 1.2}
+    chain = {
+        "name": "chain",
+        "diameter": 0.1,
+        "mass_density": 100.0,
+        "stiffness": 5e8,
+        "transverse_drag": 1.2,
+        "breaking_load": 9e6,
+    }
     points = [
         {"name": "foot", "type": "fixed", "location": [-250.0, 0.0, -100.0]},
         {"name": "ship", "type": "vessel", "location": [0.0, 0.0, -5.0]},
@@ -126,6 +133,7 @@ def test_moorpys_yaml_and_its_equilibrium():
     mooring = {"water_depth": 100.0, "points": points, "lines": [line], "line_types": [chain]}
     scene, notes = from_yaml.scene_of(yaml.safe_dump({"mooring": mooring, "platform": 1}))
     assert any("ship" in str(note) for note in notes)
+    assert scene["material"]["chain"]["breaking_load"] == 9e6
     scene["cable"][0]["elements"] = 200
     found = dolfbuoy.solve_static(scene)
     system = moorpy.System(depth=100.0, rho=1025.0, g=9.81)

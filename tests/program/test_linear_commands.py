@@ -181,7 +181,10 @@ def test_response_prints_and_writes(call, tmp_path):
             ["response", "free-buoy", "--periods", "8", "--significant-height", 1, "--peak-period", 7],
             ["surge", "Standard dev"],
         ),
-        (["response", "two-buoys", "--periods", "8"], ["surge of left", "pitch of right", "tension_anchor_west"]),
+        (
+            ["response", "two-buoys", "--periods", "8"],
+            ["left [m, deg]", "right [m, deg]", "tension_anchor", "southwest"],
+        ),
         (
             ["response", "bridle", "--periods", "8", "--height", 0.1, "--verify", 8],
             ["tension_top_main -", "held still"],

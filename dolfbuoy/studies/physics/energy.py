@@ -20,7 +20,8 @@ from ...results.compare import orders
 from ...results.style import PAGE, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import load_scene, settings
-from ...scene.network import everywhere, network_of
+from ...scene.everywhere import everywhere
+from ...scene.network import network_of
 from ..declaration import declared
 from ..study import Table
 
