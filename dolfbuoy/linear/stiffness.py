@@ -19,8 +19,8 @@ from .layout import Body, inextensible_tensions
 from .linearisation import Linearisation
 
 #: Axial stiffness in the place of an infinite one, in typical forces of the scene; twice, and by how much directions
-#: that are rigid become stiffer, of what could be ten times.
-STIFF, STIFFER = (1e8, 1e9), 3.0
+#: that are rigid become stiffer, of what could be ten times.  Part of that of a line below which nothing is rigid.
+STIFF, STIFFER, LEAST = (1e8, 1e9), 3.0, 1e-3
 
 
 @dataclass
@@ -56,8 +56,9 @@ def restoring(found: Linearisation) -> Restoring:
     if len(places):
         soft, hard = (_with_compliance(found, places, sizes / (EA * found.problem.typical_force)) for EA in STIFF)
         moorings = [mooring_stiffness(found, every) for every in (soft, hard)]
+        least = LEAST * STIFF[1] * found.problem.typical_force / found.problem.lines.longest
         rigid = [
-            _rigid(body, *(m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings))
+            _rigid(body, *(m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings), least)
             for i, body in enumerate(found.bodies)
         ]
     if any(directions.shape[1] for directions in rigid):
@@ -72,10 +73,10 @@ def _with_compliance(found, places, compliances):
     return condensed(found, csr_matrix((-compliances, (places, places)), shape=2 * (found.K.shape[1],)))
 
 
-def _rigid(body, soft, hard):
-    """Directions in which one block is as much larger as the compliance in it was smaller."""
+def _rigid(body, soft, hard, least):
+    """Directions in which one block is as much larger as the compliance in it was smaller, and above rounding."""
     (before, _), (after, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (soft, hard))
-    return vectors[:, (after > STIFFER * before) & (after > 0)]
+    return vectors[:, (after > STIFFER * before) & (after > least)]
 
 
 def condensed(found: Linearisation, more=None) -> Condensed:

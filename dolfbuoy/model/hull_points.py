@@ -35,8 +35,11 @@ typedef struct {
     const double *position, *quaternion, *center;
     const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without such a wave */
     void (*surface)(void *, double, double, double, int, double *);  /* of an irregular sea, or NULL */
-    int (*expand)(void *, double, double, double *);    /* of the same: what is wanted of `near` at a place */
+    int (*serial)(void *);      /* of the same: number of the time, 0 without expansions */
+    void (*expand)(void *, double, double, double *);
     void *sea;
+    int expanded;               /* serial of the time at which the sea was expanded near where it meets the axis: */
+    double place[2], near[11];  /* elevation, slope, curvature, third derivatives, how far away they serve */
     int averaged;               /* over the disks */
     double least_tilt;
 } hull_points;
@@ -54,8 +57,6 @@ typedef struct {
     const hull_points *h;
     const double *frustum;      /* the present one */
     double d[3];
-    int expanded;               /* an irregular sea near the place where it meets the axis: */
-    double place[2], near[11];  /* elevation, slope, curvature, third derivatives, how far away they serve */
 } axis;
 
 typedef struct {
@@ -67,13 +68,13 @@ static double radius(const double *f, double zeta)
     return f[2] + (f[3] - f[2]) * (zeta - f[0]) / (f[1] - f[0]);
 }
 
-/* Elevation and slope of an irregular sea: all components take as long as a hundred expansions.  Far away only the side
-   matters on which a disk is. */
+/* Elevation and slope of an irregular sea: all components take as long as a hundred expansions.  Farther away it
+   tells on which side a disk is. */
 static void look(const axis *A, const double *x, double R, double *found)
 {
     const hull_points *h = A->h;
-    const double dx = x[0] - A->place[0], dy = x[1] - A->place[1], far = sqrt(dx * dx + dy * dy), *s = A->near;
-    if (A->expanded) {
+    const double dx = x[0] - h->place[0], dy = x[1] - h->place[1], far = sqrt(dx * dx + dy * dy), *s = h->near;
+    if (h->expanded) {
         const double xx = s[6] * dx + s[7] * dy, xy = s[7] * dx + s[8] * dy, yy = s[8] * dx + s[9] * dy;
         const double bend[2] = {s[3] * dx + s[4] * dy, s[4] * dx + s[5] * dy};
         const double twist[2] = {xx * dx + xy * dy, xy * dx + yy * dy};
@@ -82,7 +83,8 @@ static void look(const axis *A, const double *x, double R, double *found)
             found[0] += (s[1 + i] + bend[i] / 2 + twist[i] / 6) * (i ? dy : dx);
             found[1 + i] = s[1 + i] + bend[i] + twist[i] / 2;
         }
-        if (far <= s[10] || fabs(found[0] - x[2]) > 2 * (R + far))
+        const double lean = sqrt(A->d[0] * A->d[0] + A->d[1] * A->d[1]), slope = hypot(found[1], found[2]);
+        if (far <= s[10] || (far <= 5 * s[10] && fabs(found[0] - x[2]) > R * (1 + lean + slope) + far))
             return;
     }
     h->surface(h->sea, x[0], x[1], R, h->averaged, found);
@@ -230,32 +232,34 @@ static void clear(const group *g, double center)
     }
 }
 
-/* Where the axis meets the water, from where it meets still water; the hull's nearer end, if it does not. */
-static void expand(axis *A)
+/* Where the axis meets the water, from where it meets still water; the hull's nearer end, if it does not.  Once for
+   each time, in the pose that comes first, as the sums of the forms: whoever goes far from there looks at the sums. */
+static void expand(hull_points *h, const double *d)
 {
-    const hull_points *h = A->h;
-    const double *d = A->d, steep = copysign(fmax(fabs(d[2]), 0.1), d[2]);
+    const int now = h->serial(h->sea);
+    if (now && now == h->expanded)
+        return;
+    const double steep = copysign(fmax(fabs(d[2]), 0.1), d[2]);
     const double low = h->frustum[0] - *h->center, high = h->frustum[4 * h->frusta - 3] - *h->center;
-    A->near[0] = 0;
-    for (int n = 0; n < 2; ++n) {
-        const double lever = fmax(low, fmin(high, (A->near[0] - h->position[2]) / steep));
+    h->near[0] = 0;
+    for (int n = 0; n < 2 && now; ++n) {
+        const double lever = fmax(low, fmin(high, (h->near[0] - h->position[2]) / steep));
         for (int i = 0; i < 2; ++i)
-            A->place[i] = h->position[i] + lever * d[i];
-        A->expanded = h->expand(h->sea, A->place[0], A->place[1], A->near);
-        if (!A->expanded)
-            return;
+            h->place[i] = h->position[i] + lever * d[i];
+        h->expand(h->sea, h->place[0], h->place[1], h->near);
     }
+    h->expanded = now;
 }
 
 void follow(void *context, double *values)
 {
-    const hull_points *h = context;
+    hull_points *h = context;
     const double *q = h->quaternion, square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     axis A = {h, NULL, {2 * (q[1] * q[3] + q[0] * q[2]) / square, 2 * (q[2] * q[3] - q[0] * q[1]) / square,
                         (q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3]) / square}};
     *h->wet.count = *h->cut.count = 0;
     if (h->expand && !h->averaged)
-        expand(&A);
+        expand(h, A.d);
     for (int n = 0; n < h->frusta; ++n) {
         A.frustum = h->frustum + 4 * n;
         divide(&A, cut_at(&A, A.frustum[0]), cut_at(&A, A.frustum[1]));
@@ -303,8 +307,9 @@ class HullPoints:
 
         position, quaternion, center: arrays that hold r_C, q_4 and the height of C.  wave: the arrays of amplitude,
         wavenumber, time phase, cosine and sine of its direction; None without a regular wave.  sea: of an irregular
-        one, the addresses of its functions `surface` and `expand` and of their context.  out, count: of a PointGroup,
-        where its numbers and the number of its points in use go.  The arrays must live as long as the context.
+        one, the addresses of its functions `surface`, `serial` and `expand` and of their context.  out, count: of a
+        PointGroup, where its numbers and the number of its points in use go.  The arrays must live as long as the
+        context.
         """
         module = c_code.module("hull_points", _DECLARATIONS, _SOURCE)
         context = module.ffi.new("hull_points *")
@@ -316,8 +321,8 @@ class HullPoints:
         for name, array in zip(names, wave or (), strict=False):
             setattr(context, name, address(array))
         if sea is not None:
-            for name, function in zip(("surface", "expand"), sea, strict=False):
+            for name, function in zip(("surface", "serial", "expand"), sea, strict=False):
                 setattr(context, name, module.ffi.cast(module.ffi.typeof(getattr(context, name)), function))
-            context.sea = module.ffi.cast("void *", sea[2])
+            context.sea = module.ffi.cast("void *", sea[-1])
         context.averaged, context.least_tilt = self.averaged, hull.LEAST_TILT
         return module, context

@@ -153,6 +153,7 @@ class Kinematics:
         """Phases and ramp of a time; what was summed before is stale."""
         self._arrays["phase"][: self._waves.count] = self._airy.time_phase(t)
         self._waves.ramp = self._airy.grown(t)
+        self._waves.serial += 1
         self._stale[0] = 1
 
     @property
@@ -189,11 +190,11 @@ class Kinematics:
         self._alive.append(stale)
         return partial(compiled().lib.sample, context, compiled().ffi.NULL)
 
-    def surface(self, body) -> tuple[int, int, int]:
-        """Addresses of C's functions `surface` and `expand` and of their context."""
+    def surface(self, body) -> tuple[int, int, int, int]:
+        """Addresses of C's functions `surface`, `serial` and `expand` and of their context."""
         context = self._context([], None, None, body)
         self._following.append(context)
-        functions = (_address(compiled(), name) for name in ("surface", "expand"))
+        functions = (_address(compiled(), name) for name in ("surface", "serial", "expand"))
         return *functions, int(compiled().ffi.cast("uintptr_t", context))
 
     def _context(self, sets, read, count, body):

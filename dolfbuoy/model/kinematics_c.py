@@ -14,6 +14,7 @@ typedef struct {
     double *c, *s, *cosh, *sinh;                    /* room: at a point */
     double radius;              /* of the disk to which the weights belong */
     double ramp, depth;
+    int serial;                 /* of the time */
     int stretching;             /* WHEELER, VERTICAL or NONE */
 } waves;
 """
@@ -184,7 +185,8 @@ typedef struct {
 
 void sample(void *context, double *values);
 void surface(void *context, double x, double y, double radius, int averaged, double *out);
-int expand(void *context, double x, double y, double *out);
+int serial(void *context);
+void expand(void *context, double x, double y, double *out);
 """
 )
 
@@ -335,20 +337,24 @@ void surface(void *context, double x, double y, double radius, int averaged, dou
     out[2] = K->waves->ramp * slope[2];
 }
 
+/* Number of the time, by which one knows that all is new; 0 if nothing but the sums themselves will do. */
+int serial(void *context)
+{
+    const kinematics *K = context;
+    return K->exact ? 0 : K->waves->serial;
+}
+
 /* Elevation, slope, curvature and third derivatives, and how far away they tell what the shortest component adds to the
-   elevation to a thousandth; returns 0 if nothing but the sum itself will do. */
-int expand(void *context, double x, double y, double *out)
+   elevation to a thousandth. */
+void expand(void *context, double x, double y, double *out)
 {
     const kinematics *K = context;
     const waves *w = K->waves;
-    if (K->exact)
-        return 0;
     K->phases_at(w, x, y);
     K->sum_surface(w, w->ones, out);
     K->sum_third(w, out + 6);
     for (int i = 0; i < 10; ++i)
         out[i] *= w->ramp;
     out[10] = 0.4 / w->k[w->count - 1];
-    return 1;
 }
 """

@@ -78,7 +78,7 @@ def test_once_per_step_beside_exact():
 
 
 @pytest.mark.parametrize(
-    ("tilt", "height"), [(0.0, 0.0), (0.3, 0.4), (0.3, -1.2), (1.2, 0.1), (1.5707, 0.0), (2.9, -0.2), (0.4, 3.5)]
+    ("tilt", "height"), [(0.0, 0.0), (0.3, 0.4), (0.3, -1.2), (1.5707, 0.0), (1.61, -0.07), (2.9, -0.2), (0.4, 3.5)]
 )
 def test_points_of_a_hull_find_the_water_by_its_expansion(tilt, height):
     """Upright, leaning, lying, upside down, all but drowned: what is submerged is what the sums themselves say."""
@@ -97,7 +97,7 @@ def test_points_of_a_hull_find_the_water_by_its_expansion(tilt, height):
         problem.destroy()
     size = np.maximum(np.abs(found["exact"]), 1e-3 * np.abs(found["exact"]).max())
     assert found["exact"][0] >= 0
-    assert np.abs((found["step"] - found["exact"]) / size).max() < 2e-6
+    assert np.abs((found["step"] - found["exact"]) / size).max() < 1e-6
 
 
 @pytest.mark.parametrize("kinematics", ["step", "exact"])
