@@ -154,7 +154,7 @@ class Lines(Layout):
         """Take the numbers of another scene of the same structure."""
         self.scene, self.network = scene, network_of(scene)
         self.sections = [piece.section for piece in self.pieces]
-        self.section = self.sections[0]
+        self.section, self.stopped = self.sections[0], None
         self._numbers.change(scene)
         self._properties.change()
         self.sea.change(scene)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ..meshes import number_of_cells
+from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
 from ..scene.network import network_of
 from .parts import parts_of
@@ -16,8 +17,11 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
     rows = []
     for name, part, _ in parts_of(record, scene):
-        found = [*_extremes(part), *rows_of(part), *_grown(part)]
+        found = [*_extremes(part, "lower end" if name else "anchor"), *rows_of(part), *_grown(part)]
         rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
+    for name in network_of(scene).bodies:
+        place = record.joint_position.sel(joint=name)
+        rows += [_range(f"{name}: {axis} of the body", place.sel(xyz=axis), "m") for axis in "xyz"]
     if "parted" in record.attrs:
         rows.append(("parted", record.attrs["parted"], ""))
     steps = record.sizes["time"] - 1
@@ -70,19 +74,24 @@ def _static_row(what, values, unit):
     return what, " ".join(f"{factor * v:.6g}" for v in values.ravel()), unit
 
 
-def _extremes(record):
-    """Rows of `summary` of one cable, one buoy, or both of a scene that is no network."""
+def _range(name, values, unit, scale=1.0):
+    """Row of `summary` of least and largest values."""
+    return name, f"{float(np.min(values)) * scale:.4g} ... {float(np.max(values)) * scale:.4g}", unit
+
+
+def _extremes(record, low):
+    """Rows of `summary` of one cable, one buoy, or both of a scene that is no network; low: word for the end s = 0."""
     rows = []
 
-    def extremes(name, values, unit, scale=1.0):
-        rows.append((name, f"{np.min(values) * scale:.4g} ... {np.max(values) * scale:.4g}", unit))
+    def extremes(*row):
+        rows.append(_range(*row))
 
     if "tension_top" in record:
         extremes("tension at the top |T_bnd|", record.tension_top, *force_unit(record.tension_top))
     if "anchor_force" in record:
         force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
-        extremes("force at the anchor", force, *force_unit(force))
-        extremes("uplift at the anchor", uplift, *force_unit(force))
+        extremes(f"force at the {low}", force, *force_unit(force))
+        extremes(f"uplift at the {low}", uplift, *force_unit(force))
     if "length_on_bed" in record:
         extremes("length on the sea bed", record.length_on_bed, "m")
         if np.isfinite(record.touchdown).any():
@@ -124,7 +133,7 @@ def sharing_note(scene, ranks: int) -> str | None:
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
     if scene.is_network:
-        return _of_parts(warnings, record, scene)
+        return _of_parts(warnings, record, scene) + _out_of_water(record, scene)
     found = []
     if "cable_tension" in record:
         found += _compressed(record, scene) + _unresolved_fold(record, scene)
@@ -143,7 +152,7 @@ def warnings(record, scene) -> list[str]:
 def static_warnings(record, scene) -> list[str]:
     """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
     if scene.is_network:
-        return _of_parts(static_warnings, record, scene)
+        return _of_parts(static_warnings, record, scene) + _out_of_water(record, scene)
     if "cable_tension" not in record:
         return []
     found = warnings(record.expand_dims("frame"), scene)
@@ -162,6 +171,19 @@ def _of_parts(say, record, scene):
     for name, part, alone in parts_of(record, scene):
         found += [f"{name}: {sentence}" if "cable" in sentence.lower() else sentence for sentence in say(part, alone)]
     return list(dict.fromkeys(found))
+
+
+def _out_of_water(record, scene):
+    """Floats that rise above the highest crest: their buoyancy does not know of the surface."""
+    found = []
+    for name, body in network_of(scene).bodies.items() if scene.sea else ():
+        highest = float(record.joint_position.sel(joint=name, xyz="z").max()) - crest_height(scene)
+        if highest > 0 and body.mass < scene.sea.density * body.volume:
+            found.append(
+                f"{name}: The float rose up to {highest:.3g} m above the water, which a body at a joint does not know "
+                "of: what floats at the surface is a [[buoy]]."
+            )
+    return found
 
 
 def _compressed(record, scene):
