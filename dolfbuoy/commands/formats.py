@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .shared import SceneArgument, SetOption, err, load, out, out_option, rank
+from .shared import SceneArgument, SetOption, err, finite, load, out, out_option, rank
 
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of MoorDyn, or YAML of MoorPy or RAFT.")]
 FormatArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn, moorpy or raft.")]
@@ -54,17 +54,17 @@ def export(
     assign: SetOption = None,
 ):
     """A scene as input of MoorDyn 2.  Example: dolfbuoy export moordyn three-legs --out harbour"""
-    from ..api import solve_static
     from ..formats.to_moordyn import export as write
-    from ..formats.to_moordyn import start_of
+    from ..studies.peer import beginning
 
     _only_moordyn(kind)
     loaded = load(scene, assign)
     _needs_cable(loaded)
-    start = start_of(solve_static(loaded))
+    folder = _folder(folder, scene)
+    start = beginning(loaded)
     if rank() != 0:
         return
-    written, folder = write(loaded, start), _folder(folder, scene)
+    written = write(loaded, start)
     for name, text in written.files.items():
         (folder / name).write_text(text)
     for note in written.notes:
@@ -75,7 +75,9 @@ def export(
 def compare(
     kind: PeerArgument,
     scene: SceneArgument,
-    end: Annotated[float | None, typer.Option("--t-end", min=1e-3, help="End of both runs \\[s].")] = None,
+    end: Annotated[
+        float | None, typer.Option("--t-end", min=1e-3, callback=finite, help="End of both runs \\[s].")
+    ] = None,
     segments: Annotated[int, typer.Option("--segments", min=1, help="Of MoorDyn for each element of a line.")] = 1,
     folder: out_option("results/moordyn-NAME") = None,
     assign: SetOption = None,
@@ -86,6 +88,7 @@ def compare(
     _only_moordyn(kind)
     loaded = load(scene, assign)
     _needs_cable(loaded)
+    folder = _folder(folder, scene)
     found = peer.compare(loaded, end, segments)
     if rank() != 0:
         return
@@ -95,7 +98,6 @@ def compare(
         err.print(f"MoorDyn: {note}", soft_wrap=True, markup=False, highlight=False)
     rows = [row | {"percent": 100 * row["relative"]} for row in found.rows]
     show("Second half of both runs", rows, COLUMNS)
-    folder = _folder(folder, scene)
     (folder / "comparison.json").write_text(json.dumps({"rows": found.rows, "notes": found.notes}, indent=1) + "\n")
     peer.draw(found, folder)
     _say(f"comparison.json and its figure in {folder}")

@@ -11,6 +11,7 @@ from .shared import (
     OutOption,
     SceneArgument,
     SetOption,
+    finite,
     folder_of,
     load,
     out,
@@ -21,7 +22,7 @@ from .shared import (
 )
 
 DirectionOption = Annotated[
-    float, typer.Option("--direction", help="Of surge and of the figures' plane, from x \\[deg].")
+    float, typer.Option("--direction", callback=finite, help="Of surge and of the figures' plane, from x \\[deg].")
 ]
 #: Damping ratios below this are rounding.
 NO_DAMPING = 1e-9

@@ -8,7 +8,7 @@ import typer
 
 from ..errors import InputError
 from .linear import PlotOption
-from .shared import OutOption, SceneArgument, SetOption, folder_of, load, out, rank, say_warnings, table_of
+from .shared import OutOption, SceneArgument, SetOption, finite, folder_of, load, out, rank, say_warnings, table_of
 
 #: Motions that are shown, factor, unit.
 MOTIONS = [(name, 1.0, "m") for name in ("surge", "sway", "heave")]
@@ -26,18 +26,27 @@ def response(
     periods: Annotated[str | None, typer.Option("--periods", help="\\[s], a,b,c or start:stop:step.")] = None,
     height: Annotated[
         float | None,
-        typer.Option("--height", min=0, help="Regular waves, for the drag \\[m, default: the scene's]."),
+        typer.Option(
+            "--height", min=0, callback=finite, help="Regular waves, for the drag \\[m, default: the scene's]."
+        ),
     ] = None,
     significant: Annotated[
-        float | None, typer.Option("--significant-height", min=0, help="Of an irregular sea \\[m].")
+        float | None,
+        typer.Option("--significant-height", min=0, callback=finite, help="Of an irregular sea \\[m]."),
     ] = None,
-    peak: Annotated[float | None, typer.Option("--peak-period", min=0.1, help="Of an irregular sea \\[s].")] = None,
-    gamma: Annotated[float, typer.Option("--gamma", min=1, help="Of its peak.")] = 3.3,
+    peak: Annotated[
+        float | None, typer.Option("--peak-period", min=0.1, callback=finite, help="Of an irregular sea \\[s].")
+    ] = None,
+    gamma: Annotated[float, typer.Option("--gamma", min=1, callback=finite, help="Of its peak.")] = 3.3,
     spreading: Annotated[
-        float | None, typer.Option("--spreading", min=0, help="s of its cos^2s of half the angle \\[default: none].")
+        float | None,
+        typer.Option(
+            "--spreading", min=0, callback=finite, help="s of its cos^2s of half the angle \\[default: none]."
+        ),
     ] = None,
     direction: Annotated[
-        float | None, typer.Option("--direction", help="Of the waves \\[deg, default: the scene's].")
+        float | None,
+        typer.Option("--direction", callback=finite, help="Of the waves \\[deg, default: the scene's]."),
     ] = None,
     verify: Annotated[
         str | None,

@@ -170,6 +170,9 @@ def advised(scene, quantity, accuracy, folder=None, write=None):
     from ..results.compare import parse_accuracy
     from ..studies.accuracy import advise as study
 
+    if write is not None and write.is_dir():
+        raise InputError(f"--write {write}: must be a file, not a folder.")
+
     def say(text):
         out.print(text, soft_wrap=True, highlight=False, markup=False)
 

@@ -1,5 +1,6 @@
 """What several commands have in common: their options, and how they load and show."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -7,6 +8,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from ..errors import InputError
 from ..parallel.ranks import rank
 from ..results.tables import out, table
 
@@ -24,6 +26,13 @@ SetOption = Annotated[
 def out_option(default):
     """Where the results go; what is in brackets must not be taken for a style."""
     return Annotated[Path | None, typer.Option("--out", help=f"Folder of the results \\[default: {default}].")]
+
+
+def finite(param: typer.CallbackParam, value: float | None) -> float | None:
+    """Callback of options in numbers: refuses nan and inf, which ranges of options let pass (InputError)."""
+    if value is not None and not math.isfinite(value):
+        raise InputError(f"{param.opts[0]} {value:g}: must be a finite number.")
+    return value
 
 
 OutOption = out_option("results/NAME")

@@ -60,7 +60,7 @@ class Export:
 
 
 def start_of(record) -> Start:
-    """The start that an equilibrium of the scene is (`dolfbuoy.solve_static`)."""
+    """The start that an equilibrium of the scene is (`dolfbuoy.solve_static`), or an instant of a run."""
     found = Start()
     if "joint_position" in record:
         found.joints = {str(name): record.joint_position.sel(joint=name).values for name in record.joint.values}

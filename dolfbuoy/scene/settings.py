@@ -98,7 +98,10 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
         changes |= {"time.min_step": None, "time.max_step": None}
     else:
         changes |= {"time.max_step": scene.time.max_step or stepping.largest}
-    changes |= {"time.spectral_radius": None} if stepping.scheme != "generalized-alpha" else {}
+    if stepping.scheme != "generalized-alpha":
+        changes["time.spectral_radius"] = None
+    elif any(piece.section.slack != "compressive" for piece in network_of(scene).pieces):
+        changes["time.spectral_radius"] = 0.0  # others gain energy at every snap: no such scene may have them
     if space.mu:
         changes |= _of_lines(scene, space)
     return load_scene(scene, **changes)

@@ -166,7 +166,7 @@ def _rows(table, keep=False):
 def check_known(scene: Scene, key: str) -> None:
     """Refuse a key that no scene has (InputError); whether its values are good shows case by case."""
     try:
-        build_scene(scene.to_dict(), {key: scene.to_dict()})
+        build_scene(scene.to_dict(), {key: {}})  # of no key a value that is wrong for another reason
     except InputError as error:
         if any(words in str(error) for words in (UNKNOWN, NO_SECTION, NO_TABLE)):
             raise InputError(f"--vary {key}: {error}") from None

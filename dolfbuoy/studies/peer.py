@@ -1,4 +1,4 @@
-"""A scene beside MoorDyn: both run from rest, and their tensions and motions over the second half are compared.
+"""A scene beside MoorDyn: from one start, tensions and motions over the second half of both runs are compared.
 
 MoorDyn is an independent code (lumped masses, explicit steps); what of a scene it has no place for is said.
 """
@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..api import simulate, solve_static
+from ..api import simulate
 from ..errors import InputError, SolveError
 from ..formats.moordyn_run import Series, moordyn_module, run
-from ..formats.to_moordyn import Numerics, export, start_of
+from ..formats.to_moordyn import Numerics, Start, export, start_of
 from ..results.style import PAGE, new_figure, save
 from ..scene.network import network_of
 
@@ -30,6 +30,12 @@ class Comparison:
     theirs: tuple[np.ndarray, dict[str, np.ndarray]]
 
 
+def beginning(scene) -> Start:
+    """Where a run of the scene begins: at rest, or where its [initial] puts it."""
+    step = {} if scene.time else {"time.step": 1.0}
+    return start_of(simulate(scene, **{"time.end": 0.0} | step).isel(time=0))
+
+
 def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
     """Run a scene with dolfbuoy and with MoorDyn.
 
@@ -41,9 +47,8 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
         raise InputError("a comparison needs a scene with a cable and [time].")
     end = end or scene.time.end
     scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end})})
-    start = start_of(solve_static(scene))
     record = simulate(scene)
-    theirs, written = _theirs(scene, start, end, segments)
+    theirs, written = _theirs(scene, start_of(record.isel(time=0)), end, segments)
     ours = record.time.values, _ours(record, scene)
     series = theirs.t, _named(theirs, scene)
     rows = [_row(name, unit, ours, series, end / 2) for name, unit in _names(ours[1], series[1])]

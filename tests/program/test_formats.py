@@ -114,6 +114,15 @@ def test_a_scene_goes_to_moordyn_and_back():
         assert getattr(body, key) == getattr(given.buoy[0], key), key
 
 
+def test_moordyn_begins_where_the_scene_does():
+    """Not at rest, if [initial] says otherwise: there this line hangs straight down from the ship."""
+    from dolfbuoy.studies.peer import beginning
+
+    start = beginning(load_scene("towed-array"))
+    for name, place in {"drogue": (-213.137, 0.0, -40.0), "array.1": (-113.137, 0.0, -40.0)}.items():
+        assert start.joints[name] == pytest.approx(place, abs=1e-3)
+
+
 def test_moorpys_yaml_and_its_equilibrium():
     """A catenary leg of RAFT's YAML against MoorPy, which reads the same values."""
     moorpy, yaml = pytest.importorskip("moorpy"), pytest.importorskip("yaml")

@@ -49,6 +49,15 @@ def elements(scene):
     return [piece.section.elements for piece in network_of(scene).pieces]
 
 
+def test_lines_that_go_slack_take_the_one_generalized_alpha_that_they_may_have():
+    """So that `advise` and `study work-precision` can try all schemes; back in another one nothing of it is left."""
+    slack = load_scene("navigation-buoy")
+    found = settings.with_settings(slack, settings.space_of(slack), Stepping("generalized-alpha", 0.1))
+    assert (found.time.scheme, found.time.spectral_radius) == ("generalized-alpha", 0.0)
+    back = settings.with_settings(found, settings.space_of(slack), settings.stepping_of(slack))
+    assert back.to_dict() == slack.to_dict()
+
+
 def test_settings_reach_every_line():
     """Each keeps its share of the elements; the pair and the steps are those of all."""
     scene = load_scene(BRIDLE)
