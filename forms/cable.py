@@ -182,3 +182,18 @@ def tangential_froude_krylov(_: None, cable: Cable, rho_w: Scalar, flow: Flow, p
 def damping_power(c: Scalar, r: Expr, r_t: Expr) -> Expr:
     """-c e_t^2 per unstretched length [W/m], what Kelvin-Voigt damping takes."""
     return -c * strain_rate(r, r_t) ** 2
+
+
+def taut_energy(cable: Cable, r: Expr) -> Expr:
+    """1/2 EA <|r'| - 1>^2 [J/m], the elastic energy of a damped rope: where it is slack T/EA is not its strain."""
+    return 0.5 * cable.EA * _taut_strain(r) ** 2
+
+
+def taut_damping_power(cable: Cable, r: Expr, T: Expr, e: Expr, r_t: Expr) -> Expr:
+    """The rest of -T/(1+e) r' . r_t' [W/m]: -c e_t^2 of a taut rope, EA <|r'| - 1> e_t of a slack one."""
+    stretch = sqrt(dot(r.dx(0), r.dx(0)))
+    return (cable.EA * _taut_strain(r) - T * stretch / (1 + e)) * strain_rate(r, r_t)
+
+
+def _taut_strain(r):
+    return max_value(sqrt(dot(r.dx(0), r.dx(0))) - 1, 0)

@@ -66,9 +66,11 @@ def _wave(scene):
     w, frequency = scene.waves, main_propagation(scene).at_ground
     end = scene.time.end if scene.time else PERIODS * 2 * math.pi / frequency
     periods = math.ceil(end * frequency / (2 * math.pi)) + 1
+    phase = math.radians(w.phase_deg)  # MoorDyn wants the real and the imaginary part of a exp(-i phase)
+    wave = (w.size * math.cos(phase), -w.size * math.sin(phase), math.radians(w.direction_deg))
     rows = []
     for i in range(periods * PER_WAVE // 2 + 1):
-        row = (w.size, math.radians(w.phase_deg), math.radians(w.direction_deg)) if i == periods else (0.0, 0.0, 0.0)
+        row = wave if i == periods else (0.0, 0.0, 0.0)
         rows.append(" ".join(f"{value:.14g}" for value in (i * frequency / periods, *row)))
     return "\n".join(rows) + "\n"
 

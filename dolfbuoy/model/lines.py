@@ -203,8 +203,22 @@ class Lines(Layout):
 
     def material_powers(self):
         """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""
-        r, _, _, r_t, _ = self.kinematics()
+        r, T, e, r_t, _ = self.kinematics()
+        if self._rope:
+            return [(effect, form.taut_damping_power(self.cable, r, T, e, r_t)) for effect, _ in self._powers]
         return [(effect, effect.line_power(c, r, r_t)) for effect, c in self._powers]
+
+    def elastic_energy(self):
+        """Per unstretched length [J/m] as UFL, for balances."""
+        r, T, e, r_t, _ = self.kinematics()
+        return form.taut_energy(self.cable, r) if self._rope else form.elastic_energy(self.cable, e, T, r, r_t)
+
+    @property
+    def _rope(self):
+        """Whether damped lines of Hooke's law go slack, where their tension says nothing about their strain."""
+        cable = self.cable
+        hooke = cable.EA is not None and not cable.bends
+        return self.section.slack == "tension-only" and cable.damping is not None and hooke
 
     def residual(self, test):
         """Eq. (11) tested by `test`; without inertia, added mass and waves in statics, and without forces at ends."""

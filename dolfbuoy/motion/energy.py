@@ -51,12 +51,12 @@ class Meter:
 
     @staticmethod
     def _lines(lines):
-        r, T, e, v, _ = lines.kinematics()
+        r, _, e, v, _ = lines.kinematics()
         c, dx, water = lines.cable, lines.dx, lines.water_at(r).velocity
         weight = cable_form.weight_in_water(c, lines.gravity, lines.sea.density)
         found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
         if e is not None:
-            found.append(("elastic", cable_form.elastic_energy(c, e, T, r, v), dx))
+            found.append(("elastic", lines.elastic_energy(), dx))
         for effect, force in lines.water_forces():
             f = cable_form.stretched(c, e, force)
             found += _powers(effect.account, f, v, water, dx)

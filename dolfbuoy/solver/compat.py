@@ -4,6 +4,7 @@ Decided once, by version number, when this module is imported.  No algorithm dif
 functions below hide names, signatures and nothing else.
 """
 
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +34,14 @@ KERNEL_TAKES_DATA = VERSION >= (0, 10)  # compiled kernels have one more argumen
 
 if not LEGACY:
     import basix.ufl  # not part of basix by itself
+
+#: UFL sorts the constants of a sum by the text of their numbers, so that it matters whether they are 9 and 10: they get
+#: as many digits each.  Else the same scene has another form, and other last bits, the more was built before it.
+FIRST_CONSTANT = 1_000_000
+if LEGACY:
+    ufl.Constant._globalcount = max(ufl.Constant._globalcount, FIRST_CONSTANT)
+else:
+    ufl.Constant._counter = itertools.count(FIRST_CONSTANT)
 
 JIT_OPTIONS = {"cffi_extra_compile_args": COMPILER}
 
