@@ -195,5 +195,5 @@ def taut_damping_power(cable: Cable, r: Expr, T: Expr, e: Expr, r_t: Expr) -> Ex
     return (cable.EA * _taut_strain(r) - T * stretch / (1 + e)) * strain_rate(r, r_t)
 
 
-def _taut_strain(r):
+def _taut_strain(r: Expr) -> Expr:
     return max_value(sqrt(dot(r.dx(0), r.dx(0))) - 1, 0)

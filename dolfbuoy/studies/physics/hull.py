@@ -12,10 +12,11 @@ import numpy as np
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
+from ...linear import LARGEST_KR
 from ...linear.linearisation import linearise
 from ...linear.periods import natural_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import LARGEST_KR, response, small_waves
+from ...linear.response import response, small_waves
 from ...model.feasible import shape_and_mass
 from ...model.hydrostatics import float_upright
 from ...scene import Scene, load_scene, settings
