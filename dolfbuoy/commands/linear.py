@@ -131,6 +131,8 @@ def offsets(
     if (force is None) == (current is None):
         raise InputError("--force: must be given, or --current, and not both.")
     what, sizes = ("force", numbers_of("--force", force)) if force else ("current", numbers_of("--current", current))
+    if min(sizes) < 0:
+        raise InputError(f"--{what} {min(sizes):g}: must not be negative; --directions turns the load round.")
     turns = list(dict.fromkeys(angle % 360 for angle in numbers_of("--directions", directions)))
     loaded, folder = load(scene, assign), folder_of(scene, folder)
     if buoy is not None and what == "current":

@@ -133,7 +133,7 @@ def probabilities(table: Path) -> list[tuple[dict, float]]:
 
     Raises InputError if that column is missing, or does not hold probabilities whose sum is 1 at most.
     """
-    rows = _rows(table, keep=True)
+    rows = _rows(table, "--scatter")
     try:
         found = [(row, float(row.pop(PROBABILITY))) for row in rows]
         good = all(p >= 0 for _, p in found) and sum(p for _, p in found) <= 1 + 1e-6
@@ -144,23 +144,23 @@ def probabilities(table: Path) -> list[tuple[dict, float]]:
     return found
 
 
-def _rows(table, keep=False):
+def _rows(table, option="--table"):
     if not Path(table).is_file():
-        raise InputError(f"--table {table}: must be a CSV file.")
+        raise InputError(f"{option} {table}: must be a CSV file.")
     try:
         with open(table, newline="", encoding="utf-8-sig") as file:
             header, *rows = [row for row in csv.reader(file) if row] or [[]]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"--table {table}: cannot be read as a CSV file: {error}.") from None
+        raise InputError(f"{option} {table}: cannot be read as a CSV file: {error}.") from None
     if not rows:
-        raise InputError(f"--table {table}: it needs a header of keys and at least one row.")
+        raise InputError(f"{option} {table}: it needs a header of keys and at least one row.")
     if not all(key.strip() for key in header) or len(set(header)) < len(header):
-        raise InputError(f"--table {table}: every column needs a key of its own in the header, not {','.join(header)}.")
+        raise InputError(f"{option} {table}: every column needs a key of its own in its header, {','.join(header)}.")
     for number, row in enumerate(rows, start=1):
         if len(row) != len(header) or not all(value.strip() for value in row):
-            raise InputError(f"--table {table}: row {number} does not have one value for each of {', '.join(header)}.")
+            raise InputError(f"{option} {table}: row {number} does not have one value for each of {', '.join(header)}.")
     found = [dict(parse_assignment(f"{k}={v}") for k, v in zip(header, row, strict=True)) for row in rows]
-    return found if keep else [{k: v for k, v in row.items() if k != PROBABILITY} for row in found]
+    return found if option == "--scatter" else [{k: v for k, v in row.items() if k != PROBABILITY} for row in found]
 
 
 def check_known(scene: Scene, key: str) -> None:

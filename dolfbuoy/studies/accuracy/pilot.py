@@ -116,7 +116,7 @@ class Pilot:
                 break  # two refinements have not helped
         raise SolveError(
             f"The pilot cannot promise {percent(self.accuracy)}: {what}, its finest run is itself uncertain by "
-            f"{percent(own)}; ask for less."
+            f"{percent(own)}, more than 1/{1 / OWN:g} of that; ask for less."
         )
 
     def _finer(self, chosen, truth, own, enough=0.5, dearest=math.inf):
