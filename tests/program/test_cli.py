@@ -28,7 +28,7 @@ def test_list_names_the_shipped_scenes(call):
 def test_check_prints_derived_numbers_and_warnings(call):
     code, out, _ = call("check", "short", "--set", "waves.amplitude=3.5")
     assert code == 0
-    for text in ("cable weight in water", "GM with the weight", "buoy, heave", "buoy, pitch", "cable, transverse 1"):
+    for text in ("cable weight in water", "GM with the weight", "buoy, heave", "buoy, pitch", "cable out of plane 1"):
         assert text in out
     for text in ("dispersion mismatch", "D/lambda", "Keulegan-Carpenter", "Eq. (24)", "38.8 %", "breaking limit"):
         assert text in out
