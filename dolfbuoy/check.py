@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from mpi4py import MPI
 
+from .check_bed import on_the_bed
 from .linear import LARGEST_KR
 from .model.airy import AirySum
 from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
@@ -23,9 +24,6 @@ from .statics.equilibrium import solve_equilibrium
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
-#: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
-#: 1, and of higher ones (`dolfbuoy study touchdown`).
-LONGEST_AT_TOUCHDOWN = 0.3, 0.45
 
 #: What extremes are counted over [s].
 THREE_HOURS = 10800.0
@@ -106,6 +104,8 @@ def _network_at_rest(scene, report, comm):
         report.add(f"equilibrium: uplift at the lower end of {name}", -held[2], "N", "the part that pulls it up")
         _grown(problem, report, k, f" to {name}")
     _strength(problem, report)
+    if problem.lines.bed is not None:
+        on_the_bed(problem, report)
     smallest = problem.smallest_tension()
     if smallest <= 0:
         report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
@@ -384,7 +384,7 @@ def _shape_warnings(scene, problem, report):
     if smallest <= 0:
         report.warnings.append(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
     if scene.seabed:
-        _on_the_bed(scene, problem, report)
+        on_the_bed(problem, report)
     elif scene.sea:
         lowest = u[cable.node_dofs][:, 2].min() + scene.sea.depth
         if lowest < -1e-6 * scene.cable.length:
@@ -396,33 +396,6 @@ def _shape_warnings(scene, problem, report):
             report.warnings.append(
                 f"The cable is {slack:.3g} m longer than the water is deep: without load it hangs below its anchor."
             )
-
-
-def _on_the_bed(scene, problem, report):
-    """What lies, and whether the elements where the cable leaves the bed are short enough for its bend there."""
-    found, bed = problem.lines.bed.lying(problem.system.u), problem.lines.bed
-    report.add("equilibrium: length on the sea bed", found.length, "m")
-    if found.length:
-        report.add("equilibrium: touchdown from the anchor", math.dist(found.touchdown, scene.anchor), "m")
-        report.add("equilibrium: deepest sag into the bed", found.sag, "m")
-        _touchdown_elements(scene, problem, report, found)
-    lowest = bed.gap(np.array(scene.anchor))
-    if lowest < -found.sag - 1e-6 * scene.cable.length:
-        report.warnings.append(f"The anchor is {-lowest:.3g} m below the sea bed, which presses the cable up there.")
-
-
-def _touchdown_elements(scene, problem, report, found):
-    """The touchdown is a jump of curvature that no degree resolves: elements there must be short beside T/w."""
-    lines, radius = problem.lines, problem.tension_at(found.s) / problem.lines.weight_per_length
-    here = (lines.cell_ends[:, 0] <= found.s) & (found.s <= lines.cell_ends[:, 1])
-    h = float(np.diff(lines.cell_ends[here], axis=1).max())
-    most = LONGEST_AT_TOUCHDOWN[scene.cable.position_degree > 1] * radius
-    report.add("equilibrium: elements at the touchdown", h, "m", f"for 1 % in the top tension {most:.4g} m at most")
-    if h > most:
-        report.warnings.append(
-            f"The elements at the touchdown are {h:.3g} m long where the cable bends with a radius of {radius:.3g} m: "
-            f"tensions may be more than 1 % wrong; take {most:.2g} m there."
-        )
 
 
 def _cable_periods(scene, problem, report):

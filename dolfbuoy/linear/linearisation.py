@@ -12,8 +12,10 @@ import numpy as np
 from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
 
+from ..errors import InputError
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
+from ..scene.network import network_of
 from ..scene.sections import Initial
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
@@ -71,6 +73,7 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisatio
     which is 0.  rest: the equilibrium, a solved static Problem on the same ranks, if it is known.  Raises InputError
     for a scene that has no equilibrium, SolveError if it is not found.
     """
+    _refuse_tow(scene)
     calm = scene.model_copy(update={"waves": None, "initial": Initial()} | ({} if scene.cable else _DRIFT))
     start = start_from(rest) if rest is not None else initial_state(calm, comm)
     regular = waves if waves and not waves.irregular else None
@@ -82,6 +85,18 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisatio
     u = problem.system.u.copy()
     K = jacobian(problem, 0.0, 0.0)
     return Linearisation(problem, u, K, jacobian(problem, 1.0, 0.0) - K, jacobian(problem, 0.0, 1.0) - K)
+
+
+def _refuse_tow(scene):
+    """A tow moves steadily: it has no rest to move about."""
+    for piece in network_of(scene).pieces:
+        for end in piece.ends:
+            if end.top is not None and end.top.velocity:
+                key = f"joint.{end.name}" if end.name else "cable.top"
+                raise InputError(
+                    f"{key}.velocity = {list(end.top.velocity)}: a tow has no rest to move about; hold the end, in a "
+                    "[current] that runs the other way."
+                )
 
 
 def without_rates(problem) -> None:

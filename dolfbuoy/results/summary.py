@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ..meshes import number_of_cells
+from ..model.material import weight_per_length
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
 from ..scene.network import network_of
@@ -141,7 +142,7 @@ def warnings(record, scene) -> list[str]:
         if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
             depth = -scene.sea.depth - lowest
             found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
-        found += warnings_of(record, scene.cable.fails_at is not None)
+        found += _rising(record, scene) + warnings_of(record, scene.cable.fails_at is not None)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     if record.attrs.get("failed_steps"):
@@ -171,6 +172,18 @@ def _of_parts(say, record, scene):
     for name, part, alone in parts_of(record, scene):
         found += [f"{name}: {sentence}" if "cable" in sentence.lower() else sentence for sentence in say(part, alone)]
     return list(dict.fromkeys(found))
+
+
+def _rising(record, scene):
+    """A line lighter than water that rises out of it by a hundredth of its length: its buoyancy knows no surface."""
+    if scene.sea is None or weight_per_length(scene, scene.cable) >= 0:
+        return []
+    highest = float(record.cable_position.sel(xyz="z").max()) - crest_height(scene)
+    if highest <= 0.01 * scene.cable.length:
+        return []
+    return [
+        f"The cable is lighter than water and rose up to {highest:.3g} m above it, which its buoyancy does not know of."
+    ]
 
 
 def _out_of_water(record, scene):

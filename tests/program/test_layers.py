@@ -18,7 +18,7 @@ LAYERS = (
     ("commands",),
     ("studies",),
     ("page",),
-    ("api", "linear_api", "check"),
+    ("api", "linear_api", "check", "check_bed"),
     ("results", "motion", "linear", "formats"),
     ("statics",),
     ("model",),
