@@ -160,7 +160,7 @@ def test_every_line_of_a_network_is_pulled():
 
 @pytest.mark.mpi
 @needs_mpirun
-@pytest.mark.parametrize("ranks", [2, 3])
+@pytest.mark.parametrize("ranks", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_pulled_on_ranks(ranks, tmp_path):
     """Lines, joints and a clump on the bed as on one rank, at rest and after a step."""
     script = "import json, sys, dolfbuoy\nfor n, s in json.load(open(sys.argv[1])).items(): dolfbuoy.simulate(s, out=n)"
