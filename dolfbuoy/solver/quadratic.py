@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
+from scipy.linalg import lu_factor, lu_solve
+from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity, vstack
 from scipy.sparse.linalg import splu
 
@@ -23,6 +25,8 @@ REAL = 1e-9
 RESIDUAL = 1e-8
 #: An eigenvalue below this part of the shift is zero: rounding splits a double zero to about sqrt(1e-16) of it.
 ZERO = 1e-5
+#: Roots of the mixed matrix lie within this part of those without mixing.
+MIXED = 1e-2
 #: What is added to K where it is singular: the first of these with which it is not, in the arithmetic of LU.
 NEARLY = (1e-13, 1e-12, 1e-11, 1e-10)
 #: The shift is moved until it is this part of the smallest eigenvalue that is not zero, or between these parts.
@@ -91,10 +95,37 @@ class Quadratic:
         mu, vectors = np.linalg.eig(mixing.T @ inverse @ mixing)
         vectors = mixing @ vectors
         with np.errstate(divide="ignore", invalid="ignore"):
-            roots, others = 1 / mu - 1, 1 / np.linalg.eigvals(self._inverse(OTHER)) - OTHER
-            apart = np.abs(roots[:, None] - others[np.isfinite(others)]).min(axis=1, initial=np.inf)
-            known = (apart < ACCURACY * np.abs(roots)) | (np.abs(roots) < ZERO)
-        return roots[known], vectors[: len(vectors) // 2, known].astype(complex)
+            roots = 1 / mu - 1
+            exact, others = (1 / np.linalg.eigvals(self._inverse(c)) - c for c in (1.0, OTHER))
+        exact, others = exact[np.isfinite(exact)], others[np.isfinite(others)]
+        apart = np.abs(exact[:, None] - others).min(axis=1, initial=np.inf)
+        exact = exact[(apart < ACCURACY * np.abs(exact)) & (np.abs(exact) >= ZERO)]
+        zero, vectors = np.abs(roots) < ZERO, vectors[: len(vectors) // 2].astype(complex)
+        mine, theirs = self._together(roots, exact)
+        for k, root in zip(mine, exact[theirs], strict=True):
+            if abs(root) <= RING:
+                vectors[:, k] = self._refined(root, vectors[:, k])
+        chosen = np.concatenate([np.flatnonzero(zero), mine])
+        return np.concatenate([roots[zero], exact[theirs]]), vectors[:, chosen]
+
+    @staticmethod
+    def _together(roots, exact):
+        """Numbers of roots of the mixed matrix, whose vectors are good, and of exact ones, without mixing."""
+        roots = np.where(np.isfinite(roots), roots, np.inf)
+        apart = np.minimum(np.abs(roots[:, None] - exact) / np.abs(exact), 1.0)
+        mine, theirs = linear_sum_assignment(apart)
+        near = apart[mine, theirs] < MIXED
+        return mine[near], theirs[near]
+
+    def _refined(self, root, vector):
+        """Inverse iteration next to an eigenvalue."""
+        c = root * (1 + 1e-9)
+        K, E, M = (self._whole(A) for A in (self.K, self.E, self.M))
+        solve = lu_factor(K + c * E + c**2 * M)
+        for _ in range(2):
+            vector = lu_solve(solve, (E + 2 * c * M) @ vector)
+            vector = vector / np.linalg.norm(vector)
+        return vector
 
     def _inverse(self, c):
         """(A + c B)^-1 B of the companion form A z = lambda B z."""
