@@ -10,7 +10,7 @@ import pytest
 from helpers import rates, reference
 from mpi4py import MPI
 
-from dolfbuoy import load_scene
+from dolfbuoy import load_scene, modes
 from dolfbuoy.linear.linearisation import linearise
 from dolfbuoy.linear.natural import lowest_modes
 from dolfbuoy.statics import catenary
@@ -182,3 +182,15 @@ def test_irvine(lambda2):
         errors.append(np.abs(found / exact - 1).max())
     assert errors[-1] < 2e-3
     assert np.all(rates(errors, 1 / np.array(sags)) > 1.6)
+
+
+def test_heave_on_a_short_stiff_line_is_found_among_much_stiffer_modes():
+    """omega = sqrt(EA/(L (M + m/3))), of a random scene in which it was lost; the next are 6 and 300 times as fast."""
+    mass, EA = 64391.0, 4.2e6
+    buoy = {"mass": mass, "mooring_height": 28.8, "center_of_mass": 1e-6, "inertia": [193500.0, 64391.0]}
+    pair = {"position_degree": 3, "tension_degree": 2, "elements": 8, "grading": 3.65}
+    cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": EA} | pair
+    push = {"force": [1.0, 0.0, 0.0], "height": 0.0}
+    found = modes({"cable": cable, "buoy": buoy, "external_force": push}, 6)
+    expected = np.sqrt(EA / (mass + 1 / 3))
+    assert np.abs(found.omega.values - expected).min() < 1e-5 * expected
