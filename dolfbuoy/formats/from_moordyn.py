@@ -127,9 +127,11 @@ class _Reader:
             sea["density"] = density
         found["sea"] = sea
         bed = {}
-        kbot = option("kBot", "kb")
-        if kbot is None or float(kbot[1]) > 0:
-            bed["stiffness"] = float(kbot[1]) if kbot else 3e6
+        line, kbot = option("kBot", "kb") or (None, "3e6")
+        if not _is_number(kbot):
+            raise InputError(f"line {line}: kBot is {kbot!r}, which is no number.")
+        if float(kbot) > 0:
+            bed["stiffness"] = float(kbot)
         if friction := self._number("FrictionCoefficient", "mu_kT"):
             bed["friction"] = friction
         if bed:
@@ -168,9 +170,6 @@ class _Reader:
         if len(stiffness) > 1:
             self.note(row.line, f"EA = {row['EA']} is viscoelastic: the first value is taken, as the static one")
         if not _is_number(stiffness[0]):
-            self.note(
-                row.line, f"EA = {row['EA']} is a file: write its rows as axial_stiffness = [[strain, tension], ...]"
-            )
             raise InputError(
                 f"line {row.line}: EA is the file {row['EA']}, which is not read: give a number in its place."
             )

@@ -111,8 +111,9 @@ class _Reader:
             value = row.get(key)
             if value is None and key in ("mass_density", "diameter", "stiffness"):
                 raise InputError(f"line_types, {name}: {key} is missing.")
-            if value is not None and (key != "breaking_load" or float(value) > 0):
-                found[own] = factor * _number(value, f"line_types, {name}: {key}")
+            number = None if value is None else _number(value, f"line_types, {name}: {key}")
+            if number is not None and (key != "breaking_load" or number > 0):  # 0 there: not known
+                found[own] = factor * number
         for key, value in row.items():
             if key not in LINE_TYPE and key not in ("name", "cost") and value:
                 self.note(f"line_types, {name}: {key} = {value} is not carried over")

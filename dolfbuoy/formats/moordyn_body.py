@@ -124,7 +124,10 @@ def _masses(body, rods, types, keel):
 
 def _triple(text, axis=None):
     """Numbers a|b|c; a single one is of all axes, or of one of them."""
-    values = np.array([float(part) for part in text.split("|")])
+    try:
+        values = np.array([float(part) for part in text.split("|")])
+    except ValueError:
+        raise InputError(f"{text!r} of a body is no number, nor numbers with | between them.") from None
     if len(values) == 1:
         return np.full(3, values[0]) if axis is None else values[0] * np.eye(3)[axis]
     return values
@@ -134,9 +137,9 @@ def _say_rest(body, rods, types, note):
     """What a buoy has no place for."""
     for column, what in (("volume", "a volume beside its rods'"), ("CdA", "drag beside its rods'")):
         text = body.values.get(column, "0")
-        if any(float(part) for part in text.split("|")):
+        if _triple(text).any():
             note(body.line, f"the body has {what}, {text}, which is not carried over")
-    if any(any(float(part) for part in body.values.get(name, "0").split("|")) for name in ("Ca", "point_Ca")):
+    if any(_triple(body.values.get(name, "0")).any() for name in ("Ca", "point_Ca")):
         note(body.line, "the added mass of the body beside its rods' is not carried over")
     for column in ("Cd", "Ca", "CdEnd", "CaEnd"):
         if len({types[rod["type"]].number(column, 0.0) for rod in rods}) > 1:

@@ -48,7 +48,7 @@ def run(export: Export, end: float, most: int = 50_000) -> Series | None:
     t = np.arange(steps + 1) * step
     places = np.array([np.concatenate([top_position(top, at) for top in export.driven] or [[]]) for at in t])
     speeds = np.diff(places, axis=0) / step
-    with tempfile.TemporaryDirectory() as folder, _silent():
+    with tempfile.TemporaryDirectory() as folder, silent():
         for name, text in export.files.items():
             (Path(folder) / name).write_text(text)
         system = moordyn.Create(str(Path(folder) / next(iter(export.files))))
@@ -86,7 +86,7 @@ def _place(moordyn, body):
 
 
 @contextmanager
-def _silent():
+def silent():
     """MoorDyn greets on the standard output of the process, not of Python."""
     saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)

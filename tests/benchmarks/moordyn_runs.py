@@ -1,10 +1,8 @@
 """Running MoorDyn: a driven cable or a moored buoy in time, and the largest step at which it is stable."""
 
 import math
-import os
 import tempfile
 import time as clock
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +11,7 @@ import moordyn_input
 import numpy as np
 from moordyn_input import Numerics
 
+from dolfbuoy.formats.moordyn_run import silent
 from dolfbuoy.model.lines import top_position
 from dolfbuoy.results.measured import Run
 from dolfbuoy.scene import Scene
@@ -36,7 +35,7 @@ def run(scene: Scene, numerics: Numerics, end: float, per_call: int = 1) -> Run 
     calls = math.ceil(end / (numerics.step * per_call) - 1e-9)
     t = np.arange(calls + 1) * numerics.step * per_call
     positions, velocities = _motion(scene, t)
-    with tempfile.TemporaryDirectory() as folder, _silent():
+    with tempfile.TemporaryDirectory() as folder, silent():
         system = moordyn.Create(str(moordyn_input.write(Path(folder), scene, numerics)))
         try:
             moordyn.SetVerbosity(system, moordyn.LEVEL_NONE)
@@ -70,21 +69,6 @@ def _motion(scene, t):
         return [[]] * len(t), [[]] * len(t)
     x = np.array([top_position(scene.cable.top, s) for s in t])
     return x.tolist(), (np.diff(x, axis=0) / np.diff(t)[:, None]).tolist()
-
-
-@contextmanager
-def _silent():
-    """MoorDyn greets on the standard output of the process, not of Python."""
-    saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
-    os.dup2(null, 1)
-    os.dup2(null, 2)
-    try:
-        yield
-    finally:
-        for number, copy in enumerate(saved, start=1):
-            os.dup2(copy, number)
-            os.close(copy)
-        os.close(null)
 
 
 def segment_step(scene: Scene, segments: int) -> float:

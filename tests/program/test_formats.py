@@ -162,6 +162,7 @@ def test_moorpys_yaml_and_its_equilibrium():
         (SECOND.format(**PLAIN).replace("5e8", "stiffness.txt"), "line 6: EA is the file"),
         (SECOND.format(**PLAIN).replace("1 chain 1 3 220", "1 chain 1 R1A 220"), "line 16"),
         (SECOND.format(**PLAIN).replace("Fixed", "Glued"), "line 10: the attachment 'Glued'"),
+        (SECOND.format(**PLAIN).replace("2e6 kBot", "hard kBot"), "line 22: kBot is 'hard'"),
     ],
 )
 def test_a_bad_file_of_moordyn_is_one_sentence(text, words):

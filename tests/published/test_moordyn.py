@@ -4,14 +4,13 @@ Source: MoorDyn from PyPI (the extra `benchmark`; skipped without it), lumped ma
 """
 
 import math
-import os
-from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import dolfbuoy
+from dolfbuoy.formats.moordyn_run import silent
 from dolfbuoy.model.lines import top_position
 from dolfbuoy.scene import Top
 
@@ -84,20 +83,6 @@ def write(path, case, segments, step):
 def table(name, columns, *rows):
     units = " ".join("(-)" for _ in columns.split())
     return "\n".join([f"--- {name} ---", columns, units, *(" ".join(map(str, row)) for row in rows)]) + "\n"
-
-
-@contextmanager
-def silent():
-    """MoorDyn greets on the standard output of the process, not of Python."""
-    saved = os.dup(1), os.dup(2)
-    with open(os.devnull, "w") as null:
-        os.dup2(null.fileno(), 1), os.dup2(null.fileno(), 2)
-    try:
-        yield
-    finally:
-        for number, copy in enumerate(saved, 1):
-            os.dup2(copy, number)
-            os.close(copy)
 
 
 def theirs(moordyn, path, case, segments, step):
