@@ -24,7 +24,7 @@ def solve_network(problem) -> None:
     Sets problem.iterations and problem.route.  Raises SolveError.
     """
     rest = still.solve(still_network(problem))
-    find_rest(problem, lambda: _begin(problem, rest), _ways(problem, rest))
+    find_rest(problem, lambda: _begin(problem, rest), _ways(problem, rest), lambda problem: _why(problem, rest))
     let_turn(problem)
 
 
@@ -43,6 +43,25 @@ def _ways(problem, rest):
         yield "tension-only law", lambda: _by_the_other_law(problem, "tension-only", solve_network)
     else:
         yield "two-sided law", lambda: _by_the_other_law(problem, "compressive", lambda other: _newton(other, rest))
+
+
+#: A rope whose smallest tension is below this part of the largest in the network may hang slack.
+HARDLY = 1e-3
+
+
+def _why(problem, rest):
+    """Which ropes hardly pull, so that they fold without width and nothing holds them sideways, if any."""
+    if problem.lines.section.slack != "tension-only":
+        return ""
+    shapes = zip(rest.network.pieces, rest.shapes, strict=True)
+    least, largest = np.array([np.sort(shape.tension(np.array([0.0, piece.length]))) for piece, shape in shapes]).T
+    loose = [problem.network.name_of(k) for k in np.flatnonzero(least < HARDLY * largest.max())]
+    if not loose:
+        return ""
+    return (
+        f": {', '.join(loose)} hardly pulled at one end, where a rope folds and nothing holds it sideways; give "
+        "slack = 'compressive', elements of another degree or a current"
+    )
 
 
 def _newton(problem, rest):
