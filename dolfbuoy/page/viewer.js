@@ -10,14 +10,22 @@ import { ball, block, cone, grid, hull, placed, plus, turned, unit, upright } fr
 export function viewerOrNone(view, tensions) {
   byId("names").hidden = !view.labels.length;
   document.querySelector("[data-look=buoy]").hidden = !view.buoys.length;
+  const stage = document.querySelector(".stage");
   try {
-    return new Viewer(document.querySelector(".stage"), view, tensions);
+    return new Viewer(stage, view, tensions);
   } catch (error) {
-    const without = document.querySelector(".without");
-    without.hidden = false;
-    without.textContent = `The picture in space needs WebGL 2, which is not to be had here (${error.message}).`;
+    stage.classList.add("empty");
+    for (const views of document.querySelectorAll(".views")) views.hidden = true;
+    say(`The picture in space needs WebGL 2, which this browser does not have here (${error.message}). All else of the page works without it.`);
     return null;
   }
+}
+
+/** A sentence in the place of the picture; none takes it away. */
+function say(sentence = "") {
+  const without = document.querySelector(".without");
+  without.textContent = sentence;
+  without.hidden = !sentence;
 }
 
 /** Shows the states of a source (motion.js) in a canvas.
@@ -38,6 +46,23 @@ export class Viewer {
     this.labels = this.makeLabels();
     this.look("whole");
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
+    this.survive();
+  }
+
+  /** The graphics may be taken away, and come back empty. */
+  survive() {
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // or it would not come back
+      this.lost = true;
+      say("The machine has taken its graphics away. The picture is drawn again as soon as they are back; all else goes on.");
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      this.painter = new Painter(this.canvas);
+      this.keepMeshes();
+      this.lost = false;
+      say();
+      this.redraw();
+    });
   }
 
   keepMeshes() {
@@ -102,11 +127,11 @@ export class Viewer {
   }
 
   redraw() {
-    if (this.waiting || !this.state) return;
+    if (this.waiting || this.lost || !this.state) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      this.paint();
+      if (!this.lost) this.paint();
     });
   }
 
