@@ -1,13 +1,13 @@
 // The page of a sweep: parallel axes, the table of cases, and the case that is chosen.
 
-import { byId, data, element, format, themeButton, unpack } from "./core.js";
+import { byId, data, element, format, dress, unpack } from "./core.js";
 import { ParallelAxes } from "./parallel.js";
 import { SortedTable, cellOf } from "./table.js";
 
 const NAMES = { minimum: "least", maximum: "largest", mean: "mean", standard_deviation: "deviation", dominant_period: "period [s]" };
 
 function start() {
-  themeButton();
+  dress();
   for (const quantity of data.quantities)
     for (const [name, packed] of Object.entries(quantity.statistics)) quantity.statistics[name] = unpack(packed);
   const main = data.main.map((name) => data.quantities.find((quantity) => quantity.name === name));

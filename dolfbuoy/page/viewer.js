@@ -8,7 +8,8 @@ import { ball, block, cone, grid, hull, placed, plus, turned, unit, upright } fr
 
 /** A Viewer in the stage of the page; null, and it is said, where there is no WebGL. */
 export function viewerOrNone(view, tensions) {
-  byId("names").hidden = !view.labels.length;
+  const there = { names: view.labels.length, forces: view.forces.length, water: view.sea, bed: view.sea };
+  for (const [name, any] of Object.entries(there)) document.querySelector(`[data-show=${name}]`).parentElement.hidden = !any;
   document.querySelector("[data-look=buoy]").hidden = !view.buoys.length;
   const stage = document.querySelector(".stage");
   try {
@@ -27,6 +28,9 @@ function say(sentence = "") {
   without.textContent = sentence;
   without.hidden = !sentence;
 }
+
+/** Colours of what stands around the picture. */
+const AROUND = ["sky-top", "sky-low", "ground", "text", "soft", "force-holds", "force-pulls", "force-outside"];
 
 /** Shows the states of a source (motion.js) in a canvas.
  *
@@ -76,6 +80,8 @@ export class Viewer {
     const names = ["hull", "water", "bed", "anchor", "ink", "force-holds", "force-pulls", "force-outside"];
     this.colors = Object.fromEntries(names.map((name) => [name, rgb(`--${name}`)]));
     this.scale = scaleOfTension();
+    const root = getComputedStyle(document.documentElement); // paper gets the picture as it is seen, dark too
+    for (const name of AROUND) this.stage.style.setProperty(`--${name}`, root.getPropertyValue(`--${name}`));
   }
 
   makeLabels() {
@@ -254,7 +260,8 @@ export class Viewer {
       const [tip, head] = [plus(at, axis, length), Math.min(this.mark(at, 11), 0.6 * length)];
       segments.push(...at, ...plus(tip, axis, -head), ...color, ...color, 2, 2);
       const R = upright(axis).map((row) => [0.36 * row[0], 0.36 * row[1], row[2]]);
-      this.painter.draw(this.meshes.cone, { color, model: placed(tip, head, R) });
+      const tips = kind === "outside" ? [tip, plus(tip, axis, -0.8 * head)] : [tip]; // told apart without colour too
+      for (const place of tips) this.painter.draw(this.meshes.cone, { color, model: placed(place, head, R) });
     }
     const legend = byId("force-size");
     if (legend) legend.textContent = `1 m of arrow ${format(this.newtons >= 1000 ? this.newtons / 1000 : this.newtons)} ${this.newtons >= 1000 ? "kN" : "N"}`;
@@ -265,7 +272,7 @@ export class Viewer {
       const place = at ?? (buoy === undefined ? this.node(node) : this.state.buoys[buoy].at);
       const pixel = this.shown.names && this.painter.project(place);
       shown.hidden = !pixel;
-      if (pixel) shown.style.transform = `translate(${pixel[0] + 8}px, ${pixel[1] - 20}px)`;
+      if (pixel) Object.assign(shown.style, { left: `${100 * pixel[0]}%`, top: `${100 * pixel[1]}%` });
     }
   }
 
