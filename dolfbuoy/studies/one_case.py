@@ -156,6 +156,8 @@ class _CaseRecorder(Recorder):
             self.save()
         elif self.record.counts["time"] == 0:
             self._make_values()
+            self._parted = self.observer.parted(self._fixed)
+            self._tell()
             return self.record.series()
         self.close()
         return read(self.folder / "results.nc")
