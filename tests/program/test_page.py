@@ -170,7 +170,7 @@ def evil_pages():
     swept.attrs |= {"title": EVIL, "scene": EVIL, "source": EVIL}
     precise = [{k: EVIL if isinstance(v, str) else v for k, v in row.items()} for row in precision_rows()]
     pages = {"run": run_page(found["run"], advice=[EVIL], case=EVIL), "modes": show(found["modes"]).page}
-    return pages | {"sweep": sweep_page(swept), "precision": precision_page(precise, [EVIL])}
+    return pages | {"sweep": sweep_page(swept), "precision": precision_page(precise, [EVIL], EVIL)}
 
 
 def test_nothing_gets_out_of_its_place_in_any_page():
@@ -342,7 +342,8 @@ def precision_rows():
 
 
 def test_a_study_with_a_page_writes_it(tmp_path):
-    save(tmp_path, Table("work-precision", precision_rows(), notes=["a note"]))
+    save(tmp_path, Table("work-precision", precision_rows(), "a scene", notes=["a note"]))
+    assert "<title>Work and precision of a scene</title>" in (tmp_path / "work-precision.html").read_text()
     assert data_of((tmp_path / "work-precision.html").read_text())["rows"] == precision_rows()
     save(tmp_path, Table("work-precision-front", precision_rows()))
     assert len(list(tmp_path.glob("*.html"))) == 1

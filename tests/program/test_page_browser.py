@@ -174,6 +174,8 @@ def test_paper_shows_it_all_in_the_light(window, file):
     window.pause()
     assert window.run("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     assert window.run("getComputedStyle(document.querySelector('.controls')).display") == "none"
+    shape = "(c => c.clientWidth / c.clientHeight * c.height / c.width)(document.getElementById('canvas'))"
+    assert window.run(shape) == pytest.approx(1, abs=0.02)
     window.prefer(dark=True)
     printed = window.paper()
     assert printed.startswith(b"%PDF")
