@@ -203,6 +203,9 @@ def _compute(planned, part, folder, say, retry=False, executor=None, limit=None,
     deadline = math.inf if limit is None else clock.time() + limit
     running, kept = (str(Path(folder) / name) for name in (RUNNING, RECORDS))
     how = partial(evaluate, base=planned.base, running=running, deadline=deadline, keep=kept if keep else None)
+    if keep:
+        with claimed(kept, ranks_beside(executor), shared=True):
+            pass  # or it cannot hold them
 
     def anew(result):
         return retry if result["status"] != "done" else keep and not _record_of(folder, result)
