@@ -74,10 +74,15 @@ class Search:
         good = [row for row in self.integrators if math.isfinite(row["error"])]
         return min(good, key=lambda row: row["seconds"] * row["error"])["integrator"]
 
+    @staticmethod
+    def _too_dear(run):
+        """Whether a run was stable, but was not made to its end."""
+        return run["step"] is not None and run["curve"] is None
+
     def error(self, segments) -> tuple[float, str]:
         """(error, how it is known): measured, or where a run is too dear that of the softer mooring."""
         run = self.run(segments, self.scheme)
-        if run.get("curve") is not None or self.softer is None:
+        if not self._too_dear(run):
             return error_of(run, self.limit), ""
         return self.softer.error(segments)[0], f"error that of {self.softer.mooring.name}"
 
@@ -87,7 +92,7 @@ class Search:
         low, high, n = 1, None, first // 2
         if self.softer is not None:
             n = self.softer.fewest(accuracy)
-            if self.run(n, self.scheme).get("curve") is None:
+            if self._too_dear(self.run(n, self.scheme)):
                 return n
         for _ in range(14):
             error, _ = self.error(n)
