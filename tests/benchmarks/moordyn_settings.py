@@ -191,7 +191,10 @@ def main():
         if options.only in name:
             searches[name] = Search(name, options, searches.get(mooring(name).softer))
             rows += searches[name].found()
-    notes = [*(search.remark() for search in searches.values()), machine.sentence()]
+    notes = [
+        *(search.remark() for search in searches.values()),
+        f"{machine.version().capitalize()}; {machine.sentence()}",
+    ]
     text = markdown_of(searches.values(), rows, notes)
     print(text)
     if not options.only:

@@ -112,7 +112,7 @@ def notes_of(options):
     missed = [f"{f['case']}, {percent(f['accuracy'])}: MoorDyn misses it." for f in FOUND if "scheme" not in f]
     return [
         *missed,
-        machine.sentence(),
+        f"{machine.version().capitalize()}; {machine.sentence()}",
         f"Median and half the range of {options.repeats} runs, CPU seconds for {END:g} s.",
     ]
 
@@ -130,6 +130,8 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     files = [kept_file(options, given) for given in ROWS]
     cells, notes = [json.loads(file.read_text()) for file in files if file.is_file()], notes_of(options)
+    if not cells:
+        sys.exit(f"--rows {options.rows}: no row has such a name.")
     table(cells, notes)
     print("\n" + in_short(cells))
     write_markdown(options.out / "times.md", cells, notes)
