@@ -17,7 +17,7 @@ MARGIN = 0.95
 #: Steps within which an instability shows: its growth at 5 % above the limit is at least a factor in some ten steps.
 PROBE = 6000
 #: A run has diverged where a tension is so many times that at rest: what rings without bound saturates in the end.
-BOUND = 10.0
+BOUND = 100.0
 #: Steps of MoorDyn in a call while it is timed, so that Python does not count: with a driven end, which moves at
 #: constant speed within a call; else as many as when errors are measured, for waves are taken once per call.
 PER_CALL = 20
