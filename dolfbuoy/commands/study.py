@@ -25,7 +25,7 @@ def _command(name, options):
 
 
 def _parameter(option):
-    how = {"help": option.help and escape(option.help), "metavar": option.metavar, "min": option.min}
+    how = {"help": option.help and escape(option.help), "metavar": option.metavar, "min": option.min, "max": option.max}
     flag = f"--{option.name.replace('_', '-')}"
     info = typer.Argument(**how) if option.argument else typer.Option(flag, **how)
     default = inspect.Parameter.empty if option.required else option.default
@@ -37,3 +37,8 @@ def _parameter(option):
 for _name, _module in STUDIES.items():
     _declared = declared(_module)
     app.command(_name, help=_declared.help)(_command(_name, _declared.options))
+
+
+def add_to(parent: typer.Typer) -> None:
+    """Make them commands below `study` of an application."""
+    parent.add_typer(app, name="study")

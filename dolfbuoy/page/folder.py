@@ -28,7 +28,8 @@ def _run(folder):
 
     record, scene = read_run(folder)
     enlist(folder, [folder / "page.html"])
-    return _written(folder / "page.html", run_page(record, scene, remarks(folder, "run").get("advice")))
+    known = remarks(folder, "run")
+    return _written(folder / "page.html", run_page(record, scene, known.get("advice"), known.get("case")))
 
 
 def _modes(folder):
@@ -56,7 +57,7 @@ def _precision(folder):
     file = folder / "work-precision.json"
     with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
         found = json.loads(file.read_text())
-        text = precision_page(found["rows"], found["notes"])
+        text = precision_page(found["rows"], found["notes"], found.get("title", ""))
     return _written(folder / "work-precision.html", text)
 
 
