@@ -251,7 +251,7 @@ class Cycle:
             if self.missing() > SLOW * size:
                 relax = RUN
             change, seen = self.state.difference(seen, found[0]), found[0]
-            error = self.left(change, last, self.missing() / size) if found[1] else math.inf
+            error = self.left(change, last, self.missing() / max(size, 1e-300)) if found[1] else math.inf
             if error <= accuracy:
                 return Found(self.periods, error)
             last = change if found[1] else math.inf
