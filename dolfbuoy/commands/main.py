@@ -1,5 +1,6 @@
 """Command line: parse, call, print."""
 
+import itertools
 import os
 import sys
 import traceback
@@ -18,6 +19,7 @@ from ..parallel import interruption, ranks
 from ..results.tables import unit_of
 from .run import advised, draw, run
 from .shared import (
+    InstantsOption,
     Interrupted,
     OutOption,
     OverwriteOption,
@@ -204,7 +206,9 @@ def report(
 
 @app.command()
 def plot(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")], paraview: ParaviewOption = True
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
+    paraview: ParaviewOption = True,
+    instants: InstantsOption = 50,
 ):
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     from ..results.checkpoint import read_scene
@@ -214,7 +218,7 @@ def plot(
         raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
     if (folder / "scene.toml").is_file() and is_edited(folder, read_scene(folder)):
         say_warnings([f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."])
-    draw(folder, paraview)
+    draw(folder, paraview, instants)
 
 
 @app.command()
@@ -248,6 +252,7 @@ def main():
     interruption.listen()
     try:
         ranks.only_first_speaks()
+        _refuse_empty(sys.argv[1:])
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)
@@ -277,6 +282,15 @@ def main():
         if not ranks.several():
             raise
         _fail(f"{traceback.format_exc()}Error on rank {rank()}; this is a fault of the program.", 1)
+
+
+def _refuse_empty(arguments):
+    """An option with nothing in it, mostly a variable of a shell that is not set: a path of no name is the folder that
+    one is in."""
+    for option, value in itertools.pairwise([*arguments, "-"]):
+        name, equals, given = option.partition("=")
+        if name.startswith("--") and not (given if equals else value).strip():
+            raise InputError(f"{name} '': must not be empty.")
 
 
 def _fail(message, code):

@@ -296,6 +296,22 @@ def test_collections_hold_the_times_of_the_frames(moored):
         assert all((folder / "paraview" / s.get("file")).is_file() for s in sets)
 
 
+def test_instants_for_paraview_are_as_many_as_are_wanted(tmp_path):
+    """Evenly from the first to the last; what there was of more is gone, and what is the user's stays."""
+    record = simulate(HANGING, out=tmp_path, time={"output_every": 0.02, "scheme": "backward-euler"})
+    assert len(record.frame) > 6
+    files = export(tmp_path)
+    (tmp_path / "paraview" / "cable_mine.vtu").write_text("mine")
+    assert len([file for file in files if file.name.startswith("cable_")]) == len(record.frame)
+    few = export(tmp_path, 3)
+    assert {file.name for file in few} | {"cable_mine.vtu"} == {path.name for path in (tmp_path / "paraview").iterdir()}
+    sets = ElementTree.parse(tmp_path / "paraview" / "cable.pvd").getroot().iter("DataSet")
+    expected = record.frame.values[[0, round((len(record.frame) - 1) / 2), -1]]
+    assert [float(one.get("timestep")) for one in sets] == pytest.approx(expected)
+    last = meshio.read(tmp_path / "paraview" / "cable_0002.vtu").points
+    np.testing.assert_allclose(last, record.cable_position.isel(frame=-1))
+
+
 def test_every_field_for_paraview_has_a_unit(moored):
     folder, _ = moored
     for file in export(folder):
