@@ -32,7 +32,7 @@ def solve_network(problem) -> None:
 
 
 def _check_reach(network):
-    """Refuse an inextensible line that is exactly taut between two held ends: a scene refuses shorter ones (InputError)."""
+    """Refuse an inextensible line exactly taut between held ends; shorter ones no scene has.  Raises InputError."""
     for k, piece in enumerate(network.pieces):
         if math.isinf(piece.section.axial_stiffness) and all(end.held for end in piece.ends):
             distance = math.dist(*(top_position(end.top, 0.0) for end in piece.ends))
