@@ -33,6 +33,8 @@ class Instant:
     cable: np.ndarray | None  #: nodes (n, 3)
     r_C: np.ndarray | None
     R: np.ndarray | None
+    tension: np.ndarray | None = None  #: of each element of the cable [N]
+    mooring: tuple | None = None  #: where the cable holds the buoy, and its force on it [N]
 
     def __post_init__(self):
         buoy = self.scene.buoy if self.r_C is not None else None
@@ -120,6 +122,12 @@ class Instant:
             found.append(("wind force", point, self._wind_force(point), COLORS["green"]))
         return [f for f in found if np.linalg.norm(f[2]) > 0]
 
+    def pulls(self):
+        """The force of the cable on the buoy, as forces has its own."""
+        if self.mooring is None or not np.linalg.norm(self.mooring[1]) > 0:
+            return []
+        return [("mooring force", *self.mooring, COLORS["purple"])]
+
     def _wind_force(self, point):
         return wind_at(self.scene, point[2] - (self.elevation(point) if self.scene.sea else 0.0))
 
@@ -130,7 +138,7 @@ class System:
     lines: (name, nodes) of each cable.  buoys: an Instant for each.
     """
 
-    r_C, shape = None, None
+    r_C, shape, tension = None, None, None
 
     def __init__(self, record, scene, time):
         self.scene, self.time, network = scene, time, network_of(scene)
@@ -164,6 +172,10 @@ class System:
         """As of an Instant, of all buoys."""
         return [force for buoy in self.buoys for force in buoy.forces()]
 
+    def pulls(self):
+        """None: a picture of a network shows lines rather than their forces."""
+        return []
+
 
 def _marks(record, scene, network, lines, time):
     """Joints, and ends of cables that are held without a name."""
@@ -194,4 +206,14 @@ def _instant(record, scene, time):
     i = len(times) - 1 if time is None else int(np.abs(times - time).argmin())
     cable = record.cable_position.values[i] if "cable_position" in record else None
     r_C, R = pose(record, times[i]) if "buoy_position" in record else (None, None)
-    return Instant(scene, float(times[i]), cable, r_C, R)
+    tension = record.cable_tension.values[i] if "cable_tension" in record else None
+    mooring = _mooring(record, times[i]) if r_C is not None else None
+    return Instant(scene, float(times[i]), cable, r_C, R, tension, mooring)
+
+
+def _mooring(record, time):
+    """(place, force) where the only cable of a buoy holds it; None without one."""
+    if "mooring_force" not in record or record.mooring_force.dims != ("time", "xyz"):
+        return None
+    row = int(np.abs(record.time.values - time).argmin())
+    return record.mooring_point.values[row], record.mooring_force.values[row]

@@ -2,12 +2,14 @@
 
 import itertools
 import math
+import textwrap
 
 import matplotlib
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
+from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..model.sea import crest_height, heading, velocity_at, wavenumber
@@ -15,39 +17,49 @@ from ..model.seabed import height_of_bed
 from .drawing import figure_of
 from .instant import instant
 from .paraview import hull_surface
-from .space import clear_azimuth, equal_scale, nice_scale
+from .space import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
 from .style import COLORS, COLUMN, PAGE, new_figure
 from .tables import force_unit
 
 #: Of the lines of a network, in turn; with more of them than these the legend does not tell which is which.
-LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], "#CC79A7"]
+LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], COLORS["purple"]]
 #: A network is drawn from above too if it is wider than this share of its length.
 WIDE = 0.02
+#: From where all is seen [deg] over the horizon.
+ELEVATION = 14
 
 
 @figure_of(network=True)
 def snapshot(record, scene=None, time: float | None = None) -> Figure:
     """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
-    the buoy, a network from above.  Lengths have equal scale in all directions; arrows have the scales that stand
-    beside the time."""
+    the buoy with the forces on it, a network from above.  Lengths have equal scale in all directions; over each panel
+    an arrow of known speed, in the legend the scale of forces."""
     now = instant(record, scene, time)
     boxes = [box for box in (_whole(now), None if scene.is_network else _detail(now)) if box is not None]
     from_above = scene.is_network and np.ptp(now.cable[:, :2], axis=0).min() > WIDE * np.ptp(now.cable, axis=0).max()
-    both = len(boxes) == 2 or from_above
-    places = [(-0.02, 0.15, 0.5, 0.80), (0.46, 0.15, 0.5, 0.80)] if both else [(-0.04, 0.15, 0.98, 0.78)]
-    figure = new_figure(PAGE if both else COLUMN, 4.2, constrained=False)
-    force, legend, speeds = _force_scale(now, boxes[-1]), {}, []
-    for box, place in zip(boxes, places, strict=False):
-        axes = figure.add_axes(place, projection="3d", computed_zorder=False)
-        speeds.append(_draw(axes, now, box, force, legend))
-        equal_scale(axes, box, elevation=14, azimuth=clear_azimuth(now.direction_deg))
+    figure, legend = new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False), {}
+    for box in boxes:
+        axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
+        axes.patch.set_visible(False)
+        equal_scale(axes, box, elevation=ELEVATION, azimuth=clear_azimuth(now.direction_deg))
+        _draw(axes, now, box, legend)
+        if box is boxes[-1]:
+            _draw_forces(axes, now, box, legend)
     if from_above:
-        _draw_plan(figure.add_axes((0.62, 0.24, 0.36, 0.66)), now)
-    figure.text(0.02, 0.96, f"t = {now.time:.4g} s")
-    figure.text(0.22 if both else 0.98, 0.96, _scales(speeds, force), ha="left" if both else "right", va="bottom")
-    _label_water(legend, speeds)
-    figure.legend(handles=list(legend.values()), loc="lower center", ncol=min(len(legend), 4 if both else 2))
+        _draw_plan(figure.add_axes((0, 0, 1, 1)), now)
+    _lay_out(figure, scene.title, now.time, list(legend.values()))
     return figure
+
+
+def _lay_out(figure, title, time, entries):
+    """Title, panels, legend, from above; the figure becomes as high as they need."""
+    columns = _columns([entry.get_label() for entry in entries], figure.get_figwidth())
+    said = [title, f"t\xa0=\xa0{time:.4g}\xa0s"] if title else [f"t\xa0=\xa0{time:.4g}\xa0s"]
+    lines = textwrap.wrap(", ".join(said), int(15 * figure.get_figwidth()))
+    above, below = 0.12 + 0.15 * len(lines), 0.08 + 0.17 * math.ceil(len(entries) / columns)
+    side_by_side(figure, above, below)
+    figure.text(0.5, 1 - 0.08 / figure.get_figheight(), "\n".join(lines), ha="center", va="top", fontsize=9)
+    figure.legend(handles=entries, loc="lower center", ncol=columns, borderaxespad=0.2)
 
 
 # -- what is seen ----------------------------------------------------------------------------------------------------
@@ -85,26 +97,30 @@ def _detail(now):
 # -- parts of the picture ----------------------------------------------------------------------------------------------
 
 
-def _draw(axes, now, box, force_scale, legend):
-    """Everything, from back to front, each with its place in the legend; returns (greatest speed of the water that is
-    shown [m/s], speed per metre of arrow)."""
-    speeds = (0.0, 0.0)
+def _draw(axes, now, box, legend):
+    """Everything but forces, from back to front, each with its place in the legend."""
     if now.scene.sea:
         _draw_bed(axes, now, box, legend)
-        speeds = _draw_velocity(axes, now, box)
+        _draw_velocity(axes, now, box, legend)
     _draw_lines(axes, now, box, legend)
     _draw_marks(axes, now, box, legend)
     _draw_surfaces(axes, now, box, legend)
-    for name, point, force, color in now.forces():
-        axes.quiver(*point, *force / force_scale, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
-        legend[name] = _arrow(color, _said(name, force, force_scale, box))
     for buoy in (buoy for buoy in now.buoys if buoy.masses):
         mast = np.array([buoy.at(h) for h in (max(buoy.heights), buoy.shape.height if buoy.shape else buoy.center)])
         axes.plot(*mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
         size = 4.5 if (box[1] - box[0]).max() < 6 * buoy.buoy_size else 2.0
         axes.plot(*np.array(buoy.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
         legend["masses"] = Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass")
-    return speeds
+
+
+def _draw_forces(axes, now, box, legend):
+    """What pushes the buoys, and to a scale of its own what holds one; the largest is about a quarter of the box."""
+    for forces in (now.forces(), now.pulls()):
+        largest = max((float(np.linalg.norm(force)) for _, _, force, _ in forces), default=0.0)
+        for name, point, force, color in forces:
+            scale = nice_scale(largest, 0.3 * (box[1] - box[0]).min())
+            axes.quiver(*point, *force / scale, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
+            legend[name] = _arrow(color, _said(name, force, scale, box))
 
 
 def _draw_bed(axes, now, box, legend):
@@ -124,12 +140,16 @@ def _colored(now):
 
 
 def _draw_lines(axes, now, box, legend):
-    """The lines, each with its name if there are not too many; what of them is below the bed is set off."""
-    told = len(now.lines) <= len(LINES)
+    """The lines, each with its name if there are not too many, dotted where the box cuts them off; what of them is
+    below the bed is set off."""
+    told, tension = len(now.lines) <= len(LINES), _tension(now)
     for name, nodes, color in _colored(now):
         x = _inside(nodes, box)
-        axes.plot(*x.T, color=color, lw=1.2, zorder=3)
-        legend["line", name if told else ""] = Line2D([], [], color=color, lw=1.2, label=name if told else "cables")
+        cut = 0 if np.array_equal(x[:1], nodes[:1]) else len(x) // 2
+        axes.plot(*x[cut:].T, color=color, lw=1.2, zorder=3)
+        axes.plot(*x[: cut + 1].T, ":", color=color, lw=1.2, zorder=3)
+        label = f"{name}{tension}" if told else "cables"
+        legend["line", name if told else ""] = Line2D([], [], color=color, lw=1.2, label=label)
         if now.scene.sea is not None and now.depth_below_bed > 0:
             _draw_below_bed(axes, now, x, legend)
 
@@ -164,13 +184,13 @@ def _kind_of(mark):
 
 
 def _draw_marks(axes, now, box, legend):
-    """Joints, and ends that are held; of a scene that is no network its anchor, which the legend leaves out."""
+    """Joints, and ends that are held; of a scene that is no network its anchor."""
     for mark in now.marks:
         if ((mark.place > box[0] - 1e-9) & (mark.place < box[1] + 1e-9)).all():
             symbol, size, color, words = JOINTS[_kind_of(mark)]
             axes.plot(*mark.place[:, None], symbol, color=color, ms=size, ls="none", zorder=3.5)
-            if now.scene.is_network:
-                legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
+            words = "anchor" if now.scene.sea and not now.scene.is_network else words
+            legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
 
 
 def _draw_plan(axes, now):
@@ -189,20 +209,30 @@ def _draw_plan(axes, now):
     axes.margins(0.08)
 
 
-def _draw_velocity(axes, now, box):
-    """Arrows in the vertical plane through the buoy, or the middle of the cable; returns the greatest speed, and the
-    speed per metre of arrow."""
-    if now.scene.waves is None and now.scene.current is None:
-        return 0.0, 0.0
+def _draw_velocity(axes, now, box, legend):
+    """Arrows in the vertical plane through the buoy, or the middle of the cable; over the box one of known speed."""
+    causes = [name for name in ("waves", "current") if getattr(now.scene, name)]
     points, spacing = _plane(now, box)
-    velocity = velocity_at(now.scene, now.time, points)
+    velocity = velocity_at(now.scene, now.time, points) if causes else np.zeros_like(points)
     speed = np.linalg.norm(velocity, axis=1)
     if not len(speed) or speed.max() == 0:
-        return 0.0, 0.0
+        return
     scale, seen = nice_scale(speed.max(), 1.2 * spacing), speed > 0.02 * speed.max()
     arrows = velocity[seen] / scale
     axes.quiver(*points[seen].T, *arrows.T, color=COLORS["blue"], lw=0.6, arrow_length_ratio=0.35, zorder=2)
-    return float(speed.max()), scale
+    _draw_key(axes, box, heading(now.direction_deg), 1 / nice_scale(1 / speed.max(), 1.0), scale)
+    legend["flow"] = _arrow(COLORS["blue"], f"water velocity, {' and '.join(causes)}")
+
+
+def _draw_key(axes, box, along, speed, scale):
+    """An arrow of this speed in the direction of the water's motion, over the wall at the back."""
+    span, arrow = np.ptp(box, axis=0).max(), along * speed / scale
+    middle = np.array([box[:, 0].mean(), box[1, 1], box[1, 2] + 0.06 * span])
+    axes.quiver(*middle - arrow / 2, *arrow, color=COLORS["blue"], lw=0.9, arrow_length_ratio=0.35)
+    middle[2] += 0.02 * span + 0.1 * np.linalg.norm(arrow)
+    x, y, _ = proj3d.proj_transform(*middle, axes.get_proj())
+    look = {"color": COLORS["blue"], "ha": "center", "va": "bottom", "fontsize": 7}
+    axes.text2D(x, y, f"{speed:.3g} m/s", transform=axes.transData, **look)
 
 
 def _plane(now, box, columns=8):
@@ -225,35 +255,42 @@ def _plane(now, box, columns=8):
 
 
 def _draw_surfaces(axes, now, box, legend):
-    """Water and hull in one collection, so that each hides what is behind it."""
-    polygons, faces, edges = [], [], []
+    """Water behind the hulls, hulls, water before them."""
     if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
-        x = _water_patches(now, box)
-        polygons += list(x)
-        faces.append(np.tile(matplotlib.colors.to_rgba(COLORS["sky"], 0.4), (len(x), 1)))
-        edges.append(np.tile(matplotlib.colors.to_rgba("white", 0.25), (len(x), 1)))
-        legend["water"] = Patch(color=COLORS["sky"], alpha=0.4, label="water surface")
+        x, viewer = _water_patches(now, box), towards_viewer(ELEVATION, clear_azimuth(now.direction_deg))
+        middle = x.mean(axis=1)
+        before = np.all([~now.in_hull(middle), *((middle - h.r_C) @ viewer > 0 for h in now.hulls)], axis=0)
+        for part, zorder in ((x[~before], 3.8), (x[before], 4.2)):
+            if len(part):
+                axes.add_artist(sheet(part, viewer, facecolor=COLORS["sky"], alpha=0.4, zorder=zorder))
+        legend["water"] = Patch(color=COLORS["sky"], alpha=0.4, lw=0, label="water surface")
+        _draw_still_water(axes, now, box, legend)
     for hull in now.hulls:
         x = _hull_patches(hull)
-        polygons += list(x)
-        faces.append(_shaded(x, COLORS["orange"]))
-        edges.append(faces[-1])
+        colors = _shaded(x, COLORS["orange"])
+        axes.add_collection3d(Poly3DCollection(x, facecolors=colors, edgecolors=colors, linewidths=0.25, zorder=4))
         legend["buoy"] = Patch(color=COLORS["orange"], label="buoy")
-    if polygons:
-        colors = {"facecolors": np.concatenate(faces), "edgecolors": np.concatenate(edges)}
-        axes.add_collection3d(Poly3DCollection(polygons, **colors, linewidths=0.25, zorder=4))
+
+
+def _draw_still_water(axes, now, box, legend):
+    """A line on the walls at the back."""
+    if now.scene.waves and box[0, 2] < 0 < box[1, 2]:
+        (x0, y0, _), (x1, y1, _) = box
+        left, right = (x0, x1) if math.cos(math.radians(clear_azimuth(now.direction_deg))) > 0 else (x1, x0)
+        style = {"ls": "--", "color": COLORS["blue"], "lw": 0.7}
+        axes.plot([left, left, right], [y0, y1, y1], [0, 0, 0], zorder=0.5, **style)
+        legend["still water"] = Line2D([], [], label="still water", **style)
 
 
 def _water_patches(now, box):
-    """Quadrilaterals (n, 4, 3) of the water surface in the box, outside the hull."""
+    """Quadrilaterals (n, 4, 3) of the water surface in the box."""
     span = (box[1] - box[0])[:2].max()
     length = 2 * math.pi / wavenumber(now.scene) if now.scene.waves else np.inf
     n = int(np.clip(10 * span / length, 28, 60))
     x, y = np.meshgrid(*(np.linspace(box[0, i], box[1, i], n + 1) for i in (0, 1)), indexing="ij")
     grid = np.stack([x, y, np.zeros_like(x)], axis=-1)
     grid[..., 2] = now.elevation(grid)
-    patches = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
-    return patches[~now.in_hull(patches.mean(axis=1))]
+    return np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
 
 
 def _hull_patches(now):
@@ -288,37 +325,31 @@ def _divided(x, pieces=200):
 # -- words -------------------------------------------------------------------------------------------------------------
 
 
-def _force_scale(now, box):
-    """Force per metre of arrow [N/m]: the largest is about a quarter of the box."""
-    largest = max((float(np.linalg.norm(force)) for _, _, force, _ in now.forces()), default=0.0)
-    return nice_scale(largest, 0.3 * (box[1] - box[0]).min()) if largest else 0.0
+def _tension(now):
+    """Least and largest of the elements of the only cable."""
+    if now.tension is None:
+        return ""
+    unit, factor = force_unit(now.tension)
+    least, largest = (f"{factor * T:.3g}" for T in (now.tension.min(), now.tension.max()))
+    return f", tension {least} {unit}" if least == largest else f", tension {least} to {largest} {unit}"
 
 
 def _said(name, force, scale, box):
-    """Name and size of a force."""
+    """Name, size and scale of a force."""
     size = float(np.linalg.norm(force))
     unit, factor = force_unit(size)
-    unseen = "" if size / scale > 0.015 * (box[1] - box[0]).max() else ", too short to see"
-    return f"{name}, {factor * size:.3g} {unit}{unseen}"
+    if size / scale < 0.015 * (box[1] - box[0]).max():
+        return f"{name}, {factor * size:.3g} {unit}, too short to see"
+    return f"{name}, {factor * size:.3g} {unit} ({factor * scale:.3g} {unit} per m)"
 
 
-def _scales(speeds, force):
-    """What a metre of arrow stands for."""
-    said = []
-    shown = [f"{scale:.3g} m/s" for _, scale in speeds if scale]
-    if shown:
-        sides = [f"{text} ({side})" for text, side in zip(shown, ("left", "right"), strict=False)]
-        said.append(f"water {shown[0] if len(set(shown)) == 1 else ', '.join(sides)}")
-    if force:
-        unit, factor = force_unit(force)
-        said.append(f"forces {factor * force:.3g} {unit}")
-    return f"1 m of arrow: {'; '.join(said)}" if said else ""
-
-
-def _label_water(legend, speeds):
-    shown = dict.fromkeys(f"{float(f'{v:.2g}'):g}" for v, _ in speeds if v)
-    if shown:
-        legend["flow"] = _arrow(COLORS["blue"], f"water, up to {' and '.join(shown)} m/s")
+def _columns(labels, width):
+    """Of a legend of that width [inch]: as many as fit, at most three; letters are about 1/18 inch wide."""
+    for columns in (3, 2):
+        longest = [max(map(len, part), default=0) for part in np.array_split(labels, columns)]
+        if sum(longest) + 8 * columns <= 18 * width:
+            return columns
+    return 1
 
 
 def _arrow(color, label):

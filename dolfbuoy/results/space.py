@@ -1,9 +1,13 @@
 """Drawing in space: one scale for all directions, arrows to a stated scale."""
 
+import itertools
 import math
 
 import numpy as np
+from matplotlib.path import Path
 from matplotlib.ticker import FixedLocator
+from mpl_toolkits.mplot3d import proj3d
+from mpl_toolkits.mplot3d.art3d import PathPatch3D
 
 
 def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None:
@@ -23,7 +27,7 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
     axes.zaxis.label.set_rotation(90)
     share = span / np.linalg.norm(span) * math.sqrt(3)
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_major_locator(FixedLocator(_ticks(*box[:, i], span.max(), top=0.0 if i == 2 else 1 / 30)))
+        axis.set_major_locator(FixedLocator(_ticks(*box[:, i], span.max(), upright=i == 2)))
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
         # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
         nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))
@@ -31,20 +35,79 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
         axis.labelpad = 16 * nearer - (14 if i == 2 else 17)
 
 
-def _ticks(low, high, longest, top):
-    """Round numbers on an axis, two to six on the longest one; not at its lower end, nor within `top` of the upper."""
+#: Room at the sides of a panel, with numbers and without, below and above it; of its height the most, and the least
+#: beside another one [inch].
+NUMBERS, BARE, BELOW, ABOVE, HIGHEST, HIGH = 0.66, 0.1, 0.42, 0.3, 3.2, 2.3
+
+
+def side_by_side(figure, above: float, below: float) -> None:
+    """Panels beside each other on one line, as large as they go and of one height unless one is too wide, and so much
+    room above and below [inch]; the figure becomes as high as they are.
+
+    Of a panel in space its box counts, one in the plane is a square.
+    """
+    extents, width = [_extent(axes) for axes in figure.axes], figure.get_figwidth()
+    spans = np.ptp(extents, axis=1)
+    ratios, room = spans[:, 0] / spans[:, 1], width - len(extents) * (NUMBERS + BARE)
+    widths = ratios * min(max(room / ratios.sum(), HIGH), HIGHEST)
+    widths[ratios.argmax()] -= max(widths.sum() - room, 0.0)
+    scales = widths / spans[:, 0]
+    height = below + BELOW + (scales * spans[:, 1]).max() + ABOVE + above
+    figure.set_figheight(height)
+    left = gap = (room - widths.sum()) / (len(extents) + 1)
+    for axes, (low, _), scale, wide in zip(figure.axes, extents, scales, widths, strict=True):
+        corner = np.array([left + (BARE if _numbers_right(axes) else NUMBERS), below + BELOW]) - scale * low
+        axes.set_position((*corner / [width, height], scale / width, scale / height))
+        left += wide + NUMBERS + BARE + gap
+
+
+def _extent(axes):
+    """Lower left and upper right corner of what is seen of the box of a panel, in shares of the panel."""
+    if axes.name != "3d":
+        return np.array([[0.0, 0.0], [1.0, 1.0]])
+    corners = np.array(list(itertools.product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim())))
+    x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
+    seen = axes.transLimits.transform(np.column_stack([x, y]))
+    return np.array([seen.min(axis=0), seen.max(axis=0)])
+
+
+def _numbers_right(axes):
+    """Whether the numbers at the vertical axis stand on its right: where x runs towards who looks."""
+    return axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0
+
+
+def _ticks(low, high, longest, upright):
+    """Round numbers on an axis, two to six on the longest one, two on a short one that lies; not at its lower end, nor,
+    if it lies, near the upper."""
+    top = 0.0 if upright else 1 / 30
     first, last = low + min(longest / 30, 0.3 * (high - low)), high - min(longest * top, 0.3 * (high - low))
-    for parts in (6, 12, 30):
+    found = []
+    for parts in (6, 12 if upright else 18, 30):
         step = nice_scale(longest, parts)
-        ticks = step * np.arange(math.ceil(first / step), math.floor(last / step) + 1)
-        if len(ticks):
-            return ticks
-    return [(low + high) / 2]
+        found.append(step * np.arange(math.ceil(first / step), math.floor(last / step) + 1))
+    if len(found[0]) < 2 <= len(found[1]) and not upright:
+        return found[1][[0, -1]]
+    return next((ticks for ticks in found if len(ticks)), [(low + high) / 2])
 
 
 def clear_azimuth(direction_deg: float) -> float:
     """From where a vertical plane of that heading is best seen, with x to the right: one of four azimuths [deg]."""
     return max((-60.0, -120.0, -30.0, -150.0), key=lambda a: round(abs(math.sin(math.radians(a - direction_deg))), 6))
+
+
+def towards_viewer(elevation: float, azimuth: float) -> np.ndarray:
+    """Unit vector from what is seen to who sees it from there [deg]."""
+    e, a = math.radians(elevation), math.radians(azimuth)
+    return np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
+
+
+def sheet(patches: np.ndarray, viewer: np.ndarray, **look) -> PathPatch3D:
+    """Quadrilaterals (n, 4, 3) as one surface without seams, all of one colour, for one who sees it from there."""
+    normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
+    turned = np.where((normal @ viewer < 0)[:, None, None], patches[:, ::-1], patches)  # else overlaps would be holes
+    corners = turned[:, [0, 1, 2, 3, 0]].reshape(-1, 3)
+    codes = np.tile([Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY], len(patches))
+    return PathPatch3D(Path(corners[:, :2], codes), zs=corners[:, 2], lw=0, **look)
 
 
 def nice_scale(largest: float, length: float) -> float:

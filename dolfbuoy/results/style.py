@@ -20,6 +20,7 @@ COLORS = {
     "orange": "#E69F00",
     "ink": "#222222",
     "sand": "#C9B68C",
+    "purple": "#CC79A7",
 }
 
 #: In this order curves take their colours.

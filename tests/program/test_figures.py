@@ -114,7 +114,7 @@ def test_a_network_is_drawn_as_a_whole(network):
 def test_snapshot_at_a_time_takes_the_nearest_frame(moored):
     folder, record = moored
     figure = figures.snapshot(record, load_scene(folder / "scene.toml"), time=0.9)
-    assert figure.texts[0].get_text() == f"t = {record.frame.values[2]:.4g} s"
+    assert figure.texts[0].get_text().replace("\xa0", " ") == f"t = {record.frame.values[2]:.4g} s"
 
 
 def test_recorded_velocity_of_the_cable_is_that_of_its_positions(tmp_path):
