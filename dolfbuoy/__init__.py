@@ -8,9 +8,9 @@ The model and the reading of the paper's ambiguous places are described in forms
 """
 
 import importlib
-import os
 
 from .errors import InputError, SolveError
+from .parallel import singleton
 from .version import __version__ as __version__
 
 #: The interface by its module, imported at first use.
@@ -19,8 +19,7 @@ _OF_API |= dict.fromkeys(("modes", "response", "stiffness"), "linear_api")
 _OF_API |= {"show": "page.notebook"}
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
-# A process alone needs no daemon of Open MPI, which takes 0.2 s to start; under mpirun this means nothing.
-os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
+singleton.before_mpi()  # whatever is imported next may start it
 
 
 def __dir__():

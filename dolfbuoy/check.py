@@ -94,14 +94,12 @@ def _network(scene, report):
 
 def _network_at_rest(scene, report, comm):
     """Forces on the ends of every cable."""
-    problem = solve_equilibrium(scene, comm)
-    for k, name in enumerate(network_of(scene).cables):
-        held = problem.anchor_force(cable=k)
-        report.add(
-            f"equilibrium: tension at the upper end of {name}", np.linalg.norm(problem.end_tension(cable=k)), "N"
-        )
-        report.add(f"equilibrium: force at the lower end of {name}", np.linalg.norm(held), "N")
-        report.add(f"equilibrium: uplift at the lower end of {name}", -held[2], "N", "the part that pulls it up")
+    problem, network = solve_equilibrium(scene, comm), network_of(scene)
+    for k, name in enumerate(network.cables):
+        held, (low, high) = problem.anchor_force(cable=k), network.ends_of(k)
+        report.add(f"equilibrium: tension of {name} at {high}", np.linalg.norm(problem.end_tension(cable=k)), "N")
+        report.add(f"equilibrium: force of {name} at {low}", np.linalg.norm(held), "N")
+        report.add(f"equilibrium: uplift of {name} at {low}", -held[2], "N", "the part that pulls it up")
         _grown(problem, report, k, f" to {name}")
     _strength(problem, report)
     if problem.lines.bed is not None:

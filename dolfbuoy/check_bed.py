@@ -22,12 +22,12 @@ def on_the_bed(problem, report) -> None:
         low = piece.ends[0]
         if several and not found.length:
             continue
-        of, start = (f" of {name}", " from its lower end") if several else ("", " from the anchor")
+        of = f" of {name}" if several else ""
         report.add(f"equilibrium: length on the sea bed{of}", found.length, "m")
         if found.length:
             if low.held:
                 away = math.dist(found.touchdown, low.top.position)
-                report.add(f"equilibrium: touchdown{of}{start}", away, "m")
+                report.add(f"equilibrium: touchdown{of} from {network.ends_of(piece.cable)[0]}", away, "m")
             report.add(f"equilibrium: deepest sag{of} into the bed", found.sag, "m")
             _touchdown_elements(problem, report, k, found, f"{name}: " if several else "")
     _below(problem, report, several)

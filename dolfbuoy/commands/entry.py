@@ -1,6 +1,7 @@
 """What the command `dolfbuoy` starts; light, so that an interruption of its imports ends in one word too."""
 
 import gc
+import os
 import sys
 
 from ..parallel import interruption
@@ -8,7 +9,8 @@ from ..parallel import interruption
 
 def main():
     """The command line from the first moment to the last."""
-    gc.set_threshold(100_000)  # what imports and forms make stays: looking for garbage in it is a tenth of a start
+    gc.set_threshold(300_000)  # what imports and forms make stays: looking for garbage in it is a tenth of a start
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # there are none: it asks all installed packages for them
     interruption.listen()
     try:
         from .main import main as command

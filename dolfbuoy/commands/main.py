@@ -3,18 +3,19 @@
 import os
 import sys
 import traceback
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.markup import escape
 from typer.core import TyperGroup
+from typer.main import get_group
 
 from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
-from . import formats, language, linear, periodic, response, statistics, sweep
 from .run import advised, draw, run
 from .shared import (
     Interrupted,
@@ -34,11 +35,36 @@ from .shared import (
     say_warnings,
     table_of,
 )
-from .study import app as study_app
+
+#: Modules here that add commands of their own, and the names of these, in the order of --help.
+ELSEWHERE = {
+    "linear": ("modes", "stiffness", "offsets"),
+    "response": ("response",),
+    "periodic": ("periodic",),
+    "statistics": ("statistics",),
+    "sweep": ("sweep",),
+    "language": ("new", "keys", "schema"),
+    "formats": ("import", "export", "compare"),
+    "study": ("study",),
+}
 
 
 class _Group(TyperGroup):
-    """Says itself how an interruption ends; else typer says "Aborted"."""
+    """Imports a module of ELSEWHERE when a command of it is asked for, so that the others cost a start nothing.
+
+    Says itself how an interruption ends; else typer says "Aborted".
+    """
+
+    def list_commands(self, ctx):
+        later = [name for names in ELSEWHERE.values() for name in names]
+        return [*(name for name in super().list_commands(ctx) if name not in later), *later]
+
+    def get_command(self, ctx, cmd_name):
+        if cmd_name not in self.commands:
+            having = [module for module, names in ELSEWHERE.items() if cmd_name in names]
+            for module in having or ELSEWHERE:  # a name that none has is misspelt, perhaps one of theirs
+                self.commands |= get_group(commands_of(module)).commands
+        return super().get_command(ctx, cmd_name)
 
     def invoke(self, ctx):
         try:
@@ -58,7 +84,13 @@ app = typer.Typer(
     rich_markup_mode="rich",
     help="Simulation of a tethered buoy with FEniCSx.\n\nExample: dolfbuoy run short",
 )
-app.add_typer(study_app, name="study")
+
+
+def commands_of(module: str) -> typer.Typer:
+    """An application of the commands of a module of ELSEWHERE."""
+    part = typer.Typer(add_completion=False, rich_markup_mode="rich")
+    import_module(f".{module}", __package__).add_to(part)
+    return part
 
 
 def _say_version(wanted):
@@ -209,15 +241,6 @@ def doctor():
         out.print(f"{'[green]ok[/green]    ' if passed else '[red]FAILED[/red]'} {name}: {found}", soft_wrap=True)
     if not all(passed for _, passed, _ in results):
         raise typer.Exit(1)
-
-
-linear.add_to(app)
-response.add_to(app)
-periodic.add_to(app)
-statistics.add_to(app)
-sweep.add_to(app)
-language.add_to(app)
-formats.add_to(app)
 
 
 def main():

@@ -37,3 +37,8 @@ def _parameter(option):
 for _name, _module in STUDIES.items():
     _declared = declared(_module)
     app.command(_name, help=_declared.help)(_command(_name, _declared.options))
+
+
+def add_to(parent: typer.Typer) -> None:
+    """Make them commands below `study` of an application."""
+    parent.add_typer(app, name="study")

@@ -1,7 +1,7 @@
 """Sea, bed, wave and current of a scene in MoorDyn's files.
 
 A regular wave is a spectrum of one component on MoorDyn's table in space and time (`WaveKin 2`): its sum of components
-(`WaveKin 7`) knows no pressure and leaves a floating body where it is.
+(`WaveKin 7`) knows no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
 """
 
 import math
@@ -32,7 +32,9 @@ def options(scene, network, note) -> tuple[dict, dict]:
     elif scene.waves:
         found["WaveKin"] = 2
         files |= {"wave_frequencies.txt": _wave(scene), "water_grid.txt": _grid(scene, network)}
-        note("waves.ramp, waves.stretching: MoorDyn's wave is there at once, at its full height, and has no stretching")
+        note("waves.ramp: MoorDyn's wave is there at once, at its full height")
+        if scene.waves.stretching != "wheeler":
+            note("waves.stretching: MoorDyn stretches its table as wheeler does")
     if scene.current:
         found["Currents"] = 1
         files["current_profile.txt"] = _current(scene)
@@ -78,12 +80,14 @@ def _wave(scene):
 def _grid(scene, network):
     """Points of the table in space: PER_WAVE to a wave length along it and, near the surface, down z.
 
-    It reaches half a wave length beyond what the scene holds at the start; where a line goes beyond, no wave is felt.
+    It reaches half a wave length beyond what the scene holds at the start, of lines to a buoy beyond their parts that
+    are not half a wave length down; where a line goes beyond, no wave is felt.
     """
     wave, depth = 2 * math.pi / main_propagation(scene).wavenumber, scene.sea.depth
-    places = [end.top.position for piece in network.pieces for end in piece.ends if end.held]
+    places = [np.array(end.top.position) for piece in network.pieces for end in piece.ends if end.held]
     if scene.initial.buoy_position:
-        places.append(scene.initial.buoy_position)
+        buoy = np.array(scene.initial.buoy_position)
+        places = [buoy, *(buoy + min(1.0, wave / 2 / max(-place[2], 1e-9)) * (place - buoy) for place in places)]
     low, high = np.min(places, axis=0), np.max(places, axis=0)
     along = np.abs(heading(scene.waves.direction_deg))
     axes = []

@@ -153,12 +153,22 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     }
     if found:
         coordinates["bound"] = ("bound", ["estimate", "low", "high"])
-    return xr.Dataset(data | found, coordinates, attrs=_attributes(fatigue, notes))
+    return xr.Dataset(data | found, coordinates, attrs=_attributes(fatigue, _parted(runs) + notes))
 
 
 def _attributes(fatigue, notes):
     told = {"exponent": fatigue.exponent, "frequency_Hz": fatigue.frequency, "hours": HOURS, "covered": COVERED}
     return told | ({"constant": fatigue.constant} if fatigue.constant else {}) | {"notes": "\n".join(notes)}
+
+
+def _parted(runs):
+    """A sentence about runs in which lines parted."""
+    gone = [run for run in runs if run.sample.get("parted")]
+    if not gone:
+        return []
+    first = f"{gone[0].name}: {gone[0].sample['parted']}"
+    which = first if len(runs) == 1 else f"in {len(gone)} of {len(runs)} runs, {first}"
+    return [f"Lines parted, {which}; numbers mix what was before and after, unless --from is later than that."]
 
 
 def described_here(label: str) -> tuple[str, str]:

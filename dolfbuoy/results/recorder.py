@@ -94,6 +94,11 @@ class Recorder:
 
     def _flush(self):
         self._make_values()
+        self._tell()
+        self.record.flush()
+
+    def _tell(self):
+        """Attributes of what has happened until now."""
         sim = self.simulation
         self.record.attributes |= {
             "failed_steps": sim.control.failed,
@@ -104,4 +109,3 @@ class Recorder:
         }
         if self._parted:
             self.record.attributes["parted"] = self._parted
-        self.record.flush()

@@ -4,7 +4,7 @@ All that counts is behind the ramp.  A sample is a plain dict, so that a store o
 
     {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
      "cycles": {label: [ranges, counts]}, "corners": [[x, y], ...], of the convex hull of the track of C,
-     "watch_circle": radius about the anchor}
+     "watch_circle": radius about the anchor, "parted": which lines have, where and when, if any have}
 """
 
 import math
@@ -61,7 +61,7 @@ def sample_of(
             result["peaks"][label] = _listed(found, np.ones(len(found)), bins)
         if label.startswith(CYCLED):
             result["cycles"][label] = _listed(*rainflow_cycles(x), bins)
-    return result | _circles(late, scene)
+    return result | _circles(late, scene) | {k: v for k, v in record.attrs.items() if k == "parted"}
 
 
 def numbers_of(t: np.ndarray, x: np.ndarray, noise: float = 0.0) -> dict[str, float]:

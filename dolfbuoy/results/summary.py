@@ -16,9 +16,9 @@ from .utilisation import rows_of, warnings_of
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
-    rows = []
+    rows, ends = [], _ends(scene)
     for name, part, _ in parts_of(record, scene):
-        found = [*_extremes(part, "lower end" if name else "anchor"), *rows_of(part), *_grown(part)]
+        found = [*_extremes(part, *ends.get(name, ENDS)), *rows_of(part), *_grown(part)]
         rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
     for name in network_of(scene).bodies:
         place = record.joint_position.sel(joint=name)
@@ -38,6 +38,16 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     return rows
 
 
+#: What the ends of a cable are called that is alone.
+ENDS = "the anchor", "the top"
+
+
+def _ends(scene):
+    """Of each cable of a network what its ends are called."""
+    network = network_of(scene)
+    return {name: network.ends_of(k) for k, name in enumerate(network.cables)} if scene.is_network else {}
+
+
 def _grown(record):
     """What marine growth adds to a cable."""
     if "growth_weight" not in record:
@@ -54,13 +64,13 @@ def _grown(record):
 
 def static_rows(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of an equilibrium: all numbers and vectors; of a network by cable, buoy and joint."""
-    rows = []
+    rows, ends = [], _ends(scene)
     for name, part, _ in parts_of(record, scene):
         if name:  # of the whole network
             part = part.drop_vars("newton_iterations")
         for variable in part.data_vars.values():
             if variable.name != "utilisation" and (variable.ndim == 0 or variable.dims == ("xyz",)):
-                what = variable.attrs["long_name"]
+                what = _at_ends(variable, *ends[name]) if name in ends else variable.attrs["long_name"]
                 rows.append(_static_row(f"{name}: {what}" if name else what, variable.values, variable.attrs["units"]))
         found = [*rows_of(part), *_grown(part)]
         rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
@@ -68,6 +78,17 @@ def static_rows(record, scene) -> list[tuple[str, str, str]]:
         position = record.joint_position.sel(joint=joint)
         rows.append(_static_row(f"{joint.item()}: position of the joint", position.values, "m"))
     return rows
+
+
+def _at_ends(variable, low, high):
+    """What a quantity of a cable in a network is, with the names of the ends."""
+    of_ends = {
+        "tension_top": f"tension at {high}, |T_bnd|",
+        "tension_anchor": f"tension at {low}, T_h(0)",
+        "anchor_force": f"force that holds it at {low}",
+        "end_tension": f"force that holds it at {high}, T_bnd",
+    }
+    return of_ends.get(variable.name, variable.attrs["long_name"])
 
 
 def _static_row(what, values, unit):
@@ -80,19 +101,20 @@ def _range(name, values, unit, scale=1.0):
     return name, f"{float(np.min(values)) * scale:.4g} ... {float(np.max(values)) * scale:.4g}", unit
 
 
-def _extremes(record, low):
-    """Rows of `summary` of one cable, one buoy, or both of a scene that is no network; low: word for the end s = 0."""
+def _extremes(record, low, high):
+    """Rows of `summary` of one cable, one buoy, or both of a scene that is no network; low, high: what the ends s = 0
+    and s = L are called."""
     rows = []
 
     def extremes(*row):
         rows.append(_range(*row))
 
     if "tension_top" in record:
-        extremes("tension at the top |T_bnd|", record.tension_top, *force_unit(record.tension_top))
+        extremes(f"tension at {high} |T_bnd|", record.tension_top, *force_unit(record.tension_top))
     if "anchor_force" in record:
         force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
-        extremes(f"force at the {low}", force, *force_unit(force))
-        extremes(f"uplift at the {low}", uplift, *force_unit(force))
+        extremes(f"force at {low}", force, *force_unit(force))
+        extremes(f"uplift at {low}", uplift, *force_unit(force))
     if "length_on_bed" in record:
         extremes("length on the sea bed", record.length_on_bed, "m")
         if np.isfinite(record.touchdown).any():

@@ -44,14 +44,31 @@ def table(title: str, headings: Iterable[str], right: Iterable[str] | None = Non
 def show(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterable[str] = ()) -> None:
     """Print rows as a table, and sentences below it; columns: key -> heading.  Numbers get four digits, a column whose
     heading ends with [N] the unit of its size."""
-    units = {key: force_unit([row.get(key) for row in rows]) for key in columns if columns[key].endswith("[N]")}
-    headings = [f"{columns[key][:-3]}[{units[key][0]}]" if key in units else columns[key] for key in columns]
+    headings, cells = _texts(rows, columns)
     shown = table(title, headings)
-    for row in rows:
-        shown.add_row(*(_text(row.get(key), *units.get(key, ())[1:]) for key in columns))
+    for row in cells:
+        shown.add_row(*row)
     out.print(shown)
     for note in notes:
         out.print(note, soft_wrap=True, markup=False)
+
+
+def markdown(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterable[str] = ()) -> str:
+    """The same as markdown, without a title where that is empty."""
+    headings, cells = _texts(rows, columns)
+    lines = [_line(headings), "|" + "---|" * len(headings), *map(_line, cells)]
+    return "\n\n".join([*([f"## {title}"] if title else []), "\n".join(lines), *notes]) + "\n"
+
+
+def _line(cells):
+    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
+
+
+def _texts(rows, columns):
+    """Headings and rows of cells, as they are shown."""
+    units = {key: force_unit([row.get(key) for row in rows]) for key in columns if columns[key].endswith("[N]")}
+    headings = [f"{columns[key][:-3]}[{units[key][0]}]" if key in units else columns[key] for key in columns]
+    return headings, [[_text(row.get(key), *units.get(key, ())[1:]) for key in columns] for row in rows]
 
 
 def _text(value, factor=None):

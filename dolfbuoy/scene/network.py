@@ -68,6 +68,16 @@ class Network:
         """Number of the first piece of a cable."""
         return min(k for k, piece in enumerate(self.pieces) if piece.cable == cable)
 
+    def ends_of(self, cable: int) -> tuple[str, str]:
+        """What the ends of a cable, `from` and `to`, are called in a sentence: by what they hang on, if that has a
+        name."""
+        low, high = self.pieces[self.first_of(cable)].ends[0], self.pieces[self.last_of(cable)].ends[1]
+        return _called(low) or "the anchor", _called(high) or "the top"
+
+
+def _called(end):
+    return ".".join(filter(None, (end.name, end.fairlead)))
+
 
 def network_of(scene) -> Network:
     """The network of a scene.  Raises Wrong or Missing for what hangs together with nothing."""

@@ -14,10 +14,13 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import petsc4py
 from mpi4py import MPI
 
+from ..parallel import singleton
+
+singleton.after_mpi()
 if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
     # The workers of an executor start PETSc with their first task, each at its own time: not all ranks together.
-    alone = MPI.COMM_SELF if "mpi4py.futures" in sys.modules else None
-    petsc4py.init(["dolfbuoy", "-no_signal_handler"], comm=alone)
+    own = MPI.COMM_SELF if "mpi4py.futures" in sys.modules else None
+    petsc4py.init(["dolfbuoy", "-no_signal_handler"], comm=own)
 
 
 def _import_without_pkg_resources():

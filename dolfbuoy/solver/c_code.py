@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import cffi
 import numpy as np
+from _cffi_backend import FFI
 
 from ..errors import InputError
 from . import compat, jit
@@ -70,4 +71,4 @@ def address(array):
     return _ffi.cast("int *" if array.dtype == np.int32 else "double *", array.ctypes.data)
 
 
-_ffi = cffi.FFI()
+_ffi = FFI()  # that of compiled modules: cffi's own makes itself a parser of C, a twentieth of a start

@@ -24,11 +24,11 @@ def solve_network(problem) -> None:
     Sets problem.iterations and problem.route.  Raises SolveError.
     """
     rest = still.solve(still_network(problem))
-    find_rest(problem, lambda: _begin(problem, rest), _ways(problem))
+    find_rest(problem, lambda: _begin(problem, rest), _ways(problem, rest), lambda problem: _why(problem, rest))
     let_turn(problem)
 
 
-def _ways(problem):
+def _ways(problem, rest):
     """(name, function) of every way that the scene has."""
 
     def newton():
@@ -40,18 +40,45 @@ def _ways(problem):
     if problem.lines.bed is not None:
         yield "relaxation", lambda: relax(problem)
     if problem.lines.section.slack == "compressive":
-        yield "tension-only law", lambda: _one_sided_first(problem)
+        yield "tension-only law", lambda: _by_the_other_law(problem, "tension-only", solve_network)
+    else:
+        yield "two-sided law", lambda: _by_the_other_law(problem, "compressive", lambda other: _newton(other, rest))
 
 
-def _one_sided_first(problem):
-    """The state of lines that take no compression, as the start of those that do."""
+#: A rope whose smallest tension is below this part of the largest in the network may hang slack.
+HARDLY = 1e-3
+
+
+def _why(problem, rest):
+    """Which ropes hardly pull, so that they fold without width and nothing holds them sideways, if any."""
+    if problem.lines.section.slack != "tension-only":
+        return ""
+    shapes = zip(rest.network.pieces, rest.shapes, strict=True)
+    least, largest = np.array([np.sort(shape.tension(np.array([0.0, piece.length]))) for piece, shape in shapes]).T
+    loose = [problem.network.name_of(k) for k in np.flatnonzero(least < HARDLY * largest.max())]
+    if not loose:
+        return ""
+    return (
+        f": {', '.join(loose)} hardly pulled at one end, where a rope folds and nothing holds it sideways; give "
+        "slack = 'compressive', elements of another degree or a current"
+    )
+
+
+def _newton(problem, rest):
+    _begin(problem, rest)
+    problem.iterations = problem.newton.solve()
+
+
+def _by_the_other_law(problem, slack, solve):
+    """From the state of lines that take no compression to those that do, or the other way round: without slack nodes,
+    which have no stiffness, on the way."""
     scene = problem.scene
-    cables = [cable.model_copy(update={"slack": "tension-only"}) for cable in scene.cables]
-    relaxed = scene.model_copy(update={"cable": cables if isinstance(scene.cable, list) else cables[0]})
-    other = Problem(relaxed, dynamic=False, comm=problem.comm)
+    cables = [cable.model_copy(update={"slack": slack}) for cable in scene.cables]
+    changed = scene.model_copy(update={"cable": cables if isinstance(scene.cable, list) else cables[0]})
+    other = Problem(changed, dynamic=False, comm=problem.comm)
     other.lines.grow_as(problem.lines)
     try:
-        solve_network(other)
+        solve(other)
         problem.system.u[:] = other.system.u
         problem.iterations += other.iterations
     finally:

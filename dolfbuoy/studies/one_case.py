@@ -128,6 +128,8 @@ class _CaseRecorder(Recorder):
         """The record of the whole run."""
         if self.record.counts["time"] == 0:
             self._make_values()
+            self._parted = self.observer.parted(self._fixed)
+            self._tell()
             return self.record.series()
         self.close()
         return read(self.folder / "results.nc")

@@ -31,7 +31,7 @@ from ..page.folder import PAGES, write_pages
 from ..parallel import cases as engine
 from ..results import style
 from ..results.folder import claimed
-from ..results.tables import show
+from ..results.tables import markdown, show
 from .declaration import STUDIES
 
 
@@ -43,7 +43,8 @@ def refuse_network(scene) -> None:
 
 @dataclass
 class Table:
-    """Rows that are written to NAME.json and .csv, with a figure to .png and .svg; shown if there are columns.
+    """Rows that are written to NAME.json and .csv, with a figure to .png and .svg; shown, and in tables.md, if there
+    are columns.
 
     title: "{folder}" in it becomes the folder of the results.  columns: key -> heading.  A table without a name is
     only shown.  passed: False if a study that is to hold fails.
@@ -80,11 +81,17 @@ def run(study: ModuleType, folder: Path, **request) -> Outcome:
         for table in tables:
             if table.name:
                 save(folder, table)
-        for table in tables:
-            if table.columns is not None:
-                show(table.title.replace("{folder}", str(folder)), table.rows, table.columns, table.notes)
+        _show(folder, [table for table in tables if table.columns is not None])
     passed = MPI.COMM_WORLD.bcast(all(table.passed for table in tables))
     return Outcome({table.name: table.rows for table in tables if table.name}, passed)
+
+
+def _show(folder, tables):
+    """On the screen, and in tables.md."""
+    shown = [(t.title.replace("{folder}", str(folder)), t.rows, t.columns, t.notes) for t in tables]
+    for table in shown:
+        show(*table)
+    (Path(folder) / "tables.md").write_text("\n".join(markdown(*table) for table in shown), encoding="utf-8")
 
 
 def run_command(name: str, out: Path | None, **options) -> bool:

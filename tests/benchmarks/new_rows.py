@@ -83,7 +83,7 @@ def irregular() -> Problem:
         "added_mass": 1.0,
     }
     data["cable"]["top"] = {"kind": "fixed", "position": [14.0, 0.0, -3.5]}
-    data["waves"] = {"components": components(), "ramp": 10.0, "stretching": "vertical"}
+    data["waves"] = {"components": components(), "ramp": 10.0, "stretching": "wheeler"}
     return Problem(load_scene(data, **{"time.end": 60.0}), 5.0, 20.0, "generalized-alpha")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers import reference
 
-from dolfbuoy import load_scene
+from dolfbuoy import SolveError, load_scene
 from dolfbuoy.statics.equilibrium import solve_equilibrium
 from dolfbuoy.statics.moorings import still_network
 from dolfbuoy.statics.network import solve
@@ -119,6 +119,34 @@ def test_hard_networks(made, slack):
             expected = shape.position(np.array([end * length]))[0]
             np.testing.assert_allclose(end_of(problem, piece, end), expected, atol=1e-3 * length)
     problem.destroy()
+
+
+def streamer(slack, degrees):
+    """Almost as light as the water, above the end of the line it hangs on: folds of no width, hardly any tension."""
+    more = {"slack": slack, "degrees": degrees}
+    cables = [
+        line("streamer", "drogue", "end", 100.0, 1.288 * G, 2e6, diameter=0.04, elements=25, **more),
+        line("tow", "end", [0.0, 0.0, 0.0], 120.0, 2.4 * G, 2e7, diameter=0.02, elements=30, **more),
+    ]
+    joints = [{"name": "drogue", "mass": 5.0, "volume": 4.878e-3}, {"name": "end"}]
+    return at_rest(cables, joints, sea={"depth": 200.0})
+
+
+@pytest.mark.parametrize("slack", ["compressive", "tension-only"])
+def test_a_streamer_that_floats_back_along_its_tow(slack):
+    problem, _ = streamer(slack, (1, 0))
+    assert problem.system.u[problem.lines.T_dofs].min() > 0
+    tow, array = (w - 1025 * math.pi / 4 * d**2 for w, d in ((2.4, 0.02), (1.288, 0.04)))
+    weight = G * (120 * tow + 100 * array + 5.0 - 1025 * 4.878e-3)
+    np.testing.assert_allclose(problem.end_force(1, 1), [0.0, 0.0, weight], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(end_of(problem, 1, 0), [0.0, 0.0, -120 * (1 + weight / 2 / 2e7)], rtol=1e-6)
+    assert end_of(problem, 0, 0)[2] == pytest.approx(end_of(problem, 0, 1)[2] + 100, abs=1e-3)
+    problem.destroy()
+
+
+def test_which_ropes_hardly_pull_is_said():
+    with pytest.raises(SolveError, match=r"two-sided law\): streamer, tow hardly pulled at one end"):
+        streamer("tension-only", (2, 1))
 
 
 # -- on a bed ----------------------------------------------------------------------------------------------------------

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from dynamics_helpers import running
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene, simulate, statistics
 from dolfbuoy.errors import InputError
+from dolfbuoy.studies.sweep import sweep
 
 ELEMENTS, G = 8, 9.81
 
@@ -106,6 +107,18 @@ def test_a_run_goes_on_from_its_state():
         list(simulation.run())
         np.testing.assert_array_equal(simulation.system.u, expected)
         assert simulation.problem.lines.memory["parted_elements"].max() == 1.0
+
+
+def test_statistics_say_that_a_line_parted(tmp_path):
+    """Where and when, of a record as of a case of a sweep; nothing of lines that hold."""
+    scene = chain({"time": 0.2, "at": 0.0})
+    record = simulate(scene)
+    assert record.attrs["parted"] == "cable at s = 0.25 m, t = 0.2 s"
+    said = f"Lines parted, run 0: {record.attrs['parted']}; numbers mix what was before and after"
+    assert statistics(record).attrs["notes"].startswith(said)
+    assert "parted" not in statistics(simulate(chain({"tension": 1e9}))).attrs["notes"]
+    sweep(scene, ["cable.fails_at.time=0.2,9"], None, tmp_path)
+    assert "Lines parted, in 1 of 2 runs, cable.fails_at.time = 0.2: " in statistics(tmp_path).attrs["notes"]
 
 
 @pytest.mark.parametrize(

@@ -307,11 +307,11 @@ def test_what_is_said_of_a_network():
     assert rows["parted"] == record.attrs["parted"]
     z = record.buoy_position.sel(buoy="right", xyz="z")
     assert rows["right: z of C"] == f"{float(z.min()):.4g} ... {float(z.max()):.4g}"
-    assert rows["between: force at the lower end"].count("...") == 1
+    assert rows["between: force at left.fore"].count("...") == 1
     bridle, found = load_scene(BRIDLE), solve_static(BRIDLE)
     rows = {name: value for name, value, _ in static_rows(found, bridle)}
     tension = float(found.tension_top.sel(cable="port"))
-    assert rows["port: tension at the upper end of the cable, |T_bnd|"] == f"{tension / 1e3:.6g}"
+    assert rows["port: tension at rail, |T_bnd|"] == f"{tension / 1e3:.6g}"
     assert float(rows["Y: position of the joint"].split()[2]) == pytest.approx(float(found.joint_position[0, 2]), 1e-5)
 
 

@@ -89,6 +89,13 @@ def test_bad_input_is_one_sentence_and_exit_code_2(call, arguments, words):
 
 def test_unknown_command_is_bad_usage(call):
     assert call("frobnicate")[0] == 2
+    code, _, err = call("respons")
+    assert (code, "Did you mean 'response'" in err) == (2, True)
+
+
+@pytest.mark.parametrize("module", cli.ELSEWHERE)
+def test_commands_stand_where_they_are_looked_for(module):
+    assert tuple(typer.main.get_group(cli.commands_of(module)).commands) == cli.ELSEWHERE[module]
 
 
 @pytest.mark.parametrize(
@@ -104,9 +111,8 @@ def test_help_shows_every_word(call, monkeypatch):
     """Units and defaults in brackets too, which rich would take for styles."""
     monkeypatch.setenv("COLUMNS", "250")
     group = typer.main.get_command(cli.app)
-    studies = group.commands["study"].commands
-    commands = [([name], c) for name, c in group.commands.items() if name != "study"]
-    commands += [(["study", name], c) for name, c in studies.items()]
+    commands = [([name], group.get_command(None, name)) for name in group.list_commands(None) if name != "study"]
+    commands += [(["study", name], c) for name, c in group.get_command(None, "study").commands.items()]
     brackets = 0
     for words, command in commands:
         _, out, _ = call(*words, "--help")

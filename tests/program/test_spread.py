@@ -76,3 +76,31 @@ def test_note_about_ranks_that_do_not_pay():
     assert sharing_note(load_scene("free-buoy"), 2)
     large = [[11.0, SHARING_SLOWER_TO], [11.0, 5]]
     assert sharing_note(load_scene(scene, cable__elements=large), 2) is None
+
+
+SETTINGS = """
+import os
+def told(): return sorted(name for name in ("OMPI_MCA_ess_singleton_isolated", "OMPI_MCA_pml") if name in os.environ)
+import dolfbuoy
+before = told()
+if "PMIX_RANK" not in os.environ:
+    import dolfbuoy.solver
+print(before, told())
+"""
+
+
+@pytest.mark.parametrize(
+    ("own", "before", "after"),
+    [
+        ({}, ["OMPI_MCA_ess_singleton_isolated", "OMPI_MCA_pml"], []),
+        ({"OMPI_MCA_pml": "^ucx"}, ["OMPI_MCA_ess_singleton_isolated", "OMPI_MCA_pml"], ["OMPI_MCA_pml"]),
+        ({"PMIX_RANK": "0"}, [], []),
+    ],
+    ids=["alone", "with a setting of its own", "one of several"],
+)
+def test_what_open_mpi_is_told_of_a_process_alone(own, before, after):
+    """Nothing of it is left for what the process starts, and nothing is said in the user's place."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_MCA", "PMI"))}
+    command = [sys.executable, "-c", SETTINGS]
+    done = subprocess.run(command, env=environment | own, capture_output=True, text=True, timeout=120)
+    assert done.stdout.strip() == f"{before} {after}", done.stderr

@@ -64,6 +64,7 @@ def test_the_study_tells_what_failed(tmp_path, capsys):
     lines = (tmp_path / "hard-cases.md").read_text().splitlines()
     assert len(lines) == 4
     assert "asked \\| this" in lines[2]
+    assert "1 of 2 cases pass" in (tmp_path / "tables.md").read_text()
     with pytest.raises(InputError, match="no case is called so; there are a, b"):
         run(runner, tmp_path, only="c")
 

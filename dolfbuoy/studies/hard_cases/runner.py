@@ -4,11 +4,14 @@ from pathlib import Path
 
 from ...errors import InputError
 from ...parallel.cases import evaluate_all
+from ...results.tables import markdown
 from ..declaration import declared
 from ..study import Table
 from .case import CATALOGUE
 
 WORDS = declared(__file__)
+#: Columns of the catalogue as a file.
+CATALOGUED = {"name": "case", "asked": "asked", "must_show": "must show", "happened": "happened", "verdict": ""}
 
 
 def cases(only: str | None = None, slow: bool = False) -> list[dict]:
@@ -29,7 +32,7 @@ def compute(folder, only: str | None = None, slow: bool = False) -> list[dict] |
     rows = evaluate_all(evaluate, cases(only, slow), folder)
     if rows is not None:
         rows = [_row(row) for row in rows]
-        (Path(folder) / "hard-cases.md").write_text(markdown(rows))
+        (Path(folder) / "hard-cases.md").write_text(markdown("", rows, CATALOGUED), encoding="utf-8")
     return rows
 
 
@@ -38,15 +41,6 @@ def _row(row):
     words = {"name": case.name, "group": case.group, "asked": case.asked, "must_show": case.must_show}
     measured = {key: row[key] for key in ("happened", "passed", "failed")}
     return words | measured | {"verdict": "pass" if row["passed"] else "FAIL"}
-
-
-def markdown(rows: list[dict]) -> str:
-    """The catalogue as a table."""
-    lines = ["| case | asked | must show | happened | |", "|---|---|---|---|---|"]
-    for row in rows:
-        cells = [row["name"], row["asked"], row["must_show"], row["happened"], row["verdict"]]
-        lines.append("| " + " | ".join(str(c).replace("|", "\\|").replace("\n", " ") for c in cells) + " |")
-    return "\n".join(lines) + "\n"
 
 
 def tables(rows: list[dict], **_) -> list[Table]:
