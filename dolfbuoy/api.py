@@ -87,10 +87,14 @@ def offsets(
     InputError for an impossible scene or one without a moored buoy.
     """
     scene = load_scene(scene, **overrides)
-    rows = Rows(load)
+    folders.make_ready(out, "offsets", scene, comm)
+    rows, reasons = Rows(load), []
     for rest in rests(scene, load, sizes, directions_deg, comm, buoys):
         rows.add(rest)
+        reasons += [] if rest.problem else [rest.reason]
         interruption.check()
+    if len(reasons) == len(rows):
+        raise SolveError(f"Under none of these loads is there an equilibrium that can be found: {reasons[0]}.")
     try:
         at_rest = _equilibrium(scene, comm)
     except SolveError:
@@ -154,6 +158,7 @@ def periodic(
     scene = in_equal_steps(load_scene(scene, **overrides))
     if comm.size > 1:
         raise InputError("A limit cycle is looked for on one rank.")
+    folders.make_ready(out, "periodic", scene, comm)
     cycle = Cycle(Simulation(scene, comm))
     try:
         found = cycle.find(accuracy, most)

@@ -10,6 +10,7 @@ from mpi4py import MPI
 from .errors import InputError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes
+from .linear.response import check_periods
 from .linear.seaway import Seaway
 from .linear.spectrum import bins_of, irregular_waves
 from .linear.stiffness import restoring
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Of the linear response, unless others are given [s].
 PERIODS = np.concatenate([np.arange(2.0, 12.0, 0.25), np.arange(12.0, 30.5, 1.0)])
+#: Modes at most: all of a long line take hours, and the fastest are those of its elements.
+MOST_MODES = 500
 
 
 def modes(
@@ -32,12 +35,15 @@ def modes(
 ) -> "xr.Dataset":
     """Natural modes about the equilibrium in the mean current, wind and external force, the slowest first.
 
-    number: of modes, a pair of conjugates once; fewer if there are not as many.  out: folder for modes.nc.
-    direction_deg: of surge and roll, from x.  Returns eigenvalues, damping, names and shapes (complete on rank 0).
-    Raises InputError for an impossible scene, or for a state with a line that is slack or kinked; SolveError if the
-    equilibrium or the modes are not found.
+    number: of modes, a pair of conjugates once, MOST_MODES at most; fewer if there are not as many.  out: folder for
+    modes.nc.  direction_deg: of surge and roll, from x.  Returns eigenvalues, damping, names and shapes (complete on
+    rank 0).  Raises InputError for an impossible scene, or for a state with a line that is slack or kinked; SolveError
+    if the equilibrium or the modes are not found.
     """
+    if not 1 <= number <= MOST_MODES:
+        raise InputError(f"number = {number}: must be from 1 to {MOST_MODES}.")
     scene = load_scene(scene, **overrides)
+    folders.make_ready(out, "modes", scene, comm)
     found = linearise(scene, comm)
     try:
         dataset = dataset_of_modes(found, lowest_modes(found, number, direction_deg))
@@ -58,6 +64,7 @@ def stiffness(scene: "Scene | str | Path | dict", out=None, comm=MPI.COMM_WORLD,
     scene = load_scene(scene, **overrides)
     if scene.buoy is None:
         raise InputError("A restoring matrix is that of a buoy: the scene needs [buoy].")
+    folders.make_ready(out, "stiffness", scene, comm)
     found = linearise(scene, comm)
     try:
         dataset = dataset_of_stiffness(found.problem, restoring(found))
@@ -87,8 +94,10 @@ def response(
     the equilibrium is not found or the drag does not settle.
     """
     scene = load_scene(scene, **overrides)
+    check_periods("periods =", PERIODS if periods is None else periods)
     if comm.rank != 0:
         return results.nothing()
+    folders.make_ready(out, "response", scene)
     if direction_deg is None:
         direction_deg = scene.waves.direction_deg if scene.waves else 0.0
     seaway = Seaway(scene, direction_deg)

@@ -78,7 +78,9 @@ def compare(
     end: Annotated[
         float | None, typer.Option("--t-end", min=1e-3, callback=finite, help="End of both runs \\[s].")
     ] = None,
-    segments: Annotated[int, typer.Option("--segments", min=1, help="Of MoorDyn for each element of a line.")] = 1,
+    segments: Annotated[
+        int, typer.Option("--segments", min=1, max=100, help="Of MoorDyn for each element of a line.")
+    ] = 1,
     folder: out_option("results/moordyn-NAME") = None,
     assign: SetOption = None,
 ):

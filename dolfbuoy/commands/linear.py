@@ -33,7 +33,7 @@ PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures
 
 def modes(
     scene: SceneArgument,
-    number: Annotated[int, typer.Option("--number", min=1, help="Of modes, the slowest first.")] = 10,
+    number: Annotated[int, typer.Option("--number", help="Of modes, the slowest first, 1 to 500.")] = 10,
     direction: DirectionOption = 0.0,
     folder: OutOption = None,
     assign: SetOption = None,
@@ -130,7 +130,8 @@ def offsets(
 
     if (force is None) == (current is None):
         raise InputError("--force: must be given, or --current, and not both.")
-    what, sizes = ("force", numbers_of("--force", force)) if force else ("current", numbers_of("--current", current))
+    what, text = ("force", force) if force is not None else ("current", current)
+    sizes = numbers_of(f"--{what}", text)
     if min(sizes) < 0:
         raise InputError(f"--{what} {min(sizes):g}: must not be negative; --directions turns the load round.")
     turns = list(dict.fromkeys(angle % 360 for angle in numbers_of("--directions", directions)))

@@ -1,5 +1,6 @@
 """Command line: parse, call, print."""
 
+import itertools
 import os
 import sys
 import traceback
@@ -248,6 +249,7 @@ def main():
     interruption.listen()
     try:
         ranks.only_first_speaks()
+        _refuse_empty(sys.argv[1:])
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)
@@ -277,6 +279,15 @@ def main():
         if not ranks.several():
             raise
         _fail(f"{traceback.format_exc()}Error on rank {rank()}; this is a fault of the program.", 1)
+
+
+def _refuse_empty(arguments):
+    """An option with nothing in it, mostly a variable of a shell that is not set: a path of no name is the folder that
+    one is in."""
+    for option, value in itertools.pairwise([*arguments, "-"]):
+        name, equals, given = option.partition("=")
+        if name.startswith("--") and not (given if equals else value).strip():
+            raise InputError(f"{name} '': must not be empty.")
 
 
 def _fail(message, code):

@@ -12,7 +12,7 @@ def periodic(
     folder: OutOption = None,
     assign: SetOption = None,
     accuracy: Annotated[str, typer.Option("--accuracy", help="Of the cycle, relative to the ranges.")] = "0.01%",
-    most: Annotated[int, typer.Option("--periods", min=4, help="To be run at most.")] = 1000,
+    most: Annotated[int, typer.Option("--periods", min=4, max=1_000_000, help="To be run at most.")] = 1000,
 ):
     """One period of the limit cycle, without its transient.  Example: dolfbuoy periodic long --set time.step=0.06"""
     from ..api import periodic as find

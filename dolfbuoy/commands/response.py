@@ -60,6 +60,7 @@ def response(
 
     --verify runs in time beside it: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' both.
     """
+    from ..linear.response import check_periods
     from ..linear.spectrum import irregular_waves
     from ..linear_api import PERIODS
     from ..linear_api import response as find
@@ -79,8 +80,8 @@ def response(
     if height is None and loaded.waves is not None and not loaded.waves.irregular:
         height = 2 * loaded.waves.size
     asked = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
-    if min(asked) <= 0:
-        raise InputError(f"--periods {periods}: must be positive.")
+    check_periods("--periods", asked)
+    check_periods("--verify", checked)
     asked = sorted({*asked, *checked})
     began = time.monotonic()
     found = find(loaded, asked, height, sea, direction, folder)

@@ -25,7 +25,7 @@ def _command(name, options):
 
 
 def _parameter(option):
-    how = {"help": option.help and escape(option.help), "metavar": option.metavar, "min": option.min}
+    how = {"help": option.help and escape(option.help), "metavar": option.metavar, "min": option.min, "max": option.max}
     flag = f"--{option.name.replace('_', '-')}"
     info = typer.Argument(**how) if option.argument else typer.Option(flag, **how)
     default = inspect.Parameter.empty if option.required else option.default

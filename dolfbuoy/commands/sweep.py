@@ -1,5 +1,6 @@
 """`dolfbuoy sweep`: many variants of a scene, at once or in parts that a cluster runs, and how far they are."""
 
+import shlex
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -24,6 +25,9 @@ SeedsOption = Annotated[
 LatinOption = Annotated[
     int | None, typer.Option("--latin", help="So many cases that fill --vary KEY=LOW:HIGH: a Latin hypercube.")
 ]
+KeepOption = Annotated[
+    bool, typer.Option("--keep", help="Keep the record and the page of each case, in records below --out.")
+]
 LimitOption = Annotated[
     float | None,
     typer.Option("--time-limit", min=0.0, help="Leave the running case with a checkpoint after so many seconds."),
@@ -43,6 +47,7 @@ def sweep(
     collect: CollectOption = False,
     retry: RetryOption = None,
     limit: LimitOption = None,
+    keep: KeepOption = False,
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
     if status and collect:
@@ -55,17 +60,18 @@ def sweep(
     folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
     chosen = None if part is None else study.Part.parse(part)
     wanted = (loaded, vary or [], table)
-    planned = study.plan(*wanted, seeds, latin)
+    source = shlex.join([str(scene), *(word for text in assign or [] for word in ("--set", text))])
+    planned = study.plan(*wanted, seeds, latin, source)
     if status:
         _show_status(study.status(planned, folder, chosen), folder, chosen)
         return
     if collect:
         _end(study.collected(planned, folder) if rank() == 0 else None, folder)
         return
-    how = {"say": say_warnings, "retry": retry is not None, "limit": limit}
+    how = {"say": say_warnings, "retry": retry is not None, "limit": limit, "keep": keep}
     try:
         if chosen is None:
-            dataset = study.sweep(*wanted, folder, seeds=seeds, latin=latin, **how)
+            dataset = study.sweep(*wanted, folder, seeds=seeds, latin=latin, source=source, **how)
         else:
             study.run_part(planned, folder, chosen, **how)
     except interruption.TimeUp:

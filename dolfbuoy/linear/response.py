@@ -15,11 +15,21 @@ from scipy.sparse.linalg import splu
 from ..errors import InputError
 from ..model.sea import heading, wavenumber
 from ..scene.sections import Waves
+from ..scene.sentences import made
 from .linearisation import Linearisation, free_rows, linearise, without_rates
 from .motions import Motions, motions
 
 #: Amplitude [m] of the waves whose forces are taken for linear: what drag adds, and what rounding does, are below 1e-5.
 SMALL = 1e-5
+#: Periods of waves that are asked for lie between these [s].
+SHORTEST, LONGEST = 0.01, 10_000.0
+
+
+def check_periods(name: str, periods) -> None:
+    """Refuse periods of no waves.  Raises InputError that names where they are from."""
+    for period in periods:
+        if not SHORTEST <= period <= LONGEST:
+            raise InputError(f"{name} {period:g}: must be from {SHORTEST:g} to {LONGEST:g} s.")
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,7 @@ def small_waves(scene, period, direction_deg=0.0, amplitude=0.0) -> Waves:
     """A regular section [waves]; its stretching, which does not count in small waves, as in the scene: the same forms
     serve.  Periods are seen from where the scene's are."""
     same = {name: getattr(scene.waves, name) for name in ("stretching", "period_seen_from")} if scene.waves else {}
-    return Waves(amplitude=amplitude, period=period, direction_deg=direction_deg, **same)
+    return made(Waves, amplitude=amplitude, period=period, direction_deg=direction_deg, **same)
 
 
 def response(found: Linearisation, period, direction_deg=0.0) -> Response:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..model.components import band_of, components_of, directions_at, is_spread, spectrum_of
+from ..scene.sentences import made
 from ..scene.waves import Waves
 
 #: Frequencies; directions of each, which are others at every frequency.
@@ -53,7 +54,7 @@ def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
         )
     direction = direction_deg if direction_deg is not None else scene.waves.direction_deg if scene.waves else 0.0
     asked = {"spectrum": "jonswap", "significant_height": height, "peak_period": period, "gamma": gamma}
-    return Waves(direction_deg=direction, spreading=spreading, **asked)
+    return made(Waves, direction_deg=direction, spreading=spreading, **asked)
 
 
 def bins_of(waves: Waves) -> Bins:

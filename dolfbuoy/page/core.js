@@ -121,8 +121,8 @@ export function onTheme(tell) {
   document.addEventListener("theme", tell);
 }
 
-/** The button that goes through automatic, light and dark. */
-export function themeButton() {
+/** What every page does: a button that goes through automatic, light and dark; on paper nothing is folded. */
+export function dress() {
   const names = ["auto", "light", "dark"];
   const button = byId("theme");
   let now = 0;
@@ -131,5 +131,8 @@ export function themeButton() {
     document.documentElement.dataset.theme = names[now];
     button.textContent = `Colours: ${names[now]}`;
     document.dispatchEvent(new Event("theme"));
+  });
+  window.addEventListener("beforeprint", () => {
+    for (const details of document.querySelectorAll("#scene details")) details.open = true;
   });
 }

@@ -28,7 +28,8 @@ def _run(folder):
 
     record, scene = read_run(folder)
     enlist(folder, [folder / "page.html"])
-    return _written(folder / "page.html", run_page(record, scene, remarks(folder, "run").get("advice")))
+    known = remarks(folder, "run")
+    return _written(folder / "page.html", run_page(record, scene, known.get("advice"), known.get("case")))
 
 
 def _modes(folder):

@@ -107,13 +107,13 @@ export class Painter {
     this.eye = camera.position;
   }
 
-  /** Where a point of the world is in the canvas [CSS pixels]; null behind the viewer. */
+  /** Where a point of the world is in the canvas, as shares of its width and height; null behind the viewer. */
   project([x, y, z]) {
     const m = this.view;
     const w = m[3] * x + m[7] * y + m[11] * z + m[15];
     if (w <= 0) return null;
     const at = (i) => (m[i] * x + m[4 + i] * y + m[8 + i] * z + m[12 + i]) / w;
-    return [((1 + at(0)) / 2) * this.canvas.clientWidth, ((1 - at(1)) / 2) * this.canvas.clientHeight];
+    return [(1 + at(0)) / 2, (1 - at(1)) / 2];
   }
 
   /** A mesh to be drawn many times: {places, normals, triangles}, arrays. */

@@ -1,14 +1,14 @@
 // The page of natural modes: a table, the chosen shape in motion, and how far every node of the lines goes.
 
 import { Chart } from "./charts.js";
-import { byId, data, element, format, range, themeButton, unpack } from "./core.js";
+import { byId, data, element, format, range, dress, unpack } from "./core.js";
 import { Mode } from "./motion.js";
 import { Player } from "./player.js";
 import { SortedTable } from "./table.js";
 import { viewerOrNone } from "./viewer.js";
 
 function start() {
-  themeButton();
+  dress();
   const viewer = viewerOrNone(data.view, [-1, 1]);
   const player = new Player(viewer, new Mode(data.view, data.modes[0]), [], true);
   const columns = [

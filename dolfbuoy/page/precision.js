@@ -1,7 +1,7 @@
 // The page of work-precision: a chart of error over time per quantity, and the table of all cases.
 
 import { Chart } from "./charts.js";
-import { byId, data, drawn, element, format, range, themeButton } from "./core.js";
+import { byId, data, drawn, element, format, range, dress } from "./core.js";
 import { SortedTable } from "./table.js";
 
 const MARKS = {
@@ -12,7 +12,7 @@ const MARKS = {
 const STAR = "M0 -9L2.4 -2.9L8.6 -2.8L3.8 1.2L5.3 7.3L0 3.9L-5.3 7.3L-3.8 1.2L-8.6 -2.8L-2.4 -2.9Z";
 
 function start() {
-  themeButton();
+  dress();
   const pairs = [...new Set(data.rows.map((row) => row.pair))];
   const rows = data.rows.map((row, i) => ({ ...row, number: i + 1, settings: settings(row), style: pairs.indexOf(row.pair) % 6 }));
   const marks = [];

@@ -1,7 +1,7 @@
 // The page of a run: the replay and the charts that go with it.
 
 import { Chart } from "./charts.js";
-import { byId, data, drawn, element, format, nearest, onTheme, range, scaleOfTension, themeButton, unpack } from "./core.js";
+import { byId, data, drawn, element, format, nearest, onTheme, range, scaleOfTension, dress, unpack } from "./core.js";
 import { Recorded } from "./motion.js";
 import { Player } from "./player.js";
 import { viewerOrNone } from "./viewer.js";
@@ -11,7 +11,7 @@ const times = unpack(data.time);
 const MOST_PARTS = 3;
 
 function start() {
-  themeButton();
+  dress();
   const player = makePlayer();
   const panels = makePanels(player);
   makeEnvelopes(player);
@@ -65,7 +65,7 @@ function makeLegend() {
   }
   const keys = { pulls: "force of a line on a buoy", holds: "force that holds a line", outside: "wind, external force" };
   for (const kind of new Set(data.view.forces.map((force) => force.kind)))
-    host.append(element("span", { class: `arrow ${kind}` }, `→ ${keys[kind]}`));
+    host.append(element("span", { class: `arrow ${kind}` }, `${kind === "outside" ? "↠" : "→"} ${keys[kind]}`));
   host.append(element("span", { id: "force-size" }), element("span", { id: "grid-size" }));
 }
 
@@ -84,7 +84,8 @@ function makePanels(player) {
     const box = element("div", { class: "panel" });
     host.append(box);
     const label = `${[panel.part, panel.title].filter(Boolean).join(": ")} over time [${panel.unit}]: ${curves.map(said).join("; ")}`;
-    const options = { label, curves, xName: "time [s]", yName: `${panel.title} [${panel.unit}]`, height: 150 };
+    const yName = `${panel.part ? `${panel.part}: ` : ""}${panel.title} [${panel.unit}]`;
+    const options = { label, curves, xName: "time [s]", yName, height: 150 };
     return { ...panel, box, chart: new Chart(box, { ...options, onPick: (t) => player.go(t) }), curves };
   });
   const refresh = () => {
@@ -265,14 +266,16 @@ function makeSpectra() {
   }
 }
 
-/** On paper the whole run is seen, and what was folded. */
+/** On paper the whole run is seen, and every line and buoy unless they are many. */
 function forPaper(player, panels) {
+  const count = (kind) => new Set(panels.filter((one) => one.kind === kind).map((one) => one.part)).size;
   window.addEventListener("beforeprint", () => {
     byId("window").value = "0";
+    for (const { box, kind } of panels) box.hidden &&= count(kind) > MOST_PARTS;
     player.go(player.t);
-    for (const details of document.querySelectorAll("#scene details")) details.open = true;
     for (const { chart } of panels) chart.draw();
   });
+  window.addEventListener("afterprint", player.refresh);
 }
 
 start();

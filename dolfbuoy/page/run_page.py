@@ -17,15 +17,18 @@ from .view import view_of
 from .worth import worth
 
 
-def run_page(record, scene=None, advice: list[str] | None = None) -> str:
-    """HTML of a record with its time; advice: see `worth`.  Raises InputError for a record without a scene."""
+def run_page(record, scene=None, advice: list[str] | None = None, case: str | None = None) -> str:
+    """HTML of a record with its time; advice: see `worth`; case: of a sweep, what varies there.
+
+    Raises InputError for a record without a scene.
+    """
     scene = scene or scene_of(record)
     title = scene.title or "Run"
     found = data_of(record, scene)
     said = list(dict.fromkeys([*derived(scene).warnings, *warnings(record, scene)]))
     body = joined(
         [
-            words.header(title, *_said_of(record, scene)),
+            words.header(title, *([f"case {case}"] if case else []), *_said_of(record, scene)),
             tag(
                 "main",
                 words.warnings(said),

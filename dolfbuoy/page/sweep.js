@@ -1,13 +1,13 @@
 // The page of a sweep: parallel axes, the table of cases, and the case that is chosen.
 
-import { byId, data, element, format, themeButton, unpack } from "./core.js";
+import { byId, data, element, format, dress, unpack } from "./core.js";
 import { ParallelAxes } from "./parallel.js";
 import { SortedTable, cellOf } from "./table.js";
 
 const NAMES = { minimum: "least", maximum: "largest", mean: "mean", standard_deviation: "deviation", dominant_period: "period [s]" };
 
 function start() {
-  themeButton();
+  dress();
   for (const quantity of data.quantities)
     for (const [name, packed] of Object.entries(quantity.statistics)) quantity.statistics[name] = unpack(packed);
   const main = data.main.map((name) => data.quantities.find((quantity) => quantity.name === name));
@@ -33,10 +33,10 @@ function spoken(name) {
   return name.replaceAll("_", " ").replace("buoy position z", "height of C");
 }
 
-/** All numbers of a case, and how to run it. */
+/** The page of a case, in a window of its own, if it was kept; all its numbers, and how to run it. */
 function open(k) {
-  const changes = data.varied.map(({ key, values }) => `--set ${quoted(`${key}=${asToml(values[k])}`)}`);
-  const command = `dolfbuoy run scene.toml ${changes.join(" ")} --out case-${k + 1}`;
+  const replay = data.records[k] && `${data.records[k]}/page.html`;
+  if (replay) window.open(replay, "dolfbuoy-case");
   const kept = Object.keys(NAMES).filter((name) => data.quantities.every((q) => q.statistics[name]));
   const head = element("tr", {}, element("th", { scope: "col" }, "quantity"), ...kept.map((name) => element("th", { scope: "col" }, NAMES[name])));
   head.append(element("th", { scope: "col" }, "unit"));
@@ -49,14 +49,28 @@ function open(k) {
       cellOf(q.unit),
     ),
   );
-  const where = data.scene ? "To run and see it, with the scene below saved as scene.toml:" : "To run and see it:";
   byId("chosen").replaceChildren(
     element("p", {}, element("strong", {}, `Case ${k + 1}: `), data.varied.map(({ key, values }) => `${key} = ${values[k]}`).join(", ")),
     element("p", {}, `Status: ${data.status[k]}`),
-    element("p", {}, where),
-    element("pre", { tabindex: 0 }, command),
+    replay ? element("p", {}, element("a", { href: replay, target: "dolfbuoy-case" }, "Replay and all of this case")) : "",
+    ...howToRun(k),
     element("div", { class: "scroll" }, element("table", {}, element("thead", {}, head), element("tbody", {}, ...lines))),
   );
+}
+
+/** The command that runs a case alone, and a button that copies it. */
+function howToRun(k) {
+  const changes = data.varied.map(({ key, values }) => `--set ${quoted(`${key}=${asToml(values[k])}`)}`);
+  const command = `dolfbuoy run ${data.source || "scene.toml"} ${changes.join(" ")} --out case-${k + 1}`;
+  const where = data.source ? "from where the sweep was started" : data.scene ? "with the scene below saved as scene.toml" : "";
+  const text = element("pre", { tabindex: 0 }, command);
+  const copy = element("button", { type: "button", class: "quiet" }, "Copy");
+  copy.addEventListener("click", async () => {
+    getSelection().selectAllChildren(text); // where nothing may be copied, the keys for it do
+    const copied = navigator.clipboard?.writeText(command) ?? Promise.reject();
+    copy.textContent = await copied.then(() => "Copied", () => "Selected");
+  });
+  return [element("p", {}, `This case alone${where && `, ${where}`}: `, copy), text];
 }
 
 function asToml(value) {

@@ -1,5 +1,7 @@
 """The page of a sweep: axes side by side with a line for each case, a table that sorts, and every case by a click."""
 
+import re
+
 import numpy as np
 
 from ..results.statistics import STATISTICS, described
@@ -21,13 +23,14 @@ def sweep_page(dataset) -> str:
     title = f"Sweep of {dataset.attrs.get('title') or 'a scene'}"
     done = int((dataset.status == "done").sum())
     said = f"{dataset.sizes['case']:,} cases over {dataset.attrs['varied']}; {done:,} of them done"
-    hint = "A line is a case; a click on it, or on its row below, opens it."
+    opens = "its page with the replay" if found["records"] else "all its numbers and the command that runs it"
+    hint = f"A line is a case; a click on it, or on its row below, opens {opens}."
     drawn = tag("p", hint, class_="note"), tag("div", id="axes")
     charts = words.section("parallel", "All cases", *drawn, class_="whole")
     listed = words.section("cases", "Cases", tag("div", id="table"))
     empty = tag("div", tag("p", "Choose a line or a row."), id="chosen", aria_live="polite")
     one = words.section("case", "One case", empty)
-    more = tag("div", words.scene(dataset.attrs["scene"]), class_="grid") if "scene" in dataset.attrs else None
+    more = tag("div", words.scene(dataset.attrs["scene"], common=True), class_="grid") if found["scene"] else None
     body = joined([words.header(title, said), tag("main", charts, listed, one, more)])
     return page(title, body, found, "sweep")
 
@@ -46,7 +49,15 @@ def data_of(dataset) -> dict:
         "quantities": [_quantity(dataset, name, kept) for name in quantities],
         "main": [name for name in MAIN if name in quantities],
         "scene": "scene" in dataset.attrs,
+        "source": dataset.attrs.get("source", ""),
+        "records": _records(dataset),
     }
+
+
+def _records(dataset):
+    """Folder of every case's record, empty where it was not kept; none of them leads anywhere else."""
+    found = _listed(dataset.record.values) if "record" in dataset else []
+    return [folder if re.fullmatch(r"records/[0-9a-f]{20}", folder) else "" for folder in found]
 
 
 def _listed(values):

@@ -8,17 +8,29 @@ import { ball, block, cone, grid, hull, placed, plus, turned, unit, upright } fr
 
 /** A Viewer in the stage of the page; null, and it is said, where there is no WebGL. */
 export function viewerOrNone(view, tensions) {
-  byId("names").hidden = !view.labels.length;
+  const there = { names: view.labels.length, forces: view.forces.length, water: view.sea, bed: view.sea };
+  for (const [name, any] of Object.entries(there)) document.querySelector(`[data-show=${name}]`).parentElement.hidden = !any;
   document.querySelector("[data-look=buoy]").hidden = !view.buoys.length;
+  const stage = document.querySelector(".stage");
   try {
-    return new Viewer(document.querySelector(".stage"), view, tensions);
+    return new Viewer(stage, view, tensions);
   } catch (error) {
-    const without = document.querySelector(".without");
-    without.hidden = false;
-    without.textContent = `The picture in space needs WebGL 2, which is not to be had here (${error.message}).`;
+    stage.classList.add("empty");
+    for (const views of document.querySelectorAll(".views")) views.hidden = true;
+    say(`The picture in space needs WebGL 2, which this browser does not have here (${error.message}). All else of the page works without it.`);
     return null;
   }
 }
+
+/** A sentence in the place of the picture; none takes it away. */
+function say(sentence = "") {
+  const without = document.querySelector(".without");
+  without.textContent = sentence;
+  without.hidden = !sentence;
+}
+
+/** Colours of what stands around the picture. */
+const AROUND = ["sky-top", "sky-low", "ground", "text", "soft", "force-holds", "force-pulls", "force-outside"];
 
 /** Shows the states of a source (motion.js) in a canvas.
  *
@@ -38,6 +50,23 @@ export class Viewer {
     this.labels = this.makeLabels();
     this.look("whole");
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
+    this.survive();
+  }
+
+  /** The graphics may be taken away, and come back empty. */
+  survive() {
+    this.canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // or it would not come back
+      this.lost = true;
+      say("The machine has taken its graphics away. The picture is drawn again as soon as they are back; all else goes on.");
+    });
+    this.canvas.addEventListener("webglcontextrestored", () => {
+      this.painter = new Painter(this.canvas);
+      this.keepMeshes();
+      this.lost = false;
+      say();
+      this.redraw();
+    });
   }
 
   keepMeshes() {
@@ -51,6 +80,8 @@ export class Viewer {
     const names = ["hull", "water", "bed", "anchor", "ink", "force-holds", "force-pulls", "force-outside"];
     this.colors = Object.fromEntries(names.map((name) => [name, rgb(`--${name}`)]));
     this.scale = scaleOfTension();
+    const root = getComputedStyle(document.documentElement); // paper gets the picture as it is seen, dark too
+    for (const name of AROUND) this.stage.style.setProperty(`--${name}`, root.getPropertyValue(`--${name}`));
   }
 
   makeLabels() {
@@ -102,11 +133,11 @@ export class Viewer {
   }
 
   redraw() {
-    if (this.waiting || !this.state) return;
+    if (this.waiting || this.lost || !this.state) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      this.paint();
+      if (!this.lost) this.paint();
     });
   }
 
@@ -229,7 +260,8 @@ export class Viewer {
       const [tip, head] = [plus(at, axis, length), Math.min(this.mark(at, 11), 0.6 * length)];
       segments.push(...at, ...plus(tip, axis, -head), ...color, ...color, 2, 2);
       const R = upright(axis).map((row) => [0.36 * row[0], 0.36 * row[1], row[2]]);
-      this.painter.draw(this.meshes.cone, { color, model: placed(tip, head, R) });
+      const tips = kind === "outside" ? [tip, plus(tip, axis, -0.8 * head)] : [tip]; // told apart without colour too
+      for (const place of tips) this.painter.draw(this.meshes.cone, { color, model: placed(place, head, R) });
     }
     const legend = byId("force-size");
     if (legend) legend.textContent = `1 m of arrow ${format(this.newtons >= 1000 ? this.newtons / 1000 : this.newtons)} ${this.newtons >= 1000 ? "kN" : "N"}`;
@@ -240,7 +272,7 @@ export class Viewer {
       const place = at ?? (buoy === undefined ? this.node(node) : this.state.buoys[buoy].at);
       const pixel = this.shown.names && this.painter.project(place);
       shown.hidden = !pixel;
-      if (pixel) shown.style.transform = `translate(${pixel[0] + 8}px, ${pixel[1] - 20}px)`;
+      if (pixel) Object.assign(shown.style, { left: `${100 * pixel[0]}%`, top: `${100 * pixel[1]}%` });
     }
   }
 

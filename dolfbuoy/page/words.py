@@ -49,12 +49,13 @@ def header(title: str, *lines: str) -> Markup:
     return tag("header", said, button)
 
 
-def scene(text: str, command: str = "run") -> Markup:
-    """The complete scene, folded; the command reproduces the result from it."""
+def scene(text: str, command: str = "run", common: bool = False) -> Markup:
+    """The complete scene, folded; the command reproduces the result from it; common: to all cases of a sweep."""
     folded = tag(
         "details", tag("summary", "The complete scene, defaults included (TOML)"), tag("pre", text, tabindex="0")
     )
     hint = f"Saved as a file it gives the same again: dolfbuoy {command} FILE."
+    hint = "All cases are this scene, but for what varies." if common else hint
     return section("scene", "Scene", tag("p", hint), folded)
 
 

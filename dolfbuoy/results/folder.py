@@ -187,6 +187,16 @@ def keep(path, kind: str, scene, dataset, comm=MPI.COMM_SELF) -> None:
             finish(path, kind)
 
 
+def make_ready(path, kind: str, scene, comm=MPI.COMM_SELF) -> None:
+    """Before the work: see that `keep` will be able to write there, if there is a path; collective.
+
+    Raises InputError if the folder cannot be made, is in use, or a file of the user's would be replaced.
+    """
+    if path is not None:
+        with claimed(path, comm):
+            holds(path, kind, scene, True, comm)
+
+
 def enlist(path, files: Iterable[Path], kind: str = "run") -> None:
     """Note files that are about to be drawn.  Raises InputError if one is there that is the user's."""
     path = Path(path)

@@ -41,6 +41,9 @@ class Rows:
         self.load, self._observer, self._rows = load, None, []
         self.attributes, self.labels = {}, {}
 
+    def __len__(self):
+        return len(self._rows)
+
     def add(self, rest):
         """One more; its Problem may change afterwards."""
         row = {"found": rest.problem is not None, "slack": False, "under": False}

@@ -13,7 +13,13 @@ def stressed(network: Network) -> dict[str, int]:
 
 
 class Utilisation:
-    """Of the pieces of a Problem that have a breaking load; `values` as of the last `note`, on rank 0."""
+    """Of the pieces of a Problem that have a breaking load; `values` as of the last `note`, on rank 0.
+
+    The largest tension of a piece is that of the nodes of T, both ends of every element among them.  Tensions of degree
+    0 are those of the middles of elements: at the ends of a piece, where most of it hangs, half an element's weight is
+    missing there.  So at an end the tension goes on as from the middle of the last element but one to that of the last;
+    at both ends of a piece that is one element, half its weight is added.
+    """
 
     def __init__(self, problem):
         self.problem, numbers = problem, list(stressed(problem.network).values())
@@ -24,16 +30,52 @@ class Utilisation:
         dofs = [lines.T_dofs[cells[i]].ravel() for i in self._mine]
         self._dofs = np.concatenate([np.zeros(0, dtype=int), *dofs])
         self._firsts = np.cumsum([0, *map(len, dofs)])[:-1]
+        self._ends = None
+        if lines.T_dofs.shape[1] == 1:
+            self._ends = _Ends(problem, numbers, cells)
 
     def note(self):
         """Collective."""
-        found = np.full(len(self.values), -np.inf)
+        u, comm, found = self.problem.system.u, self.problem.comm, np.full(len(self.values), -np.inf)
         if len(self._mine):
-            found[self._mine] = np.maximum.reduceat(self.problem.system.u[self._dofs], self._firsts)
-        found /= self._loads
-        if self.problem.comm.size > 1:
-            self.problem.comm.Reduce(found.copy(), found, op=MPI.MAX)
-        self.values[:] = found
+            found[self._mine] = np.maximum.reduceat(u[self._dofs], self._firsts)
+        if comm.size > 1:
+            comm.Reduce(found.copy(), found, op=MPI.MAX)
+        if self._ends is not None:
+            found = np.maximum(found, self._ends.largest(u))
+        self.values[:] = found / self._loads
+
+
+class _Ends:
+    """Tensions of degree 0 at both ends of pieces, from the two elements that are next to each."""
+
+    def __init__(self, problem, numbers, cells):
+        self.comm, lines = problem.comm, problem.lines
+        self._size, self._weight, entries = 2 * len(numbers), np.zeros(2 * len(numbers)), []
+        for i, (k, mine) in enumerate(zip(numbers, cells, strict=True)):
+            own = _outermost(lines, mine)
+            every = sorted({place for places in self.comm.allgather(list(own)) for place in places})
+            for end, ((s, size), (other, _)) in enumerate((every[:2] * 2)[:2] for every in (every, every[::-1])):
+                beyond = size / 2 / abs(other - s) if other != s else 0.0
+                self._weight[2 * i + end] = abs(lines.weight_of(k)) * size / 2 if other == s else 0.0
+                shares = {s: 1 + beyond} | ({other: -beyond} if beyond else {})
+                entries += [(2 * i + end, dof, shares[at]) for (at, _), dof in own.items() if at in shares]
+        row, dof, self._factor = np.array(entries, dtype=float).reshape(-1, 3).T
+        self._row, self._dof = row.astype(int), dof.astype(int)
+
+    def largest(self, u):
+        """Of both ends of each piece [N]; collective, on rank 0."""
+        found = np.bincount(self._row, u[self._dof] * self._factor, self._size)
+        if self.comm.size > 1:
+            self.comm.Reduce(found.copy(), found)
+        return (found + self._weight).reshape(-1, 2).max(axis=1)
+
+
+def _outermost(lines, cells):
+    """(middle, length) -> dof of T of the two elements that are nearest to either end, of these."""
+    middles, sizes = lines.cell_ends[cells].mean(axis=1), np.diff(lines.cell_ends[cells], axis=1)[:, 0]
+    order = np.argsort(middles)
+    return {(float(middles[c]), float(sizes[c])): lines.T_dofs[cells[c], 0] for c in (*order[:2], *order[-2:])}
 
 
 def rows_of(record) -> list[tuple[str, str, str]]:

@@ -2,6 +2,7 @@
 
 from pydantic import ValidationError
 
+from ..errors import InputError
 from .keys import list_keys
 from .quantities import Missing, Wrong
 from .section import sections_in
@@ -18,6 +19,14 @@ _OR = {
 #: What is said of a key that no scene has.
 UNKNOWN = "unknown key"
 _LONGEST = 200  # characters of a value
+
+
+def made(section: type, **keys):
+    """A section of a scene from keys that stand in no file.  Raises InputError."""
+    try:
+        return section(**keys)
+    except ValidationError as error:
+        raise InputError(sentence(error)) from None
 
 
 def sentence(error: ValidationError) -> str:

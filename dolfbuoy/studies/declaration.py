@@ -52,6 +52,7 @@ class Option:
     kind: str = "str"
     metavar: str | None = None
     min: float | None = None
+    max: float | None = None
     argument: bool = False
     required: bool = False
 

@@ -1,6 +1,7 @@
 """One case of a sweep: run, with a checkpoint if it takes long, and reduced to what is kept of it."""
 
 import math
+import os
 import shutil
 import time as clock
 from pathlib import Path
@@ -11,6 +12,7 @@ from mpi4py import MPI
 from ..errors import InputError
 from ..model.pool import Pool
 from ..motion.simulation import Simulation
+from ..page.folder import write_pages
 from ..parallel import interruption
 from ..parallel.cases import key
 from ..results import checkpoint
@@ -27,18 +29,24 @@ POOL = Pool()
 BINS = 64
 
 
-def evaluate(case: dict, base: Scene, running: str | None = None, deadline: float = math.inf) -> dict:
+def evaluate(
+    case: dict, base: Scene, running: str | None = None, deadline: float = math.inf, keep: str | None = None
+) -> dict:
     """Run one case on this rank alone; a case that fails is a result too, with its reason.
 
     case: the "changes" of the scene `base`, whose digest is its "base".  running: folder in which the case can be taken
-    up again.  deadline: of time.time(); behind it the case is stopped.  Raises interruption.TimeUp then,
-    KeyboardInterrupt when it is interrupted.
+    up again.  deadline: of time.time(); behind it the case is stopped.  keep: folder in which record and page of the
+    case stay, in one of its own; wants `running`.  Raises interruption.TimeUp behind the deadline, KeyboardInterrupt
+    when it is interrupted.
     """
     begin = clock.monotonic()
     try:
         scene = varied(base, case["changes"])
-        record = run(scene, running and Path(running) / key(case), deadline)
+        folder = running and Path(running) / key(case)
+        record = run(scene, folder, deadline, keep is not None)
         found = {"status": "done", "statistics": statistics(record), "sample": _sample(record, scene)}
+        if keep is not None:
+            _keep(folder, Path(keep) / key(case), case["changes"])
     except Exception as error:  # whatever it is, the others go on
         found = failed(error)
     return found | {"changes": case["changes"], "base": case["base"], "seconds": clock.monotonic() - begin}
@@ -47,6 +55,22 @@ def evaluate(case: dict, base: Scene, running: str | None = None, deadline: floa
 def failed(error: Exception) -> dict:
     """What is kept of a case that failed."""
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
+
+
+def said(changes: dict) -> str:
+    """The changes of a case in words."""
+    return ", ".join(f"{key} = {value}" for key, value in changes.items())
+
+
+def _keep(folder, place, changes):
+    """Write the page of a finished case, and put all of its folder in its place."""
+    folders.finish(folder, "run")
+    folders.remark(folder, "run", case=said(changes))
+    write_pages(folder, "results.nc")
+    place.mkdir(parents=True, exist_ok=True)
+    for file in list(folder.iterdir()):
+        os.replace(file, place / file.name)
+    folder.rmdir()
 
 
 def _sample(record, scene):
@@ -60,10 +84,11 @@ def _sample(record, scene):
     return sample
 
 
-def run(scene, folder: Path | None = None, deadline: float = math.inf) -> xr.Dataset:
+def run(scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:
     """The series of a run on this rank alone, from its checkpoint if one is in the folder, which is removed at the end.
 
-    When it is interrupted between two steps, or the deadline is over, it leaves a checkpoint.
+    When it is interrupted between two steps, or the deadline is over, it leaves a checkpoint.  keep: the folder stays,
+    with the whole record.
     """
     if clock.time() > deadline:
         raise interruption.TimeUp
@@ -79,7 +104,7 @@ def run(scene, folder: Path | None = None, deadline: float = math.inf) -> xr.Dat
                 if interruption.received() or clock.time() > deadline:
                     recorder.save()
                     raise KeyboardInterrupt if interruption.received() else interruption.TimeUp
-        record = recorder.finished()
+        record = recorder.finished(keep)
     except interruption.TimeUp:
         raise
     except BaseException as error:
@@ -87,7 +112,8 @@ def run(scene, folder: Path | None = None, deadline: float = math.inf) -> xr.Dat
         if isinstance(error, Exception):
             _remove(folder)
         raise
-    _remove(folder)
+    if not keep:
+        _remove(folder)
     return record
 
 
@@ -124,9 +150,11 @@ class _CaseRecorder(Recorder):
             folders.begin(self.folder, "run", self.simulation.scene)
         super().save()
 
-    def finished(self):
-        """The record of the whole run."""
-        if self.record.counts["time"] == 0:
+    def finished(self, keep):
+        """The record of the whole run; keep: on disk, with its last state."""
+        if keep:
+            self.save()
+        elif self.record.counts["time"] == 0:
             self._make_values()
             self._parted = self.observer.parted(self._fixed)
             self._tell()

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from ..check import derived
@@ -23,7 +24,7 @@ from ..results.many import collect, draw
 from ..results.record import replacing
 from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, latin_hypercube, with_seeds
-from .one_case import evaluate, failed
+from .one_case import evaluate, failed, said
 
 #: What `status` and `collect` say of a case that has no result.
 MISSING = {"status": "not computed", "statistics": {}, "sample": None}
@@ -31,14 +32,20 @@ MISSING = {"status": "not computed", "statistics": {}, "sample": None}
 LOOKED_AT = 50
 #: Folder of the cases that are being computed, below that of the sweep.
 RUNNING = Path("cases") / "running"
+#: Folder of the records that are kept, one of each case, beside sweep.nc.
+RECORDS = "records"
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The cases of a sweep: changes of a scene, one dict for each."""
+    """The cases of a sweep: changes of a scene, one dict for each.
+
+    source: the scene and what is set in it for all cases, as the command line has it; empty from Python.
+    """
 
     base: Scene
     changes: list[dict]
+    source: str = ""
 
     @property
     def cases(self) -> list[dict]:
@@ -80,10 +87,10 @@ class Part:
         return f"part {self.number} of {self.of}"
 
 
-def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None) -> Plan:
-    """What a sweep consists of; seeds, latin: see `variants.with_seeds`, `variants.latin_hypercube`.
+def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None, source: str = "") -> Plan:
+    """What a sweep consists of.  Raises InputError for a bad scene or bad cases.
 
-    Raises InputError for a bad scene or bad cases.
+    seeds, latin: see `variants.with_seeds`, `variants.latin_hypercube`; source: see `Plan`.
     """
     base = load_scene(scene)
     changes = cases_of(vary, table) if latin is None else latin_hypercube(vary, table, latin)
@@ -91,7 +98,7 @@ def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None)
     for name in dict.fromkeys(name for change in changes for name in change):
         check_known(base, name)
     check_wavelength(base, changes)
-    return Plan(base, changes)
+    return Plan(base, changes, source)
 
 
 def warnings(base: Scene, changes: list[dict]) -> list[str]:
@@ -130,7 +137,7 @@ def _kind(text):
 
 
 def _told(which, change, text):
-    return f"{which}, the first with {', '.join(f'{key} = {value}' for key, value in change.items())}: {text}"
+    return f"{which}, the first with {said(change)}: {text}"
 
 
 def check_wavelength(base, changes):
@@ -152,16 +159,17 @@ def sweep(
     say: Callable = lambda sentences: None,
     seeds: int | None = None,
     latin: int | None = None,
+    source: str = "",
     **how,
 ) -> xr.Dataset | None:
     """Run all cases and write folder/sweep.nc, sweep.png and .svg; the dataset on rank 0, None on the others.
 
     Finished cases, failed ones included, are kept in folder/cases and not computed again; all ranks take part and share
-    the folder.  say: called with the warnings about the cases, before the first is run.  seeds, latin: see `plan`.
-    how: retry, executor and limit, see `run_part`.  Raises InputError for a bad scene, bad cases, or a folder where
-    nothing can be written.
+    the folder.  say: called with the warnings about the cases, before the first is run.  seeds, latin, source: see
+    `plan`.  how: retry, executor, limit and keep, see `run_part`.  Raises InputError for a bad scene, bad cases, or a
+    folder where nothing can be written.
     """
-    planned, folder = plan(scene, vary, table, seeds, latin), Path(folder)
+    planned, folder = plan(scene, vary, table, seeds, latin, source), Path(folder)
     comm = ranks_beside(how.get("executor"))
     with claimed(folder, comm):
         say(warnings(planned.base, planned.changes))
@@ -180,7 +188,8 @@ def run_part(
 
     say: called with what is wrong with these cases before the first of them is run, and with their store.
     how: retry: cases that failed are run again.  executor: see `parallel.cases.compute`.  limit: seconds of wall time,
-    after which the running case is left with a checkpoint and interruption.TimeUp is raised.
+    after which the running case is left with a checkpoint and interruption.TimeUp is raised.  keep: the record and the
+    page of each case stay in a folder of their own in folder/records; cases that have none are run once more.
     Raises InputError if another process runs this part, or parts of another division are being run.
     """
     comm = ranks_beside(how.get("executor"))
@@ -190,12 +199,22 @@ def run_part(
         _compute(planned, part, folder, say, **how)
 
 
-def _compute(planned, part, folder, say, retry=False, executor=None, limit=None):
+def _compute(planned, part, folder, say, retry=False, executor=None, limit=None, keep=False):
     deadline = math.inf if limit is None else clock.time() + limit
-    how = partial(evaluate, base=planned.base, running=str(Path(folder) / RUNNING), deadline=deadline)
-    again = (lambda result: result["status"] != "done") if retry else None
-    place = "" if part is None else part.folder
+    running, kept = (str(Path(folder) / name) for name in (RUNNING, RECORDS))
+    how = partial(evaluate, base=planned.base, running=running, deadline=deadline, keep=kept if keep else None)
+
+    def anew(result):
+        return retry if result["status"] != "done" else keep and not _record_of(folder, result)
+
+    place, again = "" if part is None else part.folder, anew if retry or keep else None
     compute(how, planned.share(part), folder, part=place, again=again, executor=executor, failed=failed, say=say)
+
+
+def _record_of(folder, case):
+    """Folder of the record and the page that were kept of a case, below that of the sweep; empty if there are none."""
+    found = f"{RECORDS}/{key({name: case[name] for name in ('base', 'changes')})}"
+    return found if (Path(folder) / found / "page.html").is_file() else ""
 
 
 def _check_division(folder, part, comm):
@@ -248,7 +267,10 @@ def _written(planned, folder):
     kept = ("status", "statistics")  # samples are as large as all the rest
     rows = [case | {name: result[name] for name in kept} for case, result in zip(cases, results, strict=True)]
     dataset = collect(rows)
-    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml()}
+    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": planned.source}
+    kept = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
+    if any(kept):
+        dataset["record"] = ("case", np.array(kept, dtype=object), {"long_name": "folder of the record, from this one"})
     with replacing(folder / "sweep.nc") as part:
         dataset.to_netcdf(part, engine="netcdf4")
     style.save(draw(dataset), folder / "sweep")

@@ -102,6 +102,23 @@ def test_offsets_refuses(call, tmp_path, options, words):
     assert words in err.replace("\n", " ")
 
 
+@pytest.mark.parametrize(
+    "command",
+    ["modes short", "stiffness short", "offsets short --force 1", "response short", "periodic long", "static short"],
+)
+def test_where_results_go_is_seen_before_the_work(call, tmp_path, monkeypatch, command):
+    (tmp_path / "file").write_text("mine")
+    monkeypatch.setattr("dolfbuoy.model.problem.Problem.__init__", lambda *_, **__: pytest.fail("work has begun"))
+    code, _, err = call(*command.split(), "--out", tmp_path / "file")
+    assert (code, err) == (2, f"Error: {tmp_path / 'file'} cannot hold results: it is a file, and must be a folder.\n")
+
+
+def test_loads_that_nothing_withstands(call, tmp_path):
+    code, _, err = call("offsets", "short", "--force", "1e30", "--directions", "0", "--out", tmp_path)
+    assert code == 1
+    assert "Under none of these loads is there an equilibrium" in err
+
+
 def test_slack_and_kinked_states_have_no_modes():
     """A rope without load or weight, and a fold finer than its elements."""
     top = {"kind": "fixed", "position": [0.5, 0.0, 0.0]}
@@ -231,7 +248,9 @@ def test_networks_refuse(call, tmp_path, options, words):
     ("options", "words"),
     [
         (["short", "--significant-height", 1], "both or none"),
-        (["short", "--periods", "0,1"], "must be positive"),
+        (["short", "--periods", "0,1"], "--periods 0: must be from 0.01 to 10000 s"),
+        (["short", "--verify", "1e-9"], "--verify 1e-09: must be from 0.01 to 10000 s"),
+        (["short", "--significant-height", 1, "--peak-period", 5, "--gamma", 1e9], "gamma = 1000000000.0"),
         (["short", "--spreading", 2], "--spreading: goes with"),
         (["short", "--verify", "sea"], "--verify sea: there is none"),
         (["short", "--verify", "see"], "--verify see: must be positive numbers"),

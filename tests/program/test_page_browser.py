@@ -4,6 +4,7 @@ Source: the record that a page is made of; the browser's own console, list of re
 """
 
 import re
+import shlex
 
 import numpy as np
 import pytest
@@ -14,6 +15,8 @@ from dolfbuoy import load_scene, modes, show, simulate
 from dolfbuoy.page.precision_page import precision_page
 from dolfbuoy.page.run_page import run_page
 from dolfbuoy.page.sweep_page import sweep_page
+from dolfbuoy.results.record import read
+from dolfbuoy.studies.sweep import sweep
 
 pytestmark = [pytest.mark.browser, pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed")]
 SMALL = {"width": 760, "height": 560}
@@ -236,11 +239,43 @@ def test_without_webgl_the_charts_are_there(window, file, record):
     window.open(file, **SMALL)
     window.ask("Page.removeScriptToEvaluateOnNewDocument", identifier=hidden)
     assert "needs WebGL 2" in window.run("document.querySelector('.without:not([hidden])').textContent")
+    assert window.run("[...document.querySelectorAll('.views')].every(views => views.hidden)")
+    window.press("2")
+    window.press("f")
+    window.run("document.getElementById('play').click()")
+    window.wait("parseFloat(document.getElementById('time').value) % 1 > 0.2")
+    window.run("document.getElementById('play').click()")
     scrub(window, 8.0)
     row = int(np.abs(record.time.values - 8.0).argmin())
     shown = {name: number(text) for name, text in readouts(window)}
     assert shown["upper end"] == pytest.approx(1e-3 * record.tension_top.values[row], rel=6e-4)
     assert window.errors() == []
+
+
+def test_graphics_that_are_lost_come_back(page):
+    def pixels():
+        page.pause()
+        return page.run("document.getElementById('canvas').toDataURL()")
+
+    scrub(page, 12.0)
+    before = pixels()
+    page.run(
+        "window.graphics = document.getElementById('canvas').getContext('webgl2').getExtension('WEBGL_lose_context')"
+    )
+    page.run("graphics.loseContext()")
+    page.wait("document.querySelector('.without').textContent.includes('taken its graphics away')")
+    scrub(page, 14.0)
+    page.run("document.querySelector('[data-look=side]').click()")
+    page.pause()
+    page.run("graphics.restoreContext()")
+    page.wait("document.querySelector('.without').hidden")
+    after = pixels()
+    page.run("document.querySelector('[data-look=whole]').click()")
+    scrub(page, 12.0)
+    assert pixels() == before != after
+    expected = "CONTEXT_LOST_WEBGL: loseContext"  # the browser says so too, as a warning
+    assert all(expected in str(event) for event in page.errors())
+    page.events.clear()
 
 
 def test_a_frame_in_a_notebook_plays_apart(window, record, tmp_path):
@@ -272,6 +307,53 @@ def test_a_sweep_is_sorted_and_its_cases_open(window, tmp_path):
     assert "SolveError: <b>no</b>" in opened
     assert "--set waves.amplitude=3 --set 'waves.stretching=\"wheeler\"'" in opened
     assert window.run("document.querySelectorAll('img, b').length") == 0
+    assert window.errors() == []
+
+
+def click_on_case(window, number):
+    """With the mouse, as browsers let only what was asked for open a window."""
+    row = f"document.querySelectorAll('#table tbody tr')[{number - 1}]"
+    window.run(f"{row}.scrollIntoView({{block: 'center'}})")
+    x, y = window.run(f"(({{left, top}}) => [left + 40, top + 8])({row}.getBoundingClientRect())")
+    for kind in ("mousePressed", "mouseReleased"):
+        window.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+
+def test_a_click_on_a_case_opens_its_replay(window, tmp_path):
+    scene = load_scene("short", **{"time.end": 1.0})
+    dataset = sweep(scene, ["waves.amplitude=0.2,0.5"], None, tmp_path, keep=True)
+    window.open(tmp_path / "sweep.html", **SMALL)
+    click_on_case(window, 2)
+    path = tmp_path / dataset.record.values[1]
+    with window.opened((path / "page.html").as_uri()):
+        window.wait("document.readyState === 'complete' && document.title !== ''")
+        record = read(path / "results.nc")
+        assert "case waves.amplitude = 0.5" in window.run("document.querySelector('header').textContent")
+        said = window.run("document.querySelector('.keys .number').textContent")
+        assert said == f"{1e-3 * float(record.tension_top.max()):.4g} kN"
+        scrub(window, 0.5)
+        assert clock(window) == 0.5
+    link = window.run("document.querySelector('#chosen a').getAttribute('href')")
+    assert link == f"{dataset.record.values[1]}/page.html"
+    assert window.errors() == []
+
+
+def test_the_command_of_a_case_gives_its_numbers(window, call, tmp_path):
+    vary = ["--vary", "waves.amplitude=0.2,0.5", "--vary", "waves.stretching=none,wheeler"]
+    common = ["short", "--set", "time.end=0.5", "--set", 'title="it\'s one"']
+    assert call("sweep", *common, *vary, "--out", tmp_path / "sw")[0] == 0
+    window.open(tmp_path / "sw" / "sweep.html", **SMALL)
+    click_on_case(window, 4)
+    command, *arguments = shlex.split(window.run("document.querySelector('#chosen pre').textContent"))
+    window.run("document.querySelector('#chosen button').click()")
+    window.wait("/Copied|Selected/.test(document.querySelector('#chosen button').textContent)")
+    assert shlex.split(window.run("getSelection().toString()")) == [command, *arguments]
+    assert command == "dolfbuoy"
+    assert call(*arguments[:-1], tmp_path / "alone", "--no-plot")[0] == 0
+    swept, alone = read(tmp_path / "sw" / "sweep.nc"), read(tmp_path / "alone" / "results.nc")
+    assert float(swept.tension_top_maximum[3]) == float(alone.tension_top.max())
+    assert "record" not in swept
+    assert window.run("document.querySelector('#chosen a')") is None
     assert window.errors() == []
 
 

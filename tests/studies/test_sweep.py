@@ -360,6 +360,27 @@ def test_an_interrupted_sweep_goes_on(tmp_path):
     xr.testing.assert_equal(done, dataset)
 
 
+def test_records_of_cases_are_kept(tmp_path, monkeypatch):
+    """A sweep that kept none runs its cases once more; the numbers stay, to the last bit, and so does what is kept."""
+    vary = ["cable.line_density=1,-1,2"]
+    without = sweep(ROD, vary, None, tmp_path)
+    assert "record" not in without
+    dataset = sweep(ROD, vary, None, tmp_path, keep=True)
+    xr.testing.assert_identical(dataset.drop_vars("record"), without)
+    assert dataset.record.values[1] == ""
+    for case in (0, 2):
+        folder = tmp_path / dataset.record.values[case]
+        direct = simulate(ROD, cable__line_density=case or 1)
+        with xr.open_dataset(folder / "results.nc") as kept:
+            xr.testing.assert_equal(kept, direct)
+        assert f"case cable.line_density = {case or 1}" in (folder / "page.html").read_text()
+        assert load_scene(folder / "scene.toml") == load_scene(ROD, cable__line_density=case or 1)
+    assert len(list((tmp_path / "records").iterdir())) == 2
+    assert not list((tmp_path / "cases" / "running").iterdir())
+    monkeypatch.setattr(sweeping, "evaluate", computed_twice)
+    xr.testing.assert_identical(sweep(ROD, vary, None, tmp_path, keep=True), dataset)
+
+
 @needs_mpirun
 @pytest.mark.mpi
 def test_three_ranks_are_identical_to_one(swept, tmp_path):

@@ -99,11 +99,28 @@ class Browser:
 
     def run_in_frame(self, expression):
         """`run` in the frame that is apart from the page and has a process of its own."""
+        with self._of(lambda target: target["type"] == "iframe"):
+            return self.run(expression)
+
+    @contextmanager
+    def opened(self, url):
+        """Be in the window that the page has opened, which is closed at the end."""
+        with self._of(lambda target: target["url"] == url) as target:
+            yield
+            self.ask("Page.close")
+        assert target["type"] == "page"
+
+    @contextmanager
+    def _of(self, is_wanted, seconds=20.0):
+        """Be in another target, as soon as there is one."""
         page, self.session = self.session, None
         try:
-            frame = next(t for t in self.ask("Target.getTargets")["targetInfos"] if t["type"] == "iframe")
-            self.session = self.ask("Target.attachToTarget", targetId=frame["targetId"], flatten=True)["sessionId"]
-            return self.run(expression)
+            until = time.monotonic() + seconds
+            while not (found := [t for t in self.ask("Target.getTargets")["targetInfos"] if is_wanted(t)]):
+                assert time.monotonic() < until, "no such window"
+                time.sleep(0.03)
+            self.session = self.ask("Target.attachToTarget", targetId=found[0]["targetId"], flatten=True)["sessionId"]
+            yield found[0]
         finally:
             self.session = page
 

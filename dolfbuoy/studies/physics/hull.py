@@ -16,7 +16,7 @@ from ...linear import LARGEST_KR
 from ...linear.linearisation import linearise
 from ...linear.periods import natural_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import response, small_waves
+from ...linear.response import check_periods, response, small_waves
 from ...model.feasible import shape_and_mass
 from ...model.hydrostatics import float_upright
 from ...scene import Scene, load_scene, settings
@@ -49,7 +49,10 @@ def request(scene: str, runs: str, direction: float | None, capytaine: Path | No
         raise InputError("Study hull looks at a floating buoy: the scene needs [buoy], [sea] and gravity.")
     if direction is None:
         direction = scene.waves.direction_deg if scene.waves else 0.0
+    if not math.isfinite(direction):
+        raise InputError(f"--direction {direction:g}: must be a finite number.")
     runs = settings.parse_numbers("--runs", runs)
+    check_periods("--runs", runs)
     flow = _potential_flow(scene, capytaine) if capytaine else None
     return {"scene": scene, "runs": runs, "direction": direction, "flow": flow}
 
