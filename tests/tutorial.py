@@ -2,7 +2,7 @@
 
     .venv/bin/python tests/tutorial.py
 
-Outputs of more than a megabyte (the replay) are not kept: a reader gets them by running the cell.
+Pages (the replay) are not kept: they are large, go stale with the page's code, and a forge does not show them.
 """
 
 from pathlib import Path
@@ -11,12 +11,6 @@ import nbformat
 from nbclient import NotebookClient
 
 TUTORIAL = Path(__file__).parent.parent / "dolfbuoy" / "scenes" / "tutorial.ipynb"
-MOST = 500_000
-
-
-def size(output):
-    """Characters of an output."""
-    return len(str(output.get("data", "")))
 
 
 def main():
@@ -25,7 +19,8 @@ def main():
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)  # when it was run
         if cell.cell_type == "code":
-            cell.outputs = [output for output in cell.outputs if size(output) < MOST]
+            for output in cell.outputs:
+                output.get("data", {}).pop("text/html", None)  # what stands there as text stays
     nbformat.write(notebook, TUTORIAL)
 
 

@@ -19,6 +19,7 @@ from ..parallel import interruption, ranks
 from ..results.tables import unit_of
 from .run import advised, draw, run
 from .shared import (
+    InstantsOption,
     Interrupted,
     OutOption,
     OverwriteOption,
@@ -205,7 +206,9 @@ def report(
 
 @app.command()
 def plot(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")], paraview: ParaviewOption = True
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
+    paraview: ParaviewOption = True,
+    instants: InstantsOption = 50,
 ):
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     from ..results.checkpoint import read_scene
@@ -215,7 +218,7 @@ def plot(
         raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
     if (folder / "scene.toml").is_file() and is_edited(folder, read_scene(folder)):
         say_warnings([f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."])
-    draw(folder, paraview)
+    draw(folder, paraview, instants)
 
 
 @app.command()

@@ -1,5 +1,6 @@
 """`dolfbuoy run`: a scene in time, from its start or from where it was stopped, and what is shown of it."""
 
+import os
 import shlex
 import time as clock
 from functools import partial
@@ -12,6 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from ..errors import InputError
 from ..parallel import interruption
 from .shared import (
+    InstantsOption,
     Interrupted,
     OutOption,
     OverwriteOption,
@@ -36,6 +38,7 @@ def run(
     assign: SetOption = None,
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures, write ParaView files.")] = True,
     paraview: ParaviewOption = True,
+    instants: InstantsOption = 50,
     page: Annotated[
         bool | None, typer.Option("--page/--no-page", help="Write page.html \\[default: unless --no-plot].")
     ] = None,
@@ -53,7 +56,7 @@ def run(
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
-    shows = {"figures": partial(draw, paraview=paraview)} if plot else {}
+    shows = {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
     shows |= {"page.html": partial(page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
         if folder is not None or assign or accuracy is not None or overwrite:
@@ -170,8 +173,8 @@ def advised(scene, quantity, accuracy, folder=None, write=None):
     from ..results.compare import parse_accuracy
     from ..studies.accuracy import advise as study
 
-    if write is not None and write.is_dir():
-        raise InputError(f"--write {write}: must be a file, not a folder.")
+    if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
+        raise InputError(f"--write {write}: must be a file in a folder that can be written to.")
 
     def say(text):
         out.print(text, soft_wrap=True, highlight=False, markup=False)
@@ -183,13 +186,13 @@ def advised(scene, quantity, accuracy, folder=None, write=None):
     return found.scene, study.sentences(found)
 
 
-def draw(folder, paraview=True):
+def draw(folder, paraview=True, instants=50):
     """Figures and, if they are wanted, ParaView files of a run; says which figures it is too short for."""
     from ..results.figures import draw_all
     from ..results.paraview import export
 
     figures = draw_all(folder, lambda sentence: out.print(sentence, soft_wrap=True, highlight=False))
-    exported = export(folder) if paraview else []
+    exported = export(folder, instants) if paraview else []
     places = f"{folder / 'figures'} and {folder / 'paraview'}" if exported else f"{folder / 'figures'}"
     out.print(f"{len(figures) + len(exported)} files in {places}")
 

@@ -38,6 +38,9 @@ def finite(param: typer.CallbackParam, value: float | None) -> float | None:
 OutOption = out_option("results/NAME")
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace results that are in the folder.")]
 ParaviewOption = Annotated[bool, typer.Option("--paraview/--no-paraview", help="Write ParaView files too.")]
+InstantsOption = Annotated[
+    int, typer.Option("--instants", min=1, max=100_000, help="Written for ParaView, of those recorded.")
+]
 QuantityOption = Annotated[
     str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
 ]

@@ -3,6 +3,7 @@
 import math
 import os
 import tempfile
+import time as clock
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,15 +16,20 @@ from .to_moordyn import Export
 
 #: Steps of MoorDyn in a call: within it driven ends keep their speed, and the jumps between make stiff lines ring.
 PER_CALL = 10
+#: Factor by which calls are shorter than so many steps: MoorDyn takes one more where they are longer, if by rounding.
+SHORTER = 1 - 1e-12
 
 
 @dataclass
 class Series:
-    """Times t [s]; tension (t, line, end: 0 lower, 1 upper) [N]; body (t, body, 3): places of bodies' keels [m]."""
+    """Times t [s]; tension (t, line, end: 0 lower, 1 upper) [N]; body (t, body, 3): places of bodies' keels [m]; force
+    (t, 3 driven ends): what holds these [N]; seconds on the processor of MoorDyn's steps and of reading them."""
 
     t: np.ndarray
     tension: np.ndarray
     body: np.ndarray
+    force: np.ndarray
+    seconds: float
 
 
 def moordyn_module():
@@ -35,14 +41,14 @@ def moordyn_module():
     return moordyn
 
 
-def run(export: Export, end: float, most: int = 50_000) -> Series | None:
-    """To t = end [s]; None if the run diverges.  most: instants that are kept.
+def run(export: Export, end: float, most: int = 50_000, per_call: int | None = None) -> Series | None:
+    """To t = end [s]; None if the run diverges.  most: instants that are kept.  per_call: MoorDyn's steps in a call.
 
     Tensions at ends are carried on linearly from the two nodes next to them: what MoorDyn calls the tension of an end
     lacks the weight of half a segment.
     """
     moordyn = moordyn_module()
-    step = export.step * (1 if export.driven else PER_CALL)
+    step = export.step * (per_call or (1 if export.driven else PER_CALL)) * SHORTER
     steps = math.ceil(end / step - 1e-9)
     every = -(-steps // most)
     t = np.arange(steps + 1) * step
@@ -57,17 +63,22 @@ def run(export: Export, end: float, most: int = 50_000) -> Series | None:
             moordyn.Init(system, places[0].tolist(), [0.0] * places.shape[1])
             lines = [moordyn.GetLine(system, i + 1) for i in range(moordyn.GetNumberLines(system))]
             bodies = [moordyn.GetBody(system, i + 1) for i in range(moordyn.GetNumberBodies(system))]
-            tension, body = [], []
+            tension, body, held = [], [], []
+            begin = clock.process_time()
             for i in range(steps):
-                moordyn.Step(system, places[i].tolist(), speeds[i].tolist(), float(t[i]), step)
+                force = moordyn.Step(system, places[i].tolist(), speeds[i].tolist(), float(t[i]), step)
                 if (i + 1) % every == 0:
                     tension.append([_ends(moordyn, line) for line in lines])
                     body.append([_place(moordyn, own) for own in bodies])
+                    held.append(force)
+            seconds = clock.process_time() - begin
         except RuntimeError:
             return None  # "MoorDyn reported an error": NaN
         finally:
             moordyn.Close(system)
-    found = Series(t[every::every], np.array(tension), np.array(body).reshape(len(body), -1, 3))
+    found = Series(
+        t[every::every], np.array(tension), np.array(body).reshape(len(body), -1, 3), np.array(held), seconds
+    )
     return found if np.isfinite(found.tension).all() and np.isfinite(found.body).all() else None
 
 

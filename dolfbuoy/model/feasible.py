@@ -111,6 +111,11 @@ def spare_buoyancy(scene) -> float:
     return (scene.sea.density * shape.volume() - mass.mass) * scene.gravity
 
 
+def drowned(scene) -> bool:
+    """Whether the cable is too short for any of the buoy to be above the water."""
+    return scene.cable is not None and pull_upright(scene) >= spare_buoyancy(scene) * (1 - 1e-9)
+
+
 def shape_and_mass(scene):
     """(HullShape or None, MassProperties) of the scene's buoy."""
     shape = shape_of(scene.buoy)

@@ -75,16 +75,35 @@ def _towed(t, duration):
 
 
 def _along_rows(position, rows, duration):
-    """Displacements [t, x, y, z], joined smoothly, at rest before the first and after the last row."""
-    from scipy.interpolate import CubicSpline
-
-    path, ends = CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped"), rows[[0, -1], 0]
+    """Displacements [t, x, y, z], joined by a cubic spline, at rest before the first and after the last row."""
+    path, ends = _spline(rows), rows[[0, -1], 0]
     start = path(np.clip(0.0, *ends))
 
     def motion(t):
         return position + start + ramp(t, duration) * (path(np.clip(t, *ends)) - start)
 
     return motion
+
+
+def _spline(rows):
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped")
+
+
+def overshoot(rows) -> float:
+    """By how much the spline through rows [t, x, y, z] leaves the range of their displacements, at most, as a part of
+    the largest range of x, y and z."""
+    rows = np.asarray(rows, dtype=float)
+    way, path = rows[:, 1:], _spline(rows)
+    turns = [path.derivative().roots(extrapolate=False)[k] for k in range(3)]
+    beyond = 0.0
+    for k, times in enumerate(turns):
+        values = path(times[np.isfinite(times)])[:, k]
+        low, high = way[:, k].min(), way[:, k].max()
+        beyond = max(beyond, low - values.min(initial=low), values.max(initial=high) - high)
+    largest = np.ptp(way, axis=0).max()
+    return float(beyond / largest) if largest else 0.0
 
 
 def held(ends, time, u):

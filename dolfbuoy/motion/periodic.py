@@ -28,6 +28,8 @@ RUN, SLOW = 2, 0.5
 REACH = 0.01
 #: A leap has led away where the state comes back less well than before by this factor; as many pairs are then kept.
 WORSE, KEPT_PAIRS = 10.0, 4
+#: Error over the last changes where these do not fall; leaps that did nothing for `long` left one 30 times as large.
+ASTRAY = 100.0
 
 
 def in_equal_steps(scene: Scene) -> Scene:
@@ -221,6 +223,17 @@ class Cycle:
         self.state.put(self.after[-1])
         return None
 
+    @staticmethod
+    def left(change, last, shrunk):
+        """The error after a whole leap, estimated.
+
+        change, last: differences of what was seen, by this leap and by the one before.  shrunk: |F(x) - x| after the
+        leap over that before.  A leap that misses what creeps changes little, but then F(x) - x does not shrink either.
+        """
+        if change >= last / 2 or shrunk >= 1:  # at the rounding, or astray
+            return ASTRAY * max(change, last)
+        return change * max(change / last, shrunk / (1 - shrunk), 0.1)
+
     def find(self, accuracy, most):
         """From the start onto the cycle, to this accuracy relative to ranges.
 
@@ -238,10 +251,9 @@ class Cycle:
             if self.missing() > SLOW * size:
                 relax = RUN
             change, seen = self.state.difference(seen, found[0]), found[0]
-            if found[1]:
-                error = change * max(change / last, 0.1) if change < last / 2 else 10 * max(change, last)
-                if error <= accuracy:
-                    return Found(self.periods, error)
+            error = self.left(change, last, self.missing() / max(size, 1e-300)) if found[1] else math.inf
+            if error <= accuracy:
+                return Found(self.periods, error)
             last = change if found[1] else math.inf
             reach = min(2 * reach, longest)
         raise SolveError(f"No limit cycle was found within {most} periods of {self.period:g} s; there may be none.")

@@ -57,7 +57,7 @@ def _precision(folder):
     file = folder / "work-precision.json"
     with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
         found = json.loads(file.read_text())
-        text = precision_page(found["rows"], found["notes"])
+        text = precision_page(found["rows"], found["notes"], found.get("title", ""))
     return _written(folder / "work-precision.html", text)
 
 

@@ -6,15 +6,16 @@ from . import words
 from .document import joined, page, tag
 
 
-def precision_page(rows: list[dict], notes: list[str]) -> str:
-    """HTML of the rows and notes of work-precision.json."""
+def precision_page(rows: list[dict], notes: list[str], scene: str = "") -> str:
+    """HTML of the rows and notes of work-precision.json, and of the title of its scene."""
+    title = f"Work and precision of {scene}" if scene else "Work and precision"
     names = [name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)]
     said = f"{len(rows)} cases against a finer reference"
     answer = words.section("answer", "The answer", words.paragraphs(notes), class_="whole")
     charts = tag("div", id="charts", class_="grid")
     cases = words.section("cases", "Cases", tag("div", id="table"), class_="whole")
-    body = joined([words.header("Work and precision", said), tag("main", charts, answer, cases)])
-    return page("Work and precision", body, data_of(rows, names), "precision")
+    body = joined([words.header(title, said), tag("main", charts, answer, cases)])
+    return page(title, body, data_of(rows, names), "precision")
 
 
 def data_of(rows, names) -> dict:

@@ -14,20 +14,26 @@ from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
 from ..scene.network import network_of
 from .checkpoint import read_scene
-from .folder import enlist
+from .folder import enlist, remarks
 from .parts import parts_of
 from .record import read
 
+#: Instants that are written unless others are asked for: each is a file of everything that moves.
+INSTANTS = 50
 
-def export(folder: str | Path) -> list[Path]:
+
+def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     """Write folder/paraview/ from the results.nc and scene.toml of a run; returns the files, collections last.
 
-    One mesh per instant (cable_NNNN.vtu, ...) and a collection to open (cable.pvd, ...) of each of KINDS that the run
-    has; names of fields have their units.  Of a network each cable and each buoy has its own, with its name behind that
-    of the kind, and network.pvd shows all at once.  Raises InputError if the folder holds no run.
+    One mesh per instant (cable_NNNN.vtu, ...), of `most` of them evenly from the first to the last that is recorded,
+    and a collection to open (cable.pvd, ...) of each of KINDS that the run has; names of fields have their units.  Of a
+    network each cable and each buoy has its own, with its name behind that of the kind, and network.pvd shows all at
+    once.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    target, times = Path(folder) / "paraview", instants(record, scene)
+    target, recorded = Path(folder) / "paraview", instants(record, scene)
+    chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
+    times = recorded[chosen]
     meshes = _meshes(record, scene)
     shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
     paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
@@ -36,10 +42,13 @@ def export(folder: str | Path) -> list[Path]:
     )
     files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
     enlist(folder, files)
+    for name in remarks(folder, "run")["files"]:
+        if name.startswith("paraview/") and Path(folder) / name not in files:  # of more instants, before
+            (Path(folder) / name).unlink(missing_ok=True)
     target.mkdir(exist_ok=True)
     for kind, names in paths.items():
         for i, path in enumerate(names):
-            meshes[kind](i, shown[kind][i]).write(path)
+            meshes[kind](chosen[i], shown[kind][i]).write(path)
         _write_collection(collections[kind], shown[kind], names)
     if scene.is_network:
         _write_collection(

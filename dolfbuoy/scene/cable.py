@@ -64,7 +64,9 @@ class Top(Section):
     phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
     ramp: Duration = key("time over which the motion, of a tow its speed, grows from nothing", "s", default=0.0)
     velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
-    motion: Motion | None = key("rows [t, x, y, z] from position, or a file of them", "s, m", default=None)
+    motion: Motion | None = key(
+        "rows [t, x, y, z] from position, joined by a cubic spline, or a file of them", "s, m", default=None
+    )
 
     @model_validator(mode="after")
     def _complete(self):

@@ -6,11 +6,13 @@
 SIZE is the nominal diameter d: the bar of a chain, the rope.  A scene that names one gets a [material.NAME] with its
 numbers, and is complete without this module; what a cable or segment gives itself counts before it.
 
-- Chain.  Breaking load c d^2 (44 - 0.08 d) kN, d in mm: IACS UR W22 (offshore, R3 to R5) and UR W18 (ships, Q1 to Q3).
-  Mass, stiffness and the diameter of its volume: Orcina, OrcaFlex help, "Chain".  Drag on d: DNV-OS-E301.  `less` takes
-  a corrosion allowance off d for the breaking load; mass, volume and stiffness are those of the new chain.
-- Wire (spiral strand) and fibre ropes.  Mass, breaking load, stiffness and density: MoorPy, MoorProps_default (Hall et
-  al., NREL).  Stiffness of fibre ropes is the static one; drag on d: DNV-OS-E301, added mass: Bureau Veritas NR 493.
+- Chain.  Breaking load c d^2 (44 - 0.08 d) kN, d in mm: IACS UR W22 and DNVGL-OS-E302 (offshore, R3 to R5), IACS UR W18
+  (ships, grades 1 to 3).  Mass, stiffness and the diameter of its volume: Orcina, OrcaFlex help, "Chain".  Drag on d:
+  DNV-OS-E301.  `less` takes a corrosion allowance off d for the breaking load; mass, volume and stiffness are those of
+  the new chain.
+- Wire (spiral strand in a sheath) and fibre ropes.  Mass, breaking load, stiffness and density: MoorPy,
+  MoorProps_default (Hall et al., NREL).  Stiffness of fibre ropes is the static one; drag on d: DNV-OS-E301, added
+  mass: Bureau Veritas NR 493.
 """
 
 import math

@@ -107,7 +107,7 @@ def save(folder: Path, table: Table) -> None:
     """Write the files of a table, with a page for those that have one."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    engine.write_json(folder / f"{table.name}.json", {"rows": table.rows, "notes": table.notes})
+    engine.write_json(folder / f"{table.name}.json", {"title": table.title, "rows": table.rows, "notes": table.notes})
     columns = list(dict.fromkeys(key for row in table.rows for key in row))
     with open(folder / f"{table.name}.csv", "w", newline="") as file:
         writer = csv.DictWriter(file, columns)

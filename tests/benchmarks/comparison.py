@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import matplotlib
+from matplotlib.ticker import LogLocator
 from rich.console import Console
 from rich.table import Table
 
@@ -10,24 +11,31 @@ from dolfbuoy.results.compare import percent
 from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
 
 HEADINGS = ("case", "accuracy", "MoorDyn", "error", "time [s]", "dolfbuoy", "error", "time [s]", "faster", "aim")
+TITLE = """# Times beside MoorDyn
+
+Made by `tests/benchmarks/times.py`; MoorDyn's settings by `tests/benchmarks/moordyn_settings.py`
+([moordyn.md](moordyn.md)), which also says against what errors are measured. Both programs were timed in turn.
+
+![time against error, both programs](times.png)
+
+"""
 
 
 def _cells(row):
     """The cells of a row, as text."""
-    name = row.get("case") or f"{row['cable']}, EA x {row['stiffness']:g}"
-    cells = [name, percent(row["accuracy"])]
+    cells = [row["case"], percent(row["accuracy"])]
     for program in ("moordyn", "dolfbuoy"):
-        cells.append(row[f"{program}_settings"])
-        cells.append(percent(row[f"{program}_error"]) if f"{program}_error" in row else "-")
-        cells.append(_seconds(row, program))
-    cells.append(f"{_plain(row['ratio'], 2)} x" if row["ratio"] else "-")
-    return [*cells, f"{row['aim']:g} x" if row["aim"] else ""]
+        spread = _plain(row[f"{program}_spread"], 1)
+        cells += [row[f"{program}_settings"], percent(row[f"{program}_error"]), f"{_cpu(row, program)} ± {spread}"]
+    return [*cells, _faster(row), f"{row['aim']:g} x" if row["aim"] else ""]
 
 
-def _seconds(row, program):
-    if f"{program}_cpu" not in row:
-        return "-"
-    return f"{_plain(row[f'{program}_cpu'], 3)} ± {_plain(row[f'{program}_spread'], 1)}"
+def _cpu(row, program):
+    return _plain(row[f"{program}_cpu"], 3)
+
+
+def _faster(row):
+    return f"{_plain(row['ratio'], 2)} x"
 
 
 def _plain(number, digits):
@@ -36,20 +44,9 @@ def _plain(number, digits):
 
 
 def _remarks(rows):
-    """Notes of single rows, and what the references are good for."""
-    said = []
-    for row in rows:
-        name = row.get("case") or f"{row['cable']}, EA x {row['stiffness']:g}"
-        for program, label in (("moordyn", "MoorDyn"), ("dolfbuoy", "dolfbuoy")):
-            if row.get(f"{program}_note"):
-                said.append(f"{name}, {percent(row['accuracy'])}: {label} {row[f'{program}_note']}.")
-    for name, row in {row["cable"] + f" EA x {row['stiffness']:g}": row for row in rows if "stiffness" in row}.items():
-        differ = row["programs_differ"]
-        said.append(
-            f"{name}: the reference is known to {percent(row['reference_own'])} of the range; MoorDyn's own limit "
-            + (f"differs by {percent(differ)}." if differ is not None else "was too dear to compute.")
-        )
-    return said
+    return [
+        f"{row['case']}, {percent(row['accuracy'])}: dolfbuoy misses the accuracy." for row in rows if row["misses"]
+    ]
 
 
 def table(rows: list[dict], notes: list[str]) -> None:
@@ -66,43 +63,55 @@ def table(rows: list[dict], notes: list[str]) -> None:
 
 
 def write_markdown(path: Path, rows: list[dict], notes: list[str]) -> None:
-    """The same as a markdown table."""
+    """The same as a markdown table, below a title."""
     lines = ["| " + " | ".join(HEADINGS) + " |", "|" + "---|" * len(HEADINGS)]
     lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
     lines += ["", *(f"- {note}" for note in [*_remarks(rows), *notes])]
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text(TITLE + "\n".join(lines) + "\n")
+
+
+def in_short(rows: list[dict]) -> str:
+    """The table of the README at the top: a line per case that has a name there, at 1 % and 0.1 %."""
+    lines = []
+    for case, name in {row["case"]: row["readme"] for row in rows if row["readme"]}.items():
+        cells = [name]
+        for accuracy in (0.01, 0.001):
+            row = next((row for row in rows if (row["case"], row["accuracy"]) == (case, accuracy)), None)
+            cells += (
+                [f"{_cpu(row, 'dolfbuoy')} s", f"{_cpu(row, 'moordyn')} s", _faster(row)] if row else ["", "missed", ""]
+            )
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 @matplotlib.rc_context(STYLE)
-def draw(rows: list[dict], points: list[dict]):
-    """Time against error, a panel per case; rings: the settings of the table.  Errors above 10 % are left out."""
-    points = [point for point in points if point["error"] <= 0.1]
-    cases = list(dict.fromkeys((row["cable"], row["stiffness"]) for row in rows))
+def draw(rows: list[dict]):
+    """Time against error at the settings of the table, a panel per case."""
+    cases = list(dict.fromkeys(row["case"] for row in rows))
     columns = min(3, len(cases))
     lines = -(-len(cases) // columns)
-    figure = new_figure(PAGE, 0.6 + 2.0 * lines)
+    figure = new_figure(PAGE, 0.6 + 1.7 * lines)
     axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
-    for axis, (cable, stiffness) in zip(axes.flat, cases, strict=False):
-        _panel(axis, cable, stiffness, rows, points)
-    for axis in axes[-1]:
+    for axis, case in zip(axes.flat, cases, strict=False):
+        _panel(axis, case, [row for row in rows if row["case"] == case])
+    for axis in axes.flat[len(cases) :]:
+        axis.set_axis_off()
+    for axis in axes.flat[max(0, len(cases) - columns) : len(cases)]:
         axis.set_xlabel("error [% of the range]")
+        axis.tick_params(labelbottom=True)
     for axis in axes[:, 0]:
         axis.set_ylabel("CPU time for 120 s [s]")
     axes[0, 0].legend()
     return figure
 
 
-def _panel(axis, cable, stiffness, rows, points):
-    axis.set(xscale="log", yscale="log", title=f"{cable} cable, EA x {stiffness:g}")
-    for program, color in (("MoorDyn", COLORS["red"]), ("dolfbuoy", COLORS["blue"])):
-        mine = [p for p in points if (p["cable"], p["stiffness"], p["program"]) == (cable, stiffness, program)]
-        mine = sorted({(100 * p["error"], p["seconds"]) for p in mine})
-        axis.plot(*zip(*mine, strict=True), "o", color=color, ms=2.5, alpha=0.6) if mine else None
+def _panel(axis, case, rows):
+    axis.set(xscale="log", yscale="log", title=case)
+    for program, marker, color in (("MoorDyn", "s", COLORS["red"]), ("dolfbuoy", "o", COLORS["blue"])):
         key = program.lower()
-        used = [r for r in rows if (r["cable"], r["stiffness"]) == (cable, stiffness) and f"{key}_cpu" in r]
-        chosen = [(100 * r[f"{key}_error"], r[f"{key}_cpu"]) for r in used]
-        if chosen:
-            axis.plot(*zip(*chosen, strict=True), "o-", color=color, ms=5, mfc="none", label=program)
-    for accuracy in sorted({row["accuracy"] for row in rows}):
-        axis.axvline(100 * accuracy, color=COLORS["ink"], lw=0.6, ls=":")
+        found = [(100 * row[f"{key}_error"], row[f"{key}_cpu"]) for row in rows]
+        axis.plot(*zip(*found, strict=True), marker + "-", color=color, ms=4, label=program)
+    for row in rows:
+        axis.axvline(100 * row["accuracy"], color=COLORS["ink"], lw=0.6, ls=":")
     plain_ticks(axis)
+    axis.yaxis.set_major_locator(LogLocator())

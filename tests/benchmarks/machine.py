@@ -4,8 +4,10 @@ import contextlib
 import importlib.metadata as metadata
 import os
 import platform
+import subprocess
 from pathlib import Path
 
+import dolfbuoy
 from dolfbuoy.solver import compat
 
 
@@ -16,6 +18,13 @@ def description() -> dict[str, str]:
     with contextlib.suppress(metadata.PackageNotFoundError):
         found["MoorDyn"] = metadata.version("moordyn")
     return found
+
+
+def version() -> str:
+    """'version 0.1.0 (commit af51f78)' of the program here."""
+    command = ["git", "-C", Path(__file__).parent, "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+    return f"version {dolfbuoy.__version__} (commit {commit})"
 
 
 def sentence() -> str:

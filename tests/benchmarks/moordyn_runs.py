@@ -1,90 +1,102 @@
-"""Running MoorDyn: a driven cable or a moored buoy in time, and the largest step at which it is stable."""
+"""MoorDyn on a mooring, by `dolfbuoy export moordyn`: its runs, and the largest step at which it is stable."""
 
 import math
-import tempfile
-import time as clock
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 
-import moordyn
-import moordyn_input
 import numpy as np
-from moordyn_input import Numerics
+from errors import kept_of
+from moorings import APART, LOWEST, Mooring, components
 
-from dolfbuoy.formats.moordyn_run import silent
-from dolfbuoy.model.lines import top_position
-from dolfbuoy.results.measured import Run
-from dolfbuoy.scene import Scene
+from dolfbuoy.formats import moordyn_run
+from dolfbuoy.formats.to_moordyn import Export, Numerics, export, start_of
+from dolfbuoy.scene import load_scene
+from dolfbuoy.scene.network import network_of
 
 #: Share of the largest stable step that is used.
 MARGIN = 0.95
 #: Steps within which an instability shows: its growth at 5 % above the limit is at least a factor in some ten steps.
 PROBE = 6000
+#: A run has diverged where a tension is so many times that at rest: what rings without bound saturates in the end.
+BOUND = 100.0
+#: Steps of MoorDyn in a call while it is timed, so that Python does not count: with a driven end, which moves at
+#: constant speed within a call; else as many as when errors are measured, for waves are taken once per call.
+PER_CALL = 20
+#: Points of MoorDyn's table of the irregular sea to its shortest wave, and to its shortest period.
+PER_WAVE = 24
 
 
-def run(scene: Scene, numerics: Numerics, end: float, per_call: int = 1) -> Run | None:
-    """Top tension over time; None if the run diverges.  `wall` and `cpu` are those of the stepping loop.
+@dataclass(frozen=True)
+class Settings:
+    """Integrator, segments of a line, step [s]."""
 
-    "tension_top" is extrapolated linearly from the last two nodes below the end, which is of second order in the
-    segment's length; "force", of a driven end, is what MoorDyn says that holds it, without the inertia of the half
-    segment there: of first order.  (Its fairlead tension misses more, the weight of the half segment.)
+    scheme: str
+    segments: int
+    step: float
 
-    per_call: steps of MoorDyn in a call from Python.  Within a call it moves the driven end at constant speed, which
-    costs it accuracy unless it is 1; a larger number serves to time it without Python between its steps.
+    def __str__(self):
+        return f"{self.scheme}, {self.segments} segments, dt {self.step:.2g} s"
+
+
+def exported(mooring: Mooring, chosen: Settings, end: float) -> Export:
+    """MoorDyn's input, with waves until end [s]; from equilibrium, of a driven cable from MoorDyn's own."""
+    size = {"elements": chosen.segments, "position_degree": 1, "tension_degree": 0}
+    scene, start = mooring.lasting(end), None
+    lines = [line | size for line in scene.to_dict()["cable"]] if scene.is_network else size
+    scene = load_scene(scene, cable=lines)
+    if scene.buoy:
+        start = start_of(mooring.rest)
+        if not scene.is_network:
+            scene = load_scene(scene, initial__buoy_position=start.buoys[""].tolist())
+    numerics = Numerics(chosen.scheme, chosen.step)
+    if scene.waves and scene.waves.irregular:
+        return _with_sea(export(load_scene(scene, waves=None), start, numerics), scene)
+    return export(scene, start, numerics)
+
+
+def _with_sea(found, scene):
+    """The irregular sea as a spectrum, and a table as fine as the shortest of its waves asks for.
+
+    MoorDyn's components are a exp(-i phase); the highest frequency of the spectrum sets the steps in time.
     """
-    calls = math.ceil(end / (numerics.step * per_call) - 1e-9)
-    t = np.arange(calls + 1) * numerics.step * per_call
-    positions, velocities = _motion(scene, t)
-    with tempfile.TemporaryDirectory() as folder, silent():
-        system = moordyn.Create(str(moordyn_input.write(Path(folder), scene, numerics)))
-        try:
-            moordyn.SetVerbosity(system, moordyn.LEVEL_NONE)
-            moordyn.Init(system, positions[0], [0.0] * len(positions[0]))
-            line, top = moordyn.GetLine(system, 1), scene.cable.top
-            near, far = numerics.segments - 1, numerics.segments - 2
-            forces, tensions, interval = [], [], numerics.step * per_call
-            wall, cpu = clock.perf_counter(), clock.process_time()
-            for i in range(calls):
-                force = moordyn.Step(system, positions[i], velocities[i], float(t[i]), interval)
-                tensions.append(
-                    2 * math.hypot(*moordyn.GetLineNodeTen(line, near)) - math.hypot(*moordyn.GetLineNodeTen(line, far))
-                )
-                if top:
-                    forces.append(math.hypot(*force))
-            wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-        except RuntimeError:
-            return None  # "MoorDyn reported an error": NaN
-        finally:
-            moordyn.Close(system)
-    values = np.array(tensions)
-    if not np.isfinite(values).all():
-        return None
-    readings = {"tension_top": values} | ({"force": np.array(forces)} if top else {})
-    return Run(t[1:], readings, wall, cpu, calls * per_call)
+    highest, last = LOWEST + 99 * APART, PER_WAVE / 2
+    count = round(last * highest / APART)
+    parts = {round(2 * math.pi / T / APART): a * np.exp(-1j * math.radians(p)) for a, T, _, p in components()}
+    rows = [(i * APART, np.real(parts.get(i, 0)), np.imag(parts.get(i, 0)), 0.0) for i in range(count + 1)]
+    step = 2 * math.pi * scene.gravity / highest**2 / PER_WAVE
+    x, z = np.arange(-1.0, 15.0 + step, step), -np.arange(0.0, scene.sea.depth + step, step)[::-1]
+    lists = ["1\n" + " ".join(f"{value:.6f}" for value in values) for values in (x, (-1e4, 1e4), z)]
+    files = {
+        "wave_frequencies.txt": "".join(" ".join(f"{value:.14g}" for value in row) + "\n" for row in rows),
+        "water_grid.txt": "waves\nx, y, z\nkind of list, values\n" + "\n".join(lists) + "\n",
+    }
+    text = found.files["lines.txt"].replace("--- OPTIONS ---\n", "--- OPTIONS ---\n2 WaveKin\n")
+    text = text.replace(f"{10 * scene.sea.depth:g} WtrDpth", f"{scene.sea.depth:g} WtrDpth")
+    return replace(found, files={"lines.txt": text} | files)
 
 
-def _motion(scene, t):
-    """Positions of the driven end, and the speeds that lead from each to the next; empty without one."""
-    if scene.cable.top is None:
-        return [[]] * len(t), [[]] * len(t)
-    x = np.array([top_position(scene.cable.top, s) for s in t])
-    return x.tolist(), (np.diff(x, axis=0) / np.diff(t)[:, None]).tolist()
+def seconds_of(mooring: Mooring, chosen: Settings, end: float) -> float:
+    """CPU seconds of MoorDyn's steps alone until end [s]; nan if it diverges."""
+    given = exported(mooring, chosen, end)
+    found = moordyn_run.run(given, end, most=50, per_call=PER_CALL if given.driven else None)
+    return found.seconds if found else math.nan
 
 
-def segment_step(scene: Scene, segments: int) -> float:
-    """2/omega of the shortest axial vibration of a segment [s]: the scale of every explicit limit."""
-    c = scene.cable
-    return c.length / segments * math.sqrt(c.line_density / c.axial_stiffness)
+def segment_step(mooring: Mooring, segments: int) -> float:
+    """2/omega of the shortest axial vibration of a segment [s], the least of all lines: scale of explicit limits."""
+    sections = [piece.section for piece in network_of(mooring.scene).pieces]
+    return min(c.length / segments * math.sqrt(c.line_density / float(c.axial_stiffness)) for c in sections)
 
 
-def largest_stable(scene: Scene, segments: int, scheme: str, seconds: float = 0.0) -> float:
+def largest_stable(mooring: Mooring, segments: int, scheme: str) -> float:
     """Largest stable step [s] within 4 %, by doubling and bisection from `segment_step`; 0 if none is found.
 
-    Stable: the tension stays finite and within 100 times its median for PROBE steps, or `seconds`.
+    It is looked for without an irregular sea, whose table takes seconds to make.
     """
-    step, stable, unstable = 0.5 * segment_step(scene, segments), 0.0, math.inf
+    if mooring.scene.waves and mooring.scene.waves.irregular:
+        mooring = replace(mooring, scene=load_scene(mooring.scene, waves=None))
+    step, stable, unstable = 0.5 * segment_step(mooring, segments), 0.0, math.inf
     for _ in range(16):
-        if _is_stable(scene, Numerics(segments, scheme, step), seconds):
+        if _bounded(mooring, Settings(scheme, segments, step), PROBE * step):
             stable = step
         else:
             unstable = step
@@ -94,21 +106,38 @@ def largest_stable(scene: Scene, segments: int, scheme: str, seconds: float = 0.
     return stable
 
 
-def _is_stable(scene, numerics, seconds):
-    found = run(scene, numerics, max(PROBE * numerics.step, seconds))
-    return found is not None and _is_bounded(found)
+def _bounded(mooring, chosen, end):
+    """The run, if it stays bounded, else None."""
+    found = moordyn_run.run(exported(mooring, chosen, end), end)
+    if found is None:
+        return None
+    return found if np.abs(found.tension).max() < BOUND * float(np.max(mooring.rest.tension_top)) else None
 
 
-def _is_bounded(found):
-    tension = found.values.get("force", found.values["tension_top"])
-    return bool(tension.max() < 100 * np.median(tension))
+def best_run(mooring: Mooring, segments: int, scheme: str, budget: float | None = None) -> dict:
+    """A run at 0.95 of the largest stable step; where it diverges after all, with a step a tenth smaller.
+
+    {"step": None without a stable step, "seconds" of END scaled from a short run, "curve": None where the run
+    would take longer than the budget [s]} and what `errors.kept_of` keeps.
+    """
+    chosen = Settings(scheme, segments, MARGIN * largest_stable(mooring, segments, scheme))
+    for _ in range(4 if chosen.step else 0):
+        short = min(mooring.until, PROBE * chosen.step)
+        rate = seconds_of(mooring, chosen, short) / short
+        result = {"step": chosen.step, "rate": rate}
+        if budget and rate * mooring.until > budget:
+            return result | {"curve": None}
+        found = _bounded(mooring, chosen, mooring.until)
+        if found is not None:
+            return result | _readings(found, mooring)
+        chosen = replace(chosen, step=0.9 * chosen.step)
+    return {"step": None, "curve": None}
 
 
-def stable_run(scene: Scene, numerics: Numerics, end: float, tries: int = 4) -> tuple[Numerics, Run | None]:
-    """A run to `end`; where it diverges after all, with a step a tenth smaller."""
-    for _ in range(tries):
-        found = run(scene, numerics, end)
-        if found is not None and _is_bounded(found):
-            return numerics, found
-        numerics = replace(numerics, step=0.9 * numerics.step)
-    return numerics, None
+def _readings(found, mooring):
+    """Tension of the last two nodes, extrapolated to the end: of second order in the segment; and of a driven end the
+    force that holds it, without the inertia of the half segment there: of first order."""
+    readings = kept_of(found.t, found.tension[:, :, 1], mooring)
+    if found.force.shape[1]:
+        readings["force"] = kept_of(found.t, np.linalg.norm(found.force, axis=1), mooring)
+    return readings

@@ -4,7 +4,7 @@
 
 Without a name all of them, one after the other: some hours on one core that nothing else uses.  What the commands write
 stays in DIR, so that studies that were interrupted go on.  --before, --equal-to: as `before_and_now.py` has them; it is
-left out without them.  releases.md is made by docker/verify.sh.
+left out without them.  releases.md is made by docker/verify.sh, moordyn.md by moordyn_settings.py.
 """
 
 import argparse
@@ -16,12 +16,9 @@ import time as clock
 from dataclasses import dataclass
 from pathlib import Path
 
-from machine import sentence
-
-import dolfbuoy
+from machine import sentence, version
 
 HERE = Path(__file__).parent
-ROOT = HERE.parents[1]
 BIN = Path(sys.executable).parent
 #: What mpirun needs in a container.
 MPI_AS_ROOT = dict.fromkeys(("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"), "1")
@@ -65,6 +62,7 @@ MADE = {
     "regularisation": Made("Regularisations", ("dolfbuoy study regularisation short --out {out}",)),
     "touchdown": Made("Touchdown", ("dolfbuoy study touchdown --out {out}",)),
     "hard-cases": Made("Hard cases", ("dolfbuoy study hard-cases --slow --out {out}",), "hard-cases.md"),
+    "times": Made("", ("times.py --out {out}",), "times.md", ("times.png",)),
     "sweep": Made(
         "A sweep",
         (f"mpirun -n 2 dolfbuoy sweep short --set time.end=20 --set waves.wavelength= {_VARIED} --out {{out}}",),
@@ -100,9 +98,8 @@ def head(made: Made) -> str:
     """Heading, command and where it ran."""
     told = [" ".join(c.replace(" --out {out}", "").split()) for c in made.commands]
     told = [c.format(before="PYTHON", equal_to="PYTHON") for c in told]
-    commit = subprocess.run(["git", "-C", ROOT, "rev-parse", "--short", "HEAD"], capture_output=True, text=True).stdout
     by = " and ".join(f"`{c}`" for c in told)
-    where = f"Made by {by} of version {dolfbuoy.__version__} (commit {commit.strip()}); {sentence()}"
+    where = f"Made by {by} of {version()}; {sentence()}"
     return "\n\n".join(part for part in (f"# {made.title}", where, made.words) if part) + "\n\n"
 
 

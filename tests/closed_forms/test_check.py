@@ -11,8 +11,9 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from dolfbuoy import load_scene, solve_static
-from dolfbuoy.check import check
+from dolfbuoy.check import check, derived
 from dolfbuoy.linear.periods import buoy_periods
+from dolfbuoy.model.held import motion_of
 from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.results.summary import remaining_amplitude
 from dolfbuoy.statics.equilibrium import shape_and_mass
@@ -312,3 +313,18 @@ def test_what_the_scheme_leaves():
     expected = (1 + (2 * math.pi / 3.1 * 0.02) ** 2) ** (-0.5 * 850)
     assert remaining_amplitude(3.1, scene) == pytest.approx(expected)
     assert 0.01 < expected < 0.9
+
+
+@pytest.mark.parametrize(("ends", "said"), [((0.0, 0.0), True), ((-0.3, 1.3), False)])
+def test_a_motion_that_swings_beyond_its_rows(ends, said):
+    """By as much as the path itself, looked at closely; not where rows stand where it turns."""
+    rows = [[0.0, 0, 0, ends[0]], [1.0, 0, 0, 0.0], [2.0, 0, 0, 1.0], [3.0, 0, 0, ends[1] or 1.0]]
+    top = {"kind": "prescribed", "position": [0.0, 0.0, 9.0], "motion": rows}
+    scene = load_scene({"cable": {"length": 10.0, "line_density": 1.0, "axial_stiffness": 1e5, "top": top}})
+    z = np.array([motion_of(scene.cable.top)(t)[2] for t in np.linspace(0.0, 3.0, 3001)]) - 9.0
+    low, high = min(row[3] for row in rows), max(row[3] for row in rows)
+    beyond = 100 * max(z.max() - high, low - z.min()) / (high - low)
+    warnings = [sentence for sentence in derived(scene).warnings if "beyond its rows" in sentence]
+    assert (beyond > 1) == said
+    assert len(warnings) == said
+    assert all(f"The motion of the top goes {beyond:.2g} % of its range beyond" in sentence for sentence in warnings)

@@ -1,6 +1,8 @@
 """Materials of the library: chain, wire and rope by their names in a catalogue, and those of a user's own file.
 
-Source: breaking loads of IACS UR W22 and W18 as manufacturers print them; the material library of MoorPy.
+Source: breaking loads of IACS UR W22 and W18 as they are printed: R3 to R4 by a manufacturer after DNV-OS-E302, R4S by
+Vicinay (137 mm; a course book of Delft prints load and mass of that bar), R5 by the formula of DNVGL-OS-E302 alone, the
+grades of ships by a chandler after ABS, in inches and pounds; the material library of MoorPy.
 """
 
 import math
@@ -17,7 +19,13 @@ from dolfbuoy.scene.network import network_of
 #: Grade, bar [mm], breaking load [kN] as printed, rounded up or to the nearest.
 PRINTED = [
     ("R3", 34, 1065), ("R3", 50, 2230), ("R3", 70, 4196), ("R3S", 34, 1189), ("R3S", 60, 3514), ("R4", 34, 1308),
-    ("R4", 50, 2740), ("R4", 68, 4886), ("Q1", 34, 468), ("Q2", 34, 655), ("Q3", 34, 937),
+    ("R4", 50, 2740), ("R4", 68, 4886), ("R4S", 137, 18852), ("R5", 50, 3200), ("Q1", 34, 468), ("Q2", 34, 655),
+    ("Q3", 34, 937),
+]  # fmt: skip
+#: Bar [inch], breaking loads of Q1, Q2, Q3 [lb], rounded to as much as 500 lb.
+IN_POUNDS = [
+    (0.75, 34000, 47600, 68000), (1.0, 59700, 83600, 119500), (1.25, 92200, 129000, 184000),
+    (1.5, 131000, 183500, 262000), (1.75, 176000, 247000, 352000), (1.875, 201000, 281000, 402000),
 ]  # fmt: skip
 
 OWN = """
@@ -45,6 +53,13 @@ def test_chains_break_as_printed(grade, size, breaking):
     """Stud or not: the grade decides."""
     for link in ("studless", "studlink"):
         assert material(f"chain {grade} {link} {size} mm")["breaking_load"] == pytest.approx(1e3 * breaking, rel=1.5e-3)
+
+
+@pytest.mark.parametrize(("inches", "loads"), [(row[0], row[1:]) for row in IN_POUNDS])
+def test_chains_of_ships_break_as_printed_in_pounds(inches, loads):
+    for grade, pounds in zip(("Q1", "Q2", "Q3"), loads, strict=True):
+        name = f"chain {grade} studlink {25.4 * inches:g} mm"
+        assert material(name)["breaking_load"] / 4.4482216 == pytest.approx(pounds, abs=500)
 
 
 def test_chain():

@@ -19,7 +19,6 @@ LAYERS = (
     ("studies",),
     ("page",),
     ("api", "linear_api", "check"),
-    ("check_bed",),
     ("results", "motion", "linear", "formats"),
     ("statics",),
     ("model",),

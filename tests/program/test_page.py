@@ -149,6 +149,39 @@ def test_nothing_in_a_scene_gets_out_of_its_place(record):
     assert tag("p", EVIL, title=EVIL).count("<") == 2
 
 
+def evil_pages():
+    """Name -> page, of a run, modes, a sweep and work-precision whose every free text is EVIL, damaged files' too."""
+    text = {"title": EVIL, "material__leg__source": EVIL}
+    found = {"run": simulate("bridle", time__end=0.1, **text), "modes": modes("bridle", 2, **text)}
+    for dataset in found.values():
+        labels = {k: EVIL for k, v in dataset.attrs.items() if isinstance(v, str) and k not in ("scene", "conventions")}
+        dataset.attrs |= labels | {"version_" + EVIL: EVIL, "parted": EVIL}
+    found["modes"]["name"] = ("mode", np.array([EVIL, EVIL], dtype=object))
+    rows = [{"changes": {EVIL: EVIL}, "status": EVIL, "statistics": {}}]
+    rows += [
+        {
+            "changes": {EVIL: EVIL},
+            "status": "done",
+            "statistics": {f"tension_top_{EVIL}": dict.fromkeys(STATISTICS, 1.0)},
+        }
+    ]
+    swept = collect(rows)
+    swept["record"] = ("case", np.array(["javascript:alert(1)", EVIL], dtype=object))
+    swept.attrs |= {"title": EVIL, "scene": EVIL, "source": EVIL}
+    precise = [{k: EVIL if isinstance(v, str) else v for k, v in row.items()} for row in precision_rows()]
+    pages = {"run": run_page(found["run"], advice=[EVIL], case=EVIL), "modes": show(found["modes"]).page}
+    return pages | {"sweep": sweep_page(swept), "precision": precision_page(precise, [EVIL], EVIL)}
+
+
+def test_nothing_gets_out_of_its_place_in_any_page():
+    for name, page in evil_pages().items():
+        assert page.count("<script") == page.count("</script>") == 2, name
+        assert page.count("</title>") == page.count("</pre>") + 1 - page.count("<pre") == 1, name
+        assert "<img" not in page, name
+        assert html.escape(EVIL) in page, name
+        assert "javascript:" not in page, name
+
+
 def test_a_run_of_two_minutes_is_below_two_megabytes(page, record):
     assert record.time[-1] == 120
     assert len(page.encode()) < 2e6
@@ -309,7 +342,8 @@ def precision_rows():
 
 
 def test_a_study_with_a_page_writes_it(tmp_path):
-    save(tmp_path, Table("work-precision", precision_rows(), notes=["a note"]))
+    save(tmp_path, Table("work-precision", precision_rows(), "a scene", notes=["a note"]))
+    assert "<title>Work and precision of a scene</title>" in (tmp_path / "work-precision.html").read_text()
     assert data_of((tmp_path / "work-precision.html").read_text())["rows"] == precision_rows()
     save(tmp_path, Table("work-precision-front", precision_rows()))
     assert len(list(tmp_path.glob("*.html"))) == 1

@@ -9,7 +9,7 @@ import shlex
 import numpy as np
 import pytest
 from chromium import CHROMIUM, browser
-from test_page import EVIL, precision_rows, sweep_dataset
+from test_page import EVIL, evil_pages, precision_rows, sweep_dataset
 
 from dolfbuoy import load_scene, modes, show, simulate
 from dolfbuoy.page.precision_page import precision_page
@@ -174,6 +174,8 @@ def test_paper_shows_it_all_in_the_light(window, file):
     window.pause()
     assert window.run("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     assert window.run("getComputedStyle(document.querySelector('.controls')).display") == "none"
+    shape = "(c => c.clientWidth / c.clientHeight * c.height / c.width)(document.getElementById('canvas'))"
+    assert window.run(shape) == pytest.approx(1, abs=0.02)
     window.prefer(dark=True)
     printed = window.paper()
     assert printed.startswith(b"%PDF")
@@ -194,6 +196,21 @@ def test_titles_and_names_are_only_text(window, tmp_path):
     assert window.run("document.scripts.length") == 2
     assert "x-onload" in window.run("document.querySelector('.labels').textContent")
     assert window.errors() == []
+
+
+def test_texts_of_all_pages_are_only_text(window, tmp_path):
+    for name, page in evil_pages().items():
+        (tmp_path / "page.html").write_text(page, encoding="utf-8")
+        window.open(tmp_path / "page.html", **SMALL)
+        every = "document.querySelectorAll('tbody tr, button, summary, .mark')"
+        window.run(f"{every}.forEach(e => e.dispatchEvent(new Event('click')))")
+        window.pause()
+        assert window.run("document.title") != "taken", name
+        assert window.run("document.querySelectorAll('img, iframe, object, a').length") == 0, name
+        assert window.run("document.scripts.length") == 2, name
+        assert EVIL in window.run("document.body.textContent"), name
+        assert window.errors() == [], name
+        assert len(window.requests()) == 1, name
 
 
 def test_policy_stops_what_were_to_get_in(window, file):

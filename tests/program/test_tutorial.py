@@ -10,7 +10,8 @@ from importlib import resources
 
 import pytest
 
-CELLS = json.loads((resources.files("dolfbuoy") / "scenes" / "tutorial.ipynb").read_text())["cells"]
+TEXT = (resources.files("dolfbuoy") / "scenes" / "tutorial.ipynb").read_text()
+CELLS = json.loads(TEXT)["cells"]
 
 
 def printed(cell):
@@ -26,6 +27,13 @@ def numbers(text):
         except ValueError:
             words.append(word)
     return found, words
+
+
+def test_tutorial_is_small_and_holds_no_page():
+    """A page in it would be that of an older program."""
+    assert len(TEXT) < 300_000
+    kinds = {kind for cell in CELLS for output in cell.get("outputs", []) for kind in output.get("data", {})}
+    assert kinds == {"image/png", "text/plain"}
 
 
 def test_tutorial_prints_what_it_says():

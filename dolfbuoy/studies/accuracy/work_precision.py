@@ -301,6 +301,6 @@ def tables(computed, scene: Scene, **_) -> list[Table]:
     said = notes(rows, own, fine, MPI.COMM_WORLD.size)
     title = WORDS.say("title", end=scene.time.end)
     return [
-        Table("work-precision", rows, notes=said, figure=draw(rows, own)),
+        Table("work-precision", rows, scene.title, notes=said, figure=draw(rows, own)),
         Table("work-precision-front", front_rows(rows, own), title, WORDS.columns, said),
     ]

@@ -6,30 +6,22 @@ from dataclasses import dataclass, field
 import numpy as np
 from mpi4py import MPI
 
-from .check_bed import on_the_bed
-from .linear import LARGEST_KR
-from .model.airy import AirySum
-from .model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
-from .model.effects import names as effects_of
-from .model.feasible import check_feasible, hanging_weight, pull_upright, shape_and_mass, spare_buoyancy
-from .model.first_shape import check_first_shape
-from .model.hydrostatics import float_upright
-from .model.material import cross_section, weight_per_length
-from .model.sea import crest_height, main_propagation, wavenumber
-from .model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
-from .results.utilisation import Utilisation, stressed
-from .scene.network import network_of, with_buoy, with_line
-from .scene.waves import Waves
-from .statics.equilibrium import solve_equilibrium
+from ..model.effects import names as effects_of
+from ..model.feasible import check_feasible, drowned, hanging_weight, pull_upright, shape_and_mass, spare_buoyancy
+from ..model.first_shape import check_first_shape
+from ..model.held import overshoot
+from ..model.hydrostatics import float_upright
+from ..model.material import cross_section, weight_per_length
+from ..results.utilisation import Utilisation, stressed
+from ..scene.network import network_of, with_buoy, with_line
+from ..statics.equilibrium import solve_equilibrium
+from .bed import on_the_bed
+from .waves import in_waves
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
-
-#: What extremes are counted over [s].
-THREE_HOURS = 10800.0
-
-#: k D of a component from which on a hull of diameter D does more to it than strips know.
-SHORTEST_KD = 2
+#: Part of its range by which a motion along rows may go beyond them without a word.
+OVERSHOOT = 0.01
 
 
 @dataclass
@@ -61,6 +53,7 @@ def check(scene, comm=MPI.COMM_WORLD) -> Report:
 def derived(scene) -> Report:
     """Numbers and warnings that need no equilibrium.  Raises InputError for a buoy that sinks."""
     report = Report(effects_of(scene))
+    _motions(scene, report)
     if scene.is_network:
         return _network(scene, report)
     if scene.cable:
@@ -68,9 +61,23 @@ def derived(scene) -> Report:
     if scene.buoy and scene.sea and scene.gravity:
         _buoy(scene, report)
     if scene.waves:
-        _sea(scene, report)
-        _waves(_main_wave(scene), report)
+        in_waves(scene, report)
     return report
+
+
+def _motions(scene, report):
+    """Ends that are moved along rows, whose spline swings beyond them."""
+    network = network_of(scene)
+    ends = {end.name or network.ends_of(p.cable)[k]: end for p in network.pieces for k, end in enumerate(p.ends)}
+    for name, end in ends.items():
+        if end.top is None or not end.top.motion:
+            continue
+        beyond = overshoot(end.top.motion)
+        if beyond > OVERSHOOT:
+            report.warnings.append(
+                f"The motion of {name} goes {100 * beyond:.2g} % of its range beyond its rows, which a cubic spline "
+                "joins: give more rows where it turns."
+            )
 
 
 def _network(scene, report):
@@ -86,9 +93,7 @@ def _network(scene, report):
         if material.source is not None:
             report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)
     if scene.waves:
-        empty = scene.model_copy(update={"cable": None, "buoy": None, "joint": None})
-        _sea(empty, report)
-        _waves(_main_wave(empty), report)
+        in_waves(scene.model_copy(update={"cable": None, "buoy": None, "joint": None}), report)
     return report
 
 
@@ -168,18 +173,13 @@ def _buoy(scene, report):
         report.warnings.append(f"GM = {GM:.3g} m is not positive: the upright buoy is unstable and heels over.")
 
 
-def _drowned(scene):
-    """Whether the cable is too short for any of the buoy to be above the water."""
-    return scene.cable is not None and pull_upright(scene) >= spare_buoyancy(scene) * (1 - 1e-9)
-
-
 def _moored(scene, report):
     """Upright above the anchor, where the cable hangs from the buoy or holds it down; returns GM."""
     shape, mass = shape_and_mass(scene)
     pull, spare = pull_upright(scene), spare_buoyancy(scene)
     how = "with the weight of the cable" if pull <= hanging_weight(scene) else "on its taut cable"
     lever = "restoring lever per weight of the buoy"
-    if _drowned(scene):
+    if drowned(scene):
         arm = scene.sea.density * shape.volume() * (shape.centroid() - scene.buoy.mooring_height)
         GM = arm / mass.mass - (mass.height - scene.buoy.mooring_height)
         report.add("the cable holds the buoy under water: pull", spare, "N", "all of its spare buoyancy")
@@ -189,157 +189,6 @@ def _moored(scene, report):
     report.add(f"draft {how}", moored.draft, "m")
     report.add(f"GM {how}", moored.GM, "m", lever)
     return moored.GM
-
-
-def _sea(scene, report):
-    """What the components of an irregular sea add up to, and what a current makes of the periods."""
-    waves = scene.waves
-    if waves.irregular:
-        found = components_of(waves)
-        m0, m2 = found.moment(0), found.moment(2)
-        Tz = 2 * math.pi * math.sqrt(m0 / m2)
-        report.add("significant wave height Hs", 4 * math.sqrt(m0), "m", f"of {len(found.amplitude)} components")
-        if waves.elevation is None:
-            report.add("peak period Tp", waves.main_period, "s", "of the highest component or the spectrum's peak")
-        report.add("mean period Tz = 2 pi sqrt(m0/m2)", Tz, "s", f"shortest {2 * math.pi / max(found.frequency):.3g} s")
-        _cut(scene, report)
-        if scene.gravity:
-            steepness = 2 * math.pi * 4 * math.sqrt(m0) / (scene.gravity * Tz**2)
-            report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", "seas stay below 0.1")
-        _repetition(waves, report)
-        _statistics(scene, Tz, report)
-        _short_components(scene, found, report)
-    if scene.current:
-        _shift(scene, report)
-
-
-def _cut(scene, report):
-    """What the band leaves out of a spectrum."""
-    spectrum = spectrum_of(scene.waves)
-    if spectrum is None:
-        return
-    band = band_of(scene.waves, spectrum)
-    for n in (0, 2):
-        cut = 1 - spectrum.moment(n, *band) / spectrum.moment(n)
-        remark = f"outside {2 * math.pi / band[1]:.3g} ... {2 * math.pi / max(band[0], 1e-9):.3g} s"
-        if n == 2 and isinstance(scene.waves.spectrum, str):  # its tail carries m4 = inf
-            remark += "; most of it in ripples"
-        report.add(f"cut off of m{n}", 100 * cut, "%", remark)
-
-
-def _repetition(waves, report):
-    if waves.elevation is not None:
-        times = [t for t, _ in waves.elevation]
-        length = (times[-1] - times[0]) * len(times) / (len(times) - 1)
-        report.add("the sea repeats after", length, "s", "the length of the record")
-    elif waves.spectrum is not None:
-        report.add("the sea repeats after", math.inf, "s", "bins of equal energy have no common period")
-
-
-def _statistics(scene, Tz, report):
-    """How many components and seeds extremes of this sea need, and what one run tells of its height."""
-    crests = max(THREE_HOURS / Tz, 2.0)
-    mean, deviation = largest_crest(crests)
-    height, scatter = mean * crest_height(scene) / 4, 100 * deviation / mean
-    report.add("largest crest in 3 h", height, "m", f"+- {scatter:.2g} % from seed to seed")
-    if scene.waves.spectrum is not None:
-        needed, seeds = components_needed(crests, 0.01), seeds_needed(crests, 0.03)
-        report.add("components for 1 % of that crest", needed, "", f"3 % of it need {seeds} seeds of 3 h")
-        if scene.time and scene.time.end:
-            scatter = scatter_of_m0(spectrum_of(scene.waves), scene.time.end)
-            report.add("scatter of Hs in one run", 50 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
-
-
-def _short_components(scene, found, report):
-    """Components for which Morison's equation and strips are not meant."""
-    if scene.buoy is None or scene.buoy.hull is None:
-        return
-    diameter = shape_and_mass(scene)[0].max_diameter
-    k = AirySum.of(scene).wavenumber
-    count = int(np.sum(k * diameter > SHORTEST_KD))
-    report.add(f"components with k D > {SHORTEST_KD}", count, "", f"of {len(k)}, shorter than {math.pi:.3g} diameters")
-
-
-def _shift(scene, report):
-    """One sentence on who sees the periods."""
-    seen, period = scene.waves.period_seen_from, scene.waves.main_period
-    found = main_propagation(scene)
-    shift = found.wavenumber * current_felt(scene, found.wavenumber, scene.waves.direction_deg)
-    who = {
-        None: f"not counted: {period:.4g} s is seen from the water and the ground; see waves.period_seen_from",
-        "water": f"{period:.4g} s is seen from the water, {2 * math.pi / abs(found.at_ground):.4g} s from the ground",
-        "ground": f"{period:.4g} s is seen from the ground, {2 * math.pi / abs(found.in_water):.4g} s from the water",
-    }[seen]
-    report.add("shift of omega by the current", 100 * shift / found.in_water, "%", who)
-
-
-def _main_wave(scene):
-    """The scene, its irregular sea as a regular wave of Hs and the main period."""
-    waves = scene.waves
-    if not waves.irregular:
-        return scene
-    kept = {name: getattr(waves, name) for name in ("direction_deg", "period_seen_from")}
-    return scene.model_copy(update={"waves": Waves(height=crest_height(scene), period=waves.main_period, **kept)})
-
-
-def _waves(scene, report):
-    w, h, g = scene.waves, scene.sea.depth, scene.gravity
-    k, omega = wavenumber(scene), 2 * math.pi / w.period
-    wavelength = 2 * math.pi / k
-    report.periods["wave"] = w.period
-    report.add("wavelength", wavelength, "m", "given" if w.wavelength else "from the dispersion relation")
-    if w.wavelength and g:
-        exact = 2 * math.pi / dispersion_wavenumber(w.period, h, g)
-        mismatch = wavelength / exact - 1
-        remark = f"the period gives {exact:.4g} m; omega^2/(g k tanh kh) = {omega**2 / (g * k * math.tanh(k * h)):.5g}"
-        report.add("dispersion mismatch of wavelength", 100 * mismatch, "%", remark)
-        if abs(mismatch) > 0.1:
-            report.warnings.append(f"The wavelength differs from the dispersion relation's by {100 * mismatch:.1f} %.")
-    breaking = 0.142 * math.tanh(k * h)
-    steepness = 2 * w.size / wavelength
-    report.add("wave steepness H/lambda", steepness, "", f"breaking at {breaking:.4g} (Miche)")
-    if steepness > breaking:
-        report.warnings.append(f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.")
-    if scene.buoy:
-        diameter = shape_and_mass(scene)[0].max_diameter
-        ratio = diameter / wavelength
-        report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
-        if ratio >= 0.2:
-            report.warnings.append(f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
-        _strips(scene, report, k * diameter / 2)
-        _keulegan_carpenter(report, "buoy", scene, k, diameter)
-    if scene.cable:
-        _keulegan_carpenter(report, "cable", scene, k, scene.cable.diameter)
-
-
-def _strips(scene, report, k_R):
-    """Where strips leave their range: short waves, and no waves of the buoy's own."""
-    report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4")
-    if k_R > LARGEST_KR:
-        report.warnings.append(f"k R = {k_R:.3g} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong.")
-    if not scene.gravity or _drowned(scene):
-        return
-    damping = _heave_damping(scene)
-    given = " and wave_damping" if scene.buoy.wave_damping else ""
-    remark = f"of axial_drag{given}, for heave as high as this wave; the hull radiates no waves"
-    report.add("heave damping ratio", damping, "", remark)
-
-
-def _heave_damping(scene):
-    """Damping ratio that drag gives to a heave of the wave's amplitude and period, linearised to the same work."""
-    shape, mass = shape_and_mass(scene)
-    b, rho_w, omega = scene.buoy, scene.sea.density, 2 * math.pi / scene.waves.period
-    floating = float_upright(shape, mass, rho_w, scene.gravity, pull_upright(scene))
-    area, spheres, _ = shape.projected(floating.draft)
-    linear = 8 / (3 * math.pi) * 0.5 * rho_w * b.axial_drag * area * omega * scene.waves.size
-    linear += b.wave_damping[0] if b.wave_damping else 0.0
-    inertia = mass.mass + b.axial_added_mass * rho_w * spheres
-    return linear / (2 * math.sqrt(floating.heave_stiffness * inertia)) if floating.heave_stiffness else math.inf
-
-
-def _keulegan_carpenter(report, name, scene, k, diameter):
-    speed = 2 * math.pi / scene.waves.period * scene.waves.size / math.tanh(k * scene.sea.depth)
-    report.add(f"Keulegan-Carpenter number of the {name}", speed * scene.waves.period / diameter, "", "at the surface")
 
 
 def _equilibrium(scene, report, comm):
@@ -371,7 +220,7 @@ def _equilibrium(scene, report, comm):
 def _moored_periods(scene, problem, report):
     """Of the modes of what floats and of its lines."""
     if scene.buoys and scene.sea and scene.gravity:
-        from .linear.periods import moored_periods  # and scipy, for which no run should wait
+        from ..linear.periods import moored_periods  # and scipy, for which no run should wait
 
         report.periods |= moored_periods(scene, problem if problem.comm.size == 1 else None)
 
