@@ -120,7 +120,7 @@ def buoy(name, which) -> Mooring:
 def chain(name) -> Mooring:
     """The shipped chain with its top driven, without friction, which the programs understand differently."""
     scene = load_scene("chain-on-bed", **{"seabed.friction": 0.0, "time.end": 60.0})
-    return Mooring(name, scene, 20.0, 10.0, ("bdf2", (2, 1), 40, 96), (56, 448))
+    return Mooring(name, scene, 20.0, 10.0, ("bdf2", (2, 1), 40, 96), (112, 896))
 
 
 def three_lines(name) -> Mooring:
