@@ -18,3 +18,18 @@ def call(monkeypatch, capsys):
     monkeypatch.setattr(cli.out, "width", 300)
     monkeypatch.setattr(cli.err, "width", 300)
     return run
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch):
+    """A folder to work in, with the two scenes of `chains`."""
+    from chains import CHAIN, OTHER
+
+    from dolfbuoy import load_scene
+    from dolfbuoy.parallel import interruption
+
+    load_scene(CHAIN).save(tmp_path / "chain.toml")
+    load_scene(OTHER).save(tmp_path / "other.toml")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(interruption, "_received", False)  # a test that interrupts leaves it behind
+    return tmp_path

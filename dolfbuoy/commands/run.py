@@ -1,5 +1,6 @@
 """`dolfbuoy run`: a scene in time, from its start or from where it was stopped, and what is shown of it."""
 
+import os
 import shlex
 import time as clock
 from functools import partial
@@ -172,8 +173,8 @@ def advised(scene, quantity, accuracy, folder=None, write=None):
     from ..results.compare import parse_accuracy
     from ..studies.accuracy import advise as study
 
-    if write is not None and write.is_dir():
-        raise InputError(f"--write {write}: must be a file, not a folder.")
+    if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
+        raise InputError(f"--write {write}: must be a file in a folder that can be written to.")
 
     def say(text):
         out.print(text, soft_wrap=True, highlight=False, markup=False)

@@ -82,7 +82,7 @@ const IDENTITY = new Float32Array([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 
 export class Painter {
   constructor(canvas) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
-    if (!gl) throw new Error("no WebGL 2");
+    if (!gl) throw new Error("no context");
     Object.assign(this, { gl, canvas });
     this.mesh = program(gl, MESH, SHADED);
     this.segment = program(gl, SEGMENTS, PLAIN);

@@ -38,15 +38,15 @@ function open(k) {
   const replay = data.records[k] && `${data.records[k]}/page.html`;
   if (replay) window.open(replay, "dolfbuoy-case");
   const kept = Object.keys(NAMES).filter((name) => data.quantities.every((q) => q.statistics[name]));
-  const head = element("tr", {}, element("th", { scope: "col" }, "quantity"), ...kept.map((name) => element("th", { scope: "col" }, NAMES[name])));
-  head.append(element("th", { scope: "col" }, "unit"));
+  const names = ["quantity", "unit", ...kept.map((name) => NAMES[name])];
+  const head = element("tr", {}, ...names.map((name) => element("th", { scope: "col" }, name)));
   const lines = data.quantities.map((q) =>
     element(
       "tr",
       { title: q.said },
       element("th", { scope: "row" }, spoken(q.name)),
-      ...kept.map((name) => cellOf(format(q.statistics[name][k]))),
       cellOf(q.unit),
+      ...kept.map((name) => cellOf(format(q.statistics[name][k]))),
     ),
   );
   byId("chosen").replaceChildren(

@@ -23,8 +23,8 @@ def sweep_page(dataset) -> str:
     title = f"Sweep of {dataset.attrs.get('title') or 'a scene'}"
     done = int((dataset.status == "done").sum())
     said = f"{dataset.sizes['case']:,} cases over {dataset.attrs['varied']}; {done:,} of them done"
-    opens = "its page with the replay" if found["records"] else "all its numbers and the command that runs it"
-    hint = f"A line is a case; a click on it, or on its row below, opens {opens}."
+    opens = "opens its replay, which is in records/ beside this file, and " if found["records"] else ""
+    hint = f"A line is a case; a click on it, or on its row below, {opens}shows its numbers and how to run it alone."
     drawn = tag("p", hint, class_="note"), tag("div", id="axes")
     charts = words.section("parallel", "All cases", *drawn, class_="whole")
     listed = words.section("cases", "Cases", tag("div", id="table"))

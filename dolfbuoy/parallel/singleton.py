@@ -2,7 +2,7 @@
 
 import os
 
-_SETTINGS = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1"}
+_SETTINGS = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1", "OMPI_MCA_btl": "self"}
 _ours = set()
 
 

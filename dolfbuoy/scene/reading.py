@@ -7,7 +7,6 @@ and what is allowed.
 import copy
 import re
 import tomllib
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +22,7 @@ from .sentences import sentence, shown
 
 def shipped_scenes() -> dict[str, Path]:
     """Name -> file of the scenes that come with dolfbuoy."""
-    folder = resources.files("dolfbuoy") / "scenes"
-    return {Path(str(f)).stem: Path(str(f)) for f in sorted(folder.iterdir(), key=str) if f.name.endswith(".toml")}
+    return {file.stem: file for file in sorted((Path(__file__).parents[1] / "scenes").glob("*.toml"))}
 
 
 def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:

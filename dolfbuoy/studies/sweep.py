@@ -203,6 +203,9 @@ def _compute(planned, part, folder, say, retry=False, executor=None, limit=None,
     deadline = math.inf if limit is None else clock.time() + limit
     running, kept = (str(Path(folder) / name) for name in (RUNNING, RECORDS))
     how = partial(evaluate, base=planned.base, running=running, deadline=deadline, keep=kept if keep else None)
+    if keep:
+        with claimed(kept, ranks_beside(executor), shared=True):
+            pass  # or it cannot hold them
 
     def anew(result):
         return retry if result["status"] != "done" else keep and not _record_of(folder, result)
@@ -268,9 +271,10 @@ def _written(planned, folder):
     rows = [case | {name: result[name] for name in kept} for case, result in zip(cases, results, strict=True)]
     dataset = collect(rows)
     dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": planned.source}
-    kept = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
-    if any(kept):
-        dataset["record"] = ("case", np.array(kept, dtype=object), {"long_name": "folder of the record, from this one"})
+    records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
+    if any(records):
+        about = {"long_name": "folder of the record, from that of the sweep"}
+        dataset["record"] = ("case", np.array(records, dtype=object), about)
     with replacing(folder / "sweep.nc") as part:
         dataset.to_netcdf(part, engine="netcdf4")
     style.save(draw(dataset), folder / "sweep")

@@ -5,13 +5,16 @@
 PYTHON: that of an earlier version's own virtual environment, in a worktree of its commit.  --equal-to: of a version
 whose results `short` and `long` are compared with instead, where physics has changed since.
 In each of five turns every version runs every scene as it is shipped, record and all, and starts anew: seconds on the
-processor per step are medians of groups of 50 steps, those of a start run from the command to the end of the first
-step.  Shares of a step, and Newton's iterations over their floor, are of this version.  All forms are compiled before.
+processor per step are medians of groups of 50 steps; those of a start, on the processor and by the clock, run from the
+command to the end of the first step, with forms compiled and Python's bytecode kept, as where the program is
+installed.  Shares of a step, and Newton's iterations over their floor, are of this version.
 """
 
 import argparse
+import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -38,10 +41,11 @@ import os, sys, time
 import rich.progress
 
 def first(*_, **__):
-    print(time.process_time(), flush=True)
+    print(time.process_time(), time.monotonic() - float(begin), flush=True)
     os._exit(0)
 
 rich.progress.Progress.update = first
+begin = sys.argv.pop()
 sys.argv = ["dolfbuoy", "run", sys.argv[1], "--out", sys.argv[2] + "-start", "--no-plot"]
 try:
     from dolfbuoy.commands.entry import main
@@ -51,12 +55,19 @@ main()
 """
 
 
-def said(python, script, *arguments) -> float:
-    """The number that a script prints."""
-    done = subprocess.run([python, "-c", script, *map(str, arguments)], capture_output=True, text=True)
+def said(python, script, *arguments, **environment) -> list[float]:
+    """The numbers that a script prints last."""
+    command = [python, "-c", script, *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, env=os.environ | environment)
     if done.returncode:
         sys.exit(f"{python}: {done.stderr.strip().splitlines()[-1]}")
-    return float(done.stdout.split()[-1])
+    return [float(number) for number in done.stdout.splitlines()[-1].split()]
+
+
+def start(python, name, folder, turn) -> list[float]:
+    """Seconds of a start, on the processor and by the clock; the first of a folder makes the bytecode."""
+    kept = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(folder / "bytecode")}
+    return said(python, START, name, folder / f"{name}-{turn}", time.monotonic(), **kept)
 
 
 def apart(one, other) -> float:
@@ -81,26 +92,27 @@ def row(name, old, equal_to, folder) -> list[str]:
     versions = {"old": old, "new": sys.executable}
     steps, starts = ({key: [] for key in versions} for _ in range(2))
     for key, python in versions.items():
-        said(python, START, name, folder / f"{name}-{key}-warm")
+        start(python, name, folder, f"{key}-warm")
     for turn in range(TURNS):
         for key, python in versions.items():
-            steps[key].append(said(python, RUN, name, folder / f"{name}-{key}.npz"))
-            starts[key].append(said(python, START, name, folder / f"{name}-{key}-{turn}"))
+            steps[key] += said(python, RUN, name, folder / f"{name}-{key}.npz")
+            starts[key].append(start(python, name, folder, f"{key}-{turn}"))
     oracle = "old" if equal_to is None or name == "driven" else "equal"
     if oracle == "equal":
         said(equal_to, RUN, name, folder / f"{name}-equal.npz")
     difference = apart(folder / f"{name}-new.npz", folder / f"{name}-{oracle}.npz")
     shares = [100 * outside / whole for whole, _, outside in (milliseconds(name) for _ in range(TURNS))]
     floors = [[measure(load_scene(name), 300, keep)["ratio"] for _ in range(TURNS)] for keep in (False, True)]
-    faster, start = (np.divide(found["old"], found["new"]) for found in (steps, starts))
+    faster = np.divide(steps["old"], steps["new"])
+    (old, by_clock), (new, now_by_clock) = (np.transpose(starts[key]) for key in versions)
     aim = f"{AIMS[name]:g}" if name in AIMS else ""
     cells = [f"`{name}`", median(steps["old"]), median(steps["new"]), median(faster), aim, f"{difference:.0e}"]
-    cells += [median(starts["old"]), median(starts["new"]), median(1 / start), median(shares, 2)]
+    cells += [median(old), median(new), median(new / old), median(now_by_clock / by_clock), median(shares, 2)]
     return cells + [median(ratios) for ratios in floors]
 
 
 HEADINGS = ["", "ms a step, before", "now", "times faster", "aim", "difference"]
-HEADINGS += ["s to the first step, before", "now", "ratio (aim 0.6)", "% around Newton (aim 20)"]
+HEADINGS += ["s to the first step, before", "now", "ratio (aim 0.6)", "ratio by the clock", "% around Newton (aim 20)"]
 HEADINGS += ["iteration over floor, new Jacobians (aim 1.5)", "kept (aim 2)"]
 
 

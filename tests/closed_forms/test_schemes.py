@@ -1,17 +1,14 @@
-"""Time schemes: their orders in r, v and T, their damping, and what a start and a change of step do to the tension.
+"""Time schemes: their orders in r, v and T, and their damping.
 
 Source: rods by scipy, a rotating cable in closed form, Richardson's limit, amplification factors by hand.
 """
 
-import itertools
-
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged, rates, running
+from rods import SCHEMES, state, two_rods
 
 from dolfbuoy.motion.schemes import BDF2, BackwardEuler, GeneralizedAlpha, Predictor, Series, make_scheme
-
-SCHEMES = {"backward-euler": 1, "bdf2": 2, "generalized-alpha": 2}
 
 #: Two inextensible rods of 0.5 m and 1 kg/m, released at 45 and 0 degrees; state at t = 0.5 s, scipy to 1e-10.
 RODS_AT_HALF = {
@@ -19,30 +16,6 @@ RODS_AT_HALF = {
     "tip_velocity": [-3.4300832494051368, -0.3631663634180436],
     "T": [12.56145743837105, 6.347866332058868],
 }
-
-
-def rods(angles, scheme, step, length=1.0, density=1.0):
-    """A hanging chain of rods at these angles from the downward vertical, released at rest."""
-    h = length / len(angles)
-    x, z = np.cumsum(h * np.sin(angles)), np.cumsum(-h * np.cos(angles))
-    points = [[0.0, 0.0, 0.0], *([float(a), 0.0, float(b)] for a, b in zip(x, z, strict=True))]
-    return {
-        "cable": {"length": length, "line_density": density, "elements": len(angles), "top": {"kind": "free"}},
-        "initial": {"kind": "polyline", "points": points},
-        "time": {"end": 10.0, "step": step, "scheme": scheme},
-    }
-
-
-def two_rods(scheme, step):
-    return rods(np.radians([45.0, 0.0]), scheme, step)
-
-
-def state(simulation):
-    """(r, v, T) at the nodes and in the elements, in order from the anchor."""
-    cable, u = simulation.problem.lines, simulation.system.u
-    nodes, cells = np.argsort(cable.node_s), np.argsort(cable.cell_ends[:, 0])
-    velocity = simulation.past.series[0].rate
-    return u[cable.node_dofs[nodes]], velocity[cable.node_dofs[nodes]], u[cable.T_dofs[cells]]
 
 
 def at_end(scene, end, observe=state):
@@ -254,166 +227,3 @@ def test_spectral_radius(radius):
     """Very fast motions shrink by the spectral radius in every step: a double root, hence n radius^n after n steps."""
     amplitudes = [oscillate(GeneralizedAlpha(radius), 1e5, 1.0, n) for n in (5, 6)]
     assert amplitudes[1] == pytest.approx(radius * 6 / 5 * amplitudes[0], rel=1e-6, abs=1e-6)
-
-
-# -- start and change of step ------------------------------------------------------------------------------------------
-
-
-def tensions(scene, steps, tamper=None):
-    """Tension of the upper element after each of these steps."""
-    with running(scene) as simulation:
-        if tamper:
-            tamper(simulation)
-        found = []
-        for step in steps:
-            simulation.step(step)
-            found.append(state(simulation)[2][0, 0])
-    return np.array(found)
-
-
-def forget_acceleration(simulation):
-    """Start as if at rest: what a start that solves for nothing would do."""
-    for series in simulation.past.series:
-        series.second = np.zeros_like(series.second)
-        series.rate = np.zeros_like(series.rate)
-        series.previous_rate = series.rate
-
-
-def ringing(T):
-    return np.abs(np.diff(T, 2)).max() / 4  # of what alternates from step to step
-
-
-def test_generalized_alpha_starts_without_ringing():
-    """Released rods: with acceleration and tension of the start the tension is right from the first step on."""
-    step, count = 0.01, 24
-    fine = tensions(two_rods("generalized-alpha", step / 16), [step / 16] * 16 * count)[15::16]
-    good = tensions(two_rods("generalized-alpha", step), [step] * count)
-    bad = tensions(two_rods("generalized-alpha", step), [step] * count, forget_acceleration)
-    assert np.abs(good - fine).max() < 0.01 * fine.max()
-    assert ringing(good - fine) < 1e-3 * fine.max()
-    assert ringing(bad - fine) > 5 * ringing(good - fine)
-    assert np.abs(bad - fine).max() > 5 * np.abs(good - fine).max()
-
-
-CHANGE = 0.24  # s, when the step after the change ends
-
-
-@pytest.fixture(scope="module")
-def at_change():
-    """Tension at CHANGE."""
-    fine, finer = (tensions(two_rods("bdf2", CHANGE / n), [CHANGE / n] * n)[-1] for n in (400, 800))
-    return finer + (finer - fine) / 3
-
-
-def errors_after_change(scheme, factor, right, counts=(40, 80, 160, 320)):
-    """Error of the tension in the first step of `factor` times the size, after so many steps of equal size."""
-    sizes = [(n, CHANGE / (n + factor)) for n in counts]
-    return np.array([tensions(two_rods(scheme, h), [h] * n + [factor * h])[-1] - right for n, h in sizes])
-
-
-@pytest.mark.parametrize("factor", [0.5, 2.0])
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_tension_after_a_change_of_step(scheme, factor, at_change, monkeypatch):
-    """It is of the scheme's order in the first step of another size (of order 1 at least: generalized-alpha)."""
-    order = 1 if scheme == "generalized-alpha" else SCHEMES[scheme]
-    errors = errors_after_change(scheme, factor, at_change)
-    assert np.all(rates(np.abs(errors)) > order - 0.35), f"{errors}"
-    if scheme == "generalized-alpha":
-        return
-    monkeypatch.setattr(Series, "resample", lambda *_: None)
-    wrong = errors_after_change(scheme, factor, at_change, (160, 320))
-    assert np.all(np.abs(wrong) > 5 * np.abs(errors[2:])), f"{wrong}"
-    assert wrong[1] == pytest.approx(wrong[0], rel=0.2)  # no step is small enough to make it good
-
-
-@pytest.mark.parametrize("lagged", [False, True])
-@pytest.mark.parametrize(
-    ("order", "coefficients", "count"),
-    [(1, [0.7, -1.3], 5), (2, [0.7, -1.3, 0.4, 2.1], 5), (1, [0.7, -1.3], 1), (2, [0.7, -1.3], 2)],
-)
-def test_resampling_is_exact_for_polynomials(order, coefficients, count, lagged):
-    """y, or with a lag y - lag h^p y^(p), of degree below 2 p: told as if it had been made at that step."""
-    y, lag, h0 = np.polynomial.Polynomial(coefficients), 0.3, 0.2
-    rate = y.deriv(order)
-
-    def told(h, n):
-        t = -h * np.arange(n)
-        return y(t) - lagged * lag * h**order * rate(t)
-
-    for factor in (0.5, 0.1, 1.6, 2.0):
-        series = Series(np.zeros(1), np.array([y.deriv()(0.0)]), lagged)
-        series.values, series.step = [np.array([v]) for v in told(h0, count)], h0
-        series.resample(factor * h0, order, lag)
-        found = np.ravel(series.values)
-        assert len(found) == (count if factor < 1 or count <= order else 1 + int((count - 1) / factor))
-        np.testing.assert_allclose(found, told(factor * h0, len(found)), atol=1e-12)
-
-
-def decay(scheme, steps):
-    """Error of y_t = -y, y(0) = 1, after steps of these sizes."""
-    series = Series(np.ones(1), -np.ones(1))
-    series.second = np.ones(1)
-    for h in steps:
-        scheme.begin(h, series)
-        gamma, history = scheme.rule(h, series)
-        y = -history / (gamma + 1)
-        scheme.accept(series, y, -y)
-    return abs(series.values[0][0] - np.exp(-sum(steps)))
-
-
-@pytest.mark.parametrize("before", [1, 2, 3, 4])
-@pytest.mark.parametrize("scheme", SCHEMES)
-def test_a_step_longer_than_the_past(scheme, before):
-    """Ten times the size of so few steps before it: its local error has the scheme's order at least."""
-    errors = [decay(make_scheme(scheme), [h] * before + [10 * h]) for h in (0.01, 0.005, 0.0025)]
-    assert np.all(rates(errors) > SCHEMES[scheme] + 0.8), errors
-
-
-def late_rates(forget, h, count=20):
-    """Auxiliary rates of generalized-alpha for y_t = -y, `count` steps of h and as many of h/10, over y."""
-    scheme, series = GeneralizedAlpha(0.8), Series(np.ones(1), -np.ones(1))
-    series.second, found = np.ones(1), []
-    for step in [h] * count + [h / 10] * count:
-        if forget and len(found) == count:
-            series.forget()
-        scheme.begin(step, series)
-        gamma, history = scheme.rule(step, series)
-        y = -history / (gamma + 1)
-        scheme.accept(series, y, -y)
-        found.append(series.auxiliary[0] / y[0])
-    return np.array(found[count:])
-
-
-def test_generalized_alpha_does_not_ring_after_a_forgotten_past():
-    """Its auxiliary rate, y_t at t + (alpha_f - alpha_m) h, is taken along: -y exp(...) up to the second order."""
-    scheme, h = GeneralizedAlpha(0.8), 0.01
-    exact = -np.exp((scheme.alpha_m - scheme.alpha_f) * h / 10)
-    assert np.abs(late_rates(True, h) - exact).max() < 1e-4
-    assert np.abs(late_rates(True, h) - late_rates(False, h)).max() < 1e-12
-
-
-def energy(simulation):
-    """Kinetic and potential energy of a chain of rods of 1 kg/m in all, 1 m long."""
-    r, v, _ = state(simulation)
-    h = 1 / (len(r) - 1)
-    kinetic = sum(h / 6 * (a @ a + a @ b + b @ b) for a, b in itertools.pairwise(v))
-    return kinetic + 9.81 * h * (r[1:-1, 2].sum() + (r[0, 2] + r[-1, 2]) / 2)
-
-
-def energy_history(scheme, step=0.01, end=10.0):
-    """Energy of three rods after every step, over what their release sets free."""
-    with running(rods(np.radians([60.0, 20.0, -30.0]), scheme, step)) as simulation:
-        values = [energy(simulation)]
-        for _ in range(round(end / step)):
-            simulation.step(step)
-            values.append(energy(simulation))
-    return (np.array(values) - values[0]) / (values[0] + 9.81 / 2)
-
-
-def test_energy_over_ten_seconds():
-    """A free chain of rods: generalized-alpha keeps its energy, BDF2 loses some of it, backward Euler nearly all."""
-    kept, bdf2, euler = (energy_history(scheme) for scheme in ("generalized-alpha", "bdf2", "backward-euler"))
-    assert abs(kept[-200:].mean()) < 0.01
-    assert np.abs(kept).max() < 0.1
-    assert euler[-1] < 2 * bdf2[-1] < -0.2
-    assert euler.max() < 1e-12

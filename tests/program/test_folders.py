@@ -5,12 +5,12 @@ Source: the files before and after, byte for byte; what README.md of dolfbuoy/re
 
 import itertools
 import json
-import signal
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from chains import CHAIN, OTHER
 from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start
 
@@ -18,27 +18,8 @@ import dolfbuoy
 from dolfbuoy import api
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
-from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.parallel import interruption
 from dolfbuoy.results import checkpoint, folder, recorder
 from dolfbuoy.results.record import read
-
-CHAIN = {
-    "cable": {"length": 2.0, "line_density": 0.5, "elements": 2, "top": {"kind": "free"}},
-    "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.6, 0.0, -1.2]]},
-    "time": {"end": 0.1, "step": 0.02},
-}
-OTHER = merged(CHAIN, cable__line_density=0.7)
-
-
-@pytest.fixture
-def files(tmp_path, monkeypatch):
-    """A folder to work in, with two scenes."""
-    dolfbuoy.load_scene(CHAIN).save(tmp_path / "chain.toml")
-    dolfbuoy.load_scene(OTHER).save(tmp_path / "other.toml")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(interruption, "_received", False)  # a test that interrupts leaves it behind
-    return tmp_path
 
 
 def contents(path):
@@ -342,70 +323,6 @@ def test_an_edited_scene_is_said(call, files):
     refused(call("run", "--resume", "out", "--t-end", "0.2"), "out/scene.toml", "cable.line_density")
     refused(call("run", "other.toml", "--out", "out", "--overwrite"), "out/scene.toml", "move it away")
     assert file.read_text() == edited
-
-
-# -- Ctrl-C ------------------------------------------------------------------------------------------------------------
-
-#: Interrupts itself when the module argv[1] is about to be imported.
-AT_IMPORT = """
-import os, signal, sys
-from dolfbuoy.commands import entry
-
-class Finder:
-    def find_spec(self, name, path=None, target=None):
-        if name == module:
-            sys.meta_path.remove(finder)
-            os.kill(os.getpid(), signal.SIGINT)
-
-module, finder = sys.argv.pop(1), Finder()
-sys.meta_path.insert(0, finder)
-entry.main()
-"""
-
-
-@pytest.mark.parametrize("module", ["typer", "mpi4py.MPI", "numpy", "dolfinx", "dolfbuoy.motion.simulation"])
-def test_interrupted_at_start_up(files, module):
-    arguments = [module, "run", "chain.toml", "--out", "out", "--no-plot"]
-    done = subprocess.run([sys.executable, "-c", AT_IMPORT, *arguments], capture_output=True, text=True, timeout=120)
-    assert (done.returncode, done.stdout) == (130, "")
-    assert done.stderr.strip().startswith("Interrupted")
-    assert done.stderr.strip().count("\n") == 0
-    assert "resume" not in done.stderr
-
-
-@pytest.mark.parametrize("old", [None, CHAIN, OTHER], ids=["no old run", "of the same scene", "of another scene"])
-@pytest.mark.parametrize("where", ["__init__", "advance"])
-def test_a_promise_that_is_kept(call, files, monkeypatch, where, old):
-    """--resume is spoken of when there is a checkpoint of this very scene, and then it works."""
-    if old is not None:
-        dolfbuoy.simulate(old, out="out")
-
-    def interrupted(*_, **__):
-        interruption._interrupt(signal.SIGINT, None)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Simulation, where, interrupted)
-        code, _, err = call("run", "chain.toml", "--out", "out", "--no-plot", "--overwrite")
-    assert code == 130
-    assert "Traceback" not in err
-    promised = where == "advance" or old is CHAIN
-    assert ("dolfbuoy run --resume out" in err) == promised, err
-    assert ("before the first step" in err) == (not promised)
-    if promised:
-        assert call("run", "--resume", "out", "--no-plot")[0] == 0
-        assert read("out/results.nc").sizes["time"] == 6
-
-
-@pytest.mark.parametrize("arguments", [["check", "short"], ["static", "short"], ["list"], ["plot", "out"]])
-def test_other_commands_end_with_a_word(call, files, monkeypatch, arguments):
-    dolfbuoy.simulate(CHAIN, out="out")
-
-    def interrupted(*_, **__):
-        interruption._interrupt(signal.SIGINT, None)
-
-    for place in ("dolfbuoy.scene.load_scene", "dolfbuoy.results.figures.draw_all"):
-        monkeypatch.setattr(place, interrupted)
-    assert call(*arguments)[::2] == (130, "Interrupted.\n")
 
 
 # -- warnings of the scene ---------------------------------------------------------------------------------------------

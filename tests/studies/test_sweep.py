@@ -375,10 +375,17 @@ def test_records_of_cases_are_kept(tmp_path, monkeypatch):
             xr.testing.assert_equal(kept, direct)
         assert f"case cable.line_density = {case or 1}" in (folder / "page.html").read_text()
         assert load_scene(folder / "scene.toml") == load_scene(ROD, cable__line_density=case or 1)
-    assert len(list((tmp_path / "records").iterdir())) == 2
+    assert len([path for path in (tmp_path / "records").iterdir() if path.is_dir()]) == 2
     assert not list((tmp_path / "cases" / "running").iterdir())
     monkeypatch.setattr(sweeping, "evaluate", computed_twice)
     xr.testing.assert_identical(sweep(ROD, vary, None, tmp_path, keep=True), dataset)
+
+
+def test_records_that_have_no_place_are_refused_before_the_first_case(tmp_path):
+    (tmp_path / "records").touch()
+    with pytest.raises(InputError, match="records cannot hold results: it is a file"):
+        sweep(ROD, ["cable.length=1,2"], None, tmp_path, keep=True)
+    assert not list((tmp_path / "cases").rglob("*.jsonl"))
 
 
 @needs_mpirun

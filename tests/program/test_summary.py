@@ -1,0 +1,149 @@
+"""What is told is what is recorded: numbers and warnings of summaries, angles, units, and tables on the terminal.
+
+Source: a made-up record whose quantities all differ, rotations of scipy, the rows of the tables.
+"""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from dynamics_helpers import rotation_matrix
+from made_up import PERIOD, RECORD, SCENE
+from scipy.spatial.transform import Rotation
+
+from dolfbuoy import load_scene, solve_static
+from dolfbuoy.check import check
+from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
+from dolfbuoy.results.record import FIXED, FRAMES, SERIES
+from dolfbuoy.results.summary import summary, warnings
+
+# -- numbers -----------------------------------------------------------------------------------------------------------
+
+
+def test_summary():
+    rows = {name: (value, unit) for name, value, unit in summary(RECORD, SCENE)}
+
+    def extremes(values, unit):
+        return f"{float(values.min()):.4g} ... {float(values.max()):.4g}", unit
+
+    C, water = RECORD.buoy_position, RECORD.surface_elevation
+    assert rows["tension at the top |T_bnd|"] == extremes(RECORD.tension_top / 1000, "kN")
+    assert rows["force at the anchor"] == extremes(np.linalg.norm(RECORD.anchor_force, axis=1) / 1000, "kN")
+    assert rows["uplift at the anchor"] == extremes(-RECORD.anchor_force[:, 2] / 1000, "kN")
+    for i, axis in enumerate("xyz"):
+        assert rows[f"{axis} of C"] == extremes(C[:, i], "m")
+    assert rows["z of C over the water"] == extremes(C[:, 2] - water, "m")
+    assert rows["cone angle"] == extremes(RECORD.cone_angle, "deg")
+    assert rows["steps, of which retried"] == ("400, 7", "")
+    iterations = RECORD.newton_iterations.values[1:]
+    assert rows["Newton iterations per step"] == (f"{iterations.sum() / 400:.2f}", "")
+    assert (rows["wall time"], rows["speed"]) == (("12.5", "s"), ("3.2", "x real time"))
+    left = 100 * (1 + (2 * math.pi / PERIOD * 0.1) ** 2) ** (-200)
+    assert rows["left by the scheme of a free 5 s motion"] == (f"{left:.1f}", "%")
+
+
+def test_warnings_have_their_numbers():
+    assert warnings(RECORD, SCENE) == ["7 steps failed and were retried with smaller ones."]
+    record = RECORD.copy(deep=True)
+    record.cable_position[3, 2, 2] = -20.37
+    record.cable_tension[5, 1] = -12.5
+    said = " ".join(warnings(record, SCENE))
+    assert "up to 0.37 m below the sea bed" in said
+    assert "smallest tension -12.5 N; element 2 (s = 3.667 ... 7.333 m)" in said
+
+
+def test_cone_angle_is_the_angle_of_the_axis():
+    """In degrees, whatever the spin, accurate near the upright and upside down."""
+    rng = np.random.default_rng(3)
+    for q4 in [*rng.standard_normal((5, 4)), [1.0, 1e-9, 0, 0], [0.0, 0.6, 0.8, 1e-9]]:
+        d = rotation_matrix(q4)[:, 2]
+        expected = math.degrees(math.atan2(math.hypot(d[0], d[1]), d[2]))
+        assert cone_angle(q4) == pytest.approx(expected, rel=1e-6, abs=1e-12)
+
+
+def turned(roll, pitch, yaw):
+    """Body to world after the yaw about z, the pitch about the new y and the roll about the newest x [deg]."""
+    return Rotation.from_euler("ZYX", [yaw, pitch, roll], degrees=True)
+
+
+def test_roll_pitch_yaw_make_the_orientation():
+    """Each in its range, at any length and sign of the quaternion."""
+    rng = np.random.default_rng(5)
+    for roll, pitch, yaw in rng.uniform([-180, -90, -180], [180, 90, 180], (50, 3)):
+        x, y, z, w = rng.uniform(0.5, 2) * rng.choice([-1, 1]) * turned(roll, pitch, yaw).as_quat()
+        assert roll_pitch_yaw([w, x, y, z]) == pytest.approx((roll, pitch, yaw), abs=1e-9)
+
+
+def test_directions_of_roll_pitch_yaw():
+    """Right-handed about x, y, z: y goes up, the top leans to +x, x turns to y."""
+    for i, about in enumerate(np.eye(3)):
+        q4 = [math.cos(0.1), *(math.sin(0.1) * about)]
+        assert roll_pitch_yaw(q4) == pytest.approx(np.degrees(0.2) * np.eye(3)[i], abs=1e-12)
+    assert roll_pitch_yaw([0.0, 0.0, 0.0, 1.0]) == (0.0, 0.0, 180.0)
+    assert roll_pitch_yaw([0.0, 0.0, 0.0, -1.0]) == (0.0, 0.0, 180.0)
+
+
+@pytest.mark.parametrize("pitch", [90.0, -90.0])
+def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
+    """Only their sum or difference turns the body then; close by, all three are told apart."""
+    for roll, yaw in ((0.0, 30.0), (20.0, 50.0), (-100.0, 130.0), (170.0, -160.0)):
+        x, y, z, w = turned(roll, pitch, yaw).as_quat()
+        found = roll_pitch_yaw([w, x, y, z])
+        assert found[0] == 0.0
+        assert found[1] == pytest.approx(pitch, abs=1e-6)
+        assert -180 < found[2] <= 180
+        assert (turned(*found) * turned(roll, pitch, yaw).inv()).magnitude() < 1e-7
+        x, y, z, w = turned(roll, pitch * (1 - 1e-6), yaw).as_quat()
+        assert roll_pitch_yaw([w, x, y, z]) == pytest.approx((roll, pitch * (1 - 1e-6), yaw), abs=1e-6)
+
+
+def test_units_of_the_record():
+    """SI, degrees for angles."""
+    units = {
+        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension growth_weight",
+        "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
+        "cable_position s s_cell length_on_bed touchdown joint_position "
+        "wave_amplitude",
+        "s": "time time_step frame wave_period",
+        "m s-1": "cable_velocity",
+        "kg": "displaced_mass",
+        "kg m s-1": "linear_momentum",
+        "kg m2 s-1": "angular_momentum",
+        "degree": "cone_angle roll pitch yaw wave_direction_deg wave_phase_deg",
+        "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell "
+        "utilisation growth_diameter growth_mass",
+    }
+    known = {name: unit for unit, names in units.items() for name in names.split()}
+    assert {name: unit for name, (_, unit, _) in {**SERIES, **FRAMES, **FIXED}.items()} == known
+
+
+# -- tables on the terminal --------------------------------------------------------------------------------------------
+
+
+def table_rows(text):
+    """First cell -> the other cells of what looks like the rows of tables: cells are two blanks apart at least."""
+    rows = [[cell for cell in re.split(r"\s{2,}|\s*│\s*", line.strip()) if cell] for line in text.splitlines()]
+    return {row[0]: row[1:] for row in rows if len(row) > 1}
+
+
+def test_tables_on_the_terminal(call, tmp_path):
+    """`check` prints its report, and what remains of a motion in per cent; `static` prints what it writes."""
+    rows, report = table_rows(call("check", "short")[1]), check(load_scene("short"))
+    assert len(report.numbers) > 15
+    for name, value, unit, _ in report.numbers:
+        if unit == "N" and abs(value) >= 1000:
+            value, unit = value / 1000, "kN"
+        assert rows[name][0] == f"{value:.5g}"
+        assert rows[name][1] == unit if unit else True, name
+    step, end = 0.01, 120.0
+    for name, period in report.periods.items():
+        left = 100 * (1 + (2 * math.pi / period * step) ** 2) ** (-0.5 * end / step)
+        assert rows[name] == [f"{period:.5g}", "s", f"{left:.1f} %"]
+    rows, record = table_rows(call("static", "short", "--out", tmp_path)[1]), solve_static("short")
+    for name in ("tension_top", "tension_anchor", "buoy_position", "cone_angle", "displaced_mass"):
+        values, unit = record[name].values.ravel(), record[name].attrs["units"]
+        if unit == "N":  # thousands of it
+            values, unit = values / 1000, "kN"
+        text = " ".join(f"{v:.6g}" for v in values)
+        assert rows[record[name].attrs["long_name"]] == [text, unit]
