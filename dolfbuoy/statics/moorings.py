@@ -1,8 +1,10 @@
 """Equilibrium of a network: from the closed form of its still water to current, wind and turned buoys."""
 
+import math
+
 import numpy as np
 
-from ..errors import SolveError
+from ..errors import InputError, SolveError
 from ..model.feasible import shape_and_mass
 from ..model.lines import top_position
 from ..model.problem import Problem
@@ -23,9 +25,22 @@ def solve_network(problem) -> None:
 
     Sets problem.iterations and problem.route.  Raises SolveError.
     """
+    _check_reach(problem.network)
     rest = still.solve(still_network(problem))
     find_rest(problem, lambda: _begin(problem, rest), _ways(problem, rest), lambda problem: _why(problem, rest))
     let_turn(problem)
+
+
+def _check_reach(network):
+    """Refuse an inextensible line exactly taut between held ends; shorter ones no scene has.  Raises InputError."""
+    for k, piece in enumerate(network.pieces):
+        if math.isinf(piece.section.axial_stiffness) and all(end.held for end in piece.ends):
+            distance = math.dist(*(top_position(end.top, 0.0) for end in piece.ends))
+            if distance >= piece.section.length * (1 - 1e-12):
+                raise InputError(
+                    f"cable.{network.name_of(k)}.length = {piece.section.length}: must be more than the "
+                    f"{distance:.6g} m between its ends, which an inextensible line does not bridge."
+                )
 
 
 def _ways(problem, rest):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from helpers import reference
 
-from dolfbuoy import SolveError, load_scene
+from dolfbuoy import InputError, SolveError, load_scene
 from dolfbuoy.statics.equilibrium import solve_equilibrium
 from dolfbuoy.statics.moorings import still_network
 from dolfbuoy.statics.network import solve
@@ -147,6 +147,11 @@ def test_a_streamer_that_floats_back_along_its_tow(slack):
 def test_which_ropes_hardly_pull_is_said():
     with pytest.raises(SolveError, match=r"two-sided law\): streamer, tow hardly pulled at one end"):
         streamer("tension-only", (2, 1))
+
+
+def test_an_inextensible_line_that_is_exactly_taut_is_named():
+    with pytest.raises(InputError, match=r"cable\.a\.length = 30.0: must be more than the 30 m between its ends"):
+        at_rest([line("a", [0.0, 0.0, -30.0], [0.0, 0.0, 0.0], 30.0, 100.0, math.inf)])
 
 
 # -- on a bed ----------------------------------------------------------------------------------------------------------
