@@ -159,10 +159,8 @@ def toml_of(rows) -> str:
 
 def markdown_of(searches, rows, notes) -> str:
     """results/moordyn.md."""
-    text = (
-        "# MoorDyn's settings\n\nMade by `tests/benchmarks/moordyn_settings.py`: for an accuracy of the top tension, "
-    )
-    text += "with what is written above it.\n\n| case | accuracy | settings | error | seconds for 120 s | |\n"
+    text = "# MoorDyn's settings\n\nMade by `tests/benchmarks/moordyn_settings.py`: what is cheapest for an accuracy "
+    text += "of the top tensions.\n\n| case | accuracy | settings | error | seconds for 120 s | |\n"
     text += "|---|---|---|---|---|---|\n"
     for row in rows:
         cells = [row["case"], percent(row["accuracy"])]
