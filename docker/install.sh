@@ -1,7 +1,8 @@
 #!/bin/sh
 # Installs all that dolfbuoy needs: Debian packages, then .venv with this tree in editable mode.
-# Usage: sh docker/install.sh [browser]    (as root, or as a user who may sudo; not needed once the Debian packages are there)
+# Usage: sh docker/install.sh [browser|system]    (as root, or as a user who may sudo; not needed once the Debian packages are there)
 #        browser: with chromium, in which tests open pages
+#        system:  the Debian packages only
 set -eu
 
 root=$(cd -- "$(dirname -- "$0")/.." && pwd -P)
@@ -29,9 +30,9 @@ packages="python3-dolfinx python3-dolfinx-real python3-petsc4py python3-petsc4py
     python3-netcdf4 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-xarray python3-pandas
     python3-venv python3-dev python3-setuptools python3-cffi gcc g++ libc6-dev pkgconf ca-certificates"
 case ${1:-} in
-    "") ;;
+    "" | system) ;;
     browser) packages="$packages chromium" ;;
-    *) die "unknown: $1; there is only browser" ;;
+    *) die "unknown: $1; there are browser and system" ;;
 esac
 
 apt() {
@@ -66,6 +67,8 @@ if [ -n "$missing" ]; then
         apt_install >"$log" 2>&1 || { tail -n 30 "$log" >&2; die "apt-get could not install the packages"; }
     fi
 fi
+
+[ "${1:-}" != system ] || exit 0
 
 # Called through sudo in a tree that belongs to the caller: the rest needs no root and should not leave root's files.
 if [ "$(id -u)" -eq 0 ] && [ "${SUDO_UID:-0}" -ne 0 ] && [ "$(stat -c %u -- "$root")" = "${SUDO_UID:-0}" ]; then

@@ -5,8 +5,9 @@
 #        docker/verify.sh compare                          only the comparison of what was computed before
 #
 # What is verified is the last commit.  Per release: debootstrap makes the base image, buildah builds (isolation chroot:
-# works inside containers too), and in the image, as a user whom it does not know, run the tests, `dolfbuoy doctor` and
-# `dolfbuoy run short --t-end 5` on one and on two ranks; then the pages in chromium, which the image leaves out.  What a release has passed at this commit is not repeated.
+# works inside containers too), and in the image, as a user whom it does not know, run `dolfbuoy doctor`, `dolfbuoy run
+# short --t-end 5` on one and on two ranks, and the tests; then the pages in chromium, which the image leaves out.  What a
+# release has passed at this commit is not repeated.
 #
 # Needs: apt-get install --no-install-recommends debootstrap buildah podman git; the network; 3 GB of disk per release.
 # WORK    working folder [/var/tmp/dolfbuoy-verify]; may be deleted
@@ -180,7 +181,7 @@ check() {
         say "$release: tests"
         # shellcheck disable=SC2086  # a list of arguments
         attempt tests "$release" in_image /opt/dolfbuoy env HYPOTHESIS_STORAGE_DIRECTORY=/tmp/hypothesis \
-            pytest -q -p no:cacheprovider $TESTS || true
+            pytest -q -p no:cacheprovider -n logical --dist worksteal $TESTS || true
         tail -n 1 "$WORK/tests-$release.log" | tee "$folder/tests"
         say "$release: tests in chromium"
         attempt chromium "$release" add_chromium || true

@@ -8,7 +8,7 @@ import typer
 
 from ..errors import InputError
 from ..parallel.ranks import rank
-from .shared import out, out_option, table_of
+from .shared import finite, out, out_option, table_of
 
 #: Sets that are printed; netCDF has them all.
 MOST_SETS = 20
@@ -28,7 +28,10 @@ SHOWN = (
 )
 FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs or sweeps.")]
 StartOption = Annotated[
-    float | None, typer.Option("--from", help="What comes before does not count \\[s; default: the end of the ramp].")
+    float | None,
+    typer.Option(
+        "--from", callback=finite, help="What comes before does not count \\[s; default: the end of the ramp]."
+    ),
 ]
 PointOption = Annotated[
     str | None,

@@ -42,8 +42,9 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     )
     files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
     enlist(folder, files)
-    for name in remarks(folder, "run")["files"]:
-        if name.startswith("paraview/") and Path(folder) / name not in files:  # of more instants, before
+    of_before = [] if target.is_symlink() else remarks(folder, "run")["files"]  # a link leads out of the folder
+    for name in of_before:
+        if name.startswith("paraview/") and Path(folder) / name not in files:
             (Path(folder) / name).unlink(missing_ok=True)
     target.mkdir(exist_ok=True)
     for kind, names in paths.items():

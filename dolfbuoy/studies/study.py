@@ -87,11 +87,11 @@ def run(study: ModuleType, folder: Path, **request) -> Outcome:
 
 
 def _show(folder, tables):
-    """On the screen, and in tables.md."""
-    shown = [(t.title.replace("{folder}", str(folder)), t.rows, t.columns, t.notes) for t in tables]
-    for table in shown:
-        show(*table)
-    (Path(folder) / "tables.md").write_text("\n".join(markdown(*table) for table in shown), encoding="utf-8")
+    """On the screen, and in tables.md, which may travel: it says nothing of folders."""
+    for t in tables:
+        show(t.title.replace("{folder}", str(folder)), t.rows, t.columns, t.notes)
+    told = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns, t.notes) for t in tables]
+    (Path(folder) / "tables.md").write_text("\n".join(told), encoding="utf-8")
 
 
 def run_command(name: str, out: Path | None, **options) -> bool:

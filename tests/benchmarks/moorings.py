@@ -80,7 +80,7 @@ def cable(name, which, stiffness) -> Mooring:
     period = settings.period_of(scene)
     changes = {"cable.axial_stiffness": stiffness * scene.cable.axial_stiffness}
     scene = load_scene(scene, **changes, **{"time.end": settings.ramp_of(scene) + 3 * period})
-    softer = f"{which}, EA x 1" if stiffness > 1 else None
+    softer = f"{which}, EA x {stiffness // 100}" if stiffness > 1 else None
     first = 20 if which == "short" else 50
     return Mooring(name, scene, period, period, ("generalized-alpha", (3, 2), *FINEST[which]), (first, None), softer)
 
@@ -120,7 +120,7 @@ def buoy(name, which) -> Mooring:
 def chain(name) -> Mooring:
     """The shipped chain with its top driven, without friction, which the programs understand differently."""
     scene = load_scene("chain-on-bed", **{"seabed.friction": 0.0, "time.end": 60.0})
-    return Mooring(name, scene, 20.0, 10.0, ("bdf2", (2, 1), 40, 96), (56, 448))
+    return Mooring(name, scene, 20.0, 10.0, ("bdf2", (2, 1), 40, 96), (112, 896))
 
 
 def three_lines(name) -> Mooring:
@@ -158,7 +158,7 @@ def irregular(name) -> Mooring:
     return Mooring(name, scene, 40.0, 5.0, ("generalized-alpha", (2, 1), 16, 96), (28, 160))
 
 
-MAKERS = {f"{which}, EA x {EA}": (cable, which, float(EA)) for which in CABLES for EA in (1, 100, 10000)}
+MAKERS = {f"{which}, EA x {EA}": (cable, which, EA) for which in CABLES for EA in (1, 100, 10000)}
 MAKERS |= {f"buoy, {which} cable": (buoy, which) for which in CABLES}
 MAKERS |= {"chain on the bed, driven": (chain,), "three lines on a buoy": (three_lines,)}
 MAKERS |= {"irregular sea, 100 components": (irregular,)}

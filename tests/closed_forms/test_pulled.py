@@ -117,7 +117,7 @@ def test_a_pulled_chain_on_a_slope(bed):
         assert float(np.linalg.norm(found.anchor_force)) == pytest.approx(anchor, abs=0.3 * W * L / 80)
 
 
-@pytest.mark.parametrize("bed", beds("up"))
+@pytest.mark.parametrize("bed", beds("down"))
 def test_a_clump_that_was_pulled_over_the_bed(bed):
     """It rubs with its weight; no joint, body or line moves when the run begins, on a bed that holds them."""
     mass = 2000.0

@@ -17,6 +17,7 @@ from dolfbuoy.forms import sea
 from dolfbuoy.model.sea import elevation_at, heading, ramp, velocity_at, wavenumber
 from dolfbuoy.results.figures import draw_all
 from dolfbuoy.results.paraview import export
+from dolfbuoy.results.snapshot import JOINTS
 from dolfbuoy.scene import load_scene
 
 
@@ -102,6 +103,9 @@ def test_a_network_is_drawn_as_a_whole(network):
             assert any(line.shape == nodes.shape and np.allclose(line, nodes) for line in drawn)
         for place in (*joints, [0.0, 0.0, -20.0], [30.0, -25.0, -20.0]):
             assert any(len(line) == 1 and np.allclose(line[0], place[:dimensions]) for line in drawn)
+    symbols = {tuple(np.ravel(line.get_data_3d())): line.get_marker() for line in whole.lines}
+    for name, kind in {"Y": "clump", "ring": "float", "port.1": "float"}.items():
+        assert symbols[tuple(record.joint_position.sel(joint=name).values[-1])] == JOINTS[kind][0]
     words = [text.get_text() for text in whole.figure.legends[0].get_texts()]
     assert {"a-b", "port", "starboard", "up", "float", "clump", "held end", "sea bed", "buoy"} <= set(words)
     names = {file.stem for file in draw_all(folder)}

@@ -141,6 +141,10 @@ def test_instants_for_paraview_are_as_many_as_are_wanted(tmp_path):
     expected = record.frame.values[[0, round((len(record.frame) - 1) / 2), -1]]
     assert [float(one.get("timestep")) for one in sets] == pytest.approx(expected)
     last = meshio.read(tmp_path / "paraview" / "cable_0002.vtu").points
+    (tmp_path / "paraview").rename(tmp_path / "elsewhere")
+    (tmp_path / "paraview").symlink_to(tmp_path / "elsewhere")
+    export(tmp_path, 2)
+    assert (tmp_path / "elsewhere" / "cable_0002.vtu").exists()  # a link leads out of the folder
     np.testing.assert_allclose(last, record.cable_position.isel(frame=-1))
 
 

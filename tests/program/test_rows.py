@@ -100,7 +100,9 @@ def test_same_run(scheme, tolerance, monkeypatch):
 @pytest.mark.parametrize("duration", [0.0, 3.0, 1e9])
 def test_what_is_given_as_a_function_of_time(duration):
     """A regular wave and an end that swings, before and after the end of their ramps."""
-    waves, prescribed = load_scene("short", waves__ramp=duration), load_scene("driven", cable__top__ramp=duration)
+    waves = load_scene("short", waves__ramp=duration, waves__phase_deg=30)
+    swing = {"amplitude": [0.2, -0.7, 1.5], "phase_deg": [20, 70, -40], "ramp": duration}
+    prescribed = load_scene("driven", **{f"cable__top__{key}": value for key, value in swing.items()})
     motion, frequency = motion_of(prescribed.cable.top), main_propagation(waves).at_ground
     time, a, phase, u = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(4)
     wave = clock_c.wave(time, waves.waves.size, duration, math.radians(waves.waves.phase_deg), frequency, (a, phase))
