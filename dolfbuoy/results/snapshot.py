@@ -212,8 +212,10 @@ def _draw_plan(axes, now):
 def _draw_velocity(axes, now, box, legend):
     """Arrows in the vertical plane through the buoy, or the middle of the cable; over the box one of known speed."""
     causes = [name for name in ("waves", "current") if getattr(now.scene, name)]
+    if not causes:
+        return
     points, spacing = _plane(now, box)
-    velocity = velocity_at(now.scene, now.time, points) if causes else np.zeros_like(points)
+    velocity = velocity_at(now.scene, now.time, points)
     speed = np.linalg.norm(velocity, axis=1)
     if not len(speed) or speed.max() == 0:
         return

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from typer.main import get_command
 
-from dolfbuoy import load_scene
+from dolfbuoy import figures, load_scene, simulate
 from dolfbuoy.check import check
 from dolfbuoy.commands.main import app
 
@@ -55,6 +56,14 @@ def test_scene_and_python_of_the_readme_run(tmp_path, monkeypatch, capsys):
     assert float(capsys.readouterr().out.split()[0]) == pytest.approx(
         float(record.tension_top.max() / rest.tension_top), abs=0.005
     )
+
+
+def test_the_picture_is_of_this_scene():
+    """The file keeps title and legend as its description, with the tensions and forces: a run has the same now."""
+    figure = figures.snapshot(simulate(tomllib.loads(block("toml"))))
+    said = [text.get_text() for text in (*figure.texts, *figure.legends[0].get_texts())]
+    with Image.open(ROOT / "dolfbuoy" / "scenes" / "moored-buoy.png") as picture:
+        assert picture.text["Description"].splitlines() == [text.replace("\xa0", " ") for text in said]
 
 
 @pytest.mark.parametrize("section", ["seabed", "waves", "current", "wind"])
