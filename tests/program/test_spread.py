@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import pytest
+from mpi_helpers import start
 
 from dolfbuoy import load_scene
 from dolfbuoy.results.summary import SHARING_SLOWER_TO, sharing_note
@@ -40,12 +41,7 @@ except InputError as error:
 def spread(tmp_path, bad, ranks=2):
     """Lines that the script prints under mpirun."""
     (tmp_path / "script.py").write_text(SCRIPT)
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
-    environment["OMPI_MCA_mpi_yield_when_idle"] = "1"
-    if os.geteuid() == 0:
-        environment |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    command = ["mpirun", "-n", str(ranks), sys.executable, "script.py", str(tmp_path / "out"), str(bad)]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
+    done = start(ranks, ["script.py", tmp_path / "out", bad], tmp_path, timeout=120)
     assert done.returncode == 0, done.stderr[-2000:]
     return done.stdout.splitlines()
 

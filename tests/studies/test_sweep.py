@@ -397,7 +397,7 @@ def test_three_ranks_are_identical_to_one(swept, tmp_path):
     vary = [word for text in (*VARY, "cable.length=3,-3") for word in ("--vary", text)]
     done = start(3, ["-m", "dolfbuoy.commands.main", "sweep", "rod.toml", "--out", "all", *vary], tmp_path)
     assert done.returncode == 0, done.stderr[-3000:]
-    assert done.stdout.count("8 cases") == 1
+    assert done.stdout.count("8 cases, ") == 1
     with xr.open_dataset(tmp_path / "all" / "sweep.nc") as parallel:
         assert list(parallel.status.values[::2]) == ["done"] * 4
         assert all("cable.length = -3" in status for status in parallel.status.values[1::2])

@@ -14,7 +14,7 @@ needs_mpirun = pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun
 def environment(**more):
     """Of a process that may start more ranks than there are cores, also as root."""
     found = {**os.environ, "OMP_NUM_THREADS": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
-    found |= {"PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe", "OMPI_MCA_mpi_yield_when_idle": "1"}
+    found["PRTE_MCA_rmaps_default_mapping_policy"] = ":oversubscribe"
     if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
         found |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return found | {key: str(value) for key, value in more.items()}
