@@ -1,5 +1,8 @@
 """The ways in which a run can end badly."""
 
+import importlib
+import re
+
 #: What dolfbuoy calls and pip does not bring: packages of the system, all of one build.
 OF_THE_SYSTEM = ("dolfinx", "ufl", "ffcx", "basix", "petsc4py", "mpi4py", "h5py")
 
@@ -26,11 +29,24 @@ class SolveError(RuntimeError):
 def missing(error: ImportError) -> "InputError | None":
     """A failed import of one of OF_THE_SYSTEM as one sentence; None if something else failed."""
     name = (error.name or "").partition(".")[0]
-    if name not in OF_THE_SYSTEM:  # of a compiled module only the cause has a name
-        return missing(error.__cause__) if isinstance(error.__cause__, ImportError) else None
+    if name not in OF_THE_SYSTEM:
+        return next((found for found in map(missing, _behind(error)) if found), None)
     gone = isinstance(error, ModuleNotFoundError)
     what = "is not installed" if gone else f"cannot be imported ({str(error).rstrip('.')})"
     return InputError(
         f"{name} {what}: dolfbuoy needs dolfinx, petsc4py, mpi4py and h5py of the system, which pip does not bring; "
         "docker/install.sh installs them, and dolfbuoy doctor says what is there."
     )
+
+
+def _behind(error):
+    """The failed imports that one without a name tells of."""
+    if isinstance(error.__cause__, ImportError):  # of a compiled module
+        yield error.__cause__
+    for name in re.findall(
+        r"^\* (\w+) is ", str(error), flags=re.MULTILINE
+    ):  # Debian 13: dolfinx looks itself, and lists them
+        try:
+            importlib.import_module(name)
+        except ImportError as own:
+            yield own

@@ -115,9 +115,10 @@ def make(name: str, folder: Path, **versions: str) -> None:
         text += (out / "made" / made.taken if made.taken else printed).read_text(encoding="utf-8") + "\n"
         for figure in made.figures:
             shutil.copyfile(out / "made" / figure, HERE / "results" / figure)
-    if made.taken is None and not text.lstrip().startswith(("|", "processor")):
-        lines = text.strip().replace(f"{folder.absolute()}/", "").splitlines()
-        text = "\n".join(["```", *(line.rstrip() for line in lines), "```\n"])
+    text = text.strip().removeprefix(sentence()).lstrip()  # which the head has
+    if made.taken is None and not text.startswith("|"):
+        lines = text.replace(f"{folder.absolute()}/", "").splitlines()
+        text = "\n".join(["```", *(line.rstrip() for line in lines), "```"])
     (HERE / "results" / f"{name}.md").write_text(
         (head(made) if made.title else "") + text.rstrip() + "\n", encoding="utf-8"
     )
