@@ -6,6 +6,9 @@ import re
 #: What dolfbuoy calls and pip does not bring: packages of the system, all of one build.
 OF_THE_SYSTEM = ("dolfinx", "ufl", "ffcx", "basix", "petsc4py", "mpi4py", "h5py")
 
+#: Debian 13: dolfinx itself looks for what it needs, and lists what it does not find.
+LISTED = r"^\* (\w+) is "
+
 
 def printable(text: str) -> str:
     """Text from outside as it may go to a terminal: what is no character to be seen is written as an escape."""
@@ -43,9 +46,7 @@ def _behind(error):
     """The failed imports that one without a name tells of."""
     if isinstance(error.__cause__, ImportError):  # of a compiled module
         yield error.__cause__
-    for name in re.findall(
-        r"^\* (\w+) is ", str(error), flags=re.MULTILINE
-    ):  # Debian 13: dolfinx looks itself, and lists them
+    for name in re.findall(LISTED, str(error), flags=re.MULTILINE):
         try:
             importlib.import_module(name)
         except ImportError as own:
