@@ -72,7 +72,11 @@ def compare(roots, problem):
 
 
 def dense(problem):
+    """Roots of the companion pencil, in units in which stiff lines do not swamp the rounding of QZ."""
     K, E, M = (A.toarray() for A in (problem.K, problem.E, problem.M))
+    size = np.abs(K.diagonal()) + np.abs(M.diagonal())
+    unit = np.where(size > 0, size, 1.0) ** -0.5
+    K, E, M = (unit[:, None] * A * unit for A in (K, E, M))
     zero, one = np.zeros_like(K), np.eye(len(K))
     with np.errstate(all="ignore"):
         found = eig(np.block([[zero, one], [-K, -E]]), np.block([[one, zero], [zero, M]]), right=False)
