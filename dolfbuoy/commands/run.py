@@ -174,7 +174,7 @@ def advised(scene, quantity, accuracy, folder=None, write=None):
     from ..studies.accuracy import advise as study
 
     if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
-        raise InputError(f"--write {write}: must be a file in a folder that can be written to.")
+        raise InputError(f"--write {write}: must be a file, not a folder, where one can be written.")
 
     def say(text):
         out.print(text, soft_wrap=True, highlight=False, markup=False)
