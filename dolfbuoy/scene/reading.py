@@ -4,6 +4,7 @@ An unknown key, a wrong type or a value out of range is an `InputError` of one s
 and what is allowed.
 """
 
+import contextlib
 import copy
 import re
 import tomllib
@@ -165,6 +166,8 @@ def _read(scene) -> dict:
         path = shipped[str(scene)]
     try:
         if not path.is_file():
+            with contextlib.suppress(FileNotFoundError, NotADirectoryError):
+                path.stat()  # raises what else is wrong, of which is_file says nothing from Python 3.14 on
             raise InputError(f"SCENE = '{scene}': is neither a file nor a shipped scene ({', '.join(shipped)}).")
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
