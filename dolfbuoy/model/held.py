@@ -96,7 +96,7 @@ def overshoot(rows) -> float:
     the largest range of x, y and z."""
     rows = np.asarray(rows, dtype=float)
     way, path = rows[:, 1:], _spline(rows)
-    turns = [path.derivative().roots(extrapolate=False)[k] for k in range(3)]
+    turns = path.derivative().roots(extrapolate=False)
     beyond = 0.0
     for k, times in enumerate(turns):
         values = path(times[np.isfinite(times)])[:, k]
