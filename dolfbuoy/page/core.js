@@ -121,18 +121,23 @@ export function onTheme(tell) {
   document.addEventListener("theme", tell);
 }
 
-/** What every page does: a button that goes through automatic, light and dark; on paper nothing is folded. */
+/** What every page does: a button that goes through automatic, light and dark; paper is light, and nothing is folded. */
 export function dress() {
   const names = ["auto", "light", "dark"];
   const button = byId("theme");
   let now = 0;
+  const wear = (name) => {
+    document.documentElement.dataset.theme = name;
+    document.dispatchEvent(new Event("theme"));
+  };
   button.addEventListener("click", () => {
     now = (now + 1) % names.length;
-    document.documentElement.dataset.theme = names[now];
     button.textContent = `Colours: ${names[now]}`;
-    document.dispatchEvent(new Event("theme"));
+    wear(names[now]);
   });
   window.addEventListener("beforeprint", () => {
     for (const details of document.querySelectorAll("#scene details")) details.open = true;
+    wear("light");
   });
+  window.addEventListener("afterprint", () => wear(names[now]));
 }

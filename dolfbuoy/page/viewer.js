@@ -29,9 +29,6 @@ function say(sentence = "") {
   without.hidden = !sentence;
 }
 
-/** Colours of what stands around the picture. */
-const AROUND = ["sky-top", "sky-low", "ground", "text", "soft", "force-holds", "force-pulls", "force-outside"];
-
 /** Shows the states of a source (motion.js) in a canvas.
  *
  * view: of the data, see view.py.  tensions: [least, largest] of the colours [N].
@@ -46,7 +43,8 @@ export class Viewer {
     this.n = squares(this.waves);
     this.keepMeshes();
     this.readColors();
-    onTheme(() => (this.readColors(), this.redraw()));
+    onTheme(() => (this.readColors(), this.paint())); // at once: paper does not wait for a frame,
+    window.addEventListener("beforeprint", () => this.canvas.toDataURL()); // and gets what was read last
     this.labels = this.makeLabels();
     this.look("whole");
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
@@ -80,8 +78,6 @@ export class Viewer {
     const names = ["hull", "water", "bed", "anchor", "ink", "force-holds", "force-pulls", "force-outside"];
     this.colors = Object.fromEntries(names.map((name) => [name, rgb(`--${name}`)]));
     this.scale = scaleOfTension();
-    const root = getComputedStyle(document.documentElement); // paper gets the picture as it is seen, dark too
-    for (const name of AROUND) this.stage.style.setProperty(`--${name}`, root.getPropertyValue(`--${name}`));
   }
 
   makeLabels() {
@@ -133,15 +129,16 @@ export class Viewer {
   }
 
   redraw() {
-    if (this.waiting || this.lost || !this.state) return;
+    if (this.waiting) return;
     this.waiting = true;
     requestAnimationFrame(() => {
       this.waiting = false;
-      if (!this.lost) this.paint();
+      this.paint();
     });
   }
 
   paint() {
+    if (this.lost || !this.state) return;
     const { painter, state, shown } = this;
     painter.begin(this.camera);
     this.drawBuoys();

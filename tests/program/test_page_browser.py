@@ -184,6 +184,18 @@ def test_paper_shows_it_all_in_the_light(window, file):
     assert window.errors() == []
 
 
+def test_paper_gets_the_same_picture_from_a_dark_page(window, file):
+    pictures = []
+    for dark in (False, True):
+        window.open(file, **SMALL, dark=dark)
+        seen = window.run("document.getElementById('canvas').toDataURL()")
+        pictures.append(re.findall(rb"/Subtype /Image.*?endstream", window.paper(), re.DOTALL))
+        window.pause()
+        assert window.run("document.getElementById('canvas').toDataURL()") == seen
+    assert pictures[0]
+    assert pictures[0] == pictures[1]
+
+
 def test_titles_and_names_are_only_text(window, tmp_path):
     scene = load_scene("three-legs", **{"title": EVIL, "time.end": 0.1}).to_dict()
     text = str(scene).replace("east", "x-onload").replace("north", "alert")
