@@ -30,11 +30,12 @@ def rows():
 
 
 def test_parts_add_up(rows):
-    """The parts are a step, and none is less than nothing; Newton's method is less than a step."""
+    """The parts are a step, none that a clock has seen is less than nothing; Newton's method is less than a step."""
+    clocked = set(step_cost.PARTS) - {"SNES and Python"}  # that is what a run took beyond its twin, noise of both in it
     for row in rows:
         assert row["total"] == pytest.approx(sum(row[name] for name in step_cost.PARTS))
         assert row["milliseconds per step"] == pytest.approx(1e-3 * row["total"] * row["iterations"])
-        assert min(row[name] for name in step_cost.PARTS) > 0
+        assert min(row[name] for name in clocked) > 0
         assert 0 < row["floor"] < row["total"]
         assert 0 < row["ratio"] < row["ratio of a step"]
 

@@ -126,11 +126,12 @@ def weightless_joint(found):
     for EA in (1e6, INF):
         x, y = (run(times | {"cable": cable | {"axial_stiffness": EA}}) for cable in (parts, whole))
         found.below(f"EA = {EA:g}: top tension of the cut line off by", _apart(x, y), 1e-10)
-    # set off at once: the tension of the start is an acceleration, found by tiny steps, and has their rounding
+    # set off at once: the tension of the start is an acceleration, 3 a2 - 2 a3 of tiny steps h (motion/consistent.py),
+    # h^2 a3 = r3 - 2 r2 + r1: so -2 r3 + 7 r2 - 8 r1 + 3 r0, all but r0 rounded by at most eps L/2, in both runs
     at_once = {"top": {key: value for key, value in top.items() if key != "ramp"}}
     x, y = (run(times | {"cable": cable | at_once | {"axial_stiffness": INF}}) for cable in (parts, whole))
-    rounding = np.finfo(float).eps * 66.0 / (1e-3 * step) ** 2 * 66.0 * 5.0 / np.ptp(y.tension_top.values)
-    found.below("set off at once", _apart(x, y), 4 * rounding)
+    rounding = (2 + 7 + 8) * np.finfo(float).eps * 66.0 / (1e-3 * step) ** 2 * 66.0 * 5.0
+    found.below("set off at once", _apart(x, y), rounding / np.ptp(y.tension_top.values))
     found.below("... at the end", _apart(x, y, -20), 1e-9)
 
 
