@@ -2,9 +2,9 @@
 
     OMP_NUM_THREADS=1 .venv/bin/python tests/benchmarks/renew.py [NAME ...] [--before PYTHON --equal-to PYTHON]
 
-Without a name all of them, one after the other: some hours on one core that nothing else uses.  What the commands write
-stays in DIR, so that studies that were interrupted go on.  --before, --equal-to: as `before_and_now.py` has them; it is
-left out without them.  releases.md is made by docker/verify.sh, moordyn.md by moordyn_settings.py.
+Without a name all of them, one after the other: half an hour on two cores that nothing else uses.  What the commands
+write stays in DIR, so that studies that were interrupted go on.  --before, --equal-to: as `before_and_now.py` has them;
+it is left out without them.  releases.md is made by docker/verify.sh, moordyn.md by moordyn_settings.py.
 """
 
 import argparse
