@@ -104,7 +104,7 @@ def test_errors_of_elastic_cable(pair):
     errors_match("elastic", pair, EA50, quadrature=20)
 
 
-@pytest.mark.parametrize("pair", ["P1P0", "P2P1", "P3P2", "P4P3"])
+@pytest.mark.parametrize("pair", ["P1P0", "P2P1", "P3P2", pytest.param("P4P3", marks=pytest.mark.slow)])
 def test_errors_with_averaged_strain(pair):
     """The paper's Fig. 3 and Sect. 3.3.2: the order of r stays 2 whatever the degree."""
     errors_match("elastic_element_average", pair, EA50, quadrature=20, strain="element-average")
