@@ -43,6 +43,7 @@ def test_scales_come_back():
     assert before == [morison.SMOOTHING_SPEED, hull.LEAST_TILT, hull.FACE_TILT]
 
 
+@pytest.mark.slow
 def test_the_draft_depends_on_nothing_of_it(tmp_path):
     """A cylinder's wet volume is right for any cut and any number of points."""
     rows = run(study, tmp_path, scene=load_scene(SPAR)).rows["regularisation"]
