@@ -10,6 +10,7 @@ import dynamics_helpers
 import pytest
 from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start
+from test_sweep_parts import lines
 
 from dolfbuoy import load_scene
 from dolfbuoy.studies.accuracy import work_precision
@@ -67,11 +68,6 @@ def rows(folder, name):
     return [{key: value for key, value in row.items() if key not in TIMES} for row in table]
 
 
-def computed(folder):
-    """Lines that a study's cases left on disk, one each."""
-    return {line for file in (folder / "cases").glob("*.jsonl") for line in file.read_bytes().splitlines(keepends=True)}
-
-
 def key_of(line):
     return json.loads(line.partition(b" ")[2])["key"]
 
@@ -102,14 +98,15 @@ def test_what_two_ranks_computed_is_not_computed_again(study, by_two, monkeypatc
     run, names = STUDIES[study]
     monkeypatch.chdir(by_two)
     before = {name: rows(by_two / study, name) for name in names}
-    written = computed(by_two / study)
+    store = by_two / study / "cases"
+    written = set(lines(store))
     run(study)
-    assert computed(by_two / study) == written
-    file = max((by_two / study / "cases").glob("*.jsonl"))
+    assert set(lines(store)) == written
+    file = max(store.glob("*.jsonl"))
     *left, last = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(b"".join(left))
     run(study)
-    assert written - {last} <= computed(by_two / study)
-    (again,) = computed(by_two / study) - (written - {last})
+    assert written - {last} <= set(lines(store))
+    (again,) = set(lines(store)) - (written - {last})
     assert key_of(again) == key_of(last)
     assert {name: rows(by_two / study, name) for name in names} == before
