@@ -13,7 +13,7 @@ from ..model.held import overshoot
 from ..model.hydrostatics import float_upright
 from ..model.material import cross_section, weight_per_length
 from ..results.utilisation import Utilisation, stressed
-from ..scene.network import network_of, with_buoy, with_line
+from ..scene.network import is_network, network_of, single, with_buoy, with_line
 from ..statics.equilibrium import solve_equilibrium
 from .bed import on_the_bed
 from .waves import in_waves
@@ -45,8 +45,8 @@ def check(scene, comm=MPI.COMM_WORLD) -> Report:
     check_feasible(scene)
     check_first_shape(scene)
     report = derived(scene)
-    if scene.initial.kind == "equilibrium" and (scene.cable or scene.sea):
-        (_network_at_rest if scene.is_network else _equilibrium)(scene, report, comm)
+    if scene.initial.kind == "equilibrium" and (single(scene).cable or scene.sea):
+        (_network_at_rest if is_network(scene) else _equilibrium)(scene, report, comm)
     return report
 
 
@@ -54,11 +54,11 @@ def derived(scene) -> Report:
     """Numbers and warnings that need no equilibrium.  Raises InputError for a buoy that sinks."""
     report = Report(effects_of(scene))
     _motions(scene, report)
-    if scene.is_network:
+    if is_network(scene):
         return _network(scene, report)
-    if scene.cable:
+    if single(scene).cable:
         _cable(scene, report)
-    if scene.buoy and scene.sea and scene.gravity:
+    if single(scene).buoy and scene.sea and scene.gravity:
         _buoy(scene, report)
     if scene.waves:
         in_waves(scene, report)
@@ -136,14 +136,14 @@ def _strength(problem, report):
         use = Utilisation(problem)
         use.note()
         for name, value in zip(names, use.values, strict=True):
-            which = f" of {name}" if problem.scene.is_network else ""
+            which = f" of {name}" if is_network(problem.scene) else ""
             report.add(f"equilibrium: largest tension over breaking load{which}", value)
             if value > 1:
                 report.warnings.append(f"The equilibrium is above the breaking load of {name}.")
 
 
 def _cable(scene, report):
-    c = scene.cable
+    c = single(scene).cable
     w = weight_per_length(scene, c)
     where = "in water" if scene.sea else "in air"
     report.add(f"cable weight {where} per metre", w, "N/m")
@@ -161,31 +161,35 @@ def _cable(scene, report):
 
 
 def _buoy(scene, report):
-    shape, mass = shape_and_mass(scene)
+    shape, mass = shape_and_mass(single(scene).buoy)
     rho_w, g = scene.sea.density, scene.gravity
     report.add("buoy mass with point masses", mass.mass, "kg")
     report.add("centre of mass C above keel", mass.height, "m")
     free = float_upright(shape, mass, rho_w, g)
     report.add("draft, free", free.draft, "m")
     report.add("GM, free", free.GM, "m")
-    GM = _moored(scene, report) if scene.cable else free.GM
+    GM = _moored(scene, report) if single(scene).cable else free.GM
     if GM <= 0:
         report.warnings.append(f"GM = {GM:.3g} m is not positive: the upright buoy is unstable and heels over.")
 
 
 def _moored(scene, report):
     """Upright above the anchor, where the cable hangs from the buoy or holds it down; returns GM."""
-    shape, mass = shape_and_mass(scene)
-    pull, spare = pull_upright(scene), spare_buoyancy(scene)
-    how = "with the weight of the cable" if pull <= hanging_weight(scene) else "on its taut cable"
+    shape, mass = shape_and_mass(single(scene).buoy)
+    pull, spare = pull_upright(scene, next(iter(scene.network.buoys))), spare_buoyancy(scene, single(scene).buoy)
+    how = (
+        "with the weight of the cable"
+        if pull <= hanging_weight(scene, next(iter(scene.network.buoys)))
+        else "on its taut cable"
+    )
     lever = "restoring lever per weight of the buoy"
-    if drowned(scene):
-        arm = scene.sea.density * shape.volume() * (shape.centroid() - scene.buoy.mooring_height)
-        GM = arm / mass.mass - (mass.height - scene.buoy.mooring_height)
+    if drowned(scene, next(iter(scene.network.buoys))):
+        arm = scene.sea.density * shape.volume() * (shape.centroid() - single(scene).buoy.mooring_height)
+        GM = arm / mass.mass - (mass.height - single(scene).buoy.mooring_height)
         report.add("the cable holds the buoy under water: pull", spare, "N", "all of its spare buoyancy")
         report.add("GM under water", GM, "m", lever)
         return GM
-    moored = float_upright(shape, mass, scene.sea.density, scene.gravity, pull, scene.buoy.mooring_height)
+    moored = float_upright(shape, mass, scene.sea.density, scene.gravity, pull, single(scene).buoy.mooring_height)
     report.add(f"draft {how}", moored.draft, "m")
     report.add(f"GM {how}", moored.GM, "m", lever)
     return moored.GM
@@ -202,11 +206,11 @@ def _equilibrium(scene, report, comm):
         _grown(problem, report)
         _strength(problem, report)
         _shape_warnings(scene, problem, report)
-        if not scene.buoy:
+        if not single(scene).buoy:
             _cable_periods(scene, problem, report)
     if problem.buoy and problem.lines:
         x, y, z = problem.buoy.fields.of(u[problem.buoy.part.slice]).position
-        offset = math.hypot(x - scene.anchor[0], y - scene.anchor[1])
+        offset = math.hypot(x - single(scene).anchor[0], y - single(scene).anchor[1])
         report.add("equilibrium: offset of C from the anchor", offset, "m")
         report.add("equilibrium: C above still water", z, "m")
     _moored_periods(scene, problem, report)
@@ -234,12 +238,14 @@ def _shape_warnings(scene, problem, report):
         on_the_bed(problem, report)
     elif scene.sea:
         lowest = u[cable.node_dofs][:, 2].min() + scene.sea.depth
-        if lowest < -1e-6 * scene.cable.length:
+        if lowest < -1e-6 * single(scene).cable.length:
             report.warnings.append(
                 f"At rest the cable hangs up to {-lowest:.3g} m below the sea bed: there is no [seabed] to carry it."
             )
-        slack = scene.cable.length - math.dist(scene.anchor, (scene.anchor[0], scene.anchor[1], 0.0))
-        if scene.buoy and slack > 0 and lowest >= -1e-6 * scene.cable.length:
+        slack = single(scene).cable.length - math.dist(
+            single(scene).anchor, (single(scene).anchor[0], single(scene).anchor[1], 0.0)
+        )
+        if single(scene).buoy and slack > 0 and lowest >= -1e-6 * single(scene).cable.length:
             report.warnings.append(
                 f"The cable is {slack:.3g} m longer than the water is deep: without load it hangs below its anchor."
             )
@@ -247,7 +253,7 @@ def _shape_warnings(scene, problem, report):
 
 def _cable_periods(scene, problem, report):
     """Transverse modes of a taut cable, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
-    c, cable = scene.cable, problem.lines
+    c, cable = single(scene).cable, problem.lines
     added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
     T, h = cable.mean_tension(problem.system.u), np.diff(cable.cell_ends, axis=1)[:, 0]
     mass = np.full(len(T), c.line_density + added)

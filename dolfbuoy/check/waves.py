@@ -11,6 +11,7 @@ from ..model.feasible import drowned, pull_upright, shape_and_mass
 from ..model.hydrostatics import float_upright
 from ..model.sea import crest_height, main_propagation, wavenumber
 from ..model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
+from ..scene.network import single
 from ..scene.waves import Waves
 
 #: What extremes are counted over [s].
@@ -87,9 +88,9 @@ def _statistics(scene, Tz, report):
 
 def _short_components(scene, found, report):
     """Components for which Morison's equation and strips are not meant."""
-    if scene.buoy is None or scene.buoy.hull is None:
+    if single(scene).buoy is None or single(scene).buoy.hull is None:
         return
-    diameter = shape_and_mass(scene)[0].max_diameter
+    diameter = shape_and_mass(single(scene).buoy)[0].max_diameter
     k = AirySum.of(scene).wavenumber
     count = int(np.sum(k * diameter > SHORTEST_KD))
     report.add(f"components with k D > {SHORTEST_KD}", count, "", f"of {len(k)}, shorter than {math.pi:.3g} diameters")
@@ -135,16 +136,16 @@ def _waves(scene, report):
     report.add("wave steepness H/lambda", steepness, "", f"breaking at {breaking:.4g} (Miche)")
     if steepness > breaking:
         report.warnings.append(f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.")
-    if scene.buoy:
-        diameter = shape_and_mass(scene)[0].max_diameter
+    if single(scene).buoy:
+        diameter = shape_and_mass(single(scene).buoy)[0].max_diameter
         ratio = diameter / wavelength
         report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
         if ratio >= 0.2:
             report.warnings.append(f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
         _strips(scene, report, k * diameter / 2)
         _keulegan_carpenter(report, "buoy", scene, k, diameter)
-    if scene.cable:
-        _keulegan_carpenter(report, "cable", scene, k, scene.cable.diameter)
+    if single(scene).cable:
+        _keulegan_carpenter(report, "cable", scene, k, single(scene).cable.diameter)
 
 
 def _strips(scene, report, k_R):
@@ -152,19 +153,19 @@ def _strips(scene, report, k_R):
     report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4")
     if k_R > LARGEST_KR:
         report.warnings.append(f"k R = {k_R:.3g} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong.")
-    if not scene.gravity or drowned(scene):
+    if not scene.gravity or drowned(scene, next(iter(scene.network.buoys))):
         return
     damping = _heave_damping(scene)
-    given = " and wave_damping" if scene.buoy.wave_damping else ""
+    given = " and wave_damping" if single(scene).buoy.wave_damping else ""
     remark = f"of axial_drag{given}, for heave as high as this wave; the hull radiates no waves"
     report.add("heave damping ratio", damping, "", remark)
 
 
 def _heave_damping(scene):
     """Damping ratio that drag gives to a heave of the wave's amplitude and period, linearised to the same work."""
-    shape, mass = shape_and_mass(scene)
-    b, rho_w, omega = scene.buoy, scene.sea.density, 2 * math.pi / scene.waves.period
-    floating = float_upright(shape, mass, rho_w, scene.gravity, pull_upright(scene))
+    shape, mass = shape_and_mass(single(scene).buoy)
+    b, rho_w, omega = single(scene).buoy, scene.sea.density, 2 * math.pi / scene.waves.period
+    floating = float_upright(shape, mass, rho_w, scene.gravity, pull_upright(scene, next(iter(scene.network.buoys))))
     area, spheres, _ = shape.projected(floating.draft)
     linear = 8 / (3 * math.pi) * 0.5 * rho_w * b.axial_drag * area * omega * scene.waves.size
     linear += b.wave_damping[0] if b.wave_damping else 0.0

@@ -179,9 +179,8 @@ def _draw_offsets(found, scene, folder):
     from ..results.folder import enlist
     from ..results.offset_figures import offset_curves
     from ..results.style import files_of, save
-    from ..scene.network import network_of
 
-    held = [end.top.position[:2] for piece in network_of(scene).pieces for end in piece.ends if end.held]
+    held = [end.top.position[:2] for piece in scene.network.pieces for end in piece.ends if end.held]
     target = folder / "figures" / "offsets"
     enlist(folder, files_of(target), "offsets")
     target.parent.mkdir(exist_ok=True)

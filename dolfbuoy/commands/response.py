@@ -161,9 +161,7 @@ def _to_verify(text):
 
 
 def _ends_move(scene):
-    from ..scene.network import network_of
-
-    return any(end.kind == "prescribed" for piece in network_of(scene).pieces for end in piece.ends)
+    return any(end.kind == "prescribed" for piece in scene.network.pieces for end in piece.ends)
 
 
 def _verified(found, scene, periods, height):

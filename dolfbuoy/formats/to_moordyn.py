@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..model.rigid import mass_properties, shape_of
-from ..scene.network import Network, network_of
+from ..scene.network import Network
 from ..scene.stretching import TensionTable
 from . import moordyn_water
 from .notes import Note
@@ -80,7 +80,7 @@ def export(scene, start: Start | None = None, numerics: Numerics | None = None) 
 class _Writer:
     def __init__(self, scene, start, numerics):
         self.scene, self.start, self.numerics = scene, start, numerics
-        self.network: Network = network_of(scene)
+        self.network: Network = scene.network
         self.notes, self.points, self.lines, self.driven = [], [], [], []
         self.types, self.joints = {}, {}
 

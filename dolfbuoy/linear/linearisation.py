@@ -13,9 +13,9 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
 
 from ..errors import InputError
+from ..model.held import adrift_nowhere
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
-from ..scene.network import network_of
 from ..scene.sections import Initial
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
@@ -63,7 +63,6 @@ class Linearisation:
 
 
 #: What would carry a buoy without cable away for ever: it is looked at where it floats in still water.
-_DRIFT = dict.fromkeys(("current", "wind", "external_force"))
 
 
 def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisation:
@@ -74,7 +73,7 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisatio
     for a scene that has no equilibrium, SolveError if it is not found.
     """
     _refuse_tow(scene)
-    calm = scene.model_copy(update={"waves": None, "initial": Initial()} | ({} if scene.cable else _DRIFT))
+    calm = (scene if scene.cable else adrift_nowhere(scene)).model_copy(update={"waves": None, "initial": Initial()})
     start = start_from(rest) if rest is not None else initial_state(calm, comm)
     regular = waves if waves and not waves.irregular else None
     flat = regular and regular.model_copy(update={"amplitude": 0.0, "height": None})
@@ -89,10 +88,10 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisatio
 
 def _refuse_tow(scene):
     """A tow moves steadily: it has no rest to move about."""
-    for piece in network_of(scene).pieces:
+    for piece in scene.network.pieces:
         for end in piece.ends:
             if end.top is not None and end.top.velocity:
-                key = f"joint.{end.name}" if end.name else "cable.top"
+                key = f"joint.{end.name}" if end.name else f"{scene.network.key_of(piece.cable)}.top"
                 raise InputError(
                     f"{key}.velocity = {list(end.top.velocity)}: a tow has no rest to move about; hold the end, in a "
                     "[current] that runs the other way."

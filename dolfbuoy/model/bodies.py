@@ -6,7 +6,6 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from ..forms import joint as form
-from ..scene.network import network_of, with_body
 from ..solver import compat
 from ..solver.unknowns import Block
 from . import effects
@@ -25,7 +24,7 @@ class Bodies:
 
     def __init__(self, scene, dynamic):
         self.scene, self.dynamic = scene, dynamic
-        self.names = list(network_of(scene).bodies)
+        self.names = list(scene.network.bodies)
         self.mesh = compat.interval_mesh(MPI.COMM_SELF, np.arange(len(self.names) + 1.0))
         self.space = compat.function_space(self.mesh, compat.element(self.mesh, "DG", 0, 3))
         self.state, self.part = fem.Function(self.space), None
@@ -53,9 +52,8 @@ class Bodies:
             self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
 
     def _called(self):
-        alone = [with_body(self.scene, body) for body in _bodies_of(self.scene)]
         found = [e for e in effects.EFFECTS if e.joint and self.scene.sea]
-        return [effect for effect in found if any(effect.called(scene) for scene in alone)]
+        return [effect for effect in found if any(effect.called(self.scene, body) for body in self.bodies)]
 
     def _coefficient(self, effect):
         if effect.numbers is None:
@@ -161,4 +159,4 @@ class Bodies:
 
 
 def _bodies_of(scene):
-    return list(network_of(scene).bodies.values())
+    return list(scene.network.bodies.values())

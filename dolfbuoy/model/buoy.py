@@ -76,13 +76,13 @@ class Spin(Evolution):
 class Buoy:
     """Axis mesh, Real space and forms of a buoy."""
 
-    def __init__(self, scene, dynamic):
-        self.scene, self.section, self.dynamic = scene, scene.buoy, dynamic
+    def __init__(self, scene, name, dynamic):
+        self.scene, self.name, self.section, self.dynamic = scene, name, scene.network.buoys[name], dynamic
         self.fields = MOTION if dynamic else REST
         self.shape = shape_of(self.section)
         self.mass = mass_properties(self.section, self.shape)
         wet = scene.sea is not None
-        cells = WetHull.cells(scene, self.shape) if wet else 1  # equations without place need one
+        cells = WetHull.cells(scene.solver, self.shape) if wet else 1  # equations without place need one
         nodes = np.arange(cells + 1.0)
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
         self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
@@ -101,13 +101,14 @@ class Buoy:
         self.at_once = ends(1)  #: the measure of equations that belong to no place
         self._constants()
         terms = [pair for where in ("strip", "face") for pair in self._called(where)]
-        self.hull = WetHull(self.mesh, scene, self.shape, self.sea, self.center, terms) if wet else None
+        water = self.shape, self.sea, self.center, terms
+        self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None
 
     def _waves_at_points(self, first):
         """Where an irregular sea is wanted besides the hull; first: the cell of the measure `at_once`."""
         self._above.append(self.sea.kinematics.add(on_cells(self.mesh, first)))
-        for effect in (e for e in effects.called_by(self.scene, "body") if e.looks_at):
-            height = np.array([effect.looks_at(self.scene)])
+        for effect in (e for e in effects.called_by(self.scene, "body", self.section) if e.looks_at):
+            height = np.array([effect.looks_at(self.section)])
             points = on_cells(self.mesh, first, height, np.zeros((1, 1), np.int32))
             self._beside[effect.name] = self.sea.kinematics.add(points)
 
@@ -118,10 +119,10 @@ class Buoy:
 
     def _called(self, where):
         """[(effect, its constants)] of what the scene calls for."""
-        return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where)]
+        return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where, self.section)]
 
     def _constants(self):
-        self._numbers = Numbers(self.mesh, self.scene, lambda scene: scene.buoy)
+        self._numbers = Numbers(self.mesh, self.scene, lambda scene: scene.network.buoys[self.name])
         number = self._numbers.constant
         self.one = fem.Constant(self.mesh, 1.0)
         self.M = number(lambda scene, b: mass_properties(b, shape_of(b)).mass)
@@ -138,11 +139,11 @@ class Buoy:
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
-        self.scene, self.section = scene, scene.buoy
+        self.scene, self.section = scene, scene.network.buoys[self.name]
         self.mass = mass_properties(self.section, self.shape)
         self._numbers.change(scene)
         for effect in (e for e in effects.EFFECTS if e.name in self._beside):
-            self._beside[effect.name].source[:] = effect.looks_at(scene)
+            self._beside[effect.name].source[:] = effect.looks_at(self.section)
         self.sea.change(scene)
 
     # -- forms ------------------------------------------------------------------------------------------------------

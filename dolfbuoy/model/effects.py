@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..forms import buoy, cable, hull, joint, seabed, wind
-from ..scene.network import single_scenes
+from ..scene.network import OWN
 from .rigid import axis_offset
 from .sea import heading
 
@@ -47,7 +47,7 @@ class Effect:
     key: of the scene, `neutral` its value without the effect (None: the section is absent).  needs: sections without
     which the effect is not there.  without: name of what is there instead.  numbers: name -> (scene, section of the
     key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
-    balance.  looks_at: scene -> height above the keel where a term of a body looks at the water; None: at C or the
+    balance.  looks_at: buoy -> height above the keel where a term of a body looks at the water; None: at C or the
     surface above it.  drawn: key -> Drawn.  removable: whether a scene makes sense without it.
     """
 
@@ -70,31 +70,42 @@ class Effect:
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
     removable: bool = True
 
-    def value(self, scene):
-        """Value of the key; None if the section that should hold it, or one that the effect needs, is absent.
-
-        scene: with one line and one buoy at most (`scene.network.single_scenes`).
-        """
+    def values(self, scene, part=None) -> list:
+        """Values of the key in all sections of the scene that have it, or in those of one `part` of its network."""
         if any(getattr(scene, name) is None for name in self.needs):
-            return None
-        found = scene
-        for name in self.key.split("."):
-            found = getattr(found, name) if found is not None else None
-        return found
+            return []
+        name, _, leaf = self.key.partition(".")
+        found = [section for section in _sections(scene, name, part) if section is not None]
+        return [value for section in found if (value := getattr(section, leaf) if leaf else section) is not None]
 
-    def called(self, scene) -> bool:
-        """Whether a scene calls for it; a network, whether any of its lines, bodies and buoys does."""
-        return any(value is not None and value != self.neutral for value in map(self.value, single_scenes(scene)))
+    def called(self, scene, part=None) -> bool:
+        """Whether any line, body or buoy of a scene calls for it, or this one does."""
+        return any(value != self.neutral for value in self.values(scene, part))
 
     def spared(self, scene) -> bool:
         """Whether anything in the scene could call for it and does not."""
-        return any(value is not None and value == self.neutral for value in map(self.value, single_scenes(scene)))
+        return any(value == self.neutral for value in self.values(scene))
 
     def given(self, scene, section) -> dict[str, Any]:
         """Its numbers by name; "" where there is only one.  section: the one that the key belongs to."""
         leaf = self.key.rpartition(".")[2]
         numbers = self.numbers or {"": lambda scene, section: getattr(section, leaf)}
         return {name: get(scene, section) for name, get in numbers.items()}
+
+
+def _sections(scene, name, part):
+    """The sections of this name: of every line, body and buoy of a scene, or of one `part`."""
+    network = scene.network
+    parts = {
+        "cable": [piece.section for piece in network.pieces],
+        "joint": list(network.bodies.values()),
+        "buoy": list(network.buoys.values()),
+    }
+    if name in parts:
+        return parts[name] if part is None else [part]
+    if name in OWN:
+        return [getattr(buoy, name) for buoy in (parts["buoy"] if part is None else [part])]
+    return [getattr(scene, name)]
 
 
 #: In the order in which a record names them.
@@ -249,14 +260,14 @@ EFFECTS: list[Effect] = [
         "wind",
         neutral=None,
         body=wind.wind_load,
-        looks_at=lambda scene: scene.wind.height,
+        looks_at=lambda buoy: buoy.wind.height,
         numbers={
-            "speed": lambda scene, _: scene.wind.speed_10m,
-            "drag_coefficient": lambda scene, _: scene.wind.drag_coefficient,
-            "air_density": lambda scene, _: scene.wind.air_density,
-            "area": lambda scene, _: scene.wind.area,
-            "direction": lambda scene, _: heading(scene.wind.direction_deg),
-            "offset": lambda scene, _: axis_offset(scene.buoy, scene.wind.height),
+            "speed": lambda _, buoy: buoy.wind.speed_10m,
+            "drag_coefficient": lambda _, buoy: buoy.wind.drag_coefficient,
+            "air_density": lambda _, buoy: buoy.wind.air_density,
+            "area": lambda _, buoy: buoy.wind.area,
+            "direction": lambda _, buoy: heading(buoy.wind.direction_deg),
+            "offset": lambda _, buoy: axis_offset(buoy, buoy.wind.height),
         },
         drawn={
             "wind.speed_10m": Drawn(1e-3, 100, zero=True),
@@ -272,9 +283,9 @@ EFFECTS: list[Effect] = [
         neutral=None,
         body=buoy.external_force,
         numbers={
-            "force": lambda scene, _: np.array(scene.external_force.force),
-            "offset": lambda scene, _: (
-                None if scene.external_force.height is None else axis_offset(scene.buoy, scene.external_force.height)
+            "force": lambda _, buoy: np.array(buoy.external_force.force),
+            "offset": lambda _, buoy: (
+                None if buoy.external_force.height is None else axis_offset(buoy, buoy.external_force.height)
             ),
         },
         drawn={"external_force.height": Drawn(-5, 30, even=True)},
@@ -316,9 +327,9 @@ EFFECTS: list[Effect] = [
 ]
 
 
-def called_by(scene, where: str | None = None) -> list[Effect]:
-    """Effects that a scene calls for; where: only those with such a term ("line", "strip", "face", "body", ...)."""
-    return [e for e in EFFECTS if e.called(scene) and (where is None or getattr(e, where) is not None)]
+def called_by(scene, where: str | None = None, part=None) -> list[Effect]:
+    """Effects that a scene calls for, or one part of it; where: only those with such a term ("line", "strip", ...)."""
+    return [e for e in EFFECTS if (where is None or getattr(e, where) is not None) and e.called(scene, part)]
 
 
 def names(scene) -> list[str]:

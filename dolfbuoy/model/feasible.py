@@ -6,7 +6,6 @@ import numpy as np
 
 from ..errors import InputError
 from ..roots import brentq
-from ..scene.network import network_of, single_scenes, with_buoy
 from .hydrostatics import float_upright
 from .material import cross_section, weight_per_length
 from .rigid import mass_properties, shape_of
@@ -17,24 +16,23 @@ def check_feasible(scene) -> None:
 
     Raises InputError with one sentence.
     """
-    for one in single_scenes(scene):
-        _check_effective_mass(one)
-    network = network_of(scene)
-    for number in range(len(network.cables)):
-        _check_length(network, number, scene.is_network)
+    network = scene.network
     if scene.sea is not None:
+        _check_effective_masses(scene)
         for name in network.buoys:
-            _check_floats(with_buoy(scene, name))
+            _check_floats(scene, name)
+    for number in range(len(network.cables)):
+        _check_length(network, number)
 
 
-def _check_length(network, number, named):
+def _check_length(network, number):
     """Of a cable without stretch between two ends that are held."""
-    pieces = [piece for piece in network.pieces if piece.cable == number]
+    pieces = [network.pieces[k] for k in network.pieces_of(number)]
     low, high = pieces[0].ends[0], pieces[-1].ends[1]
     stretches = any(math.isfinite(piece.section.axial_stiffness) for piece in pieces)
     if not (low.held and high.held) or stretches:
         return
-    key, length = f"cable.{network.cables[number]}" if named else "cable", sum(p.section.length for p in pieces)
+    key, length = network.key_of(number), sum(p.section.length for p in pieces)
     chord = np.array(high.top.position) - np.array(low.top.position)
     amplitude = np.array(high.top.amplitude or (0.0, 0.0, 0.0)) - np.array(low.top.amplitude or (0.0, 0.0, 0.0))
     moved = [row[1:] for row in high.top.motion] if high.top.motion else [amplitude * f for f in (-1.0, 0.0, 1.0)]
@@ -51,78 +49,104 @@ def _check_length(network, number, named):
         )
 
 
-def _check_effective_mass(scene):
-    rho_w = scene.sea.density if scene.sea else 0.0
-    c, b = scene.cable, scene.buoy
-    if c is not None and rho_w:
+def _check_effective_masses(scene):
+    """Of every piece of line, with what grows on it, and of every submerged buoy."""
+    network, rho_w = scene.network, scene.sea.density
+    for piece in network.pieces:
+        c, area = piece.section, cross_section(piece.section)
         grown = [(1.0, 1.0), *((thicker, heavier) for _, thicker, heavier in c.marine_growth or ())]
-        area = cross_section(c)
         effective = min(mass * c.line_density + c.added_mass * rho_w * d**2 * area for d, mass in grown)
-        if effective <= 0:
-            raise InputError(
-                f"cable.added_mass = {c.added_mass}: the effective mass {effective:.6g} kg/m of the cable is not "
-                "positive (added_mass is C_A = C_M - 1)."
-            )
-    if b is not None and rho_w and b.added_mass < 0:
-        shape, mass = shape_and_mass(scene)
-        effective = mass.mass + b.added_mass * rho_w * shape.volume()
-        if effective <= 0:
-            raise InputError(
-                f"buoy.added_mass = {b.added_mass}: the effective mass {effective:.6g} kg of the submerged buoy is not "
-                "positive (added_mass is C_A = C_M - 1)."
-            )
+        _check_positive(f"{network.key_of(piece.cable)}.added_mass", c.added_mass, effective, "kg/m of the cable")
+    for name, buoy in network.buoys.items():
+        if buoy.added_mass < 0:
+            shape, mass = shape_and_mass(buoy)
+            effective = mass.mass + buoy.added_mass * rho_w * shape.volume()
+            key = "buoy" if len(network.buoys) == 1 else f"buoy.{name}"
+            _check_positive(f"{key}.added_mass", buoy.added_mass, effective, "kg of the submerged buoy")
 
 
-def hanging_weight(scene) -> float:
-    """Weight in water of the cable that hangs from the buoy when it floats above the anchor [N] (0 if it floats)."""
-    if scene.cable is None:
-        return 0.0
-    c, w = scene.cable, weight_per_length(scene, scene.cable)
-    height = max(-scene.anchor[2], 0.0) if scene.sea else c.length
-    return max(w, 0.0) * min((c.length + height) / 2, c.length)
+def _check_positive(key, value, effective, what):
+    if effective <= 0:
+        raise InputError(
+            f"{key} = {value}: the effective mass {effective:.6g} {what} is not positive (added_mass is C_A = C_M - 1)."
+        )
 
 
-def pull_upright(scene) -> float:
-    """Pull of the cable on the upright buoy straight above its anchor [N].
+def _lines_of(scene, buoy):
+    """(pieces from the buoy on, height of the held end below the water) of the cables between a buoy and held ends."""
+    network = scene.network
+    for cable in range(len(network.cables)):
+        pieces = [network.pieces[k] for k in network.pieces_of(cable)]
+        ends = pieces[0].ends[0], pieces[-1].ends[1]
+        for near, far, along in ((1, 0, pieces[::-1]), (0, 1, pieces)):
+            if ends[near].kind == "buoy" and ends[near].name == buoy and ends[far].held:
+                yield [piece.section for piece in along], -ends[far].top.position[2]
+
+
+def hanging_weight(scene, buoy: str) -> float:
+    """Weight in water of the lines that hang from a buoy, at least, when it floats above their held ends [N].
+
+    A line that is heavy all along: what it has down to the held end, and of what hangs lower its half.
+    """
+    total = 0.0
+    for sections, height in _lines_of(scene, buoy):
+        weights = [weight_per_length(scene, c) for c in sections]
+        if min(weights) < 0 or (scene.sea and height < 0):
+            continue
+        length = sum(c.length for c in sections)
+        reach = height if scene.sea else length
+        left = min(reach if scene.seabed or len(sections) > 1 else (length + reach) / 2, length)
+        for c, w in zip(sections, weights, strict=True):
+            total += w * min(c.length, left)
+            left -= min(c.length, left)
+    return total
+
+
+def pull_upright(scene, name: str) -> float:
+    """Pull of its lines on an upright buoy straight above its anchor [N].
 
     The weight that hangs from it, if the cable is long enough for the buoy to float; else what draws the buoy down,
     all of its spare buoyancy at most.  Raises InputError for a buoy that sinks.
     """
-    pull, c = hanging_weight(scene), scene.cable
-    if c is None or scene.sea is None or not scene.gravity:
+    pull, lines, buoy = hanging_weight(scene, name), list(_lines_of(scene, name)), scene.network.buoys[name]
+    if len(lines) != 1 or len(lines[0][0]) > 1 or scene.sea is None or not scene.gravity:
         return pull
-    shape, mass = shape_and_mass(scene)
-    most = spare_buoyancy(scene) * (1 - 1e-12)
+    (c,), height = lines[0]
+    shape, mass = shape_and_mass(buoy)
+    most = spare_buoyancy(scene, buoy) * (1 - 1e-12)
 
     def room(pull):
         """Length of the stretched cable less the height of the mooring point above the anchor [m]."""
-        draft = float_upright(shape, mass, scene.sea.density, scene.gravity, pull, scene.buoy.mooring_height).draft
+        draft = float_upright(shape, mass, scene.sea.density, scene.gravity, pull, buoy.mooring_height).draft
         strain = (pull - weight_per_length(scene, c) * c.length / 2) / c.axial_stiffness
-        return c.length * (1 + strain) - (scene.buoy.mooring_height - draft - scene.anchor[2])
+        return c.length * (1 + strain) - (buoy.mooring_height - draft + height)
 
     if room(pull) >= 0:
         return pull
     return most if room(most) < 0 else float(brentq(room, pull, most))
 
 
-def spare_buoyancy(scene) -> float:
-    """What pulls a drowned buoy up [N]."""
-    shape, mass = shape_and_mass(scene)
+def spare_buoyancy(scene, buoy) -> float:
+    """What pulls a drowned buoy, a section of a network, up [N]."""
+    shape, mass = shape_and_mass(buoy)
     return (scene.sea.density * shape.volume() - mass.mass) * scene.gravity
 
 
-def drowned(scene) -> bool:
-    """Whether the cable is too short for any of the buoy to be above the water."""
-    return scene.cable is not None and pull_upright(scene) >= spare_buoyancy(scene) * (1 - 1e-9)
+def drowned(scene, name: str) -> bool:
+    """Whether the line of a buoy is too short for any of it to be above the water."""
+    spare = spare_buoyancy(scene, scene.network.buoys[name])
+    return any(_lines_of(scene, name)) and pull_upright(scene, name) >= spare * (1 - 1e-9)
 
 
-def shape_and_mass(scene):
-    """(HullShape or None, MassProperties) of the scene's buoy."""
-    shape = shape_of(scene.buoy)
-    return shape, mass_properties(scene.buoy, shape)
+def shape_and_mass(buoy):
+    """(HullShape or None, MassProperties) of a section [buoy]."""
+    shape = shape_of(buoy)
+    return shape, mass_properties(buoy, shape)
 
 
-def _check_floats(scene):
+def _check_floats(scene, name):
     if scene.gravity:
-        shape, mass = shape_and_mass(scene)
-        float_upright(shape, mass, scene.sea.density, scene.gravity, hanging_weight(scene), scene.buoy.mooring_height)
+        buoy = scene.network.buoys[name]
+        shape, mass = shape_and_mass(buoy)
+        pull = hanging_weight(scene, name)
+        float_upright(shape, mass, scene.sea.density, scene.gravity, pull, buoy.mooring_height)

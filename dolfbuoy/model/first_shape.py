@@ -5,8 +5,6 @@ import itertools
 import numpy as np
 
 from ..errors import InputError
-from ..scene import Top
-from ..scene.network import network_of, with_buoy
 from .rigid import mooring_offset, rotation_of
 
 #: Places that should be one may differ by this part of a length.
@@ -15,19 +13,18 @@ SAME = 1e-6
 
 def check_first_shape(scene) -> None:
     """Refuse a straight line or a polyline that no cable of the scene can have.  Raises InputError."""
-    network = network_of(scene)
+    network = scene.network
     if network.pieces and scene.initial.kind != "equilibrium":
-        given_shapes(scene, {name: given_pose(with_buoy(scene, name)) for name in network.buoys})
+        given_shapes(scene, {name: given_pose(buoy.initial) for name, buoy in network.buoys.items()})
 
 
-def is_pose_given(scene) -> bool:
-    """Whether the section [initial] of a scene with one buoy says where it is, or how it is turned."""
-    return (scene.initial.buoy_position or scene.initial.buoy_orientation) is not None
+def is_pose_given(initial) -> bool:
+    """Whether the section [initial] of a buoy says where it is, or how it is turned."""
+    return (initial.buoy_position or initial.buoy_orientation) is not None
 
 
-def given_pose(scene):
-    """(r_C, q4) from the section [initial] of a scene with one buoy.  Raises InputError."""
-    initial = scene.initial
+def given_pose(initial):
+    """(r_C, q4) from the section [initial] of a buoy.  Raises InputError."""
     if initial.buoy_position is None:
         raise InputError("initial.buoy_position: must be given, this start of a moored buoy needs it.")
     q4 = np.array(initial.buoy_orientation or (1.0, 0.0, 0.0, 0.0))
@@ -45,12 +42,9 @@ def place_of(network, end, poses):
 def with_buoys_held(scene, poses):
     """The scene with its buoys replaced by fixed ends of the lines there; poses: (r_C, q4) by name."""
     alone = {"buoy": None, "wind": None, "external_force": None}
-    network = network_of(scene)
+    network = scene.network
     places = [[place_of(network, end, poses) for end in piece.ends] for piece in network.pieces]
     places = [[None if x is None else tuple(float(c) for c in x) for x in pair] for pair in places]
-    if not scene.is_network:
-        top = Top(kind="fixed", position=places[0][1])
-        return scene.model_copy(update={"cable": scene.cable.model_copy(update={"top": top}), **alone})
     cables = []
     for number, cable in enumerate(scene.cables):
         changes = {}
@@ -69,16 +63,17 @@ def given_shapes(scene, poses):
 
     poses: (r_C, q4) of the buoys by name.  Raises InputError.
     """
-    network, shapes, joints = network_of(scene), [], {}
-    for number, name in enumerate(network.cables):
-        pieces = [piece for piece in network.pieces if piece.cable == number]
+    network, shapes, joints = scene.network, [], {}
+    for number in range(len(network.cables)):
+        pieces = [network.pieces[k] for k in network.pieces_of(number)]
         ends = pieces[0].ends[0], pieces[-1].ends[1]
         places = [place_of(network, end, poses) for end in ends]
         points, key = _points_of(scene, network, number, ends, places)
         length = sum(piece.section.length for piece in pieces)
         _check_ends(points, key, places, length)
         _check_joints(points, key, ends, joints, length)
-        _check_length(scene, points, name, length, all(np.isfinite(p.section.axial_stiffness) for p in pieces))
+        elastic = all(np.isfinite(piece.section.axial_stiffness) for piece in pieces)
+        _check_length(scene, points, network.key_of(number), length, elastic)
         along, begin = _along(points, length), 0.0
         for piece in pieces:
             shapes.append(lambda s, along=along, begin=begin: along(s + begin))
@@ -130,13 +125,12 @@ def _check_joints(points, key, ends, joints, length):
                 raise InputError(f"{key}[{index}] = {shown}: must be where other cables have {end.name}, {place}.")
 
 
-def _check_length(scene, points, cable, length, elastic):
+def _check_length(scene, points, key, length, elastic):
     kind, total = scene.initial.kind, sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(points))
     if not elastic and abs(total - length) > SAME * length:
-        key = f"cable.{cable}.length" if scene.is_network else "cable.length"
         raise InputError(
             f"initial.kind = '{kind}': the line is {total:.8g} m long, but an inextensible cable must keep its "
-            f"{key} = {length:.8g} m."
+            f"{key}.length = {length:.8g} m."
         )
     if total == 0:
         raise InputError(f"initial.kind = '{kind}': must be a line with a length, not one point.")

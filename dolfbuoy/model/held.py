@@ -44,13 +44,16 @@ class Swing:
 
 def held_still(scene):
     """The scene with all ends that it moves held where they are at t = 0."""
-    found = {}
-    if scene.cable:
-        cables = [_with_still_top(cable) for cable in scene.cables]
-        found["cable"] = cables if isinstance(scene.cable, list) else cables[0]
-    if scene.joint:
-        found["joint"] = [_still_joint(joint) for joint in scene.joint]
-    return scene.model_copy(update=found)
+    cables = scene.cable and [_with_still_top(cable) for cable in scene.cable]
+    joints = scene.joint and [_still_joint(joint) for joint in scene.joint]
+    return scene.model_copy(update={"cable": cables, "joint": joints})
+
+
+def adrift_nowhere(scene):
+    """The scene without what would carry a buoy away that no line holds: current, wind and external force."""
+    absent = dict.fromkeys(("wind", "external_force"))
+    buoys = [buoy.model_copy(update=absent) for buoy in scene.buoys]
+    return scene.model_copy(update=absent | {"current": None, "buoy": buoys})
 
 
 def _with_still_top(cable):

@@ -8,7 +8,7 @@ from dolfinx import fem
 
 from ..forms import cable as form
 from ..forms import coupling
-from ..scene.network import Piece, network_of, with_line
+from ..scene.network import Piece
 from ..scene.stretching import bends_of
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
@@ -33,7 +33,7 @@ def top_position(top, t):
 
 def sections_of(scene):
     """The section [cable] of every piece of line."""
-    return [piece.section for piece in network_of(scene).pieces]
+    return [piece.section for piece in scene.network.pieces]
 
 
 def is_averaged(section) -> bool:
@@ -49,7 +49,7 @@ class Lines(Layout):
     """
 
     def __init__(self, comm, scene, dynamic):
-        network = network_of(scene)
+        network = scene.network
         stiffness = [piece.section.axial_stiffness for piece in network.pieces]
         self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
@@ -134,15 +134,10 @@ class Lines(Layout):
             if not self.dynamic:
                 self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
 
-    def _alone(self, section):
-        """The scene as if it had this section only."""
-        return with_line(self.scene, section) if self.scene.is_network else self.scene
-
     def _called(self, where):
         """[(effect, coefficient)] of the effects with such a term that any of the lines calls for."""
         found = [e for e in effects.EFFECTS if where and getattr(e, where)]
-        alone = [self._alone(section) for section in self.sections]
-        called = [e for e in found if any(e.called(scene) for scene in alone)]
+        called = [e for e in found if any(e.called(self.scene, section) for section in self.sections)]
         return [(effect, self._coefficient(effect)) for effect in called]
 
     def _coefficient(self, effect):
@@ -152,7 +147,7 @@ class Lines(Layout):
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
-        self.scene, self.network = scene, network_of(scene)
+        self.scene, self.network = scene, scene.network
         self.sections = [piece.section for piece in self.pieces]
         self.section, self.stopped = self.sections[0], None
         self._numbers.change(scene)
@@ -347,4 +342,4 @@ def _motion(top):
 
 
 def _end_load(scene, piece):
-    return np.array(network_of(scene).pieces[piece].ends[1].top.force)
+    return np.array(scene.network.pieces[piece].ends[1].top.force)

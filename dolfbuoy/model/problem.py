@@ -8,7 +8,7 @@ from mpi4py import MPI
 from ..errors import InputError
 from ..meshes import number_of_cells
 from ..parallel.ranks import combined, told
-from ..scene.network import attached_ends, network_of, with_buoy
+from ..scene.network import attached_ends
 from ..solver.loops import Loop
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
@@ -27,7 +27,7 @@ from .structure import structure_of
 
 def _check_ranks(scene, comm):
     """dolfinx cannot work with a rank that has no cell."""
-    pieces = network_of(scene).pieces
+    pieces = scene.network.pieces
     count = sum(number_of_cells(piece.section.elements) for piece in pieces)
     if pieces and comm.size > count:
         raise InputError(
@@ -44,7 +44,7 @@ class Problem:
 
     def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
-        self.network = network_of(scene)
+        self.network = scene.network
         self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
         self.route = None  # how the equilibrium was found
         _check_ranks(scene, comm)
@@ -54,7 +54,7 @@ class Problem:
         #: Name of each buoy -> its rank, and on that rank the Buoy.
         self.buoy_ranks = {name: self._rank_of(name) for name in self.network.buoys}
         mine = (name for name, rank in self.buoy_ranks.items() if rank == comm.rank)
-        self.buoys = {name: Buoy(with_buoy(scene, name), dynamic) for name in mine}
+        self.buoys = {name: Buoy(scene, name, dynamic) for name in mine}
         self.attachments = self._attach()
         #: Models of this rank, each with its evolutions, memory and forces.
         self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
@@ -207,11 +207,10 @@ class Problem:
         for body in self.network.bodies.values():
             displaced = scene.sea.density * body.volume if scene.sea else 0.0
             sizes.append(abs(body.mass - displaced) * scene.gravity)
-        for name, buoy in self.network.buoys.items():
+        for buoy in self.network.buoys.values():
             sizes.append(buoy.mass * scene.gravity)
-            pull = with_buoy(scene, name).external_force
-            if pull:
-                sizes.append(float(np.linalg.norm(pull.force)))
+            if buoy.external_force:
+                sizes.append(float(np.linalg.norm(buoy.external_force.force)))
         return max(sizes)
 
     def change(self, scene):
@@ -221,12 +220,12 @@ class Problem:
         """
         if structure_of(scene) != structure_of(self.scene):
             raise ValueError("the scenes differ in more than numbers")
-        self.scene, self.network, self._advance = scene, network_of(scene), None
+        self.scene, self.network, self._advance = scene, scene.network, None
         for model in (self.lines, self.bodies):
             if model is not None:
                 model.change(scene)
-        for name, buoy in self.buoys.items():
-            buoy.change(with_buoy(scene, name))
+        for buoy in self.buoys.values():
+            buoy.change(scene)
         if self.law is not None:
             self.law.resize(self.lines.one_sided_rows(self.typical_force))
         self.system.blocks[:] = self._blocks()

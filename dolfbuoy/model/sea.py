@@ -115,9 +115,8 @@ def _flow(scene, t):
     return sea.flow(point_in_space(), wave, _current(scene, number, number) if scene.current else None)
 
 
-def wind_at(scene, height) -> np.ndarray:
-    """Force of the scene's wind at a height over the water [m], Eq. (2) [N]."""
-    w = scene.wind
+def wind_at(w, height) -> np.ndarray:
+    """Force of a section [wind] at a height over the water [m], Eq. (2) [N]."""
     size = wind.wind_force(ufl.as_ufl(float(height)), 1.0, w.speed_10m, w.drag_coefficient, w.air_density, w.area)
     return value(size) * heading(w.direction_deg)
 

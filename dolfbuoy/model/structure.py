@@ -2,57 +2,53 @@
 
 from ..scene.cable import Cable
 from ..scene.lines import Body
-from ..scene.network import network_of, single_scenes
+from ..scene.network import OWN
 from ..scene.stretching import bends_of
 from . import effects
 
-#: Keys whose values are part of the structure.
-_KEYS = (
-    "cable.length",
-    "cable.elements",
-    "cable.grading",
-    "cable.position_degree",
-    "cable.tension_degree",
-    "cable.strain",
-    "cable.strain_form",
-    "cable.slack",
-    "cable.top.kind",
-    "buoy.hull",
-    "waves.stretching",
-    "seabed.start",
-    "solver",
+#: Keys of a piece of line whose values are part of the structure.
+_OF_LINES = (
+    *("length", "elements", "grading"),
+    *("position_degree", "tension_degree", "strain", "strain_form", "slack"),
 )
-
-
-def _value(scene, key):
-    for name in key.split("."):
-        scene = getattr(scene, name) if scene is not None else None
-    return scene
 
 
 def structure_of(scene) -> tuple:
     """Equal for scenes that one `Problem` can serve one after the other."""
-    return tuple(_structure_of(one) for one in single_scenes(scene)), _topology(scene) if scene.is_network else None
-
-
-def _structure_of(scene):
-    """Of a scene with one line and one buoy at most."""
+    network, waves = scene.network, scene.waves
     profile = scene.current.profile if scene.current else None
     return (
-        tuple(effects.names(scene)),
-        *(repr(_value(scene, key)) for key in _KEYS),
         len(profile) if isinstance(profile, list) else profile,
-        bool(scene.cable and scene.cable.diameter),
-        *(len(bends_of(scene.cable.axial_stiffness, below)) if scene.cable else 0 for below in (False, True)),
-        bool(scene.cable and scene.cable.top and any(scene.cable.top.force)),
-        bool(scene.waves and scene.waves.irregular),
-        scene.external_force is not None and scene.external_force.height is None,
+        waves and (waves.irregular, waves.stretching),
+        scene.seabed and scene.seabed.start,
+        repr(scene.solver),
+        tuple(effects.names(scene)),
+        *(_of_line(scene, piece.section) for piece in network.pieces),
+        *(_called(scene, "joint", body) for body in network.bodies.values()),
+        *(_of_buoy(scene, buoy) for buoy in network.buoys.values()),
+        _topology(network),
     )
 
 
-def _topology(scene):
+def _of_line(scene, section):
+    keys = [repr(getattr(section, name)) for name in _OF_LINES]
+    bends = [len(bends_of(section.axial_stiffness, below)) for below in (False, True)]
+    return *keys, *bends, bool(section.diameter), _called(scene, "cable", section)
+
+
+def _of_buoy(scene, buoy):
+    pulled_at_center = buoy.external_force is not None and buoy.external_force.height is None
+    return repr(buoy.hull), pulled_at_center, _called(scene, "buoy", buoy)
+
+
+def _called(scene, kind, part):
+    """Names of the effects that a part of the network calls for."""
+    own = (kind, *OWN) if kind == "buoy" else (kind,)
+    return [e.name for e in effects.EFFECTS if e.key.partition(".")[0] in own and e.called(scene, part)]
+
+
+def _topology(network):
     """What hangs together with what, and which numbers pieces or bodies share: those are constants of the forms."""
-    network = network_of(scene)
     ends = [[(end.kind, end.name, end.fairlead, _pulled(end)) for end in piece.ends] for piece in network.pieces]
     shared = []
     for kind, sections in ((Cable, [piece.section for piece in network.pieces]), (Body, network.bodies.values())):

@@ -22,19 +22,19 @@ SUBMERGED = 7  #: numbers of `WetHull.submerged`
 class WetHull:
     """Strips, each at a point of `HullPoints`, and faces, each on a cell of `mesh`, whose cells have the length 1.
 
-    terms: [(effect, its constants)] of what the scene calls for.  water: the SeaState on the mesh.  center: Constant,
-    the height of C above the keel.
+    buoy, solver: sections of the scene.  terms: [(effect, its constants)] of what the scene calls for.  water: the
+    SeaState on the mesh.  center: Constant, the height of C above the keel.
     """
 
-    def __init__(self, mesh, scene, shape, water, center, terms):
+    def __init__(self, mesh, buoy, solver, shape, water, center, terms):
         self.mesh, self.water, self.center, self.terms = mesh, water, center, terms
-        pieces, faces = _parts(scene, shape)
-        degrees = _degrees(scene)
+        pieces, faces = _parts(solver, shape)
+        degrees = _degrees(solver)
         ends = np.cumsum([0, *(len(pieces) * _points(degree) for degree in degrees), len(faces)])
         tags = compat.cell_tags(mesh, dict(zip((WET, CUT, FACE), itertools.pairwise(ends), strict=True)))
         of_tag = ((np.flatnonzero(tags.values == tag), degree) for tag, degree in zip((WET, CUT), degrees, strict=True))
         wet, cut = (PointGroup(mesh, *group) for group in of_tag)
-        self.averaged = scene.buoy.disk_averages and water.has_waves
+        self.averaged = buoy.disk_averages and water.has_waves
         self.points = HullPoints(pieces, wet, cut, self.averaged)
         self.height, self.tapered, self._alive, self._to_coefficients = shape.height, shape.tapered, [], None
         self.face = self._faces(faces, ends[2])
@@ -43,10 +43,10 @@ class WetHull:
         self._dx, self._d_faces = {WET: dx(WET), CUT: dx(CUT)}, dx(FACE)
 
     @staticmethod
-    def cells(scene, shape) -> int:
+    def cells(solver, shape) -> int:
         """How many cells the mesh must have."""
-        pieces, faces = _parts(scene, shape)
-        return len(pieces) * sum(map(_points, _degrees(scene))) + len(faces)
+        pieces, faces = _parts(solver, shape)
+        return len(pieces) * sum(map(_points, _degrees(solver))) + len(faces)
 
     def _faces(self, faces, first):
         """(height, inner radius, outer radius) on the cells of the faces."""
@@ -182,12 +182,12 @@ class WetHull:
         return form
 
 
-def _degrees(scene):
+def _degrees(solver):
     """Of Gauss's rules on pieces that are wet, and on those that are cut.
 
     A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations.
     """
-    degree = scene.solver.hull_quadrature_degree
+    degree = solver.hull_quadrature_degree
     return 2 * max(3, (degree + 1) // 6) - 1, degree
 
 
@@ -195,8 +195,8 @@ def _points(degree):
     return degree // 2 + 1
 
 
-def _parts(scene, shape):
-    return shape.pieces(scene.solver.hull_cells), shape.faces()
+def _parts(solver, shape):
+    return shape.pieces(solver.hull_cells), shape.faces()
 
 
 def _tested(loads, tests):

@@ -17,7 +17,6 @@ import numpy as np
 
 from ..errors import InputError, SolveError
 from ..scene import Scene, load_scene, settings
-from ..scene.network import network_of
 from .schemes import KEPT, Predictor
 
 #: Pairs (x, F(x)) that a leap is made of; what counts as linearly dependent among their differences.
@@ -41,7 +40,7 @@ def in_equal_steps(scene: Scene) -> Scene:
 
 def period_of_cycle(scene: Scene) -> float:
     """The one period with which a scene is driven [s].  Raises InputError where there is none, or no cycle can be."""
-    network, waves = network_of(scene), scene.waves
+    network, waves = scene.network, scene.waves
     tops = [end.top for piece in network.pieces for end in piece.ends if end.top]
     periods = {top.period for top in tops if top.period} | ({waves.main_period} if waves else set())
     wrong = {
@@ -83,7 +82,7 @@ class State:
         self.length = float(np.ptp(lines.node_s))
         order = np.argsort(lines.node_s)
         self._nodes = lines.node_dofs[order] - lines.part.offset + self._place.start
-        self._chained = not simulation.scene.is_network
+        self._chained = len(problem.network.pieces) == 1
         self._weights = self._scale()
 
     def _scale(self):

@@ -15,7 +15,7 @@ from ..model.first_shape import (
 )
 from ..model.lines import top_position
 from ..model.problem import Problem
-from ..scene.network import attached_ends, network_of, with_buoy
+from ..scene.network import attached_ends
 from ..statics.equilibrium import solve_equilibrium
 
 
@@ -68,16 +68,16 @@ def initial_state(scene, comm, make=Problem) -> Start:
     """Start of a run; make: see solve_equilibrium.  Raises InputError for what cannot be."""
     check_feasible(scene)
     check_first_shape(scene)
-    network = network_of(scene)
-    if scene.initial.kind == "equilibrium" and not any(is_pose_given(with_buoy(scene, name)) for name in network.buoys):
+    network = scene.network
+    if scene.initial.kind == "equilibrium" and not any(is_pose_given(buoy.initial) for buoy in network.buoys.values()):
         start = _from_equilibrium(solve_equilibrium(scene, comm, make))
     elif not network.pieces:
         start = _from_equilibrium(solve_equilibrium(scene, comm, make))
         start.at_rest = False
     else:
         start = _from_shape(scene, comm)
-    for name in network.buoys:
-        _set_buoy(start, name, with_buoy(scene, name))
+    for name, buoy in network.buoys.items():
+        _set_buoy(start, name, buoy.initial)
     start.at_rest &= not any(_moves(end.top, piece) for piece in network.pieces for end in piece.ends)
     return start
 
@@ -121,8 +121,8 @@ def _copied(model):
 def _from_shape(scene, comm) -> Start:
     """Lines along polylines, or at rest between buoys whose poses are given."""
     start = Start(at_rest=False)
-    network = network_of(scene)
-    poses = {name: given_pose(with_buoy(scene, name)) for name in network.buoys}
+    network = scene.network
+    poses = {name: given_pose(buoy.initial) for name, buoy in network.buoys.items()}
     start.poses = {name: Pose(*pose) for name, pose in poses.items()}
     if scene.initial.kind == "equilibrium":
         held = _from_equilibrium(solve_equilibrium(with_buoys_held(scene, poses), comm))
@@ -151,9 +151,9 @@ def _moorings(network, poses, end_forces):
     return found
 
 
-def _set_buoy(start, name, scene):
-    """Pose and velocities that the scene of one buoy gives, over those of the equilibrium."""
-    initial, pose = scene.initial, start.poses.get(name)
+def _set_buoy(start, name, initial):
+    """Pose and velocities that the section [initial] of a buoy gives, over those of the equilibrium."""
+    pose = start.poses.get(name)
     moves = initial.buoy_velocity is not None or initial.buoy_angular_velocity is not None
     start.at_rest &= not moves
     if pose is None:  # it is on another rank

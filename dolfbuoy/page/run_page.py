@@ -8,6 +8,7 @@ from ..results.behind_ramp import scene_of
 from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
+from ..scene.network import single
 from ..scene.settings import SCHEMES, period_of
 from . import words
 from .document import fragment, joined, page, tag
@@ -156,8 +157,8 @@ def _headings(scene):
         part = getattr(scene, name)
         if part is not None:
             found.append([name, heading(part.direction_deg)[:2].tolist()])
-    if scene.external_force is not None:
-        force = np.array(scene.external_force.force[:2], dtype=float)
+    if single(scene).external_force is not None:
+        force = np.array(single(scene).external_force.force[:2], dtype=float)
         if force.any():
             found.append(["force", (force / np.linalg.norm(force)).tolist()])
     return found

@@ -8,6 +8,7 @@ from ..model.airy import AirySum
 from ..model.rigid import mass_properties, mooring_offset, shape_of
 from ..model.sea import crest_height, wind_at
 from ..scene.network import attached_ends, network_of, with_buoy
+from ..scene.network import single as one
 from .pack import coarse, exact, single
 
 #: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
@@ -196,17 +197,17 @@ def _forces(record, scene, network, rows):
 
 def _from_outside(record, scene, number, rows):
     """(force (rows, 3), height of its place over C) of wind and external force on a buoy; scene: of that one alone."""
-    center = mass_properties(scene.buoy, shape_of(scene.buoy)).height
-    if scene.external_force:
-        height = scene.external_force.height
-        yield np.tile(scene.external_force.force, (len(rows), 1)), 0.0 if height is None else height - center
-    if scene.wind:
-        z = _each(record, "buoy_position", "buoy")[rows, number, 2] + scene.wind.height - center
+    center = mass_properties(one(scene).buoy, shape_of(one(scene).buoy)).height
+    if one(scene).external_force:
+        height = one(scene).external_force.height
+        yield np.tile(one(scene).external_force.force, (len(rows), 1)), 0.0 if height is None else height - center
+    if one(scene).wind:
+        z = _each(record, "buoy_position", "buoy")[rows, number, 2] + one(scene).wind.height - center
         if "surface_elevation" in record:
             z = z - _each(record, "surface_elevation", "buoy")[rows, number]
         known = np.linspace(z.min(), z.max(), 16)
-        forces = np.array([wind_at(scene, height) for height in known])
-        yield np.array([np.interp(z, known, column) for column in forces.T]).T, scene.wind.height - center
+        forces = np.array([wind_at(one(scene).wind, height) for height in known])
+        yield np.array([np.interp(z, known, column) for column in forces.T]).T, one(scene).wind.height - center
 
 
 # -- the frame of the picture ------------------------------------------------------------------------------------------

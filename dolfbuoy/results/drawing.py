@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import matplotlib
 
+from ..scene.network import is_network
 from .behind_ramp import Missing, scene_of
 from .style import STYLE
 
@@ -25,7 +26,7 @@ def figure_of(*needs: str, network: bool = False) -> Callable:
             if not record.sizes.get("time"):
                 raise Missing("This is not the record of a run: compute it with simulate, or dolfbuoy run.")
             scene = scene or scene_of(record)
-            if scene.is_network and not network:
+            if is_network(scene) and not network:
                 raise Missing(
                     f"figures.{draw.__name__} draws one cable or one buoy: give record and scene of one of "
                     "results.parts.parts_of(record, scene), as figures.draw_all does."

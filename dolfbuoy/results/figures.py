@@ -10,6 +10,7 @@ It raises InputError where the record lacks what it needs; saving is the caller'
 from collections.abc import Callable
 from pathlib import Path
 
+from ..scene.network import is_network
 from .along_line import envelope, shapes
 from .behind_ramp import Missing, TooShort
 from .folder import enlist
@@ -50,7 +51,7 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
     """
     record, scene = read_run(folder)
     target, written, parts = Path(folder) / "figures", [], parts_of(record, scene)
-    if scene.is_network:
+    if is_network(scene):
         parts = [Part("", record, scene), *parts]
     for part, known, alone in parts:
         for name, draw in FIGURES.items():

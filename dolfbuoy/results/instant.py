@@ -9,7 +9,7 @@ import numpy as np
 from ..meshes import HullShape
 from ..model.rigid import mass_properties
 from ..model.sea import elevation_at, wind_at
-from ..scene.network import network_of
+from ..scene.network import is_network, network_of, single
 from .paraview import pose
 from .parts import parts_of
 from .style import COLORS
@@ -37,7 +37,7 @@ class Instant:
     mooring: tuple | None = None  #: where the cable holds the buoy, and its force on it [N]
 
     def __post_init__(self):
-        buoy = self.scene.buoy if self.r_C is not None else None
+        buoy = single(self.scene).buoy if self.r_C is not None else None
         self.shape = HullShape(tuple(buoy.hull)) if buoy and buoy.hull else None
         self.center = mass_properties(buoy, self.shape).height if buoy else None
         self.masses = [self.at(p.height) for p in buoy.point_masses] if buoy else []
@@ -79,7 +79,7 @@ class Instant:
     @property
     def heights(self) -> list[float]:
         """Heights above the keel of everything on the buoy's axis."""
-        buoy = self.scene.buoy
+        buoy = single(self.scene).buoy
         heights = [self.center, buoy.mooring_height, *(p.height for p in buoy.point_masses)]
         return heights + ([0.0, self.shape.height] if self.shape else [])
 
@@ -114,11 +114,15 @@ class Instant:
     def forces(self):
         """(label, point of application, force [N], colour) of what pushes the buoy from outside."""
         found, scene = [], self.scene
-        if self.r_C is not None and scene.external_force:
-            point = self.r_C if scene.external_force.height is None else self.at(scene.external_force.height)
-            found.append(("external force", point, np.array(scene.external_force.force), COLORS["red"]))
-        if self.r_C is not None and scene.wind:
-            point = self.at(scene.wind.height)
+        if self.r_C is not None and single(scene).external_force:
+            point = (
+                self.r_C
+                if single(scene).external_force.height is None
+                else self.at(single(scene).external_force.height)
+            )
+            found.append(("external force", point, np.array(single(scene).external_force.force), COLORS["red"]))
+        if self.r_C is not None and single(scene).wind:
+            point = self.at(single(scene).wind.height)
             found.append(("wind force", point, self._wind_force(point), COLORS["green"]))
         return [f for f in found if np.linalg.norm(f[2]) > 0]
 
@@ -129,7 +133,7 @@ class Instant:
         return [("mooring force", *self.mooring, COLORS["purple"])]
 
     def _wind_force(self, point):
-        return wind_at(self.scene, point[2] - (self.elevation(point) if self.scene.sea else 0.0))
+        return wind_at(single(self.scene).wind, point[2] - (self.elevation(point) if self.scene.sea else 0.0))
 
 
 class System:
@@ -195,7 +199,7 @@ def _marks(record, scene, network, lines, time):
 
 def instant(record, scene, time: float | None = None) -> Instant | System:
     """The recorded frame nearest to `time` (default: the last one)."""
-    if not scene.is_network:
+    if not is_network(scene):
         return _instant(record, scene, time)
     times = record.frame.values
     return System(record, scene, float(times[-1] if time is None else times[np.abs(times - time).argmin()]))

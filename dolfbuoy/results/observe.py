@@ -12,7 +12,7 @@ from ..model.buoy import MOTION, REST
 from ..model.components import components_of
 from ..model.rigid import mass_properties, shape_of
 from ..model.wet_hull import SUBMERGED
-from ..scene.network import attached_ends
+from ..scene.network import attached_ends, is_network
 from ..solver import compat
 from ..solver.rows import picked, traced
 from ..version import __version__
@@ -95,7 +95,7 @@ class Observer:
             found["attachment"] = [".".join(end) for end in ends]
         if n.joints:
             found["joint"] = list(n.joints)
-        if self._stress is not None and self.problem.scene.is_network:
+        if self._stress is not None and is_network(self.problem.scene):
             found["segment"] = list(stressed(n))
         return {name: np.array(names) for name, names in found.items()}
 
@@ -147,7 +147,7 @@ class Observer:
             bed = _each(noted["bed"], 4)
             values["length_on_bed"], values["touchdown"] = bed[..., 0], bed[..., 1:]
         if "utilisation" in noted:
-            named = self.problem.scene.is_network
+            named = is_network(self.problem.scene)
             values["utilisation"] = noted["utilisation"] if named else noted["utilisation"][..., 0]
         if "buoy" in noted:
             fields = MOTION if self.problem.dynamic else REST

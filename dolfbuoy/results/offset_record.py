@@ -103,7 +103,7 @@ def _attributes(said):
 def _is_under(scene, values):
     if scene.sea is None or "displaced_mass" not in values:
         return False
-    shapes = (shape_and_mass(with_buoy(scene, name))[0] for name in network_of(scene).buoys)
+    shapes = (shape_and_mass(with_buoy(scene, name).buoy)[0] for name in network_of(scene).buoys)
     volumes = np.array([shape.volume() for shape in shapes])
     return bool(np.any(values["displaced_mass"] >= (1 - LEAST_FREEBOARD) * scene.sea.density * volumes))
 

@@ -12,7 +12,7 @@ from ..meshes import line_mesh
 from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
-from ..scene.network import network_of
+from ..scene.network import is_network, network_of, single
 from .checkpoint import read_scene
 from .folder import enlist, remarks
 from .parts import parts_of
@@ -38,7 +38,7 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
     paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
     collections = {kind: target / f"{kind}.pvd" for kind in paths} | (
-        {"": target / f"{NETWORK}.pvd"} if scene.is_network else {}
+        {"": target / f"{NETWORK}.pvd"} if is_network(scene) else {}
     )
     files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
     enlist(folder, files)
@@ -51,7 +51,7 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
         for i, path in enumerate(names):
             meshes[kind](chosen[i], shown[kind][i]).write(path)
         _write_collection(collections[kind], shown[kind], names)
-    if scene.is_network:
+    if is_network(scene):
         _write_collection(
             collections[""], times, *(names * len(times) if len(names) == 1 else names for names in paths.values())
         )
@@ -178,10 +178,10 @@ def cable_meshes(record, scene):
 
 def hull_meshes(record, scene):
     """Surface of the hull where it is, with its velocity; None without a hull."""
-    if "buoy_position" not in record or scene.buoy is None or scene.buoy.hull is None:
+    if "buoy_position" not in record or single(scene).buoy is None or single(scene).buoy.hull is None:
         return None
-    shape = shape_of(scene.buoy)
-    points, quads = hull_surface(shape.stations, mass_properties(scene.buoy, shape).height)
+    shape = shape_of(single(scene).buoy)
+    points, quads = hull_surface(shape.stations, mass_properties(single(scene).buoy, shape).height)
 
     def of_instant(_i, time):
         r_C, R = pose(record, time)
@@ -208,7 +208,7 @@ AT_C = {
 
 def buoy_meshes(record, scene):
     """The point C with the buoy's axis, velocities and what the record has of AT_C, for glyphs; None without a buoy."""
-    if "buoy_position" not in record or scene.buoy is None:
+    if "buoy_position" not in record or single(scene).buoy is None:
         return None
 
     def of_instant(_i, time):
@@ -240,7 +240,7 @@ def joint_meshes(record, scene):
 
 def velocities(record, scene, time: float) -> tuple[np.ndarray, np.ndarray]:
     """Velocity of C [m/s] and angular velocity [rad/s] of the buoy, in the world frame, from its recorded momenta."""
-    body = mass_properties(scene.buoy, shape_of(scene.buoy))
+    body = mass_properties(single(scene).buoy, shape_of(single(scene).buoy))
     (_, R), row = pose(record, time), _row(record, time)
     L = record.angular_momentum.values[row]
     return record.linear_momentum.values[row] / body.mass, R @ ((R.T @ L) / body.inertia)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..scene.network import network_of, with_buoy, with_line
+from ..scene.network import is_network, network_of, with_buoy, with_line
 from .record import FIXED, PER
 from .utilisation import stressed
 
@@ -19,7 +19,7 @@ class Part(NamedTuple):
 
 def parts_of(record, scene) -> list[Part]:
     """The record itself, or of a network one for each cable and one for each buoy.  Lazy: nothing is copied."""
-    if not scene.is_network:
+    if not is_network(scene):
         return [Part("", record, scene)]
     network = network_of(scene)
     cables = [Part(name, _cable(record, k, network), cable_alone(scene, k)) for k, name in enumerate(network.cables)]

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..model.sea import heading
+from ..scene.network import single
 from ..scene.settings import period_of
 from .behind_ramp import Missing, TooShort, after_ramp, mean_over_time
 from .drawing import at_least, figure_of, legend_above
@@ -65,7 +66,7 @@ def _pushes(scene):
     for name in ("waves", "current", "wind"):
         if getattr(scene, name):
             found[name] = heading(getattr(scene, name).direction_deg)[:2]
-    force = np.array(scene.external_force.force[:2] if scene.external_force else (0.0, 0.0))
+    force = np.array(single(scene).external_force.force[:2] if single(scene).external_force else (0.0, 0.0))
     return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 
 

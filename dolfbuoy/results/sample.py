@@ -15,6 +15,7 @@ import xarray as xr
 from ..errors import InputError
 from ..scene import Scene
 from ..scene.cable import Cable
+from ..scene.network import single
 from ..scene.settings import ramp_of
 from .certainty import memory_of
 from .cycles import binned, crossing_period, peaks, rainflow_cycles
@@ -99,7 +100,7 @@ def _track(record):
 
 def _anchor(scene):
     """(x, y) of the anchor, if there is one line."""
-    return scene.anchor[:2] if isinstance(scene.cable, Cable) else None
+    return single(scene).anchor[:2] if isinstance(single(scene).cable, Cable) else None
 
 
 def _offset(record, scene):

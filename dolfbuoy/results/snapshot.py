@@ -14,6 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..model.sea import crest_height, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
+from ..scene.network import is_network
 from .drawing import figure_of
 from .instant import instant
 from .paraview import hull_surface
@@ -35,8 +36,8 @@ def snapshot(record, scene=None, time: float | None = None) -> Figure:
     the buoy with the forces on it, a network from above.  Lengths have equal scale in all directions; over each panel
     an arrow of known speed, in the legend the scale of forces."""
     now = instant(record, scene, time)
-    boxes = [box for box in (_whole(now), None if scene.is_network else _detail(now)) if box is not None]
-    from_above = scene.is_network and np.ptp(now.cable[:, :2], axis=0).min() > WIDE * np.ptp(now.cable, axis=0).max()
+    boxes = [box for box in (_whole(now), None if is_network(scene) else _detail(now)) if box is not None]
+    from_above = is_network(scene) and np.ptp(now.cable[:, :2], axis=0).min() > WIDE * np.ptp(now.cable, axis=0).max()
     figure, legend = new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False), {}
     for box in boxes:
         axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
@@ -189,7 +190,7 @@ def _draw_marks(axes, now, box, legend):
         if ((mark.place > box[0] - 1e-9) & (mark.place < box[1] + 1e-9)).all():
             symbol, size, color, words = JOINTS[_kind_of(mark)]
             axes.plot(*mark.place[:, None], symbol, color=color, ms=size, ls="none", zorder=3.5)
-            words = "anchor" if now.scene.sea and not now.scene.is_network else words
+            words = "anchor" if now.scene.sea and not is_network(now.scene) else words
             legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
 
 

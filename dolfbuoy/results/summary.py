@@ -8,7 +8,7 @@ from ..meshes import number_of_cells
 from ..model.material import weight_per_length
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
-from ..scene.network import network_of
+from ..scene.network import is_network, network_of, single
 from .parts import parts_of
 from .tables import force_unit, unit_of
 from .utilisation import rows_of, warnings_of
@@ -45,7 +45,7 @@ ENDS = "the anchor", "the top"
 def _ends(scene):
     """Of each cable of a network what its ends are called."""
     network = network_of(scene)
-    return {name: network.ends_of(k) for k, name in enumerate(network.cables)} if scene.is_network else {}
+    return {name: network.ends_of(k) for k, name in enumerate(network.cables)} if is_network(scene) else {}
 
 
 def _grown(record):
@@ -155,16 +155,16 @@ def sharing_note(scene, ranks: int) -> str | None:
 
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
-    if scene.is_network:
+    if is_network(scene):
         return _of_parts(warnings, record, scene) + _out_of_water(record, scene)
     found = []
     if "cable_tension" in record:
         found += _compressed(record, scene) + _unresolved_fold(record, scene)
         lowest = float(record.cable_position.sel(xyz="z").min())
-        if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * scene.cable.length:
+        if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * single(scene).cable.length:
             depth = -scene.sea.depth - lowest
             found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
-        found += _rising(record, scene) + warnings_of(record, scene.cable.fails_at is not None)
+        found += _rising(record, scene) + warnings_of(record, single(scene).cable.fails_at is not None)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     if record.attrs.get("failed_steps"):
@@ -174,13 +174,13 @@ def warnings(record, scene) -> list[str]:
 
 def static_warnings(record, scene) -> list[str]:
     """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
-    if scene.is_network:
+    if is_network(scene):
         return _of_parts(static_warnings, record, scene) + _out_of_water(record, scene)
     if "cable_tension" not in record:
         return []
     found = warnings(record.expand_dims("frame"), scene)
     slack = record.cable_tension.values <= 1e-12 * np.abs(record.cable_tension.values).max()
-    if scene.cable.slack == "tension-only" and slack.any():
+    if single(scene).cable.slack == "tension-only" and slack.any():
         found.append(
             f"Slack (T = 0) in equilibrium: {_places(record, slack)}; the fold there is shorter than an element, whose "
             "shape is not that of the cable."
@@ -198,10 +198,10 @@ def _of_parts(say, record, scene):
 
 def _rising(record, scene):
     """A line lighter than water that rises out of it by a hundredth of its length: its buoyancy knows no surface."""
-    if scene.sea is None or weight_per_length(scene, scene.cable) >= 0:
+    if scene.sea is None or weight_per_length(scene, single(scene).cable) >= 0:
         return []
     highest = float(record.cable_position.sel(xyz="z").max()) - crest_height(scene)
-    if highest <= 0.01 * scene.cable.length:
+    if highest <= 0.01 * single(scene).cable.length:
         return []
     return [
         f"The cable is lighter than water and rose up to {highest:.3g} m above it, which its buoyancy does not know of."
@@ -240,7 +240,7 @@ def _compressed(record, scene):
 def _unresolved_fold(record, scene, corner=90.0, short=0.5):
     """Where neighbouring elements turn by more than `corner` degrees, or the ends of an element are nearer than `short`
     times its length: the fold of the cable is smaller than the elements."""
-    degree = scene.cable.position_degree
+    degree = single(scene).cable.position_degree
     ends = record.cable_position.values[..., ::degree, :]
     chords = np.diff(ends, axis=-2)
     lengths = np.linalg.norm(chords, axis=-1)

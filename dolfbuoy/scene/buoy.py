@@ -1,23 +1,48 @@
-"""The section [buoy]."""
+"""The section [buoy], and those of what acts on a buoy alone."""
 
 import itertools
+from typing import Annotated
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
+from .initial import Initial
 from .quantities import (
     AddedMass,
+    Angle,
+    Area,
     Coefficient,
     Damping,
+    Density,
+    ForceVector,
     Height,
     Inertia,
     Mass,
     Missing,
     Name,
     Rows,
+    Speed,
     Vector,
     Wrong,
 )
 from .section import Section, key
+
+
+class Wind(Section):
+    """Wind on the buoy, Eq. (2)."""
+
+    speed_10m: Speed = key("speed 10 m above the water", "m/s")
+    direction_deg: Angle = key("direction towards which the wind blows, from x towards y", "deg", default=0.0)
+    drag_coefficient: Coefficient = key("drag coefficient of the part above the water", "1", default=1.0)
+    area: Area = key("area that the wind meets", "m^2")
+    height: Annotated[float, Field(ge=0, le=1e5)] = key("height above the keel at which the force acts", "m")
+    air_density: Density = key("density of the air", "kg/m^3", default=1.225)
+
+
+class ExternalForce(Section):
+    """A constant force at a point of the axis (default: C)."""
+
+    force: ForceVector = key("constant force", "N")
+    height: Height | None = key("height above the keel at which it acts; absent: at C", "m", default=None)
 
 
 class PointMass(Section):
@@ -68,6 +93,10 @@ class Buoy(Section):
     )
     disk_averages: bool = key("waves averaged over the disks of the hull, for waves that are short", default=False)
     rotational_damping: Damping = key("linear damping of the rotation about the axis", "N m s", default=0.0)
+    name: Name | None = key("name of the buoy; several need one each", default=None)
+    wind: Wind | None = None
+    external_force: ExternalForce | None = None
+    initial: Initial | None = None
 
     @model_validator(mode="after")
     def _consistent(self):

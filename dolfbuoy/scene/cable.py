@@ -1,4 +1,4 @@
-"""The sections [cable] and [cable.top]."""
+"""The section [cable.top], and what a piece of line is once all of its keys have a value."""
 
 import math
 from itertools import pairwise
@@ -127,7 +127,7 @@ Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share]
 
 
 class Cable(Section):
-    """The cable and its finite elements."""
+    """A piece of line and its finite elements: the keys of [cable], of its segment and of its material together."""
 
     length: Length = key("unstretched length", "m")
     line_density: Mass = key("mass per unstretched length", "kg/m")
@@ -149,14 +149,12 @@ class Cable(Section):
     marine_growth: MarineGrowth | None = key(
         "rows [z, factor of diameter, factor of line_density] at the start", "m, 1", default=None
     )
-    anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
     strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
     strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
     slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
     breaking_load: BreakingLoad | None = key("minimum breaking load; it says what T/it is", "N", default=None)
     damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
     fails_at: FailsAt | None = None
-    top: Top | None = None
 
     @model_validator(mode="after")
     def _consistent(self):

@@ -1,33 +1,31 @@
-"""Keys of a network's sections, and one key of all its lines, buoys or bodies at once."""
+"""One key of all lines, buoys or bodies of a scene at once."""
 
 
 def keys_of_lines(scene) -> list[str]:
-    """Key of each section of a cable: "cable", or "cable.NAME" in a list."""
-    return _keys("cable", scene.cable)
+    """Key of the table of each cable: "cable" of the only one, else "cable.NAME"."""
+    return [scene.network.key_of(number) for number in range(len(scene.network.cables))]
 
 
-def _keys(section, value):
-    if isinstance(value, list):
-        return [f"{section}.{table.name or number}" for number, table in enumerate(value)]
-    return [] if value is None else [section]
+def keys_of_buoys(scene) -> list[str]:
+    """Key of the table of each buoy: "buoy" of the only one, else "buoy.NAME"."""
+    names = scene.network.buoys
+    return [f"buoy.{name}" for name in names] if len(names) > 1 else ["buoy"] * len(names)
 
 
 def everywhere(scene, key: str, value) -> dict:
-    """Changes that give a key of the one cable, buoy or joint this value in all of a network, by their keys.
+    """Changes that give a key of a cable, buoy or joint this value in all of them, by their keys.
 
     A cable's own key then stands for those of its segments and materials.
     """
     section, _, leaf = key.partition(".")
-    if not scene.is_network:
-        return {key: value}
     if section == "cable":
         return _of_lines(scene, leaf, value)
     if section == "joint":
         return {f"{place}.{leaf}": value for place in _bodies(scene)}
     if section == "buoy" and leaf:
-        return {f"{buoy}.{leaf}": value for buoy in _keys("buoy", scene.buoy)}
-    if section in ("wind", "external_force") and isinstance(scene.buoy, list):
-        return {key: value} | {f"{buoy}.{key}": value for buoy in _keys("buoy", scene.buoy)}
+        return {f"{buoy}.{leaf}": value for buoy in keys_of_buoys(scene)}
+    if section in ("wind", "external_force"):
+        return {key: value} | {f"{buoy}.{key}": value for buoy in keys_of_buoys(scene)}
     return {key: value}
 
 
@@ -46,4 +44,4 @@ def _bodies(scene):
 def _segments(scene):
     """[(key, section), ...] of all segments."""
     lines = zip(keys_of_lines(scene), scene.cables, strict=True)
-    return [(f"{key}.segments.{k}", s) for key, c in lines for k, s in enumerate(getattr(c, "segments", None) or [])]
+    return [(f"{key}.segments.{k}", s) for key, c in lines for k, s in enumerate(c.segments or [])]

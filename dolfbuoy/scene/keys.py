@@ -20,18 +20,25 @@ class Key(NamedTuple):
 
 
 def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
-    """All keys of a section and of the sections in it, in the order of the file; of several forms what each adds."""
+    """All keys of a section and of the sections in it, in the order of the file."""
     rows, ranges = [], model.model_json_schema()["properties"]
     for name, info in model.model_fields.items():
         if info.description:
             unit = (info.json_schema_extra or {}).get("unit", "")
-            default = "required" if info.is_required() else _toml(info.default)
+            stands = info_of_default(model, name)
+            default = "required" if stands.is_required() else _toml(stands.default)
             rows.append(Key(prefix + name, unit, default, _range(ranges[name]), info.description))
         inside = f"{prefix}{name}.NAME." if is_by_name(info.annotation) else f"{prefix}{name}."
         for inner in sections_in(info.annotation):
             known = {row.name for row in rows}
             rows += [row for row in list_keys(inner, inside) if row.name not in known]
     return rows
+
+
+def info_of_default(model: type[Section], name: str):
+    """The field that says what holds where a key of a section is absent."""
+    resolved = getattr(model, "resolved", model)
+    return resolved.model_fields.get(name, model.model_fields[name])
 
 
 def keys_of(section: str | None = None) -> list[Key]:

@@ -1,11 +1,11 @@
-"""Sections of a network: [[cable]] with its segments, [material.NAME] and [[joint]]."""
+"""The sections [cable] with its segments, [material.NAME] and [[joint]]."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from .cable import MOTION, Cable, Top
-from .quantities import Coefficient, DragArea, Height, Name, Title, Volume, Wrong, finite_numbers
+from .quantities import Coefficient, DragArea, Height, Name, Title, Vector, Volume, Wrong, finite_numbers
 from .section import Section, key
 
 
@@ -20,12 +20,11 @@ def _place(value):
 
 Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
 
-#: Keys of [cable] that all cables of a scene share, and those that say how long it is, and where.
+#: Keys of a cable that its segments share, and those that say how long it is.
 SHARED = ("position_degree", "tension_degree", "strain", "strain_form", "slack")
 SIZE = ("length", "elements", "grading")
-ENDS = ("anchor", "top")
 #: What a piece of line is made of.
-PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *SIZE, *ENDS))
+PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *SIZE))
 
 
 def _absent(model, names):
@@ -66,24 +65,23 @@ class Segment(
     """A piece of a cable, of one material."""
 
 
-_Line = create_model(
-    "_Line",
+_From = create_model(
+    "_From",
     __base__=_Piece,
-    **{
-        "name": (Name | None, key("name of the cable; several need one each", default=None)),
-        "from": (
-            Place | None,
-            key("lower end, s = 0: [x, y, z], a joint or a buoy; absent: the anchor", "m", default=None),
-        ),
-        "to": (Place | None, key("upper end: [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)),
-        "segments": (list[Segment] | None, key("pieces from the lower end on, instead of length", default=None)),
-    },
     **_absent(Cable, Cable.model_fields),
+    **{"from": (Place | None, key("lower end, s = 0: [x, y, z], a joint or a buoy; absent: the anchor", "m", None))},
 )
 
 
-class Line(_Line):
-    """A cable of several: the keys of [cable], and what it hangs together with."""
+class Line(_From):
+    """A cable: what it is made of, its finite elements, and what it hangs together with."""
+
+    resolved: ClassVar = Cable  #: whose defaults hold where a key is absent
+    anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
+    top: Top | None = None
+    name: Name | None = key("name of the cable; several need one each", default=None)
+    to: Place | None = key("upper end: [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)
+    segments: list[Segment] | None = key("pieces from the lower end on, instead of length", default=None)
 
     @model_validator(mode="after")
     def _consistent(self):

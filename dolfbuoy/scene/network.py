@@ -1,9 +1,10 @@
-"""What a scene hangs together with: pieces of line between ends, joints and buoys, from either form of its sections.
+"""What a scene hangs together with: pieces of line between ends, joints and buoys, resolved once from its tables.
 
 A scene with one [cable] and at most one [buoy] is a network too: one piece from its anchor to its top.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from pydantic import ValidationError
 
@@ -12,6 +13,9 @@ from .cable import Cable, Top
 from .library import FORMS
 from .lines import PHYSICAL, SHARED, SIZE, Body
 from .quantities import Missing, Wrong
+
+#: Sections that belong to one buoy: they stand in its table, or on top of a scene that has only one.
+OWN = ("wind", "external_force", "initial")
 
 
 @dataclass(frozen=True)
@@ -46,27 +50,40 @@ class Piece:
 @dataclass(frozen=True)
 class Network:
     """Pieces, cable after cable and each from its lower end on; names of cables, joints (with what holds them, None:
-    free) and buoys; bodies of free joints by their names."""
+    free) and buoys, each of these with its own wind, external force and start; bodies of free joints by their names.
+    """
 
-    pieces: list[Piece] = field(default_factory=list)
-    cables: list[str] = field(default_factory=list)
+    pieces: tuple[Piece, ...] = ()
+    cables: tuple[str, ...] = ()
     joints: dict[str, Top | None] = field(default_factory=dict)
     bodies: dict[str, Body] = field(default_factory=dict)
     buoys: dict[str, Buoy] = field(default_factory=dict)
 
+    @cached_property
+    def _spans(self):
+        """Of each cable the numbers of its pieces."""
+        found = [range(0)] * len(self.cables)
+        for k, piece in enumerate(self.pieces):
+            found[piece.cable] = range(k - piece.number, k + 1)
+        return found
+
     def name_of(self, piece: int) -> str:
         """Of the cable of a piece, CABLE.NUMBER if this has several."""
         cable = self.pieces[piece].cable
-        alone = self.first_of(cable) == self.last_of(cable)
-        return self.cables[cable] if alone else f"{self.cables[cable]}.{self.pieces[piece].number}"
+        name = self.cables[cable]
+        return name if len(self._spans[cable]) == 1 else f"{name}.{self.pieces[piece].number}"
+
+    def pieces_of(self, cable: int) -> range:
+        """Numbers of the pieces of a cable."""
+        return self._spans[cable]
 
     def last_of(self, cable: int) -> int:
         """Number of the last piece of a cable."""
-        return max(k for k, piece in enumerate(self.pieces) if piece.cable == cable)
+        return self._spans[cable][-1]
 
     def first_of(self, cable: int) -> int:
         """Number of the first piece of a cable."""
-        return min(k for k, piece in enumerate(self.pieces) if piece.cable == cable)
+        return self._spans[cable][0]
 
     def ends_of(self, cable: int) -> tuple[str, str]:
         """What the ends of a cable, `from` and `to`, are called in a sentence: by what they hang on, if that has a
@@ -74,33 +91,22 @@ class Network:
         low, high = self.pieces[self.first_of(cable)].ends[0], self.pieces[self.last_of(cable)].ends[1]
         return _called(low) or "the anchor", _called(high) or "the top"
 
+    def key_of(self, cable: int) -> str:
+        """Key of the table of a cable: "cable" of the only one, else "cable.NAME"."""
+        return "cable" if len(self.cables) == 1 else f"cable.{self.cables[cable]}"
+
 
 def _called(end):
     return ".".join(filter(None, (end.name, end.fairlead)))
 
 
 def network_of(scene) -> Network:
-    """The network of a scene.  Raises Wrong or Missing for what hangs together with nothing."""
-    if not scene.is_network:
-        return _plain(scene)
-    return _Resolver(scene).network()
-
-
-def _plain(scene):
-    buoys = {"buoy": scene.buoy} if scene.buoy else {}
-    if scene.cable is None:
-        return Network(buoys=buoys)
-    c = scene.cable
-    ends = _fixed(scene.anchor_of(c)), _end_of(c.top) if c.top else End("buoy", name="buoy")
-    return Network([Piece(0, 0, c, ends)], ["cable"], buoys=buoys)
+    """The network of a scene."""
+    return scene.network
 
 
 def _fixed(position):
     return End("fixed", Top(kind="fixed", position=position))
-
-
-def _end_of(top):
-    return End(top.kind, top)
 
 
 def named(sections, what: str) -> dict[str, object]:
@@ -114,6 +120,11 @@ def named(sections, what: str) -> dict[str, object]:
             raise Wrong(f"{what}.name", name, "is given twice")
         found[name] = section
     return found
+
+
+def resolved(scene) -> Network:
+    """The network that the tables of a scene describe.  Raises Wrong or Missing."""
+    return _Resolver(scene).network()
 
 
 class _Resolver:
@@ -134,20 +145,32 @@ class _Resolver:
     def network(self):
         pieces = []
         for number, (name, line) in enumerate(self.cables.items()):
-            key = f"cable.{name}" if isinstance(self.scene.cable, list) and len(self.cables) > 1 else "cable"
+            key = self._key(name)
             sections = sections_of(line, self.scene.material or {}, key)
             ends = self._low(name, line), self._high(name, line)
             pieces += self._chain(number, name, line, sections, ends)
         for name in self.joints:
             if name not in self.used:
                 raise Wrong("joint.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out")
-        return Network(pieces, list(self.cables), self.joints, self.bodies, self.buoys)
+        return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, self._complete_buoys())
+
+    def _key(self, cable):
+        return "cable" if len(self.cables) == 1 else f"cable.{cable}"
+
+    def _complete_buoys(self):
+        """Each with its own wind, external force and start; those of the scene serve the only one."""
+        scene, alone, start = self.scene, len(self.buoys) == 1, type(self.scene.initial)()
+        found = {}
+        for name, buoy in self.buoys.items():
+            own = {key: getattr(buoy, key) or (getattr(scene, key) if alone else None) for key in OWN}
+            found[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
+        return found
 
     def _chain(self, number, name, line, sections, ends):
         """Pieces of a cable, with a free joint between each two."""
-        bodies = [segment.body for segment in getattr(line, "segments", None) or []]
+        bodies = [segment.body for segment in line.segments or []]
         if bodies and bodies[-1] is not None:
-            place = f"cable.{name}.segments.{len(bodies) - 1}.body"
+            place = f"{self._key(name)}.segments.{len(bodies) - 1}.body"
             raise Wrong(
                 place,
                 bodies[-1].mass,
@@ -164,18 +187,22 @@ class _Resolver:
         return [Piece(number, k, section, (places[k], places[k + 1])) for k, section in enumerate(sections)]
 
     def _low(self, name, line):
-        place = getattr(line, "from", None)
-        return self._end(place, f"cable.{name}.from") if place is not None else _fixed(self.scene.anchor_of(line))
+        place = getattr(line, "from")
+        if place is not None:
+            return self._end(place, f"{self._key(name)}.from")
+        return _fixed(line.anchor or (0.0, 0.0, -self.scene.sea.depth if self.scene.sea else 0.0))
 
     def _high(self, name, line):
-        place = getattr(line, "to", None)
-        if place is not None:
-            return self._end(place, f"cable.{name}.to")
-        if line.top is not None:
-            return _end_of(line.top)
-        if len(self.buoys) != 1:
-            raise Missing(f"cable.{name}.to", "or top: something must hold the upper end of the cable")
-        return End("buoy", name=next(iter(self.buoys)))
+        key = self._key(name)
+        if line.to is not None:
+            return self._end(line.to, f"{key}.to")
+        if line.top is None and len(self.buoys) != 1:
+            raise Missing(f"{key}.top", "or to, or one [buoy]: something must hold the upper end of the cable")
+        if line.top is None:
+            return End("buoy", name=next(iter(self.buoys)))
+        if self.buoys and len(self.cables) == 1 and not isinstance(getattr(line, "from"), str):
+            raise Wrong(f"{key}.top.kind", line.top.kind, "does not go with [buoy], which holds that end")
+        return End(line.top.kind, line.top)
 
     def _end(self, place, key):
         if not isinstance(place, str):
@@ -206,8 +233,6 @@ def sections_of(line, materials, key: str) -> list[Cable]:
 
     key: of the cable, for messages.  Raises Wrong or Missing.
     """
-    if isinstance(line, Cable):
-        return [line]
     own = _material(line, materials, key) | _given(line, (*PHYSICAL, *SHARED))
     if line.segments is None:
         return [_section(own | _given(line, SIZE), key)]
@@ -264,20 +289,17 @@ def _is_on(end, buoy):
 
 
 def check_network(scene) -> None:
-    """Refuse a network that is none: cables of different elements, parts that nothing holds.  Raises Wrong, Missing."""
-    network = network_of(scene)
-    first = network.pieces[0].section if network.pieces else None
+    """Refuse a network that is none: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
+    network = scene.network
     for piece in network.pieces:
-        name, section = f"cable.{network.cables[piece.cable]}", piece.section
-        for key in SHARED:
-            if getattr(section, key) != getattr(first, key):
-                allowed = f"must be the same for all cables, and is {getattr(first, key)!r} for {network.cables[0]}"
-                raise Wrong(f"{name}.{key}", getattr(section, key), allowed)
+        key, section = network.key_of(piece.cable), piece.section
         if scene.sea is not None and section.diameter is None:
-            raise Missing(f"{name}.diameter", "the sea needs it")
+            raise Missing(f"{key}.diameter", "the sea needs it")
         low, high = piece.ends
         if low.name is not None and low.kind == high.kind and low.name == high.name and low.fairlead == high.fairlead:
-            raise Wrong(f"{name}.to", high.name, "is where the cable comes from: its ends must be two places")
+            raise Wrong(f"{key}.to", high.name, "is where the cable comes from: its ends must be two places")
+        if scene.initial.kind == "straight" and high.kind == "free" and high.top.position is None:
+            raise Wrong("initial.kind", "straight", f"needs {key}.top.position, the end of the straight line")
     _check_held(network)
     _check_buoys(scene, network)
 
@@ -305,7 +327,7 @@ def _check_buoys(scene, network):
     """Sections that belong to one buoy."""
     if len(network.buoys) < 2:
         return
-    for name in ("wind", "external_force"):
+    for name in OWN[:2]:
         if getattr(scene, name) is not None:
             raise Wrong(
                 name, "[...]", f"belongs to one buoy, and there are several: give [buoy.{name}] to those it acts on"
@@ -316,36 +338,63 @@ def _check_buoys(scene, network):
             raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
 
 
-# -- a scene as if it had one line, or one buoy ------------------------------------------------------------------------
+# -- for a while: parts of the program that still want a scene of one line and one buoy -------------------------------
 
 
-def with_line(scene, section: Cable):
-    """The scene as if it had this section [cable] only, and no buoy."""
-    return scene.model_copy(update={"cable": section, "buoy": None, "joint": None})
+class One:
+    """A scene as if it had one line or one buoy at most."""
+
+    def __init__(self, scene, **own):
+        self.__dict__.update(own, _scene=scene)
+
+    def __getattr__(self, name):
+        return getattr(self._scene, name)
+
+    def model_copy(self, update):
+        """With other sections."""
+        own = {name: value for name, value in self.__dict__.items() if name != "_scene"}
+        return One(self._scene, **(own | update))
 
 
-def with_buoy(scene, name: str):
-    """The scene as if it had only the buoy of this name, without a cable; its own wind, external force and start."""
-    if not isinstance(scene.buoy, list):
-        return scene.model_copy(update={"cable": None, "joint": None}) if scene.is_network else scene
-    buoy = network_of(scene).buoys[name]
-    own = {key: getattr(buoy, key) for key in ("wind", "external_force", "initial")}
-    if len(scene.buoy) == 1:
-        own = {key: section or getattr(scene, key) for key, section in own.items()}
-    own["initial"] = own["initial"] or type(scene.initial)()
-    return scene.model_copy(update={"cable": None, "joint": None, "buoy": buoy, **own})
+class _Cable:
+    def __init__(self, section, top, anchor):
+        self._section, self.top, self.anchor = section, top, anchor
+
+    def __getattr__(self, name):
+        return getattr(self._section, name)
 
 
-def with_body(scene, body: Body):
-    """The scene as if it had this body at a joint only."""
-    return scene.model_copy(update={"cable": None, "buoy": None, "joint": body})
+def is_network(scene):
+    """Whether it is more than one line from a fixed end to a top or the only buoy, or that buoy alone."""
+    if isinstance(scene, One):
+        return False
+    network = scene.network
+    if len(network.pieces) > 1 or len(network.buoys) > 1 or network.joints:
+        return True
+    ends = network.pieces[0].ends if network.pieces else ()
+    return bool(ends) and (ends[0].kind != "fixed" or bool(ends[1].fairlead))
 
 
-def single_scenes(scene) -> list:
-    """The scene, or of a network one for each piece of line, body at a joint and buoy, as if it had that one only."""
-    if not scene.is_network:
-        return [scene]
-    network = network_of(scene)
-    found = [with_line(scene, piece.section) for piece in network.pieces]
-    found += [with_body(scene, body) for body in network.bodies.values()]
-    return found + [with_buoy(scene, name) for name in network.buoys]
+def single(scene):
+    """The One of a scene that is no network."""
+    if isinstance(scene, One):
+        return scene
+    network = scene.network
+    buoy, cable, anchor = next(iter(network.buoys.values()), None), None, None
+    if network.pieces:
+        low, high = network.pieces[0].ends
+        anchor = low.top and low.top.position
+        cable = _Cable(network.pieces[0].section, high.top, anchor)
+    own = {name: buoy and getattr(buoy, name) for name in OWN[:2]}
+    return One(scene, cable=cable, buoy=buoy, anchor=anchor, joint=None, **own)
+
+
+def with_line(scene, section):
+    """As if it had this line only."""
+    return One(scene, cable=_Cable(section, None, None), buoy=None, joint=None, wind=None, external_force=None)
+
+
+def with_buoy(scene, name):
+    """As if it had this buoy only."""
+    buoy = scene.network.buoys[name]
+    return One(scene, cable=None, joint=None, buoy=buoy, **{key: getattr(buoy, key) for key in OWN})

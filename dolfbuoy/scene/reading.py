@@ -17,7 +17,7 @@ from ..errors import InputError
 from .keys import takes_none
 from .library import expanded
 from .mesh_file import Named
-from .sections import Scene
+from .sections import SEVERAL, Scene
 from .sentences import sentence, shown
 
 
@@ -54,7 +54,7 @@ def _validated(data):
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
-        raise InputError(sentence(error)) from None
+        raise InputError(sentence(error, data)) from None
 
 
 def merged(data: dict, /, **changes) -> dict:
@@ -63,10 +63,24 @@ def merged(data: dict, /, **changes) -> dict:
     A key with dots or double underscores leads into sections (`time__end=5`); a dict is merged into the section that is
     there (`time={"end": 5}`), None removes.  Raises InputError where a key leads into what is no section.
     """
-    result = copy.deepcopy(data)
+    result = {name: _alone(value) if name in SEVERAL else value for name, value in copy.deepcopy(data).items()}
     for key, value in changes.items():
-        result = _merge(result, key.replace("__", ".").split("."), copy.deepcopy(value))
+        names = key.replace("__", ".").split(".")
+        result = _merge(result, _without_name(result, names), copy.deepcopy(value))
     return result
+
+
+def _alone(value):
+    """The table of a list of one."""
+    return value[0] if _is_list_of_tables(value) and len(value) == 1 else value
+
+
+def _without_name(data, names):
+    """A key of the only cable or buoy, which may be called by its name, or counted."""
+    table = data.get(names[0]) if names[0] in SEVERAL else None
+    if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
+        return [names[0], *names[2:]]
+    return names
 
 
 NO_SECTION = "is not a section"

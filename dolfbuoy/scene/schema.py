@@ -8,8 +8,9 @@ import json
 import math
 from pathlib import Path
 
+from .lines import Line
 from .petsc_options import ALLOWED, SWITCH
-from .sections import GENERAL, Scene
+from .sections import SEVERAL, Scene
 
 #: The file beside the shipped scenes.
 FILE = Path(__file__).parents[1] / "scenes" / "schema.json"
@@ -19,7 +20,7 @@ def schema() -> dict:
     """Schema of a scene; each key with its description, unit, default and range."""
     found = _tidy(Scene.model_json_schema())
     sections = found["$defs"]
-    for name in ("Cable", "Line", "Segment"):
+    for name in ("Line", "Segment"):
         sections[name]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
     for name in ("spectrum", "components", "elevation"):
         _or_file(sections["Waves"]["properties"], name)
@@ -27,17 +28,18 @@ def schema() -> dict:
     petsc = {"type": "object", "properties": options, "additionalProperties": False, "default": {}}
     petsc["description"] = sections["Solver"]["properties"]["petsc"]["description"]
     sections["Solver"]["properties"]["petsc"] = petsc
-    line, cable, buoy, named = ({"$ref": f"#/$defs/{name}"} for name in ("Line", "Cable", "Buoy", "NamedBuoy"))
-    general = {"anyOf": [{"required": [name]} for name in sorted(GENERAL)]}
-    found["properties"]["cable"] = _listed(line, {"if": general, "then": line, "else": cable})
-    found["properties"]["buoy"] = _listed(named, buoy)
+    for name, info in Line.resolved.model_fields.items():
+        if name in sections["Line"]["properties"] and not (info.is_required() or _needless("default", info.default)):
+            sections["Line"]["properties"][name]["default"] = info.default
+    for name in SEVERAL:
+        found["properties"][name] = _table_or_list(found["properties"][name])
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Scene of dolfbuoy"}
     return head | found
 
 
-def _listed(item, table):
-    """A list of items, or a table."""
-    return {"if": {"type": "array"}, "then": {"items": item}, "else": table}
+def _table_or_list(rule):
+    """A table, or a list of them."""
+    return {"if": {"type": "array"}, "then": rule, "else": rule["items"]}
 
 
 def _or_file(properties, name):

@@ -4,38 +4,32 @@ A section that is missing is an effect that is off.  SI units; degrees only wher
 """
 
 import itertools
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tomli_w
-from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from .buoy import Buoy
-from .cable import Cable
-from .lines import Joint, Line, Material
-from .network import check_network, network_of
+from .buoy import Buoy, ExternalForce, Wind
+from .initial import Initial
+from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
+from .network import Network, check_network, resolved
 from .petsc_options import checked
 from .quantities import (
     Angle,
-    Area,
-    Coefficient,
     Degree,
     Density,
     Duration,
-    ForceVector,
     Gravity,
-    Height,
     Length,
     Missing,
     Name,
-    Quaternion,
     Rows,
     Speed,
     Step,
     Title,
     Tolerance,
-    Vector,
-    VelocityVector,
     Wrong,
 )
 from .seabed import Seabed
@@ -68,53 +62,6 @@ class Current(Section):
                 raise Wrong("speed", self.speed, "does not go with a table: the speeds stand in profile")
         elif self.speed is None:
             raise Missing("speed", "or a table of speeds as profile")
-        return self
-
-
-class Wind(Section):
-    """Wind on the buoy, Eq. (2)."""
-
-    speed_10m: Speed = key("speed 10 m above the water", "m/s")
-    direction_deg: Angle = key("direction towards which the wind blows, from x towards y", "deg", default=0.0)
-    drag_coefficient: Coefficient = key("drag coefficient of the part above the water", "1", default=1.0)
-    area: Area = key("area that the wind meets", "m^2")
-    height: Annotated[float, Field(ge=0, le=1e5)] = key("height above the keel at which the force acts", "m")
-    air_density: Density = key("density of the air", "kg/m^3", default=1.225)
-
-
-class ExternalForce(Section):
-    """A constant force at a point of the axis (default: C)."""
-
-    force: ForceVector = key("constant force", "N")
-    height: Height | None = key("height above the keel at which it acts; absent: at C", "m", default=None)
-
-
-Corners = Annotated[list[Vector], Field(max_length=40_000)]
-
-
-class Initial(Section):
-    """How a run starts."""
-
-    kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
-    points: Corners | dict[Name, Corners] | None = key(
-        "corners of the polyline, from the anchor to the top; of several cables by name", "m", default=None
-    )
-    buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
-    buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
-    buoy_velocity: VelocityVector | None = key("velocity of C; absent: at rest", "m/s", default=None)
-    buoy_angular_velocity: VelocityVector | None = key("in the world frame; absent: at rest", "rad/s", default=None)
-
-    @model_validator(mode="after")
-    def _consistent(self):
-        if self.kind == "polyline" and self.points is None:
-            raise Wrong("kind", self.kind, "needs points")
-        if self.kind != "polyline" and self.points is not None:
-            raise Wrong("points", self.points, "goes with kind 'polyline' only")
-        for points in self.points.values() if isinstance(self.points, dict) else [self.points]:
-            if points is not None and len(points) < 2:
-                raise Wrong("points", points, "must be at least two points")
-        if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
-            raise Wrong("buoy_orientation", self.buoy_orientation, "must not be the zero quaternion")
         return self
 
 
@@ -165,35 +112,19 @@ class Solver(Section):
     )
 
 
-class NamedBuoy(Buoy):
-    """A buoy of several, with what acts on it alone."""
-
-    name: Name | None = key("name of the buoy; several need one each", default=None)
-    wind: Wind | None = None
-    external_force: ExternalForce | None = None
-    initial: Initial | None = None
-
-
-TABLE, NETWORK, LIST = "[table]", "[table of a network]", "[[list]]"  # brackets: no names of keys, for messages
-GENERAL = frozenset(Line.model_fields) - frozenset(Cable.model_fields)
+def _as_list(value):
+    """One table is a list of one."""
+    if isinstance(value, dict | Section):
+        return [value]
+    if not isinstance(value, list) or not value:
+        raise ValueError("must be a section, a table of keys, or a list of such tables")
+    return value
 
 
-def _form(value):
-    """Whether a value of the key cable or buoy is a list of tables, or a table."""
-    return LIST if isinstance(value, list) and value else TABLE
-
-
-def _form_of_cable(value):
-    """... or the table of a cable that only a network has."""
-    general = isinstance(value, Line) or (isinstance(value, dict) and not GENERAL.isdisjoint(value))
-    return NETWORK if general else _form(value)
-
-
-Cables = Annotated[
-    Annotated[Cable, Tag(TABLE)] | Annotated[Line, Tag(NETWORK)] | Annotated[list[Line], Tag(LIST)],
-    Discriminator(_form_of_cable),
-]
-Buoys = Annotated[Annotated[Buoy, Tag(TABLE)] | Annotated[list[NamedBuoy], Tag(LIST)], Discriminator(_form)]
+Cables = Annotated[list[Line], BeforeValidator(_as_list)]
+Buoys = Annotated[list[Buoy], BeforeValidator(_as_list)]
+#: Tables of which a scene may have several, and of which one alone is spelled [cable] too.
+SEVERAL = ("cable", "buoy")
 
 
 class Scene(Section):
@@ -238,25 +169,12 @@ class Scene(Section):
             raise Wrong("gravity", self.gravity, "does not go with [seabed]: nothing would lie on it")
         need("wind", "buoy", "it acts on the buoy only")
         need("external_force", "buoy", "it acts on the buoy only")
-        if self.is_network:
-            check_network(self)
-        elif self.cable is not None:
-            self._check_ends()
-        for piece in network_of(self).pieces:
+        check_network(self)
+        for piece in self.network.pieces:
             self._check_slack(piece.section.slack)
         if self.sea is not None and any(buoy.hull is None for buoy in self.buoys):
             raise Missing("buoy.hull", "the sea needs it")
         return self
-
-    def _check_ends(self):
-        if self.cable.top is None and self.buoy is None:
-            raise Missing("cable.top", "or [buoy]: something must hold the upper end of the cable")
-        if self.cable.top is not None and self.buoy is not None:
-            raise Wrong("cable.top.kind", self.cable.top.kind, "does not go with [buoy], which holds that end")
-        if self.sea is not None and self.cable.diameter is None:
-            raise Missing("cable.diameter", "the sea needs it")
-        if self.initial.kind == "straight" and self.buoy is None and self.cable.top.position is None:
-            raise Wrong("initial.kind", "straight", "needs cable.top.position, the end of the straight line")
 
     def _check_slack(self, slack):
         """Generalized-alpha keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap."""
@@ -267,35 +185,33 @@ class Scene(Section):
             allowed = f"with generalized-alpha needs time.spectral_radius = 0, not {time.spectral_radius}: "
             raise Wrong("cable.slack", slack, f"{allowed}others gain energy whenever the cable snaps taut")
 
-    @property
-    def is_network(self) -> bool:
-        """Whether it has the general form: [[cable]], segments, [[buoy]] or [[joint]]."""
-        return isinstance(self.cable, list | Line) or isinstance(self.buoy, list) or isinstance(self.joint, list)
+    @cached_property
+    def network(self) -> Network:
+        """What hangs together with what, resolved: pieces of line, joints, bodies and buoys."""
+        return resolved(self)
+
+    def model_copy(self, **how):
+        """A copy with some sections replaced, which resolves its network anew."""
+        copied = super().model_copy(**how)
+        copied.__dict__.pop("network", None)
+        return copied
 
     @property
-    def cables(self) -> list:
-        """The sections of all cables."""
-        return _listed(self.cable)
+    def cables(self) -> list[Line]:
+        """The tables of all cables."""
+        return self.cable or []
 
     @property
-    def buoys(self) -> list:
-        """The sections of all buoys."""
-        return _listed(self.buoy)
-
-    @property
-    def anchor(self) -> tuple[float, float, float]:
-        """Position of s = 0 of the cable."""
-        return self.anchor_of(self.cable)
-
-    def anchor_of(self, cable: Cable) -> tuple[float, float, float]:
-        """Position of s = 0 of a section [cable] in this scene."""
-        if cable.anchor is not None:
-            return cable.anchor
-        return (0.0, 0.0, -self.sea.depth if self.sea else 0.0)
+    def buoys(self) -> list[Buoy]:
+        """The tables of all buoys."""
+        return self.buoy or []
 
     def to_dict(self, sections: set[str] | None = None) -> dict:
         """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
-        return _without_none(self.model_dump(include=sections))
+        found = _without_none(self.model_dump(include=sections))
+        if "cable" in found:
+            found["cable"] = [table | _defaults(self.network, k, table) for k, table in enumerate(found["cable"])]
+        return {name: value[0] if name in SEVERAL and len(value) == 1 else value for name, value in found.items()}
 
     def to_toml(self) -> str:
         """The complete scene as a scene file."""
@@ -306,8 +222,12 @@ class Scene(Section):
         Path(path).write_text(self.to_toml())
 
 
-def _listed(value):
-    return [] if value is None else value if isinstance(value, list) else [value]
+def _defaults(network, cable, table):
+    """What the table of a cable does not give, where neither segments nor a material do."""
+    names = {*SHARED, *SIZE, *PHYSICAL}
+    names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
+    section = network.pieces[network.first_of(cable)].section
+    return _without_none(section.model_dump(include=names - set(table)))
 
 
 def _without_none(value):

@@ -5,8 +5,8 @@ from pydantic import ValidationError
 from ..errors import InputError
 from .keys import list_keys
 from .quantities import Missing, Wrong
-from .section import sections_in
-from .sections import LIST, NETWORK, Scene
+from .section import section_in
+from .sections import SEVERAL, Scene
 
 #: What else a key takes, where the message speaks only of its numbers.
 _OR = {
@@ -29,12 +29,14 @@ def made(section: type, **keys):
         raise InputError(sentence(error)) from None
 
 
-def sentence(error: ValidationError) -> str:
-    """The first thing that is wrong, as one sentence with key, value and what is allowed."""
+def sentence(error: ValidationError, data: dict | None = None) -> str:
+    """The first thing that is wrong, as one sentence with key, value and what is allowed; data: of the whole scene."""
     first = error.errors()[0]
     unknown = first["type"] == "extra_forbidden"
     last = len(first["loc"]) - 1  # an unknown key may look like a tag
     location = [str(part) for i, part in enumerate(first["loc"]) if (unknown and i == last) or not _is_type_tag(part)]
+    if location[1:2] == ["0"] and location[0] in SEVERAL and not _is_one_of_several(location[0], data):
+        del location[1]
     key, message = ".".join(location) or "scene", first["msg"].replace(" after validation", "")
     if unknown:
         name = _short(".".join(location)) or repr("")
@@ -54,6 +56,11 @@ def sentence(error: ValidationError) -> str:
     if key in _OR:
         message = f"{message} {_OR[key]}"
     return f"{key} = {shown(first['input'])}: {message[0].lower()}{message[1:]}."
+
+
+def _is_one_of_several(section, data):
+    tables = (data or {}).get(section)
+    return isinstance(tables, list) and len(tables) > 1
 
 
 def shown(value) -> str:
@@ -83,10 +90,8 @@ def _is_type_tag(part) -> bool:
 
 def _fields(location) -> list[str]:
     """Keys of the section at a location, in which pydantic names the form that it tried."""
-    model, choices = Scene, []
+    model = Scene
     for part in location:
         info = model.model_fields.get(part)
-        choices = sections_in(info.annotation) if info else choices
-        if choices:
-            model = choices[-1 if part in (NETWORK, LIST) else 0]
+        model = section_in(info.annotation) or model if info else model
     return sorted(model.model_fields)

@@ -7,7 +7,6 @@ from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
 from .everywhere import keys_of_lines
-from .network import network_of
 from .sections import Solver
 
 #: Newton's tolerance of a scene that gives none.
@@ -54,7 +53,7 @@ SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alph
 
 def space_of(scene: Scene) -> Space:
     """The scene's own elements, of a network those of all its lines, which share their degrees."""
-    sections = [piece.section for piece in network_of(scene).pieces]
+    sections = [piece.section for piece in scene.network.pieces]
     if not sections:
         return Space()
     c = sections[0]
@@ -63,7 +62,7 @@ def space_of(scene: Scene) -> Space:
 
 def fitting(scene: Scene, space: Space) -> Space:
     """The space with a number of elements, near its own, of which every line and segment of the scene has its share."""
-    total, parts = space_of(scene).cells, [piece.section.elements for piece in network_of(scene).pieces]
+    total, parts = space_of(scene).cells, [piece.section.elements for piece in scene.network.pieces]
     cells = space.cells
     while True:  # the sum of the shares never falls as the number grows, so this ends where both agree
         found = sum(number_of_cells(_share(elements, cells / total)) for elements in parts)
@@ -100,7 +99,7 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
         changes |= {"time.max_step": scene.time.max_step or stepping.largest}
     if stepping.scheme != "generalized-alpha":
         changes["time.spectral_radius"] = None
-    elif any(piece.section.slack != "compressive" for piece in network_of(scene).pieces):
+    elif any(piece.section.slack != "compressive" for piece in scene.network.pieces):
         changes["time.spectral_radius"] = 0.0  # others gain energy at every snap: no such scene may have them
     if space.mu:
         changes |= _of_lines(scene, space)
@@ -110,9 +109,9 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
 def _of_lines(scene, space):
     """Changes of degrees and elements, by their keys."""
     changes, factor, keys = {}, space.cells / space_of(scene).cells, keys_of_lines(scene)
-    for piece in network_of(scene).pieces:
+    for piece in scene.network.pieces:
         key, line = keys[piece.cable], scene.cables[piece.cable]
-        place = f"{key}.segments.{piece.number}" if getattr(line, "segments", None) else key
+        place = f"{key}.segments.{piece.number}" if line.segments else key
         changes[f"{place}.elements"] = _share(piece.section.elements, factor)
         changes |= {f"{key}.position_degree": space.mu, f"{key}.tension_degree": space.nu}
     return changes
@@ -134,7 +133,7 @@ def ramp_of(scene: Scene) -> float:
 
 def _moved(scene):
     """What moves or pulls ends of lines."""
-    return [end.top for piece in network_of(scene).pieces for end in piece.ends if end.top and end.kind != "fixed"]
+    return [end.top for piece in scene.network.pieces for end in piece.ends if end.top and end.kind != "fixed"]
 
 
 def check_time(scene: Scene) -> None:
@@ -159,7 +158,7 @@ def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene
 
 def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
     """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
-    if scene.cable is None:
+    if not scene.cable:
         return [Space()]
     n = space_of(scene).cells
     cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})

@@ -4,8 +4,9 @@ import json
 from typing import get_args, get_origin
 
 from .keys import Key, list_keys
+from .network import OWN
 from .section import Section, is_by_name, sections_in
-from .sections import Scene
+from .sections import SEVERAL, Scene
 
 _COLUMN = 40  # where comments begin
 
@@ -28,34 +29,33 @@ def _section(model: type[Section], given: dict | None, rows: dict[str, Key], pre
     for name, info in model.model_fields.items():
         forms, row = sections_in(info.annotation), rows.get(prefix + name)
         value = given.get(name) if given else None
+        if prefix + name in SEVERAL and value and len(value) == 1:
+            value = value[0]
         if row:
             lines += _key(name, row, value)
-            if forms:
-                lines += [f"#     {part}: {_meaning(rows[f'{row.name}.{part}'])}" for part in forms[0].model_fields]
+            inner = (found for full, found in rows.items() if full.startswith(f"{row.name}."))
+            lines += [f"#     {part.name.removeprefix(row.name)[1:]}: {_meaning(part)}" for part in inner]
         elif isinstance(value, list):
             for item in value:
                 later += ["", f"[[{prefix}{name}]]", *_given(item, rows, f"{prefix}{name}.")]
         elif value and is_by_name(info.annotation):
             for own, item in value.items():
                 later += ["", f"[{prefix}{name}.{own}]", *_given(item, rows, f"{prefix}{name}.NAME.")]
+        elif prefix == "buoy." and name in OWN and value is None:
+            later += ["", f"# [buoy.{name}]  # the section [{name}] of one of several buoys"]
         else:
-            later += _table(f"{prefix}{name}", info.annotation, forms, value, rows)
+            later += _table(f"{prefix}{name}", info.annotation, forms[0], value, rows)
     return lines + later
 
 
-def _table(name, annotation, forms, value, rows):
-    """Lines of a section, as a comment if the scene does not have it, and what its other forms add."""
+def _table(name, annotation, model, value, rows):
+    """Lines of a section, as a comment if the scene does not have it."""
     inside = f"{name}.NAME." if is_by_name(annotation) else f"{name}."
-    heading = f"[[{name}]]" if len(forms) == 1 and _is_list(annotation) else f"[{inside.removesuffix('.')}]"
+    heading = f"[[{name}]]" if _is_list(annotation) and name not in SEVERAL else f"[{inside.removesuffix('.')}]"
+    more = f"; several: [[{name}]]" if name in SEVERAL else ""
     sign = "" if value is not None else "# "
-    lines = ["", f"{sign}{heading}  # {forms[0].__doc__.splitlines()[0]}"]
-    lines += _section(forms[0], value, rows, inside)
-    known = {row.name for row in list_keys(forms[0], inside)}
-    more = [row for full, row in rows.items() if full.startswith(inside) and full not in known]
-    if len(forms) > 1:
-        lines += ["", f"# Of several, each a table [[{name}]], these are keys too:"]
-        lines += [f"#     {row.name.removeprefix(inside)}: {_meaning(row)}" for row in more]
-    return lines
+    lines = ["", f"{sign}{heading}  # {model.__doc__.splitlines()[0].removesuffix('.')}{more}"]
+    return lines + _section(model, value, rows, inside)
 
 
 def _is_list(annotation):

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import SolveError
 from ..model.problem import Problem
+from ..scene.network import single
 from . import catenary
 from .relaxation import laid_out, relax
 
@@ -97,7 +98,7 @@ def march(problem, set_fraction, smallest=1e-3) -> None:
 
 def ways(problem, shape):
     """(name, function) of every way that the scene has, in the order of their cost."""
-    scene, cable = problem.scene, problem.scene.cable
+    scene, cable = problem.scene, single(problem.scene).cable
 
     def newton():
         problem.iterations += problem.newton.solve()
@@ -119,8 +120,8 @@ def ways(problem, shape):
 
 
 def _one_sided_first(problem, shape):
-    relaxed = problem.scene.cable.model_copy(update={"slack": "tension-only"})
-    other = Problem(problem.scene.model_copy(update={"cable": relaxed}), dynamic=False, comm=problem.comm)
+    relaxed = problem.scene.cable[0].model_copy(update={"slack": "tension-only"})
+    other = Problem(problem.scene.model_copy(update={"cable": [relaxed]}), dynamic=False, comm=problem.comm)
     other.lines.grow_as(problem.lines)
     try:
         solve_cable(other, shape)
@@ -133,7 +134,7 @@ def _one_sided_first(problem, shape):
 
 def _stiffen(problem):
     """From a cable that its weight stretches by half, in equal ratios."""
-    c, w, constant = problem.scene.cable, problem.lines.weight_per_length, problem.lines.cable.EA
+    c, w, constant = single(problem.scene).cable, problem.lines.weight_per_length, problem.lines.cable.EA
     soft = min(max(abs(w) * c.length, 1e-6 * c.axial_stiffness), c.axial_stiffness)
     _begin_with(problem, EA=soft)
 
@@ -145,7 +146,7 @@ def _stiffen(problem):
 
 def _load(problem):
     """From an end force straight up that carries the cable twice."""
-    c, load = problem.scene.cable, problem.lines.end_loads.get(0)
+    c, load = single(problem.scene).cable, problem.lines.end_loads.get(0)
     force = np.array(c.top.force)
     easy = np.array([0.0, 0.0, 2 * abs(problem.lines.weight_per_length) * c.length or np.linalg.norm(force)])
     _begin_with(problem, force=easy)
@@ -158,7 +159,11 @@ def _load(problem):
 
 def _move_end(problem):
     """From an end that is beside the anchor by 0.7 lengths at 45 degrees, towards the side of the end asked for."""
-    c, anchor, target = problem.scene.cable, np.array(problem.scene.anchor), problem.lines.top_position(0.0)
+    c, anchor, target = (
+        single(problem.scene).cable,
+        np.array(single(problem.scene).anchor),
+        problem.lines.top_position(0.0),
+    )
     aside = (target - anchor) * [1.0, 1.0, 0.0]
     distance = np.linalg.norm(aside)
     direction = aside / distance if distance else np.array([1.0, 0.0, 0.0])
@@ -174,7 +179,7 @@ def _move_end(problem):
 
 def _begin_with(problem, EA=None, force=None, end=None):
     """The closed-form shape of the easy problem."""
-    c, w, anchor = problem.scene.cable, problem.lines.weight_per_length, problem.scene.anchor
+    c, w, anchor = single(problem.scene).cable, problem.lines.weight_per_length, single(problem.scene).anchor
     EA = c.axial_stiffness if EA is None else EA
     if c.top.kind == "free":
         shape = catenary.under_end_force(anchor, c.top.force if force is None else force, c.length, w, EA)
@@ -185,10 +190,10 @@ def _begin_with(problem, EA=None, force=None, end=None):
 
 def _why(problem):
     """What is special about a scene that has no solution, if it is known."""
-    c = problem.scene.cable
+    c = single(problem.scene).cable
     if c.top.kind == "free" or problem.scene.current is not None:
         return ""
-    chord = problem.lines.top_position(0.0) - np.array(problem.scene.anchor)
+    chord = problem.lines.top_position(0.0) - np.array(single(problem.scene).anchor)
     if np.hypot(*chord[:2]) > 1e-4 * c.length or np.linalg.norm(chord) >= c.length:
         return ""
     return (

@@ -13,6 +13,7 @@ from ..model.rigid import rotation_of
 from ..model.sea import heading, wind_at
 from ..model.seabed import plane, rubs
 from ..roots import brentq
+from ..scene.network import is_network, single
 from ..scene.stretching import TensionTable, secant
 from . import catenary, on_bed
 from .continuation import begin, march, solve_cable
@@ -30,7 +31,7 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """
     check_feasible(scene)
-    if scene.cable is None:
+    if single(scene).cable is None:
         return _free_buoy(scene, comm, make)
     problem = make(scene, dynamic=False, comm=comm)
     if problem.lines.growth is None:
@@ -44,9 +45,9 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
 
 def _rest(problem):
     """Without friction, from nowhere."""
-    if problem.scene.is_network:
+    if is_network(problem.scene):
         solve_network(problem)
-    elif problem.scene.buoy is None:
+    elif single(problem.scene).buoy is None:
         solve_cable(problem, _cable_start(problem.scene, problem.lines.weight_per_length))
     else:
         _moored_buoy(problem)
@@ -62,7 +63,7 @@ def _bed(scene):
 
 def _cable_start(scene, w):
     """Closed-form shape without current: between its ends, or under its end force."""
-    c = scene.cable
+    c = single(scene).cable
     if c.top.kind == "free":
         if w == 0 and scene.current is None and not any(c.top.force):
             raise InputError(
@@ -71,7 +72,7 @@ def _cable_start(scene, w):
             )
         return _by_hooke(c, lambda EA: _under_end_force(scene, c.top.force, w, EA))
     end = top_position(c.top, 0.0)
-    distance = np.linalg.norm(end - np.array(scene.anchor))
+    distance = np.linalg.norm(end - np.array(single(scene).anchor))
     if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
         raise InputError(
             f"cable.length = {c.length}: must not be the distance of its ends: an inextensible cable is then exactly "
@@ -83,7 +84,7 @@ def _cable_start(scene, w):
             f"{distance:.6g} m between its ends: nothing determines its equilibrium; give it weight or a current, or "
             "take another initial.kind."
         )
-    ends, bed = (scene.anchor, end, c.length, w), _bed(scene) if scene.seabed else None
+    ends, bed = (single(scene).anchor, end, c.length, w), _bed(scene) if scene.seabed else None
     return _by_hooke(c, lambda EA: on_bed.between(*ends, EA, bed) if bed else catenary.between(*ends, EA))
 
 
@@ -98,8 +99,8 @@ def _by_hooke(cable, shape_of, rounds=20):
 
 def _under_end_force(scene, force, w, EA=None):
     """Closed-form shape under an end force, on the bed if there is one."""
-    c = scene.cable
-    given = scene.anchor, force, c.length, w, float(c.axial_stiffness) if EA is None else EA
+    c = single(scene).cable
+    given = single(scene).anchor, force, c.length, w, float(c.axial_stiffness) if EA is None else EA
     return on_bed.under_end_force(*given, _bed(scene)) if scene.seabed else catenary.under_end_force(*given)
 
 
@@ -113,7 +114,7 @@ def _free_buoy(scene, comm, make):
     if problem.buoy:
         height = 0.0
         if scene.sea is not None and scene.gravity:
-            shape, mass = shape_and_mass(scene)
+            shape, mass = shape_and_mass(single(scene).buoy)
             height = mass.height - float_upright(shape, mass, scene.sea.density, scene.gravity).draft
         pose = np.array([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0])
         problem.system.u[problem.buoy.part.slice] = pose
@@ -129,7 +130,7 @@ def _free_buoy(scene, comm, make):
 def _moored_buoy(problem):
     """Newton from the catenary under the estimated loads; if that fails, pseudo-transient continuation."""
     scene = problem.scene
-    if not (scene.gravity or scene.current or scene.wind or scene.external_force):
+    if not (scene.gravity or scene.current or single(scene).wind or single(scene).external_force):
         raise InputError(
             "gravity = 0.0: no load holds the moored buoy, which may rest anywhere within reach of its cable: nothing "
             "determines its equilibrium; give gravity, current, wind or external_force, or initial.buoy_position."
@@ -176,7 +177,7 @@ def _start_buoy(problem, shape, r_O, q4):
     u, buoy = problem.system.u, problem.buoy
     pose = np.concatenate([r_O - rotation_of(q4) @ buoy.offset.value, q4])
     u[buoy.part.slice] = pose
-    L = problem.scene.cable.length
+    L = single(problem.scene).cable.length
     H, V = shape.H, float(shape.vertical(L))
     u[problem.attachments[0].slice] = np.concatenate([r_O, -(H * shape.along + np.array([0.0, 0.0, V]))])
     buoy.reference.x.array[:] = pose
@@ -206,21 +207,21 @@ def _continue(problem, growth=4.0, steps=60):
 
 def _hanging_start(scene, w):
     """A body that no water carries: its cable in line with the load, its mooring point towards the cable."""
-    load = np.array([0.0, 0.0, -scene.buoy.mass * scene.gravity])
-    if scene.external_force:
-        load += scene.external_force.force
+    load = np.array([0.0, 0.0, -single(scene).buoy.mass * scene.gravity])
+    if single(scene).external_force:
+        load += single(scene).external_force.force
     if scene.sea:
-        load[:2] = _horizontal_load(scene, shape_and_mass(scene)[0])[:2]
+        load[:2] = _horizontal_load(scene, shape_and_mass(single(scene).buoy)[0])[:2]
     shape = _under_end_force(scene, load, w)
-    lever = scene.buoy.mooring_height - shape_and_mass(scene)[1].height
+    lever = single(scene).buoy.mooring_height - shape_and_mass(single(scene).buoy)[1].height
     upright = load[2] > 0 if lever == 0 else load[2] * lever < 0  # C is where the load pulls it
     q4 = np.array([1.0, 0.0, 0.0, 0.0] if upright else [0.0, 1.0, 0.0, 0.0])
-    return shape, shape.position(np.array([scene.cable.length]))[0], q4
+    return shape, shape.position(np.array([single(scene).cable.length]))[0], q4
 
 
 def _floating_start(scene, w):
     """Upright buoy on a cable whose end force is estimated from the loads."""
-    c, (hull, mass) = scene.cable, shape_and_mass(scene)
+    c, (hull, mass) = single(scene).cable, shape_and_mass(single(scene).buoy)
     g = scene.gravity
     H_vector = _horizontal_load(scene, hull)
     H = max(float(np.hypot(*H_vector[:2])), 1e-3 * abs(w) * c.length, 1e-3 * mass.mass * g * 1e-3)
@@ -233,7 +234,7 @@ def _floating_start(scene, w):
         """Height of the cable's end above the mooring point of a buoy that carries V."""
         load = min(max(mass.mass + V / g, 0.0), scene.sea.density * hull.volume() * (1 - 1e-9))
         draft = brentq(lambda d: scene.sea.density * hull.volume(d) - load, 0.0, hull.height)
-        z_mooring = -draft + scene.buoy.mooring_height
+        z_mooring = -draft + single(scene).buoy.mooring_height
         return float(top_of(V).position(np.array([c.length]))[0, 2]) - z_mooring
 
     low, high = -abs(w) * c.length - mass.mass * g, abs(w) * c.length + scene.sea.density * hull.volume() * g
@@ -245,14 +246,14 @@ def _floating_start(scene, w):
 def _horizontal_load(scene, hull):
     """Estimate of the horizontal force on buoy and half the cable [N]."""
     total = np.zeros(3)
-    if scene.external_force:
-        total[:2] += scene.external_force.force[:2]
-    if scene.wind:
-        total += wind_at(scene, max(scene.wind.height, 0.1))
+    if single(scene).external_force:
+        total[:2] += single(scene).external_force.force[:2]
+    if single(scene).wind:
+        total += wind_at(single(scene).wind, max(single(scene).wind.height, 0.1))
     if scene.current:
-        c, cable, rho = scene.current, scene.cable, scene.sea.density
+        c, cable, rho = scene.current, single(scene).cable, scene.sea.density
         speed = c.speed if c.speed is not None else max(s for _, s in c.profile)
-        area = scene.buoy.normal_drag * hull.max_diameter * hull.height / 2
+        area = single(scene).buoy.normal_drag * hull.max_diameter * hull.height / 2
         area += cable.normal_drag * cable.diameter * cable.length / 2
         total += 0.5 * rho * area * speed**2 * heading(c.direction_deg)
     return total

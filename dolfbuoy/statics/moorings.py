@@ -10,7 +10,7 @@ from ..model.lines import top_position
 from ..model.problem import Problem
 from ..model.rigid import mooring_offset
 from ..model.sea import wind_at
-from ..scene.network import with_buoy
+from ..scene.network import single, with_buoy
 from . import network as still
 from .continuation import find_rest, march
 from .relaxation import relax
@@ -89,7 +89,7 @@ def _by_the_other_law(problem, slack, solve):
     which have no stiffness, on the way."""
     scene = problem.scene
     cables = [cable.model_copy(update={"slack": slack}) for cable in scene.cables]
-    changed = scene.model_copy(update={"cable": cables if isinstance(scene.cable, list) else cables[0]})
+    changed = scene.model_copy(update={"cable": cables})
     other = Problem(changed, dynamic=False, comm=problem.comm)
     other.lines.grow_as(problem.lines)
     try:
@@ -160,12 +160,12 @@ class _Floating:
 
     def __init__(self, scene):
         self.scene = scene
-        self.shape, self.mass = shape_and_mass(scene)
+        self.shape, self.mass = shape_and_mass(single(scene).buoy)
         self.steady = np.array([0.0, 0.0, -self.mass.mass * scene.gravity])
-        if scene.external_force:
-            self.steady = self.steady + scene.external_force.force
-        if scene.wind:
-            self.steady = self.steady + wind_at(scene, max(scene.wind.height, 0.1))
+        if single(scene).external_force:
+            self.steady = self.steady + single(scene).external_force.force
+        if single(scene).wind:
+            self.steady = self.steady + wind_at(single(scene).wind, max(single(scene).wind.height, 0.1))
 
     def __call__(self, position):
         force, slope = self.steady.copy(), np.zeros((3, 3))

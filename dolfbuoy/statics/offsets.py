@@ -11,7 +11,6 @@ from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..model.sea import heading
 from ..model.seabed import rubs
-from ..scene.network import network_of
 from ..scene.sections import Current, ExternalForce
 from .equilibrium import solve_equilibrium
 from .moorings import let_turn
@@ -41,20 +40,16 @@ def loaded(scene, load: str, size: float, direction_deg: float, buoys=None):
     if load == "current":
         return scene.model_copy(update={"current": _current(scene, size, direction_deg)})
     more = size * heading(direction_deg)
-    if not isinstance(scene.buoy, list):
-        return _pulled(scene, scene.external_force, more)
-    sections = []
-    for name, buoy in network_of(scene).buoys.items():
-        own = buoy.external_force or (scene.external_force if len(scene.buoy) == 1 else None)
-        sections.append(_pulled(buoy, own, more) if buoys is None or name in buoys else buoy)
+    found = scene.network.buoys.items()
+    sections = [_pulled(buoy, more) if buoys is None or name in buoys else buoy for name, buoy in found]
     return scene.model_copy(update={"buoy": sections})
 
 
-def _pulled(section, own, more):
-    """A section with an external force, its own and more."""
-    own = own or ExternalForce(force=(0.0, 0.0, 0.0))
+def _pulled(buoy, more):
+    """A buoy with its external force and more."""
+    own = buoy.external_force or ExternalForce(force=(0.0, 0.0, 0.0))
     force = tuple((np.array(own.force) + more).tolist())
-    return section.model_copy(update={"external_force": own.model_copy(update={"force": force})})
+    return buoy.model_copy(update={"external_force": own.model_copy(update={"force": force})})
 
 
 def _current(scene, speed, direction_deg):
@@ -76,7 +71,7 @@ def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD, buoys=No
     buoys: names of those that a force acts on, each with all of it; None: on all.  Raises InputError for a scene
     without a moored buoy or without one of these, or one that has no equilibrium at all.
     """
-    network = network_of(scene)
+    network = scene.network
     if not network.buoys or not network.pieces:
         raise InputError("Offsets are those of moored buoys: they need [buoy] and [cable].")
     unknown = [name for name in buoys or [] if name not in network.buoys]

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..scene.network import single
 from .catenary import Catenary
 
 
@@ -9,7 +10,7 @@ class Profile:
     """r_h and T_h of a solved Problem on one rank, as polynomials on each element."""
 
     def __init__(self, problem):
-        cable, u, mu = problem.lines, problem.system.u, problem.scene.cable.position_degree
+        cable, u, mu = problem.lines, problem.system.u, single(problem.scene).cable.position_degree
         order = np.argsort(cable.node_s)
         node = mu * np.arange(len(cable.T_s))[:, None] + np.arange(mu + 1)
         self.s, self.r = cable.node_s[order][node], u[cable.node_dofs[order]][node]

@@ -13,7 +13,7 @@ from ..roots import brentq
 from ..scene.sections import ExternalForce, Initial
 
 #: Sections of a scene that have no part in it.
-_ABSENT = dict.fromkeys(("cable", "waves", "current", "wind"))
+_ABSENT = dict.fromkeys(("cable", "joint", "seabed", "waves", "current", "wind", "external_force"))
 
 
 class Righting(NamedTuple):
@@ -25,15 +25,17 @@ class Righting(NamedTuple):
 
 
 def righting_curve(scene, heels_deg, pull=0.0) -> list[Righting]:
-    """GZ of the scene's buoy at these heels, each in vertical equilibrium in still water.
+    """GZ of the scene's first buoy at these heels, each in vertical equilibrium in still water.
 
     pull: constant, downwards, at the mooring point [N].  Raises InputError if weight and pull sink the buoy, or without
     water or gravity.
     """
-    if scene.buoy is None or scene.sea is None or not scene.gravity:
+    if not scene.buoy or scene.sea is None or not scene.gravity:
         raise InputError("Righting levers are those of a floating buoy: they need [buoy], [sea] and gravity.")
-    held = ExternalForce(force=(0.0, 0.0, -pull), height=scene.buoy.mooring_height)
-    alone = scene.model_copy(update=_ABSENT | {"external_force": held, "initial": Initial()})
+    buoy = scene.buoy[0]
+    held = ExternalForce(force=(0.0, 0.0, -pull), height=buoy.mooring_height)
+    own = {"wind": None, "external_force": held, "initial": Initial()}
+    alone = scene.model_copy(update=_ABSENT | {"buoy": [buoy.model_copy(update=own)], "initial": Initial()})
     problem = Problem(alone, dynamic=False, comm=MPI.COMM_SELF)
     try:
         return [_righting(problem, float(heel), pull) for heel in heels_deg]

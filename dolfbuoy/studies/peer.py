@@ -13,7 +13,6 @@ from ..errors import InputError, SolveError
 from ..formats.moordyn_run import Series, moordyn_module, run
 from ..formats.to_moordyn import Numerics, Start, export, start_of
 from ..results.style import PAGE, new_figure, save
-from ..scene.network import network_of
 
 #: A run that diverges is tried again with half the step, so often.
 TRIES = 4
@@ -43,7 +42,7 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
     Raises InputError for a scene without cable or [time], or without MoorDyn; SolveError where MoorDyn diverges.
     """
     moordyn_module()
-    if not network_of(scene).pieces or scene.time is None:
+    if not scene.network.pieces or scene.time is None:
         raise InputError("a comparison needs a scene with a cable and [time].")
     end = end or scene.time.end
     scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end})})
@@ -67,7 +66,7 @@ def _theirs(scene, start, end, segments):
 
 
 def _ours(record, scene):
-    network, found = network_of(scene), {}
+    network, found = scene.network, {}
     several = "cable" in record.tension_top.dims
     for k, name in enumerate(network.cables):
         for end in ("top", "anchor"):
@@ -90,7 +89,7 @@ def _keel(record, buoy):
 
 
 def _named(series: Series, scene):
-    network, found = network_of(scene), {}
+    network, found = scene.network, {}
     for k, name in enumerate(network.cables):
         found[f"{name}: tension_top"] = series.tension[:, network.last_of(k), 1]
         found[f"{name}: tension_anchor"] = series.tension[:, network.first_of(k), 0]

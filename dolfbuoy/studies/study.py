@@ -36,8 +36,8 @@ from .declaration import STUDIES
 
 
 def refuse_network(scene) -> None:
-    """For a study that looks at one line and one buoy.  Raises InputError."""
-    if scene.is_network:
+    """For a study that looks at one line of one piece and one buoy.  Raises InputError."""
+    if max(len(scene.network.pieces), len(scene.network.buoys)) > 1:
         raise InputError("SCENE: this study looks at one [cable] and one [buoy], and this scene is a network.")
 
 

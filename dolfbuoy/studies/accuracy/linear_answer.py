@@ -9,7 +9,6 @@ from ...errors import InputError, SolveError
 from ...linear.seaway import Seaway
 from ...results.compare import percent
 from ...results.measured import QUANTITIES, Run
-from ...scene.network import network_of
 
 #: What the linear response says of a run, and of which names of it that is.
 ANSWERED = {
@@ -25,7 +24,7 @@ def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
     Of several lines and buoys of all together; in an irregular sea of the same components over the same time.  None
     where it does not apply: no waves, no water, ends that are moved, another quantity, or no linear response.
     """
-    moved = any(end.kind == "prescribed" for piece in network_of(scene).pieces for end in piece.ends)
+    moved = any(end.kind == "prescribed" for piece in scene.network.pieces for end in piece.ends)
     if scene.waves is None or scene.sea is None or moved or quantity not in ANSWERED:
         return None
     began, kept = time.monotonic(), run.t >= start

@@ -18,7 +18,6 @@ from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Curve, Reference, percent
 from ...scene import Scene, settings
-from ...scene.network import network_of
 from ...scene.settings import Space, Stepping
 
 #: Share of the accuracy that each reference's own error may take.
@@ -61,7 +60,7 @@ class Pilot:
         period, end = settings.period_of(self.scene), self.scene.time.end
         largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
         self.first_step = min(largest, end / 50)
-        own, self.pieces = settings.space_of(self.scene), len(network_of(self.scene).pieces)
+        own, self.pieces = settings.space_of(self.scene), len(self.scene.network.pieces)
         self.mesh = own
         if own.mu:
             self.mesh = self._of_each((2, 1), min(max(own.mu * own.cells // (2 * self.pieces), 4), 20))

@@ -44,7 +44,7 @@ ACCURACIES = (0.01, 0.001)
 def request(scene: str, t_end: float) -> dict:
     """The scene until t_end."""
     chosen = load_scene(scene, time__end=t_end, time__tolerance=None)
-    one = chosen.cable is not None and not chosen.is_network and chosen.buoy is None
+    one = len(chosen.network.pieces) == 1 and not chosen.network.buoys
     if chosen.seabed is None or not one or period_of(chosen) is None:
         raise InputError(
             "seabed: must be given, and one cable whose top is prescribed: this study follows its touchdown."
@@ -81,7 +81,7 @@ def cases(scene: Scene) -> list[dict]:
 
 def _lines(scene):
     """Name -> changes of the line as it is, and with damping if it has none."""
-    c = scene.cable
+    c = scene.network.pieces[0].section
     if c.damping or not (isinstance(c.axial_stiffness, float) and math.isfinite(c.axial_stiffness)):
         return {"": {}}
     critical = 2 * c.length * math.sqrt(c.axial_stiffness * c.line_density) / math.pi

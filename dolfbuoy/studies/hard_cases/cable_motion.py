@@ -16,7 +16,8 @@ def _energies(scene) -> tuple[np.ndarray, np.ndarray]:
     """(times, kinetic + potential energy) of a P1 chain without strain, with the scheme's own velocities."""
     simulation = Simulation(load_scene(scene), MPI.COMM_SELF)
     try:
-        cable, c, g = simulation.problem.lines, simulation.scene.cable, simulation.scene.gravity
+        cable, g = simulation.problem.lines, simulation.scene.gravity
+        c = cable.section
         order = np.argsort(cable.node_s)
         h = np.diff(cable.node_s[order])
 

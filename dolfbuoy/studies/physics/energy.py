@@ -21,7 +21,6 @@ from ...results.style import PAGE, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import load_scene, settings
 from ...scene.everywhere import everywhere
-from ...scene.network import network_of
 from ..declaration import declared
 from ..study import Table
 
@@ -38,7 +37,7 @@ def load(name, t_end, step, scheme):
     Cables that go slack admit no generalized-alpha but that without memory of fast motions.
     """
     scene = load_scene(name, time={"end": t_end, "step": step, "scheme": "backward-euler", "tolerance": None})
-    sections = [piece.section for piece in network_of(scene).pieces]
+    sections = [piece.section for piece in scene.network.pieces]
     radius = {"spectral_radius": 0.0} if any(c.slack == "tension-only" for c in sections) else {}
     scene = load_scene(scene, time={"scheme": scheme} | (radius if scheme == "generalized-alpha" else {}))
     if any(np.isfinite(c.axial_stiffness) for c in sections):

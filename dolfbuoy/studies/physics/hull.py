@@ -18,6 +18,7 @@ from ...linear.periods import natural_periods
 from ...linear.potential_flow import read_capytaine
 from ...linear.response import check_periods, response, small_waves
 from ...model.feasible import shape_and_mass
+from ...model.held import adrift_nowhere
 from ...model.hydrostatics import float_upright
 from ...scene import Scene, load_scene, settings
 from ...scene.sections import Initial
@@ -37,15 +38,13 @@ MOTIONS = ("surge", "heave", "pitch")
 PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24), np.linspace(14.5, 20.0, 12)])
 #: Heels of the righting levers [deg].
 HEELS = np.arange(0.0, 180.5, 5.0)
-#: What a buoy without cable is without: it would drift for ever.
-_ADRIFT = dict.fromkeys(("cable", "current", "wind", "external_force"))
 
 
 def request(scene: str, runs: str, direction: float | None, capytaine: Path | None) -> dict:
     """The scene, periods of the runs in time, and the waves' direction, by default the scene's."""
     scene = load_scene(scene)
     refuse_network(scene)
-    if scene.buoy is None or scene.sea is None or not scene.gravity:
+    if not scene.buoy or scene.sea is None or not scene.gravity:
         raise InputError("Study hull looks at a floating buoy: the scene needs [buoy], [sea] and gravity.")
     if direction is None:
         direction = scene.waves.direction_deg if scene.waves else 0.0
@@ -57,12 +56,17 @@ def request(scene: str, runs: str, direction: float | None, capytaine: Path | No
     return {"scene": scene, "runs": runs, "direction": direction, "flow": flow}
 
 
+def _buoy(scene):
+    """The only one."""
+    return next(iter(scene.network.buoys.values()))
+
+
 def _potential_flow(scene, path):
-    flow, (_, mass), free = read_capytaine(path), shape_and_mass(scene), _floating(scene)
+    flow, (_, mass), free = read_capytaine(path), shape_and_mass(_buoy(scene)), _floating(scene)
     if free is None or free.GM <= 0:
         raise InputError(f"{path}: stands beside a free buoy, but this one does not float upright without its cable.")
     center = mass.height - free.draft
-    if flow.rotation_height is not None and abs(flow.rotation_height - center) > 1e-3 * scene.buoy.hull[-1][0]:
+    if flow.rotation_height is not None and abs(flow.rotation_height - center) > 1e-3 * _buoy(scene).hull[-1][0]:
         raise InputError(
             f"{path}: pitch is counted about a point {flow.rotation_height:.4g} m above still water (rotation_center); "
             f"it must be C of the free buoy, at {center:.4g} m."
@@ -72,16 +76,17 @@ def _potential_flow(scene, path):
 
 def _floating(scene, pull=0.0):
     """Upright hydrostatics under a pull; None if the buoy sinks."""
-    shape, mass = shape_and_mass(scene)
+    shape, mass = shape_and_mass(_buoy(scene))
     try:
-        return float_upright(shape, mass, scene.sea.density, scene.gravity, pull, scene.buoy.mooring_height)
+        return float_upright(shape, mass, scene.sea.density, scene.gravity, pull, _buoy(scene).mooring_height)
     except InputError:
         return None
 
 
 def held_as(scene: Scene, held: str) -> Scene:
     """The scene "moored" as it is, or its buoy "free" in still water."""
-    return scene if held == "moored" else scene.model_copy(update=_ADRIFT | {"initial": Initial()})
+    free = {"cable": None, "joint": None, "seabed": None, "initial": Initial()}
+    return scene if held == "moored" else adrift_nowhere(scene).model_copy(update=free)
 
 
 # -- cases -------------------------------------------------------------------------------------------------------------
@@ -116,7 +121,7 @@ def _hydrostatics(scene, _):
         problem = solve_equilibrium(scene, MPI.COMM_SELF)
         pull = float(problem.end_tension()[2])
         problem.destroy()
-    floating, (_, mass) = _floating(scene, pull), shape_and_mass(scene)
+    floating, (_, mass) = _floating(scene, pull), shape_and_mass(_buoy(scene))
     if floating is None:
         raise SolveError(f"the cable pulls at the buoy with {pull:.4g} N, under which it cannot float upright")
     curve = righting_curve(scene, HEELS, pull)
@@ -250,7 +255,7 @@ def _compared(row, own, name):
 
 def _potential_rows(scene, flow, linear):
     """Potential flow with the free body's mass and stiffness beside our own response; linear: by period."""
-    (_, mass), free = shape_and_mass(scene), _floating(scene)
+    (_, mass), free = shape_and_mass(_buoy(scene)), _floating(scene)
     weight = mass.mass * scene.gravity
     found = flow.responses((mass.mass, mass.mass, mass.inertia[0]), (0.0, free.heave_stiffness, weight * free.GM))
     rows = []
@@ -262,7 +267,7 @@ def _potential_rows(scene, flow, linear):
 
 def _shortest(scene):
     """Period below which k R is more than LARGEST_KR, in deep water [s]."""
-    radius = shape_and_mass(scene)[0].max_diameter / 2
+    radius = shape_and_mass(_buoy(scene))[0].max_diameter / 2
     return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / radius)
 
 

@@ -22,7 +22,7 @@ AMPLITUDE = 1e-3
 
 def measured_motions(scene, period, direction_deg=0.0) -> Motions:
     """Complex motions per metre of amplitude, as `linear.response` has them, from a run from rest with BDF2."""
-    amplitude = AMPLITUDE * shape_and_mass(scene)[0].max_diameter
+    amplitude = AMPLITUDE * shape_and_mass(next(iter(scene.network.buoys.values())))[0].max_diameter
     waves = small_waves(scene, period, direction_deg, amplitude).model_copy(update={"ramp": GROWING * period})
     end = (GROWING + SETTLING + FITTED) * period
     time = Time(end=end, step=period / STEPS, scheme="bdf2")
