@@ -44,7 +44,7 @@ def _of_buoy(scene, buoy):
 def _called(scene, kind, part):
     """Names of the effects that a part of the network calls for."""
     own = (kind, *OWN) if kind == "buoy" else (kind,)
-    return [e.name for e in effects.EFFECTS if e.key.partition(".")[0] in own and e.called(scene, part)]
+    return tuple(e.name for e in effects.EFFECTS if e.key.partition(".")[0] in own and e.called(scene, part))
 
 
 def _topology(network):

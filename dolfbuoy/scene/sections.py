@@ -206,6 +206,10 @@ class Scene(Section):
         """The tables of all buoys."""
         return self.buoy or []
 
+    def __eq__(self, other):
+        """Scenes are equal if they are once all defaults are written out."""
+        return self.to_dict() == other.to_dict() if isinstance(other, Scene) else NotImplemented
+
     def to_dict(self, sections: set[str] | None = None) -> dict:
         """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
         found = _without_none(self.model_dump(include=sections))

@@ -78,7 +78,7 @@ def cable(name, which, stiffness) -> Mooring:
     """The short or the long cable with its top moved, axial stiffness times `stiffness`: the ramp and three periods."""
     scene = load_scene("driven") if which == "short" else load_scene("long", **WITHOUT_BUOY, cable__top=LONG_TOP)
     period = settings.period_of(scene)
-    changes = {"cable.axial_stiffness": stiffness * scene.cable.axial_stiffness}
+    changes = {"cable.axial_stiffness": stiffness * scene.network.pieces[0].section.axial_stiffness}
     scene = load_scene(scene, **changes, **{"time.end": settings.ramp_of(scene) + 3 * period})
     softer = f"{which}, EA x {stiffness // 100}" if stiffness > 1 else None
     first = 20 if which == "short" else 50

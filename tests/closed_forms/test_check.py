@@ -171,7 +171,7 @@ def test_a_taut_cable_and_one_that_is_too_short():
 @pytest.mark.parametrize("height", [-0.4, 0.0, 1.7])
 def test_a_pull_rights_below_and_upsets_above(height):
     """Righting lever of a small tilt: buoyancy at the metacentre, weight at C, pull at its own point."""
-    shape, mass = shape_and_mass(load_scene(MOORED))
+    shape, mass = shape_and_mass(load_scene(MOORED).buoy[0])
     found = float_upright(shape, mass, RHO, G, 5e3, height)
     draft, KB = found.draft, found.draft / 2
     assert RHO * PLANE * draft == pytest.approx(MASS + 5e3 / G)
@@ -321,7 +321,7 @@ def test_a_motion_that_swings_beyond_its_rows(ends, said):
     rows = [[0.0, 0, 0, ends[0]], [1.0, 0, 0, 0.0], [2.0, 0, 0, 1.0], [3.0, 0, 0, ends[1] or 1.0]]
     top = {"kind": "prescribed", "position": [0.0, 0.0, 9.0], "motion": rows}
     scene = load_scene({"cable": {"length": 10.0, "line_density": 1.0, "axial_stiffness": 1e5, "top": top}})
-    z = np.array([motion_of(scene.cable.top)(t)[2] for t in np.linspace(0.0, 3.0, 3001)]) - 9.0
+    z = np.array([motion_of(scene.network.pieces[0].ends[1].top)(t)[2] for t in np.linspace(0.0, 3.0, 3001)]) - 9.0
     low, high = min(row[3] for row in rows), max(row[3] for row in rows)
     beyond = 100 * max(z.max() - high, low - z.min()) / (high - low)
     warnings = [sentence for sentence in derived(scene).warnings if "beyond its rows" in sentence]

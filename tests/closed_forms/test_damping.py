@@ -48,7 +48,7 @@ def vibration(scene):
     """(t, x(L) - L, energy, dissipated power / c) after every step, the energy of motion and of T - c e_t over EA."""
     rows = []
     with running(scene) as simulation:
-        cable, c = simulation.problem.lines, simulation.scene.cable
+        cable, c = simulation.problem.lines, simulation.scene.network.pieces[0].section
         M, D = matrices(cable) if c.position_degree == 2 else (None, None)
         release(simulation)
         for _ in simulation.run():

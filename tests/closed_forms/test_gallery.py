@@ -31,7 +31,7 @@ def volume(hull, draft):
 
 def test_navigation_buoys_chain_is_an_elastic_catenary():
     """Pushed by 2 kN in still water, without friction: H at the touchdown, V = w s, z = (T - H)/w + V^2/(2 w EA)."""
-    H, c = 2000.0, load_scene("navigation-buoy").cable
+    H, c = 2000.0, load_scene("navigation-buoy").network.pieces[0].section
     found = dolfbuoy.solve_static(
         load_scene(
             "navigation-buoy",
@@ -59,7 +59,7 @@ def test_wave_riders_cord_in_still_water():
 
     def gap(draft):
         """Length of the drawn line over the water below the keel."""
-        pull = G * (RHO * volume(scene.buoy.hull, draft) - scene.buoy.mass)
+        pull = G * (RHO * volume(scene.buoy[0].hull, draft) - scene.buoy[0].mass)
         s = np.linspace(0.0, 10.0, 2001)
         drawn = trapezoid(1 + np.interp(pull - w_rubber * s, tensions, strains), s)
         middle = pull - 10.0 * w_rubber - 12.0 * w_rope
@@ -68,14 +68,14 @@ def test_wave_riders_cord_in_still_water():
     draft = brentq(gap, 0.4, 0.89)
     found = dolfbuoy.solve_static(scene)
     assert float(found.submerged_length) == pytest.approx(draft, abs=1e-4)
-    pull = G * (RHO * volume(scene.buoy.hull, draft) - scene.buoy.mass)
+    pull = G * (RHO * volume(scene.buoy[0].hull, draft) - scene.buoy[0].mass)
     assert float(found.tension_top) == pytest.approx(pull, rel=2e-3)
 
 
 def test_spars_heave_is_that_of_a_spring():
     """T = 2 pi sqrt((M + m_a + m/3)/(rho g A + EA/L)), m_a: half spheres of water at keel and shoulder."""
     scene = load_scene("spar", waves=None)
-    b, c = scene.buoy, scene.cable
+    b, c = scene.buoy[0], scene.network.pieces[0].section
     faces = 2 / 3 * math.pi * RHO * (0.6**3 + (0.6**3 - 0.25**3)) * b.axial_added_mass
     mass = b.mass + faces + c.line_density * c.length / 3
     stiffness = RHO * G * math.pi / 4 * 0.5**2 + c.axial_stiffness / c.length

@@ -110,7 +110,7 @@ def test_long_waves_moored(buoy, pull, draft, C_A):
     """
     buoy = buoy | ({} if C_A is None else {"added_mass": C_A})
     scene = on_a_rope(buoy, pull, draft)
-    shape, mass = shape_and_mass(scene)
+    shape, mass = shape_and_mass(scene.buoy[0])
     at_rest = solve_static(scene)
     T = float(at_rest.end_tension[2])
     assert pytest.approx(pull, rel=0.02) == T

@@ -75,7 +75,7 @@ def test_rows_from_a_file_beside_the_scene(tmp_path):
     """
     path = tmp_path / "scene.toml"
     path.write_text(text.replace("NAME", "motion.csv"))
-    assert load_scene(path).cable.top.motion == [tuple(row) for row in rows]
+    assert load_scene(path).cable[0].top.motion == [tuple(row) for row in rows]
     for name in ("../motion.csv", str(tmp_path / "motion.csv")):
         path.write_text(text.replace("NAME", name))
         with pytest.raises(InputError, match="below the folder of the scene"):

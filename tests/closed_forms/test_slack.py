@@ -231,7 +231,7 @@ def test_refusals():
     scene = load_scene(
         "driven", **{"cable.slack": "tension-only", "time.scheme": "generalized-alpha"}, time__spectral_radius=0.0
     )
-    assert scene.cable.slack == "tension-only"
+    assert scene.network.pieces[0].section.slack == "tension-only"
 
 
 # -- snap loads --------------------------------------------------------------------------------------------------------
@@ -241,8 +241,8 @@ def test_refusals():
 def test_snap_loads_of_the_shipped_scene():
     """driven-slack as shipped: the largest top tension within 1 % of two independent programs, at most 160 elements."""
     scene = load_scene("driven-slack")
-    assert scene.cable.elements <= 160
-    assert scene.cable.damping == 0
+    assert scene.network.pieces[0].section.elements <= 160
+    assert scene.network.pieces[0].section.damping == 0
     run = dolfbuoy.simulate(scene)
     last = run.time > 40.0 - 1e-9
     expected = reference("driven")["A_slack"]

@@ -250,7 +250,7 @@ def test_elastic_cable_that_is_too_short_is_taut(x, z, EA):
     """Stretched by 20 %, or exactly as long as the distance: the tensions of the closed form."""
     scene = fixed_at(x, z, EA=EA)
     problem = solve_equilibrium(scene)
-    top = problem.scene.cable.top.position
+    top = problem.scene.network.pieces[0].ends[1].top.position
     exact = catenary.between(ANCHOR, top, 1.0, 1.0, EA)
     assert np.linalg.norm(problem.end_tension()) == pytest.approx(float(exact.tension(1.0)), rel=2e-4)
     assert problem.smallest_tension() > 0
@@ -294,15 +294,15 @@ def test_bad_starts_do_not_end_compressed(degrees):
     scene = fixed_at(0.6, 0.5, degrees=degrees)
     good = solve_equilibrium(scene)
     assert good.route == "newton"
-    arch = catenary.between(ANCHOR, scene.cable.top.position, 1.0, -1.0, INF)
-    pushed = Line(scene.cable.top.position, lambda s: 0.6 * np.sin(np.pi * s))
+    arch = catenary.between(ANCHOR, scene.network.pieces[0].ends[1].top.position, 1.0, -1.0, INF)
+    pushed = Line(scene.network.pieces[0].ends[1].top.position, lambda s: 0.6 * np.sin(np.pi * s))
     pushed.tension = lambda s: -arch.tension(s)
     problem = Problem(scene, dynamic=False)
     continuation.begin(problem, arch)
     problem.system.u[problem.lines.T_dofs] = -arch.tension(problem.lines.T_s)
     problem.newton.solve()
     assert continuation.is_compressed(problem)
-    chord = Line(scene.cable.top.position, np.zeros_like)
+    chord = Line(scene.network.pieces[0].ends[1].top.position, np.zeros_like)
     for start in (chord, pushed, arch):
         continuation.solve_cable(problem, start)
         assert not continuation.is_compressed(problem)

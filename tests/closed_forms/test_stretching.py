@@ -143,7 +143,7 @@ def test_a_table_is_a_number_and_survives_files():
     again = load_scene(scene.to_dict())
     assert again == scene
     assert "axial_stiffness = [\n" in scene.to_toml() or "axial_stiffness = [[" in scene.to_toml()
-    assert math.isfinite(again.cable.axial_stiffness)
+    assert math.isfinite(again.network.pieces[0].section.axial_stiffness)
 
 
 @pytest.mark.parametrize(

@@ -33,12 +33,12 @@ def pair(first, second):
     return load_scene({**REST, "cable": [{**first, "name": "first"}, {**second, "name": "second"}]})
 
 
-def steps(problem, sections, count=10):
+def steps(problem, pieces, count=10):
     """Shapes and tensions of the lines after some steps of backward Euler from the catenaries at rest."""
     lines, u, h = problem.lines, problem.system.u, 0.02
-    for k, c in enumerate(sections):
-        scene = load_scene({**REST, "cable": c.model_dump()})
-        w = catenary.between(scene.anchor, c.top.position, c.length, 80.0, c.axial_stiffness)
+    for k, piece in enumerate(pieces):
+        c, (low, high) = piece.section, piece.ends
+        w = catenary.between(low.top.position, high.top.position, c.length, 80.0, c.axial_stiffness)
         lines.set_shape(u, w.position, w.tension, k)
     problem.set_time(0.0)
     r, v = u[lines.part.slice].copy(), np.zeros(lines.part.size)
@@ -50,7 +50,7 @@ def steps(problem, sections, count=10):
         problem.newton.solve()
         new = u[lines.part.slice].copy()
         r, v = new, (new - r) / h
-    return [line_state(problem, k) for k in range(len(sections))]
+    return [line_state(problem, k) for k in range(len(pieces))]
 
 
 def line_state(problem, k):
@@ -66,12 +66,12 @@ def answers():
     """(two lines on one mesh, each line alone)."""
     first, second = alone(FIRST), alone(SECOND)
     both = Problem(pair(FIRST, SECOND), dynamic=True, comm=MPI.COMM_SELF)
-    found = steps(both, [first.cable, second.cable])
+    found = steps(both, both.network.pieces)
     both.destroy()
     single = []
     for scene in (first, second):
         problem = Problem(scene, dynamic=True, comm=MPI.COMM_SELF)
-        single += steps(problem, [scene.cable])
+        single += steps(problem, scene.network.pieces)
         problem.destroy()
     return found, single
 

@@ -13,7 +13,7 @@ from dolfbuoy.model.rigid import mass_properties, rotation_of, shape_of
 def spins(scene):
     """Angular velocity about the axis at the recorded instants [rad/s]."""
     run = simulate(scene)
-    axial = mass_properties(scene.buoy, shape_of(scene.buoy)).inertia[2]
+    axial = mass_properties(scene.buoy[0], shape_of(scene.buoy[0])).inertia[2]
     d = np.array([rotation_of(q)[:, 2] for q in run.buoy_orientation.values])
     return np.sum(run.angular_momentum.values * d, axis=1) / axial
 
@@ -23,7 +23,7 @@ def spins(scene):
 def test_shipped_buoys_do_not_spin(name, scheme):
     """Current, oblique waves, wind and a cable, and no damping of the rotation, in steps that are long."""
     scene = load_scene(name, time__end=6.0, time__step=0.1, time__scheme=scheme, waves__ramp=1.0)
-    assert scene.buoy.rotational_damping == 0.0
+    assert scene.buoy[0].rotational_damping == 0.0
     assert np.abs(spins(scene)).max() < 1e-8
 
 

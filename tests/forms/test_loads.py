@@ -385,6 +385,9 @@ def test_area_apart_from_the_diameter_of_the_drag():
     """What a chain displaces is not the circle of its drag diameter; without it, it is."""
     cable = {"length": 9.0, "line_density": 60.0, "diameter": 0.1, "top": {"kind": "free"}}
     scene = load_scene({"sea": {"depth": 20.0, "density": RHO}, "cable": cable | {"area": 0.003}})
-    assert cross_section(scene.cable) == 0.003
-    assert weight_per_length(scene, scene.cable) == pytest.approx((60.0 - RHO * 0.003) * 9.81, rel=1e-14)
-    assert cross_section(load_scene(scene, cable__area=None).cable) == pytest.approx(math.pi * 0.01 / 4, rel=1e-14)
+    assert cross_section(scene.network.pieces[0].section) == 0.003
+    assert weight_per_length(scene, scene.network.pieces[0].section) == pytest.approx(
+        (60.0 - RHO * 0.003) * 9.81, rel=1e-14
+    )
+    section = load_scene(scene, cable__area=None).network.pieces[0].section
+    assert cross_section(section) == pytest.approx(math.pi * 0.01 / 4, rel=1e-14)

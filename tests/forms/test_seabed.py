@@ -99,21 +99,21 @@ SCENE = {"sea": {"depth": 20.0}, "cable": CABLE, "seabed": BED}
 def test_numbers_of_a_line():
     """The heaviest line sinks by the sag, all have one bed; a bed that is given is kept."""
     scene = load_scene(SCENE)
-    heavy = scene.cable.model_copy(update={"line_density": 60.0, "diameter": 0.2})
+    heavy = scene.network.pieces[0].section.model_copy(update={"line_density": 60.0, "diameter": 0.2})
     w = (30.0 - 1025.0 * math.pi * 0.1**2 / 4) * 9.81
     w_heavy = (60.0 - 1025.0 * math.pi * 0.2**2 / 4) * 9.81
     assert w_heavy / 0.2 < w / 0.1
-    for sections in ([scene.cable], [scene.cable, heavy]):
-        grip = grip_of_line(scene, scene.cable, hardness(scene, sections))
+    for sections in ([scene.network.pieces[0].section], [scene.network.pieces[0].section, heavy]):
+        grip = grip_of_line(scene, scene.network.pieces[0].section, hardness(scene, sections))
         assert grip.sag == pytest.approx(1e-4 * 20.0, rel=1e-12)
         assert grip.stiffness == pytest.approx(w / grip.sag, rel=1e-12)
         assert grip.damping == pytest.approx(2 * 0.8 * math.sqrt(grip.stiffness * 30.0), rel=1e-12)
         assert grip.stick == pytest.approx(0.7 * w / 0.02, rel=1e-12)
-    assert grip_of_line(scene, heavy, hardness(scene, [scene.cable, heavy])).stiffness == pytest.approx(
-        2 * grip.stiffness, rel=1e-12
-    )
+    assert grip_of_line(
+        scene, heavy, hardness(scene, [scene.network.pieces[0].section, heavy])
+    ).stiffness == pytest.approx(2 * grip.stiffness, rel=1e-12)
     given = load_scene(SCENE, seabed__stiffness=1e6, seabed__stick_length=0.004, sea__depth=500.0)
-    grip = grip_of_line(given, given.cable, hardness(given, [given.cable]))
+    grip = grip_of_line(given, given.network.pieces[0].section, hardness(given, [given.network.pieces[0].section]))
     assert grip[::2] == pytest.approx((1e5, w / 1e5), rel=1e-12)
     assert grip.stick == pytest.approx(0.7 * w / 0.004, rel=1e-12)
     deep = load_scene(SCENE, sea__depth=500.0)
@@ -145,7 +145,11 @@ def test_the_slider(problem):
     """r_a := r - u min(1, mu p/(k_t |u|)): some points stick, some slide, some are off the bed."""
     lines, bed, u, rng = problem.lines, problem.lines.bed, problem.system.u, np.random.default_rng(3)
     n, d = plane(problem.scene)
-    k, c, sag, stick = grip_of_line(problem.scene, problem.scene.cable, hardness(problem.scene, [problem.scene.cable]))
+    k, c, sag, stick = grip_of_line(
+        problem.scene,
+        problem.scene.network.pieces[0].section,
+        hardness(problem.scene, [problem.scene.network.pieces[0].section]),
+    )
     nodes = len(lines.node_s)
     foot = np.column_stack([lines.node_s, rng.uniform(-1, 1, nodes), np.zeros(nodes)])
     u[lines.node_dofs] = foot + np.multiply.outer(rng.uniform(-2, 0.8, nodes) * sag - foot @ n + d, n)

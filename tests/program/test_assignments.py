@@ -44,7 +44,7 @@ def test_assignment(text, value):
 def test_a_key_is_taken_away():
     changes = dict(parse_assignment(text) for text in ("waves.wavelength=none", "wind=", "buoy.point_masses="))
     scene = load_scene("short", **changes)
-    assert (scene.waves.wavelength, scene.wind, scene.buoy.point_masses) == (None, None, [])
+    assert (scene.waves.wavelength, scene.wind, scene.buoy[0].point_masses) == (None, None, [])
     assert scene.waves.period == 5.0
     assert (
         load_scene("short", **{"waves.stretching": parse_assignment("waves.stretching=none")[1]}).waves.stretching
@@ -114,4 +114,4 @@ def test_bounds_of_steps_need_a_tolerance(key):
 @pytest.mark.parametrize("inertia", [[1.0, 2.0], [3.0, 4.0, 7.0], [5.0, 5.0, 5.0]])
 def test_inertia_of_flat_and_round_bodies_is_possible(inertia):
     """Of a disc the largest moment is the sum of the others."""
-    assert load_scene("short", buoy__inertia=inertia).buoy.inertia == inertia
+    assert load_scene("short", buoy__inertia=inertia).buoy[0].inertia == inertia

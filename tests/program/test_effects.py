@@ -3,17 +3,21 @@
 Source: the balance of energy; the terms of the declaration itself.
 """
 
+from typing import Annotated
+
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
-from pydantic import create_model
+from pydantic import BeforeValidator, create_model
 from robustness.random_scenes import ranges
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.model import effects
 from dolfbuoy.model.effects import Drawn, Effect
-from dolfbuoy.scene import Scene, quantities, reading, sections
+from dolfbuoy.scene import Scene, network, quantities, reading, sections
+from dolfbuoy.scene.cable import Cable
 from dolfbuoy.scene.keys import list_keys
+from dolfbuoy.scene.lines import Line
 from dolfbuoy.studies.physics import effects as left_out
 from dolfbuoy.studies.physics import energy
 
@@ -29,8 +33,14 @@ def ground_drag(C, cable, rho_w, flow, point):
 def with_ground_drag(monkeypatch):
     """The effect: a key of the scene, a form function, a declaration."""
     drag = sections.key("linear drag over ground", "N s/m^2", default=0.0)
-    cable = create_model("Cable", __base__=sections.Cable, ground_drag=(quantities.Coefficient, drag))
-    monkeypatch.setattr(reading, "Scene", create_model("Scene", __base__=Scene, cable=(cable | None, None)))
+    cable = create_model("Cable", __base__=Cable, ground_drag=(quantities.Coefficient, drag))
+    line = create_model(
+        "Line", __base__=Line, ground_drag=(quantities.Coefficient | None, sections.key("", default=None))
+    )
+    monkeypatch.setattr(network, "Cable", cable)
+    monkeypatch.setattr(network, "PHYSICAL", (*network.PHYSICAL, "ground_drag"))
+    cables = Annotated[list[line], BeforeValidator(sections._as_list)]
+    monkeypatch.setattr(reading, "Scene", create_model("Scene", __base__=Scene, cable=(cables | None, None)))
     declared = Effect(
         "ground drag",
         "cable.ground_drag",

@@ -5,6 +5,7 @@ Source: the shipped scenes, the list of keys, and the rules of JSON Schema appli
 
 import json
 import math
+import re
 import tomllib
 
 import language
@@ -185,7 +186,7 @@ def test_defaults_behind_a_hash_are_those_of_the_models(call, tmp_path):
     for line in path.read_text().splitlines():
         section = line if "[" in line.partition(" ")[0] or line.startswith("# [") else section
         value = line.removeprefix("# ").partition(" = ")[2].partition("  # ")[0].strip()
-        switched = line.startswith("# ") and value and " = " in line[:40] and not section.startswith("# [")
+        switched = re.match("# [^ ]", line) and value and " = " in line[:40] and not section.startswith("# [")
         lines.append(line.removeprefix("# ") if switched else line)
     assert sum(a != b for a, b in zip(lines, path.read_text().splitlines(), strict=True)) > 8
     (tmp_path / "all.toml").write_text("\n".join(lines))

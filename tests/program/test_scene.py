@@ -138,7 +138,7 @@ def test_elements_from_a_mesh_file(tmp_path, suffix):
     """They are those of the file, also in what the scene is saved as."""
     path, nodes = tmp_path / f"cable.{suffix}", np.array([0.0, 1.0, 3.0, 10.5, 22.0])
     write_line(path, np.column_stack([nodes, 0 * nodes, 0 * nodes]))
-    cable = load_scene(changed({"cable.elements": str(path)})).cable
+    cable = load_scene(changed({"cable.elements": str(path)})).network.pieces[0].section
     np.testing.assert_allclose(cable_nodes(cable.length, cable.elements), nodes, rtol=1e-12)
     assert str(path) not in str(cable)
 
@@ -176,7 +176,7 @@ def test_file_and_overrides(tmp_path):
     path = tmp_path / "scene.toml"
     load_scene(BASE).save(path)
     scene = load_scene(path, cable__length=21.5, time={"end": 7.0})
-    assert (scene.cable.length, scene.time.end, scene.time.step) == (21.5, 7.0, 0.1)
+    assert (scene.network.pieces[0].section.length, scene.time.end, scene.time.step) == (21.5, 7.0, 0.1)
     message = refusal_of_override(path, cable__length="x")
     assert "cable.length = 'x'" in message
 
@@ -232,7 +232,7 @@ NOTHING = {
 def residuals(scene, dynamic):
     """Signatures of the UFL residuals and their number of constants; nothing is compiled."""
     scene = load_scene(scene)
-    lines, buoy = Lines(MPI.COMM_SELF, scene, dynamic), Buoy(scene, dynamic)
+    lines, buoy = Lines(MPI.COMM_SELF, scene, dynamic), Buoy(scene, "buoy", dynamic)
     attachment = Attachment(lines, 0, 1, 0, buoy, buoy.offset)
     attachment.number(0)
     buoy.part = Part("buoy", buoy.state, 6)

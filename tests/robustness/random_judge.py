@@ -9,6 +9,11 @@ from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.errors import InputError, SolveError
 
 
+def _line(scene):
+    """The only piece of line."""
+    return scene.network.pieces[0]
+
+
 def judge(data):
     """Solve the equilibrium and run the scene; returns how it ended, or fails by assertion."""
     try:
@@ -31,7 +36,7 @@ def _starts_at_rest(scene):
 
 def _stands_still(scene):
     given = scene.initial.buoy_velocity is not None or scene.initial.buoy_angular_velocity is not None
-    moved = scene.cable.top is not None and scene.cable.top.kind == "prescribed"
+    moved = _line(scene).ends[1].top is not None and _line(scene).ends[1].top.kind == "prescribed"
     return _starts_at_rest(scene) and not given and not moved
 
 
@@ -57,9 +62,11 @@ def _finite(record):
 
 
 def _weight(scene):
-    area = scene.cable.area or (np.pi * scene.cable.diameter**2 / 4 if scene.cable.diameter else 0.0)
+    area = _line(scene).section.area or (
+        np.pi * _line(scene).section.diameter ** 2 / 4 if _line(scene).section.diameter else 0.0
+    )
     displaced = scene.sea.density * area if scene.sea else 0.0
-    return (scene.cable.line_density - displaced) * scene.gravity
+    return (_line(scene).section.line_density - displaced) * scene.gravity
 
 
 def check_static(record, scene):
@@ -69,7 +76,7 @@ def check_static(record, scene):
         assert abs(np.linalg.norm(record.buoy_orientation) - 1) < 1e-9
     if scene.cable:
         check_lengths(record.cable_position.values, record.cable_tension.values, record.s.values, scene)
-    if scene.cable and scene.current is None and scene.cable.position_degree == 1 and not scene.seabed:
+    if scene.cable and scene.current is None and _line(scene).section.position_degree == 1 and not scene.seabed:
         _check_balance(record, scene)
     if scene.buoy and scene.sea and scene.cable and scene.gravity and not (scene.current or scene.wind):
         lift = (float(record.displaced_mass) - _mass(scene)) * scene.gravity
@@ -79,7 +86,7 @@ def check_static(record, scene):
 
 
 def _mass(scene):
-    return scene.buoy.mass + sum(m.mass for m in scene.buoy.point_masses)
+    return scene.buoy[0].mass + sum(m.mass for m in scene.buoy[0].point_masses)
 
 
 def _check_balance(record, scene):
@@ -96,7 +103,7 @@ def _check_balance(record, scene):
 
 def _tension_noise(scene):
     """Tension that one rounding of the positions makes [N]."""
-    EA, c = scene.cable.axial_stiffness, scene.cable
+    EA, c = _line(scene).section.axial_stiffness, _line(scene).section
     return 0.0 if np.isinf(EA) else 1e-14 * EA * (1 + np.abs(scene.anchor).max() / c.length)
 
 
@@ -104,14 +111,14 @@ def _motion_noise(scene, h):
     """Tension that one rounding of the positions makes through the inertia of an element in the shortest step [N]."""
     if scene.time is None:
         return 0.0
-    c = scene.cable
+    c = _line(scene).section
     shortest = min(scene.time.step, max(1e-3 * scene.time.step, 1e-5))  # the start, adaptive steps
     return 4 * np.finfo(float).eps * c.line_density * h * c.length / shortest**2
 
 
 def check_lengths(position, tension, s, scene):
     """P1-P0: every element has the length that its tension gives it, a slack one is shorter."""
-    c = scene.cable
+    c = _line(scene).section
     if c.position_degree > 1 or c.damping or not position.size:
         return
     chord = np.linalg.norm(np.diff(position, axis=-2), axis=-1) / np.diff(s)

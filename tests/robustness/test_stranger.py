@@ -58,7 +58,7 @@ def test_files_below_the_scene_are_read_from_wherever_one_stands(folder, tmp_pat
     path = scene_with(folder, name)
     for place in (tmp_path, folder):
         monkeypatch.chdir(place)
-        cable = load_scene(path).cable
+        cable = load_scene(path).network.pieces[0].section
         np.testing.assert_allclose(cable_nodes(cable.length, cable.elements), NODES, rtol=1e-12)
 
 
@@ -92,7 +92,7 @@ def test_links_that_lead_out(folder, tmp_path, link):
 def test_links_within_the_folder_are_followed(folder):
     line(folder / "meshes" / "line.vtu")
     (folder / "same.vtu").symlink_to("meshes/line.vtu")
-    assert len(load_scene(scene_with(folder, "same.vtu")).cable.elements) == 4
+    assert len(load_scene(scene_with(folder, "same.vtu")).network.pieces[0].section.elements) == 4
 
 
 def test_only_files_are_opened(folder):
@@ -179,8 +179,8 @@ def test_the_user_may_name_any_file(folder, tmp_path, monkeypatch):
     path, mesh = scene_with(folder, 20), tmp_path / "outside" / "line.vtu"
     for name in (str(mesh), "../outside/line.vtu"):
         monkeypatch.chdir(folder)
-        assert len(load_scene(path, cable__elements=name).cable.elements) == 4
-        assert len(load_scene(path, **{"cable": {"elements": name}}).cable.elements) == 4
+        assert len(load_scene(path, cable__elements=name).network.pieces[0].section.elements) == 4
+        assert len(load_scene(path, **{"cable": {"elements": name}}).network.pieces[0].section.elements) == 4
 
 
 def test_control_characters_reach_no_terminal(call, folder):

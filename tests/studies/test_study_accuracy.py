@@ -195,7 +195,7 @@ def test_settings_reach_the_scene():
     scene = load_scene(DRIVEN, cable={"elements": [[5.0, 4], [6.0, 8]]})
     changed = settings.with_settings(scene, Space(3, 2, 6), Stepping("bdf2", 0.05, 1e-3))
     assert settings.space_of(changed) == Space(3, 2, 6)
-    assert changed.cable.elements == [(5.0, 2), (6.0, 4)]
+    assert changed.network.pieces[0].section.elements == [(5.0, 2), (6.0, 4)]
     assert settings.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
     loose = settings.with_settings(changed, Space(3, 2, 6), Stepping("bdf2", 0.05, newton=1e-5))
     assert (loose.solver.step_tolerance, settings.stepping_of(loose).newton) == (1e-5, 1e-5)
@@ -227,7 +227,9 @@ def test_settings_that_a_study_takes_by_itself():
     still = load_scene(DRIVEN | {"cable": CABLE | {"top": held}})
     assert settings.default_steps(still) == pytest.approx([0.02, 0.04, 0.1, 0.2])
     uneven = load_scene(DRIVEN, cable={"elements": [[1.0, 1], [10.0, 15]]})
-    assert settings.with_settings(uneven, Space(1, 0, 4), Stepping("bdf2", 0.05)).cable.elements == [
+    assert settings.with_settings(uneven, Space(1, 0, 4), Stepping("bdf2", 0.05)).network.pieces[
+        0
+    ].section.elements == [
         (1.0, 1),
         (10.0, 4),
     ]

@@ -214,7 +214,7 @@ def test_failed_cases_are_run_again_when_that_is_asked_for(tmp_path, monkeypatch
     whole = one_case.run
 
     def crash(scene, *options):
-        if scene.cable.line_density == 2:
+        if scene.network.pieces[0].section.line_density == 2:
             raise OSError("of the test")
         return whole(scene, *options)
 

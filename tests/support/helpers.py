@@ -34,7 +34,7 @@ class CableSolution:
 
     def __init__(self, problem):
         cable, u = problem.lines, problem.system.u
-        degree = problem.scene.cable.position_degree
+        degree = problem.scene.network.pieces[0].section.position_degree
         order = np.argsort(cable.node_s)
         s, r = cable.node_s[order], u[cable.node_dofs[order]]
         cells = np.argsort(cable.T_s.mean(axis=1))
