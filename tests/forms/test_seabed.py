@@ -117,7 +117,9 @@ def test_numbers_of_a_line():
     assert grip[::2] == pytest.approx((1e5, w / 1e5), rel=1e-12)
     assert grip.stick == pytest.approx(0.7 * w / 0.004, rel=1e-12)
     deep = load_scene(SCENE, sea__depth=500.0)
-    assert grip_of_line(deep, deep.cable, hardness(deep, [deep.cable])).sag == pytest.approx(0.01, rel=1e-12)
+    assert grip_of_line(
+        deep, deep.network.pieces[0].section, hardness(deep, [deep.network.pieces[0].section])
+    ).sag == pytest.approx(0.01, rel=1e-12)
 
 
 def test_numbers_of_a_body():
