@@ -147,13 +147,17 @@ def lines_of(problem, u) -> list[LineNodes]:
 
 def inextensible_tensions(problem) -> tuple[np.ndarray, np.ndarray]:
     """Places of the tensions of inextensible elements among all unknowns, and the length that each stands for [m]."""
-    lines = problem.lines
-    if lines is None:
+    if problem.lines is None:
         return np.zeros(0, dtype=int), np.zeros(0)
-    dofs = lines.T_dofs[~lines.stretches] if lines.elastic else lines.T_dofs
+    found = [_inextensible_tensions(lines, problem.system.numbering.global_index) for lines in problem.lines.groups]
+    every = [mine for of_rank in problem.comm.allgather(found) for mine in of_rank]
+    return tuple(np.concatenate(part) for part in zip(*every, strict=True))
+
+
+def _inextensible_tensions(lines, number):
+    dofs = lines.T_dofs[~lines.stretches] + lines.part.offset
     sizes = np.diff(lines.cell_ends, axis=1)[~lines.stretches] / dofs.shape[1] * np.ones(dofs.shape)
-    mine = problem.system.numbering.global_index[dofs].ravel().astype(int), sizes.ravel()
-    return tuple(np.concatenate(part) for part in zip(*problem.comm.allgather(mine), strict=True))
+    return number[dofs].ravel().astype(int), sizes.ravel()
 
 
 def nodes_of(lines) -> list[np.ndarray]:

@@ -1,8 +1,11 @@
 """In which order the pieces of a network and its joints are eliminated."""
 
+import numpy as np
+
 
 def order_of_pieces(pieces):
-    """({piece: (turn, whether from s = L to s = 0)}, {joint: turn}); a joint comes behind the piece of its turn.
+    """(turn of each piece, whether it goes from s = L to s = 0, {joint: turn}); a joint comes behind the piece of its
+    turn.
 
     A piece begins, if it can, at an end that needs no unknown or whose joint has gone: nothing of it then fills in but
     what lies ahead.  A joint goes when at most one of its pieces is left.
@@ -23,7 +26,8 @@ def order_of_pieces(pieces):
                 waiting[end.name] -= 1
                 if waiting[end.name] <= 1 and end.name not in joints:
                     joints[end.name] = turn + 0.5
-    return found, joints
+    turns, backwards = zip(*(found[k] for k in range(len(pieces))), strict=True)
+    return np.array(turns, dtype=float), np.array(backwards), joints
 
 
 def _best_end(piece, joints):

@@ -69,15 +69,15 @@ class Joining:
     def _ghosts(self, order, ties):
         """(local, global) numbers of the unknowns that other ranks own."""
         first = self.comm.scan(len(order)) - len(order)
-        w = self.lines.w
-        n, size = self.lines.space.dofmap.index_map.size_local, len(w.x.array)
+        size = self.lines.part.size
         number = np.full(size if self.bodies is None else size + self.bodies.part.size, -1, dtype=np.int64)
-        mine = order < n
+        mine = self._owned(order)
         number[order[mine]] = first + np.flatnonzero(mine)
-        shared = fem.Function(self.lines.space)
-        shared.x.array[:] = number[:size]
-        shared.x.scatter_forward()
-        number[n:size] = shared.x.array[n:].astype(np.int64)
+        for lines in self.lines.groups:
+            shared, place = fem.Function(lines.space), lines.part.slice
+            shared.x.array[:] = number[place]
+            shared.x.scatter_forward()
+            number[place] = np.where(lines.owned, number[place], shared.x.array.astype(np.int64))
         known = self._numbers_of_joints(number)
         for members, numbers in zip(self.groups, known, strict=True):
             here = [dofs for dofs in members if dofs is not None]
@@ -87,12 +87,16 @@ class Joining:
         local, numbers = self._attachments_elsewhere(order, first)
         return np.concatenate([elsewhere, local]), np.concatenate([number[elsewhere], numbers])
 
+    def _owned(self, places):
+        """Which of these local unknowns are the lines' and this rank's."""
+        own = self.lines.owned
+        return (places < len(own)) & own[np.minimum(places, len(own) - 1)]
+
     def _numbers_of_joints(self, number):
         """Global numbers (3,) of each joint, which the rank that owns its first end tells."""
-        n = self.lines.space.dofmap.index_map.size_local
         found = np.full((len(self.groups), 3), -1, dtype=np.int64)
         for k, members in enumerate(self.groups):
-            if members[0] is not None and members[0][0] < n:
+            if members[0] is not None and self._owned(members[0][:1]).all():
                 found[k] = number[members[0]]
         return np.max(self.comm.allgather(found), axis=0)
 

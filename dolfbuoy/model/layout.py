@@ -11,32 +11,35 @@ from ..solver import compat
 from .elimination import order_of_pieces
 
 
+def laid_out(sections):
+    """Where pieces begin that lie one after the other, apart from each other by a tenth of the longest [m]."""
+    lengths = np.array([c.length for c in sections])
+    return np.concatenate([[0.0], np.cumsum(lengths + 0.1 * lengths.max())])[:-1]
+
+
 class Layout:
     """Mesh, space and numbering of the pieces of a network (`scene.network`); w = (r, T) or (r, T, mean T) is unknown.
 
-    Piece k lies on the mesh from `begins[k]` on, with tags 2 k + 1 at s = 0 and 2 k + 2 at s = L.  All share pair and
-    strain, and are in the order in which a tension follows the positions that it constrains.
+    Piece k lies on the mesh from `begins[k]` on.  All share pair and strain, and are in the order in which a tension
+    follows the positions that it constrains.
     """
 
-    def __init__(self, comm, network, averaged):
+    def __init__(self, comm, network, averaged, begins=None):
         self.comm, self.network = comm, network
         self.sections = [piece.section for piece in network.pieces]
         self.section = self.sections[0]
-        self._lay_out()
+        self._lay_out(laid_out(self.sections) if begins is None else begins)
         self.space = compat.function_space(self.mesh, self._element(averaged))
         self.w, self.part = fem.Function(self.space), None
         self._numbering(averaged)
 
-    def _lay_out(self):
-        """Intervals one after the other, apart from each other by a tenth of the longest."""
+    def _lay_out(self, begins):
         nodes = [cable_nodes(c.length, c.elements, c.grading) for c in self.sections]
-        lengths = [c.length for c in self.sections]
-        gap = 0.1 * max(lengths)
-        self.begins = np.concatenate([[0.0], np.cumsum(np.array(lengths) + gap)])[:-1]
+        lengths, self.begins = [c.length for c in self.sections], begins
         self.nodes = [begin + n for begin, n in zip(self.begins, nodes, strict=True)]
         self.smallest_cell = min(np.diff(n).min() for n in nodes)
         self.mesh = compat.interval_mesh(self.comm, *self.nodes)
-        self._tolerance = 1e-9 * max(*lengths, self.begins[-1] + lengths[-1] if len(lengths) > 1 else 0.0)
+        self.slip = 1e-9 * max(*lengths, begins[-1] + lengths[-1] if begins[-1] else 0.0)
 
     def _element(self, averaged):
         c = self.section
@@ -67,16 +70,16 @@ class Layout:
         self.line_of_cell = self.line_at(self.cell_ends.mean(axis=1))
         #: Dofs of r at s = 0 and s = L of each piece, empty where another rank has them.
         self.end_dofs = [tuple(self._dofs_at(n[i]) for i in (0, -1)) for n in self.nodes]
-        firsts = [np.isclose(self.cell_ends[:, 0], n[0], rtol=0, atol=self._tolerance) for n in self.nodes]
+        firsts = [np.isclose(self.cell_ends[:, 0], n[0], rtol=0, atol=self.slip) for n in self.nodes]
         self._anchor_cell_dofs = [self.T_dofs[first].ravel() for first in firsts]
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
 
     def line_at(self, s):
         """Number of the piece at mesh coordinates."""
-        return np.searchsorted(self.begins, s + self._tolerance, side="right") - 1
+        return np.searchsorted(self.begins, s + self.slip, side="right") - 1
 
     def _dofs_at(self, s):
-        return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=self._tolerance)].ravel()
+        return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=self.slip)].ravel()
 
     def _weights(self, moment):
         """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.
@@ -98,16 +101,16 @@ class Layout:
     def owns_end(self, piece, end) -> bool:
         """Whether the cell at an end is one of this rank's, which evaluates what acts there."""
         s = self.nodes[piece][-end]
-        return bool(np.isclose(self.cell_ends[:, end], s, rtol=0, atol=self._tolerance).any())
+        return bool(np.isclose(self.cell_ends[:, end], s, rtol=0, atol=self.slip).any())
 
     def meetings(self) -> dict[str, list[tuple[int, int]]]:
         """Name of a free joint -> [(piece, end)] of all that meet there."""
-        found = {}
-        for k, piece in enumerate(self.network.pieces):
-            for i, end in enumerate(piece.ends):
-                if end.kind == "joint":
-                    found.setdefault(end.name, []).append((k, i))
-        return found
+        return self.network.meetings()
+
+    @property
+    def owned(self):
+        """Mask of the unknowns that are this rank's."""
+        return np.arange(len(self.w.x.array)) < self.space.dofmap.index_map.size_local
 
     def held_ends(self):
         """(piece, end, its dofs) of all ends whose position is given."""
@@ -145,6 +148,12 @@ class Layout:
         In this order the saddle-point matrix has a factorisation without pivoting.  Dofs of a joint, all of them, come
         behind the last but one of its pieces, so that little fills in; behind them the tensions that only they precede.
         """
+        dofs, keys = self.elimination_keys()
+        order = np.lexsort((dofs, *keys))
+        return dofs[order], keys[-1][order]
+
+    def elimination_keys(self):
+        """Free owned dofs, and (kind, place, stage) of each, by which `elimination_order` sorts, the last one first."""
         n, size = self.space.dofmap.index_map.size_local, len(self.w.x.array)
         stage, place, kind = np.zeros(size), np.zeros(size), np.ones(size)
         turn, backwards, joints = self.turns
@@ -168,16 +177,13 @@ class Layout:
                 if i != backwards[k] and joints[name] > turn[k]:  # its last tension has to wait for the joint
                     last = behind[self._cell_at(k, i)].ravel()
                     stage[last], place[last] = joints[name], 0.0
-        order = np.lexsort((np.arange(n), kind[:n], place[:n], stage[:n]))
-        order = order[~np.isin(order, self.constrained_dofs())]
-        return order, stage[order]
+        dofs = np.setdiff1d(np.arange(n), self.constrained_dofs())
+        return dofs, (kind[dofs], place[dofs], stage[dofs])
 
     @cached_property
     def turns(self):
         """(turn of each piece, whether it goes backwards, turn of each joint by name) in the elimination."""
-        pieces, joints = order_of_pieces(self.network.pieces)
-        found = [pieces[k] for k in range(len(self.nodes))]
-        return np.array([turn for turn, _ in found], dtype=float), np.array([back for _, back in found]), joints
+        return order_of_pieces(self.network.pieces)
 
     def turn_of(self, piece) -> float:
         """Of a piece in the elimination."""
@@ -189,7 +195,7 @@ class Layout:
 
     def _cell_at(self, piece, end):
         """Mask of the cell at an end of a piece."""
-        return np.isclose(self.cell_ends[:, end], self.nodes[piece][-end], rtol=0, atol=self._tolerance)
+        return np.isclose(self.cell_ends[:, end], self.nodes[piece][-end], rtol=0, atol=self.slip)
 
     # -- numbers ------------------------------------------------------------------------------------------------------
 

@@ -1,6 +1,8 @@
 """Lines: material, residual, and what time stepping has to know of them."""
 
 import math
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import ufl
@@ -9,7 +11,7 @@ from dolfinx import fem
 from ..forms import cable as form
 from ..forms import coupling
 from ..scene.network import Piece
-from ..scene.stretching import bends_of
+from ..scene.stretching import TensionTable, bends_of
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
@@ -31,29 +33,27 @@ def top_position(top, t):
     return np.array(motion_of(top)(t))
 
 
-def sections_of(scene):
-    """The section [cable] of every piece of line."""
-    return [piece.section for piece in scene.network.pieces]
-
-
 def is_averaged(section) -> bool:
     """Whether the strain is its average on each element (the paper's Sect. 3.3.2); all pieces share that."""
     return section.strain == "element-average"
 
 
 class Lines(Layout):
-    """Spaces and forms of the pieces of line of a scene; w = (r, T) or (r, T, mean T) is the unknown.
+    """Spaces and forms of pieces of line of a scene, by their `numbers`; w = (r, T) or (r, T, mean T) is the unknown.
 
-    Pair, strain, strain form and slack law are those of all; what they do not share is a property per cell.  Where some
-    are inextensible and others not there is a compliance per cell, 0 for the former; else the former have no strain.
+    All have the same pair, strain and strain form: lines of several kinds are several `groups`.
+
+    Pair, strain and strain form are those of all; what they do not share is a property per cell.  Where some are
+    inextensible and others not there is a compliance per cell, 0 for the former; else the former have no strain.
     """
 
-    def __init__(self, comm, scene, dynamic):
-        network = scene.network
+    def __init__(self, comm, scene, dynamic, numbers=None, begins=None):
+        self.numbers = list(range(len(scene.network.pieces))) if numbers is None else numbers
+        network = self._part_of(scene)
         stiffness = [piece.section.axial_stiffness for piece in network.pieces]
         self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
-        super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section))
+        super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section), begins)
         self.scene, self.dynamic = scene, dynamic
         self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
@@ -74,6 +74,25 @@ class Lines(Layout):
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     @property
+    def groups(self):
+        """These lines, as `line_groups.LineGroups` has several."""
+        return [self]
+
+    def holder(self, piece):
+        """(the Lines that have a piece of the scene, its number there)."""
+        return self, piece
+
+    def _part_of(self, scene):
+        """The network of a scene with the pieces that belong here only."""
+        return replace(scene.network, pieces=tuple(scene.network.pieces[k] for k in self.numbers))
+
+    def _end_load(self, scene, k):
+        return np.array(scene.network.pieces[self.numbers[k]].ends[1].top.force)
+
+    def _sections(self, scene):
+        return [scene.network.pieces[k].section for k in self.numbers]
+
+    @property
     def pieces(self) -> list[Piece]:
         """Of the network, in the order of their numbers."""
         return self.network.pieces
@@ -83,6 +102,30 @@ class Lines(Layout):
         """Mask of the owned cells that are elastic."""
         return np.isfinite([c.axial_stiffness for c in self.sections])[self.line_of_cell]
 
+    @property
+    def one_sided(self):
+        """Mask of the owned cells that take no compression."""
+        return np.array([c.slack == "tension-only" for c in self.sections])[self.line_of_cell]
+
+    @property
+    def turnable(self):
+        """Whether each piece may be compressed until it is turned inside out: its tension says what its stretch is."""
+        found = [c.slack == "compressive" and not (self.dynamic and c.damping) for c in self.sections]
+        return np.isfinite([c.axial_stiffness for c in self.sections]) & found
+
+    def smallest_stretch(self, u) -> float:
+        """Smallest 1 + T/EA of the owned cells of `turnable` pieces, as the forms have EA at the moment."""
+        T = u[self.T_dofs].min(axis=1) if self.mean_dofs is None else u[self.mean_dofs]
+        EA, compliance = self.cable.EA, self.cable.compliance
+        found = 1 / self._in_cells(EA) if compliance is None else self._in_cells(compliance)
+        return float((1 + T * found)[self.turnable[self.line_of_cell]].min(initial=1.0))
+
+    def _in_cells(self, number):
+        """Values of a Constant, or of a number per cell, in the owned cells."""
+        if isinstance(number, fem.Constant):
+            return number.value
+        return number.x.array[compat.cell_dofs(number.function_space)[:, 0]]
+
     def _measure(self):
         mu = self.section.position_degree
         self._degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
@@ -90,8 +133,8 @@ class Lines(Layout):
 
     def _material(self):
         scene, dry = self.scene, not self.section.diameter
-        self._numbers = Numbers(self.mesh, scene, lambda scene: sections_of(scene)[0])
-        self._properties = Properties(self._numbers, sections_of, self.line_of_cell)
+        self._numbers = Numbers(self.mesh, scene, lambda scene: self._sections(scene)[0])
+        self._properties = Properties(self._numbers, self._sections, self.line_of_cell)
         self._property = self._properties.of
         self.cable = form.Cable(
             line_density=self._property(lambda c: c.line_density),
@@ -110,7 +153,9 @@ class Lines(Layout):
         for k, piece in enumerate(self.pieces):
             top = piece.ends[1].top
             if piece.ends[1].kind == "free" and any(top.force):
-                self.end_loads[k] = self._numbers.constant(lambda scene, _, k=k: _end_load(scene, k))
+                self.end_loads[k] = self._numbers.constant(
+                    lambda scene, _, k=k: np.array(self._part_of(scene).pieces[k].ends[1].top.force)
+                )
 
     def _bends(self, below):
         """Bends of tables T(e); a section that has fewer than others has bends that change nothing."""
@@ -147,7 +192,7 @@ class Lines(Layout):
 
     def change(self, scene):
         """Take the numbers of another scene of the same structure."""
-        self.scene, self.network = scene, scene.network
+        self.scene, self.network = scene, self._part_of(scene)
         self.sections = [piece.section for piece in self.pieces]
         self.section, self.stopped = self.sections[0], None
         self._numbers.change(scene)
@@ -199,21 +244,27 @@ class Lines(Layout):
     def material_powers(self):
         """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""
         r, T, e, r_t, _ = self.kinematics()
-        if self._rope:
-            return [(effect, form.taut_damping_power(self.cable, r, T, e, r_t)) for effect, _ in self._powers]
-        return [(effect, effect.line_power(c, r, r_t)) for effect, c in self._powers]
+        taut = partial(form.taut_damping_power, r=r, T=T, e=e, r_t=r_t)
+        return [(effect, self._or_taut(effect.line_power(c, r, r_t), taut)) for effect, c in self._powers]
 
     def elastic_energy(self):
         """Per unstretched length [J/m] as UFL, for balances."""
         r, T, e, r_t, _ = self.kinematics()
-        return form.taut_energy(self.cable, r) if self._rope else form.elastic_energy(self.cable, e, T, r, r_t)
+        return self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r))
 
-    @property
-    def _rope(self):
-        """Whether damped lines of Hooke's law go slack, where their tension says nothing about their strain."""
-        cable = self.cable
-        hooke = cable.EA is not None and not cable.bends
-        return self.section.slack == "tension-only" and cable.damping is not None and hooke
+    def _or_taut(self, value, taut):
+        """The value of `taut` on damped lines of Hooke's law that go slack, where T is not that of the strain."""
+
+        def goes(c):
+            hooke = not isinstance(c.axial_stiffness, TensionTable) and math.isfinite(c.axial_stiffness)
+            return float(c.slack == "tension-only" and c.damping > 0 and hooke)
+
+        ropes = {goes(c) for c in self.sections}
+        if ropes == {0.0}:
+            return value
+        stiff = self._property(lambda c: c.axial_stiffness if goes(c) else 0.0)
+        rope, of_ropes = self._property(goes), taut(replace(self.cable, EA=stiff))
+        return of_ropes if ropes == {1.0} else rope * of_ropes + (1 - rope) * value
 
     def residual(self, test):
         """Eq. (11) tested by `test`; without inertia, added mass and waves in statics, and without forces at ends."""
@@ -279,6 +330,14 @@ class Lines(Layout):
         found = [lambda: self.bed.accept(u)] if self.bed is not None else []
         return found + ([lambda: self.parting.accept(u, time.item())] if self.parting is not None else [])
 
+    def stop(self, time):
+        """Ends that are moved stay where they are at a time from now on."""
+        self.stopped = time
+
+    def scale_current(self, factor):
+        """Scale the current (for continuation in statics)."""
+        self.sea.scale_current(factor)
+
     # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
 
     def hold(self, u, h):
@@ -322,7 +381,7 @@ class Lines(Layout):
         """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
         c, owned = self.section, self.space.dofmap.index_map.size_local
         sizes = np.broadcast_to(np.diff(self.cell_ends, axis=1), self.T_dofs.shape)
-        mine = self.T_dofs < owned
+        mine = (self.T_dofs < owned) & self.one_sided[:, None]
         density, stiffness = (
             np.broadcast_to(np.array([getattr(c, name) for c in self.sections])[self.line_of_cell][:, None], mine.shape)
             for name in ("line_density", "axial_stiffness")
@@ -339,7 +398,3 @@ class Lines(Layout):
 def _motion(top):
     """Of an end that is held, or its position [m]."""
     return motion_of(top) if top.kind == "prescribed" else top.position
-
-
-def _end_load(scene, piece):
-    return np.array(scene.network.pieces[piece].ends[1].top.force)

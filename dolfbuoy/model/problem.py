@@ -20,7 +20,7 @@ from .attachment import Attachment
 from .bodies import Bodies
 from .buoy import Buoy
 from .joining import Joining
-from .lines import Lines
+from .line_groups import lines_of
 from .material import weight_per_length
 from .structure import structure_of
 
@@ -48,7 +48,7 @@ class Problem:
         self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
         self.route = None  # how the equilibrium was found
         _check_ranks(scene, comm)
-        self.lines = Lines(comm, scene, dynamic) if self.network.pieces else None
+        self.lines = lines_of(comm, scene, dynamic)
         comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoys by one
         self.bodies = Bodies(scene, dynamic) if self.network.bodies and comm.rank == 0 else None
         #: Name of each buoy -> its rank, and on that rank the Buoy.
@@ -59,7 +59,7 @@ class Problem:
         #: Models of this rank, each with its evolutions, memory and forces.
         self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
         parts = self._number()
-        one_sided = self.lines is not None and self.lines.section.slack == "tension-only"
+        one_sided = any(piece.section.slack == "tension-only" for piece in self.network.pieces)
         self.law = TensionOnly(self.lines.one_sided_rows(self.typical_force)) if one_sided else None
         size = max((p.offset + p.size for p in parts), default=0)
         numbering = Numbering(comm, size, *Joining(self).numbers())
@@ -72,7 +72,7 @@ class Problem:
             model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
         self.newton = Newton(self.system, "petsc" if dynamic else "mumps", scene.solver.petsc, keep)
-        if self.lines and not one_sided and self.lines.elastic and not (dynamic and self.lines.cable.damping):
+        if self.lines and self.lines.turnable.any():
             of_cells = self.lines.T_dofs if self.lines.mean_dofs is None else self.lines.mean_dofs
             self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
             self.newton.fault = self._inside_out
@@ -89,18 +89,10 @@ class Problem:
 
     def _inside_out(self):
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
-        T = combined(self.comm, self._smallest_tension(), MPI.MIN)
-        if T >= 0:
+        if combined(self.comm, self._smallest_tension(), MPI.MIN) >= 0:
             return None
-        stretch = 1 + T / self._softest()
+        stretch = combined(self.comm, self.lines.smallest_stretch(self.system.u), MPI.MIN)
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
-
-    def _softest(self):
-        """Smallest axial stiffness as the forms have it at the moment [N]."""
-        c = self.lines.cable
-        if c.compliance is not None:
-            return 1 / float(np.max(c.compliance.x.array))
-        return float(c.EA.value if isinstance(c.EA, fem.Constant) else c.EA.x.array.min())
 
     @property
     def buoy(self) -> Buoy | None:
@@ -143,8 +135,8 @@ class Problem:
             parts.append(model.part)
             offset += model.part.size
 
-        if self.lines:
-            add(self.lines, "cable", self.lines.w)
+        for lines in self.lines.groups if self.lines else ():
+            add(lines, "cable", lines.w)
         if self.bodies:
             add(self.bodies, "bodies", self.bodies.state)
         for attachment in self.attachments:
@@ -158,12 +150,12 @@ class Problem:
     def residuals(self):
         """All equations of this rank, [(part that is tested, linear form), ...]."""
         found = []
-        if self.lines:
-            lines, test = self.lines, self.lines.part.test
-            forces = [attachment.end_force(_positions(test)) for attachment in self.attachments]
+        for lines in self.lines.groups if self.lines else ():
+            test, r = lines.part.test, lines.kinematics()[0]
+            attached = [attachment for attachment in self.attachments if attachment.lines is lines]
+            forces = [attachment.end_force(_positions(test)) for attachment in attached]
             found += [(lines.part, form) for form in (lines.residual(test), *forces, *lines.end_residuals(test))]
-            r = lines.kinematics()[0]
-            found += [(attachment.line_part, attachment.position_equation(r)) for attachment in self.attachments]
+            found += [(attachment.line_part, attachment.position_equation(r)) for attachment in attached]
         if self.bodies:
             found.append((self.bodies.part, self.bodies.residual(self.bodies.part.test)))
         for buoy in self.buoys.values():
@@ -246,7 +238,8 @@ class Problem:
 
     def stop_ends(self):
         """Ends that are moved stay where they are from now on."""
-        self.lines.stopped, self._advance = self.time.copy(), None
+        self.lines.stop(self.time.copy())
+        self._advance = None
 
     def when_accepted(self):
         """Functions that are called when a step to `time` was taken; whether the equations are others now."""

@@ -165,7 +165,7 @@ class Seabed:
         """Of the bed of the present scene."""
         scene = self.lines.scene
         if self._known is None or self._known[0] is not scene:
-            self._known, self._cells = (scene, hardness(scene, self.lines.sections)), None
+            self._known, self._cells = (scene, hardness(scene, [piece.section for piece in scene.network.pieces])), None
         return self._known[1]
 
     # -- forms ---------------------------------------------------------------------------------------------------------

@@ -28,9 +28,9 @@ def make_consistent(simulation) -> None:
         series.rate, series.values[0][:] = 2 * rate1 - rate2, 2 * value1 - value2
     for series, rate in zip(past.series, past.series[1:], strict=False):
         series.second[: len(rate.rate)] = rate.rate
-    lines = simulation.problem.lines
-    if lines and lines.elastic and lines.mean_dofs is None:
-        _solve_tension(simulation, u0)
+    for lines in simulation.problem.lines.groups if simulation.problem.lines else ():
+        if lines.elastic and lines.mean_dofs is None:
+            _solve_tension(simulation, lines, u0)
     for evolution, place in zip(past.evolutions, past.places, strict=True):  # momenta: the admissible ones
         values = evolution.values(u0)
         values[:] = np.where(evolution.lagged, past.series[0].values[0][place], values)
@@ -82,15 +82,15 @@ def _at_start(of_step, lagged, positions):
     return rate, np.where(lagged, 1.5 * value1 - 0.5 * value2, positions[: len(rate)])
 
 
-def _solve_tension(simulation, u0):
-    """Put into u0 the tension of an elastic cable with the positions of u0 and the velocity of its past.
+def _solve_tension(simulation, lines, u0):
+    """Put into u0 the tension of elastic lines with the positions of u0 and the velocity of their past.
 
     Newton on the rows of the strain equation (11)_2, element by element.
     """
-    system, lines = simulation.system, simulation.problem.lines
+    system = simulation.system
     evolution = next(evolution for evolution in simulation.past.evolutions if evolution.part is lines.part)
     evolution.hand_out(0, 0.0, simulation.past.rate_of(lines.part))
-    cells = lines.T_dofs[lines.stretches].astype(np.int32)
+    cells = (lines.T_dofs[lines.stretches] + lines.part.offset).astype(np.int32)
     numbers = system.numbering.lgmap.apply(cells).reshape(cells.shape)
     system.u[:] = u0
     for _ in range(20):

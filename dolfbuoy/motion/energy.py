@@ -34,8 +34,8 @@ class Meter:
 
     def __init__(self, simulation):
         self.simulation, self._forms = simulation, []
-        if simulation.problem.lines:
-            self._add(simulation.problem.lines, self._lines(simulation.problem.lines))
+        for lines in simulation.problem.lines.groups if simulation.problem.lines else ():
+            self._add(lines, self._lines(lines))
         if simulation.problem.bodies:
             self._add(simulation.problem.bodies, self._bodies(simulation.problem.bodies))
         for buoy in simulation.problem.buoys.values():
@@ -112,12 +112,13 @@ class Meter:
     @staticmethod
     def _work_at_ends(problem):
         """Power of the forces on prescribed and free ends [W]."""
-        lines, found = problem.lines, 0.0
-        v = lines.gamma_v.value * problem.system.u[lines.part.slice] + lines.history_v.x.array
-        for k, piece in enumerate(problem.network.pieces):
-            for i, end in enumerate(piece.ends):
-                if end.kind in ("prescribed", "free"):
-                    found += float(problem.end_force(k, i, fresh=False) @ v[lines.end_dofs[k][i]])
+        found = 0.0
+        for lines in problem.lines.groups:
+            v = lines.gamma_v.value * problem.system.u[lines.part.slice] + lines.history_v.x.array
+            for k, number in enumerate(lines.numbers):
+                for i, end in enumerate(lines.pieces[k].ends):
+                    if end.kind in ("prescribed", "free"):
+                        found += float(problem.end_force(number, i, fresh=False) @ v[lines.end_dofs[k][i]])
         return found
 
     def _add_body(self, buoy, values):

@@ -135,8 +135,10 @@ class Past:
         return self.series[0].rate[self.place_of(part)]
 
     def place_of(self, part):
-        """Where the unknowns of a Part are among the entries."""
-        return next(p for e, p in zip(self.evolutions, self.places, strict=True) if e.part is part)
+        """Where the unknowns of a Part, or of those of `LineGroups`, are among the entries."""
+        parts = getattr(part, "parts", [part])
+        found = [p for e, p in zip(self.evolutions, self.places, strict=True) if any(e.part is one for one in parts)]
+        return slice(found[0].start, found[-1].stop)
 
     def state(self):
         """Of a run that may be interrupted: level -> all of the series; nothing is copied."""

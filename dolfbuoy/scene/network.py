@@ -91,6 +91,15 @@ class Network:
         low, high = self.pieces[self.first_of(cable)].ends[0], self.pieces[self.last_of(cable)].ends[1]
         return _called(low) or "the anchor", _called(high) or "the top"
 
+    def meetings(self) -> dict[str, list[tuple[int, int]]]:
+        """Name of a free joint -> [(piece, end)] of all that meet there."""
+        found = {}
+        for k, piece in enumerate(self.pieces):
+            for i, end in enumerate(piece.ends):
+                if end.kind == "joint":
+                    found.setdefault(end.name, []).append((k, i))
+        return found
+
     def key_of(self, cable: int) -> str:
         """Key of the table of a cable: "cable" of the only one, else "cable.NAME"."""
         return "cable" if len(self.cables) == 1 else f"cable.{self.cables[cable]}"
