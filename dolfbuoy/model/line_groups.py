@@ -52,8 +52,7 @@ class LineGroups:
         for group in self.groups:
             group.turns = turns[group.numbers], backwards[group.numbers], joints
         self.bed = _Beds(self.groups) if scene.seabed else None
-        growing = [group for group in self.groups if group.growth is not None]
-        self.growth = _Growths(growing) if growing else None
+        self.growth = _Growths(self.groups) if any(group.growth for group in self.groups) else None
         self.parting = _Partings(self.groups) if any(group.parting for group in self.groups) else None
         self._holders = {number: (g, k) for g in self.groups for k, number in enumerate(g.numbers)}
         self.memory = {f"{name}_{k}": x for k, g in enumerate(self.groups) for name, x in g.memory.items()}
@@ -302,29 +301,41 @@ class _Beds:
 
 
 class _Growths:
-    """Marine growth on those groups that have any: factors one behind the other."""
+    """Marine growth of all groups, one behind the other; a group without any has none of it."""
 
     def __init__(self, groups):
         self.groups = groups
 
+    def _of(self, get, none):
+        """get(group) of those that grow; `none` of each element of the others."""
+        blank = [np.full((len(group.line_of_cell), *np.shape(none)), none) for group in self.groups]
+        found = zip(blank, self.groups, strict=True)
+        return np.concatenate([one if group.growth is None else get(group) for one, group in found])
+
     @property
     def factors(self):
-        """(diameter, mass) of each owned element of these groups."""
-        return np.concatenate([group.growth.factors for group in self.groups])
+        """(diameter, mass) of each owned element."""
+        return self._of(lambda group: group.growth.factors, [1.0, 1.0])
 
     @factors.setter
     def factors(self, values):
-        ends = np.cumsum([len(group.growth.factors) for group in self.groups])
+        ends = np.cumsum([len(group.line_of_cell) for group in self.groups])
         for group, part in zip(self.groups, np.split(np.asarray(values), ends[:-1]), strict=True):
-            group.growth.factors = part
+            if group.growth is not None:
+                group.growth.factors = part
 
     def at(self, u):
         """Factors that belong to the positions in the local unknowns u."""
-        return np.concatenate([group.growth.at(u[group.part.slice]) for group in self.groups])
+        return self._of(lambda group: group.growth.at(u[group.part.slice]), [1.0, 1.0])
 
     def of_the_water(self):
         """Means over the depth of the water."""
-        return np.concatenate([group.growth.of_the_water() for group in self.groups])
+        return self._of(lambda group: group.growth.of_the_water(), [1.0, 1.0])
+
+    @property
+    def weights(self):
+        """Weight in water that it adds to each owned element [N]."""
+        return self._of(lambda group: group.growth.weights, 0.0)
 
 
 class _Partings:

@@ -263,7 +263,7 @@ class Lines(Layout):
         if ropes == {0.0}:
             return value
         stiff = self._property(lambda c: c.axial_stiffness if goes(c) else 0.0)
-        rope, of_ropes = self._property(goes), taut(replace(self.cable, EA=stiff))
+        rope, of_ropes = self._property(goes), taut(self.cable._replace(EA=stiff))
         return of_ropes if ropes == {1.0} else rope * of_ropes + (1 - rope) * value
 
     def residual(self, test):

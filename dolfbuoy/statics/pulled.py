@@ -63,18 +63,23 @@ class _Laying:
         #: Where friction carries the weight down the slope from, for what lies still.
         self.uphill = self.stick / self.mu * (UP - self.n[2] * self.n)
         self.meetings = self.lines.meetings()
-        self.places = self.bed.points.of(self.u[self.lines.node_dofs])
+        #: Where friction holds on to the lines of each group.
+        self.places = {g: g.bed.points.of(self.u[g.part.slice][g.node_dofs]) for g in self.lines.groups}
 
     def hold(self):
         """Let friction hold on behind the places where lines were laid; else where they are."""
-        self.bed.hold(self.places)
+        self._put()
         if self.problem.bodies:
             self.problem.bodies.bed.begin(self.u)
         firsts = self._held_on_bed()
         self.seen = set(firsts)
         for piece, (near, place, found) in firsts.items():
             self._hold(self._follow(piece, near, found), place)
-        self.bed.hold(self.places)
+        self._put()
+
+    def _put(self):
+        for lines, places in self.places.items():
+            lines.bed.hold(places)
 
     # -- what lies -----------------------------------------------------------------------------------------------------
 
@@ -131,16 +136,17 @@ class _Laying:
 
     def _hold(self, laid, base):
         """Friction holds on along a piece that was laid from `base` on, and along those behind it."""
-        lines, section, points = self.lines, self.lines.sections[laid.piece], self.bed.points
+        lines, number = self.lines.holder(laid.piece)
+        section, points = lines.sections[number], lines.bed.points
         fall, T = self._fall(laid), self._pull(laid)
         still = laid.end - T / fall if fall > 0 else -np.inf
-        s = points.s - lines.begins[laid.piece]
+        s = points.s - lines.begins[number]
         distance = s if laid.near == 0 else section.length - s
         slid = (distance > still)[..., None]
         places = base + np.multiply.outer(distance - laid.begin, laid.along)
         places = np.where(slid, places - self.stick * laid.along, places + self.uphill)
-        lies = (distance <= laid.end) & (points.line == laid.piece)[:, None]
-        self.places = np.where(lies[..., None], places, self.places)
+        lies = (distance <= laid.end) & (points.line == number)[:, None]
+        self.places[lines] = np.where(lies[..., None], places, self.places[lines])
         base = base + (laid.end - laid.begin) * laid.along
         if laid.joint in self.problem.network.bodies and self.problem.bodies:
             self.problem.bodies.bed.hold(laid.joint, base + (-self.stick * laid.along if T > 0 else self.uphill))

@@ -238,7 +238,7 @@ def test_action_and_reaction_of_a_shared_line():
 def test_energy_of_a_network_is_kept():
     """Its defect falls with the second order of the scheme; bodies, a prescribed joint and two buoys take part."""
     for scene in (BRIDLE, shared()):
-        defects = [_defect(scene, step) for step in (0.02, 0.01)]
+        defects = [defect(scene, step) for step in (0.02, 0.01)]
         assert defects[1][0] < 2e-3 * defects[1][1]
         assert np.log2(defects[0][0] / defects[1][0]) > 1.4
 
@@ -259,12 +259,12 @@ def test_energy_of_a_network_that_rubs():
     heavy = ROPE | {"line_density": 30.0, "damping": 1e3}
     scene |= {"seabed": {"friction": 0.5, "stiffness": 2e4, "start": "pulled"}, "material": {"rope": heavy}}
     assert float(solve_static(scene).length_on_bed.sel(cable="lying")) > 15.0
-    defects = [_defect(scene, step) for step in (0.01, 0.005)]
+    defects = [defect(scene, step) for step in (0.01, 0.005)]
     assert defects[1][0] < 1e-3 * defects[1][1]
     assert defects[1][0] < 0.55 * defects[0][0]
 
 
-def _defect(scene, step):
+def defect(scene, step):
     """(energy that appeared from nowhere, work done) in a second [J]."""
     simulation = Simulation(load_scene({**scene, "time": {"end": 1.0, "step": step, "scheme": "bdf2"}}), MPI.COMM_SELF)
     meter, stored, powers = Meter(simulation), [], []
