@@ -35,8 +35,7 @@ def sentence(error: ValidationError, data: dict | None = None) -> str:
     unknown = first["type"] == "extra_forbidden"
     last = len(first["loc"]) - 1  # an unknown key may look like a tag
     location = [str(part) for i, part in enumerate(first["loc"]) if (unknown and i == last) or not _is_type_tag(part)]
-    if location[1:2] == ["0"] and location[0] in SEVERAL and not _is_one_of_several(location[0], data):
-        del location[1]
+    location[1:2] = _name_of(location, data)
     key, message = ".".join(location) or "scene", first["msg"].replace(" after validation", "")
     if unknown:
         name = _short(".".join(location)) or repr("")
@@ -58,9 +57,17 @@ def sentence(error: ValidationError, data: dict | None = None) -> str:
     return f"{key} = {shown(first['input'])}: {message[0].lower()}{message[1:]}."
 
 
-def _is_one_of_several(section, data):
-    tables = (data or {}).get(section)
-    return isinstance(tables, list) and len(tables) > 1
+def _name_of(location, data):
+    """What stands for the number of a table of which a scene may have several: nothing of the only one, else its name
+    if it has one."""
+    tables = (data or {}).get(location[0]) if location[:1] and location[0] in SEVERAL else None
+    if len(location) < 2 or not location[1].isdigit() or location[0] not in SEVERAL:
+        return location[1:2]
+    if not isinstance(tables, list) or len(tables) == 1:
+        return []
+    table = tables[int(location[1])]
+    name = table.get("name") if isinstance(table, dict) else None
+    return [name] if isinstance(name, str) else location[1:2]
 
 
 def shown(value) -> str:
