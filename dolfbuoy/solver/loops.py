@@ -38,7 +38,7 @@ typedef struct {
 
 typedef struct {
     int count;
-    hook hooks[64];
+    const hook *hooks;
 } hooks;
 
 void add_up(const hooks *before, const integral *integrals, int count, double *values, double *work, double *out,
@@ -180,6 +180,7 @@ class Hooks:
     def __init__(self, values):
         self._library, self.values = compiled(), values
         self.described, self._alive = self._library.ffi.new("hooks *"), []
+        self._room = []  # for hooks, of which `described` counts those in use
         self._error, self.failed = None, np.zeros(1, dtype=np.int32)  #: for C: whether one has raised
 
     def add(self, function, context=None):
@@ -188,12 +189,12 @@ class Hooks:
         What a Python function raises is raised by the evaluation, and the numbers of that evaluation mean nothing.
         """
         ffi, place = self._library.ffi, self.described.count
-        if place == len(self.described.hooks):
-            raise ValueError(f"no more than {place} functions can be called before an evaluation")
         if not isinstance(function, int):
             function, context = self._from_python(function), None
-        self.described.hooks[place].call = function
-        self.described.hooks[place].context = ffi.cast("void *", context or 0)
+        if place == len(self._room):
+            self._room = ffi.new("hook[]", [*self._room, *[(0, ffi.NULL)] * (place + 8)])
+            self.described.hooks = self._room
+        self._room[place] = function, ffi.cast("void *", context or 0)
         self.described.count += 1
 
     def _from_python(self, function):
