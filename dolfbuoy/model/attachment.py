@@ -23,7 +23,7 @@ class Attachment:
     def __init__(self, lines, piece, end, rank, buoy=None, offset=None):
         self.lines, self.piece, self.end, self.rank = lines, piece, end, rank
         self.buoy, self.offset = buoy, offset
-        self._on_line = fem.Function(real_space(lines.mesh, FIELDS.size))
+        self._on_line = fem.Function(lines.at_ends)
         self._on_body = fem.Function(real_space(buoy.mesh, FIELDS.size)) if buoy else None
         self._ds = lines.end_measure(piece, end)
         self.line_part = self.body_part = None

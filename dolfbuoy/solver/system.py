@@ -56,12 +56,12 @@ class System:
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _differentiate(self, residuals):
-        jacobians = []
+        jacobians, number = [], {id(part.function): k for k, part in enumerate(self.parts)}
         for row, form in residuals:
-            for column in self.parts:
-                if column.function in form.coefficients():
-                    derivative = ufl.derivative(form, column.function, column.trial)
-                    jacobians.append(Contribution(derivative, row, column))
+            for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
+                column = self.parts[k]
+                derivative = ufl.derivative(form, column.function, column.trial)
+                jacobians.append(Contribution(derivative, row, column))
         return jacobians
 
     def _create_matrix(self):
