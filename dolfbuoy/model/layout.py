@@ -75,9 +75,8 @@ class Layout:
         self.end_dofs = [tuple(self.node_dofs[k] if k >= 0 else _NONE for k in pair) for pair in nodes]
         #: Owned cells at both ends of each piece, -1 where another rank has them.
         self.end_cells = np.column_stack([self._found(self.cell_ends[:, end], ends[:, end]) for end in (0, 1)])
-        self._nodes_of, self._cells_of = (
-            _grouped(lines, len(ends)) for lines in (self.line_of_node, self.line_of_cell)
-        )
+        #: Nodes and owned cells of each piece.
+        self.nodes_of, self.cells_of = (_grouped(lines, len(ends)) for lines in (self.line_of_node, self.line_of_cell))
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
 
     @cached_property
@@ -213,7 +212,7 @@ class Layout:
 
     def set_shape(self, u, position, tension, line=0):
         """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) of a piece into the local unknowns u."""
-        nodes, cells = self._nodes_of[line], self._cells_of[line]
+        nodes, cells = self.nodes_of[line], self.cells_of[line]
         u[self.node_dofs[nodes]] = position(self.node_s[nodes] - self.begins[line])
         u[self.T_dofs[cells]] = tension(self.T_s[cells] - self.begins[line])
         if self.mean_dofs is not None:

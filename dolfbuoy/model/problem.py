@@ -1,5 +1,7 @@
 """A scene as one nonlinear system: its lines on all ranks, each buoy on the rank that owns an end of a line there."""
 
+from functools import cached_property
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -23,6 +25,7 @@ from .joining import Joining
 from .lines import Lines
 from .material import weight_per_length
 from .structure import structure_of
+from .wet_hull import SUBMERGED
 
 
 def _check_ranks(scene, comm):
@@ -67,10 +70,9 @@ class Problem:
         size = max((p.offset + p.size for p in parts), default=0)
         numbering = Numbering(comm, size, *Joining(self).numbers())
         tolerance = scene.solver.step_tolerance
-        self._wet_forms = {name: buoy.wet_hull_form() for name, buoy in self.buoys.items() if buoy.hull}
-        self._wet_hulls = {}
-        noted = list(self._wet_forms.values())
-        self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law, noted)
+        self._wet_forms = [buoy.wet_hull_form() for buoy in self.buoys.values() if buoy.hull]
+        equations, blocks = self.residuals(), self._blocks()
+        self.system = System(parts, equations, blocks, numbering, tolerance, self.law, self._wet_forms)
         for model in self.models:
             model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
@@ -80,13 +82,12 @@ class Problem:
             self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
             self.newton.fault = self._inside_out
 
-    def wet_hull(self, buoy: str) -> Loop:
-        """What is submerged of a buoy of this rank, and the water above it (`Buoy.wet_hull_form`); made only once."""
-        if buoy not in self._wet_hulls:
-            form = self._wet_forms[buoy]
-            numbers = fem.Function(form.arguments()[0].ufl_function_space())
-            self._wet_hulls[buoy] = self.system.functional(form, Part("wet hull", numbers, 0))
-        return self._wet_hulls[buoy]
+    @cached_property
+    def wet_hulls(self) -> Loop:
+        """What is submerged of each buoy of this rank, and the water above it: numbers of all `Buoy.wet_hull_form`s."""
+        numbers = [fem.Function(form.arguments()[0].ufl_function_space()) for form in self._wet_forms]
+        parts = [Part("wet hull", function, k * SUBMERGED) for k, function in enumerate(numbers)]
+        return self.system.functional(zip(self._wet_forms, parts, strict=True))
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 

@@ -118,9 +118,10 @@ class System:
         """
         self._values.leave(functions)
 
-    def functional(self, form, test):
-        """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part of its numbers."""
-        return Loop([Contribution(form, test)], self._values, self._shared, test.size)
+    def functional(self, forms):
+        """A Loop for linear forms that read what residuals do, or were `noted`: [(form, Part of its numbers), ...]."""
+        found = [Contribution(form, test) for form, test in forms]
+        return Loop(found, self._values, self._shared, sum(c.row.size for c in found))
 
     def rows_of_jacobian(self, rows):
         """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
