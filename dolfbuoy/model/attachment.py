@@ -24,7 +24,7 @@ class Attachment:
         self.lines, number = lines.holder(piece)
         self.piece, self.end, self.rank = piece, end, rank
         self.buoy, self.offset = buoy, offset
-        self._on_line = fem.Function(real_space(self.lines.mesh, FIELDS.size))
+        self._on_line = fem.Function(self.lines.at_ends)
         self._on_body = fem.Function(real_space(buoy.mesh, FIELDS.size)) if buoy else None
         self._ds = self.lines.end_measure(number, end)
         self.line_part = self.body_part = None

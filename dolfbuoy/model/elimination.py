@@ -1,5 +1,7 @@
 """In which order the pieces of a network and its joints are eliminated."""
 
+import heapq
+
 import numpy as np
 
 
@@ -10,22 +12,27 @@ def order_of_pieces(pieces):
     A piece begins, if it can, at an end that needs no unknown or whose joint has gone: nothing of it then fills in but
     what lies ahead.  A joint goes when at most one of its pieces is left.
     """
-    left, joints, found = list(range(len(pieces))), {}, {}
-    waiting = {}
-    for piece in pieces:
+    joints, found, at_joint = {}, {}, {}
+    for k, piece in enumerate(pieces):
         for end in piece.ends:
             if end.kind == "joint":
-                waiting[end.name] = waiting.get(end.name, 0) + 1
-    while left:
-        _, backwards, k = min((*_best_end(pieces[k], joints), k) for k in left)
+                at_joint.setdefault(end.name, []).append(k)
+    waiting = {name: len(there) for name, there in at_joint.items()}
+    best = [(*_best_end(piece, joints), k) for k, piece in enumerate(pieces)]  # may hold a piece again, at a lower cost
+    heapq.heapify(best)
+    while best:
+        _, backwards, k = heapq.heappop(best)
+        if k in found:
+            continue
         turn = len(found)
-        left.remove(k)
         found[k] = turn, bool(backwards)
         for end in pieces[k].ends:
             if end.kind == "joint":
                 waiting[end.name] -= 1
                 if waiting[end.name] <= 1 and end.name not in joints:
                     joints[end.name] = turn + 0.5
+                    for left in set(at_joint[end.name]) - found.keys():
+                        heapq.heappush(best, (*_best_end(pieces[left], joints), left))
     turns, backwards = zip(*(found[k] for k in range(len(pieces))), strict=True)
     return np.array(turns, dtype=float), np.array(backwards), joints
 

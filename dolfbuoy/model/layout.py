@@ -8,7 +8,11 @@ from dolfinx import fem
 
 from ..meshes import cable_nodes
 from ..solver import compat
+from ..solver.real import real_space
+from .attachment import FIELDS
 from .elimination import order_of_pieces
+
+_NONE = np.zeros(0, dtype=int)
 
 
 def laid_out(sections):
@@ -68,18 +72,31 @@ class Layout:
             self.mean_dofs = np.asarray(mean_dofs)[compat.cell_dofs(Q0)[:, 0]]
         self.line_of_node = self.line_at(self.node_s)
         self.line_of_cell = self.line_at(self.cell_ends.mean(axis=1))
+        ends = np.array([(n[0], n[-1]) for n in self.nodes])
+        nodes = self._found(self.node_s, ends)
         #: Dofs of r at s = 0 and s = L of each piece, empty where another rank has them.
-        self.end_dofs = [tuple(self._dofs_at(n[i]) for i in (0, -1)) for n in self.nodes]
-        firsts = [np.isclose(self.cell_ends[:, 0], n[0], rtol=0, atol=self.slip) for n in self.nodes]
-        self._anchor_cell_dofs = [self.T_dofs[first].ravel() for first in firsts]
+        self.end_dofs = [tuple(self.node_dofs[k] if k >= 0 else _NONE for k in pair) for pair in nodes]
+        #: Owned cells at both ends of each piece, -1 where another rank has them.
+        self.end_cells = np.column_stack([self._found(self.cell_ends[:, end], ends[:, end]) for end in (0, 1)])
+        #: Nodes and owned cells of each piece.
+        self.nodes_of, self.cells_of = (_grouped(lines, len(ends)) for lines in (self.line_of_node, self.line_of_cell))
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
+
+    @cached_property
+    def at_ends(self):
+        """The space of what an `Attachment` knows, one for all of them."""
+        return real_space(self.mesh, FIELDS.size)
 
     def line_at(self, s):
         """Number of the piece at mesh coordinates."""
         return np.searchsorted(self.begins, s + self.slip, side="right") - 1
 
-    def _dofs_at(self, s):
-        return self.node_dofs[np.isclose(self.node_s, s, rtol=0, atol=self.slip)].ravel()
+    def _found(self, values, wanted):
+        """Where among mesh coordinates, all different, the wanted ones are; -1: nowhere."""
+        order = np.argsort(values)
+        after = np.searchsorted(values[order], wanted - self.slip)
+        place = order[np.minimum(after, len(values) - 1)]
+        return np.where(np.abs(values[place] - wanted) <= self.slip, place, -1)
 
     def _weights(self, moment):
         """Weights of the T dofs of a cell for a functional with value moment(k) on xi^k, 0 <= xi <= 1.
@@ -100,8 +117,7 @@ class Layout:
 
     def owns_end(self, piece, end) -> bool:
         """Whether the cell at an end is one of this rank's, which evaluates what acts there."""
-        s = self.nodes[piece][-end]
-        return bool(np.isclose(self.cell_ends[:, end], s, rtol=0, atol=self.slip).any())
+        return bool(self.end_cells[piece, end] >= 0)
 
     def meetings(self) -> dict[str, list[tuple[int, int]]]:
         """Name of a free joint -> [(piece, end)] of all that meet there."""
@@ -175,7 +191,7 @@ class Layout:
                 dofs = self.end_dofs[k][i]
                 stage[dofs], place[dofs] = joints[name], 0.0
                 if i != backwards[k] and joints[name] > turn[k]:  # its last tension has to wait for the joint
-                    last = behind[self._cell_at(k, i)].ravel()
+                    last = behind[self.end_cells[k, i]] if self.owns_end(k, i) else _NONE
                     stage[last], place[last] = joints[name], 0.0
         dofs = np.setdiff1d(np.arange(n), self.constrained_dofs())
         return dofs, (kind[dofs], place[dofs], stage[dofs])
@@ -193,10 +209,6 @@ class Layout:
         lengths = np.array([c.length for c in self.sections])
         return (self.begins + lengths)[lines] - s
 
-    def _cell_at(self, piece, end):
-        """Mask of the cell at an end of a piece."""
-        return np.isclose(self.cell_ends[:, end], self.nodes[piece][-end], rtol=0, atol=self.slip)
-
     # -- numbers ------------------------------------------------------------------------------------------------------
 
     @property
@@ -206,7 +218,7 @@ class Layout:
 
     def set_shape(self, u, position, tension, line=0):
         """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) of a piece into the local unknowns u."""
-        nodes, cells = self.line_of_node == line, self.line_of_cell == line
+        nodes, cells = self.nodes_of[line], self.cells_of[line]
         u[self.node_dofs[nodes]] = position(self.node_s[nodes] - self.begins[line])
         u[self.T_dofs[cells]] = tension(self.T_s[cells] - self.begins[line])
         if self.mean_dofs is not None:
@@ -218,5 +230,10 @@ class Layout:
 
     def anchor_tension(self, u, line=0):
         """T_h(0) of a piece [N], on the rank that owns its first cell; nan elsewhere."""
-        dofs = self._anchor_cell_dofs[line]
-        return float(self._at_anchor @ u[dofs]) if len(dofs) else np.nan
+        return float(self._at_anchor @ u[self.T_dofs[self.end_cells[line, 0]]]) if self.owns_end(line, 0) else np.nan
+
+
+def _grouped(numbers, count):
+    """Places of 0, of 1, ... of `count` - 1 in an array."""
+    order = np.argsort(numbers, kind="stable")
+    return np.split(order, np.searchsorted(numbers[order], np.arange(1, count)))

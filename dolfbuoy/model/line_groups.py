@@ -4,6 +4,7 @@ What reads or moves all lines of a scene finds the same names here as in `Lines`
 other, and functions of one piece, by its number in the scene, that ask the group which has it.
 """
 
+from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
@@ -124,7 +125,7 @@ class LineGroups:
         rows = [g.T_dofs[:, np.minimum(np.arange(most), g.T_dofs.shape[1] - 1)] + g.part.offset for g in self.groups]
         return np.concatenate(rows)
 
-    @property
+    @cached_property
     def end_dofs(self):
         """Dofs of r at s = 0 and s = L of each piece, empty where another rank has them."""
         found = [self.holder(k) for k in range(len(self.pieces))]

@@ -1,5 +1,7 @@
 """A scene as one nonlinear system: its lines on all ranks, each buoy on the rank that owns an end of a line there."""
 
+from functools import cached_property
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -23,6 +25,7 @@ from .joining import Joining
 from .line_groups import lines_of
 from .material import weight_per_length
 from .structure import structure_of
+from .wet_hull import SUBMERGED
 
 
 def _check_ranks(scene, comm):
@@ -52,10 +55,13 @@ class Problem:
         comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoys by one
         self.bodies = Bodies(scene, dynamic) if self.network.bodies and comm.rank == 0 else None
         #: Name of each buoy -> its rank, and on that rank the Buoy.
-        self.buoy_ranks = {name: self._rank_of(name) for name in self.network.buoys}
+        self.buoy_ranks = self._ranks()
         mine = (name for name, rank in self.buoy_ranks.items() if rank == comm.rank)
         self.buoys = {name: Buoy(scene, name, dynamic) for name in mine}
         self.attachments = self._attach()
+        self._at_ends, self._on_buoys = {(a.piece, a.end): a for a in self.attachments}, {}
+        for attachment in self.attachments:
+            self._on_buoys.setdefault(id(attachment.buoy), []).append(attachment)
         #: Models of this rank, each with its evolutions, memory and forces.
         self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
         parts = self._number()
@@ -64,10 +70,9 @@ class Problem:
         size = max((p.offset + p.size for p in parts), default=0)
         numbering = Numbering(comm, size, *Joining(self).numbers())
         tolerance = scene.solver.step_tolerance
-        self._wet_forms = {name: buoy.wet_hull_form() for name, buoy in self.buoys.items() if buoy.hull}
-        self._wet_hulls = {}
-        noted = list(self._wet_forms.values())
-        self.system = System(parts, self.residuals(), self._blocks(), numbering, tolerance, self.law, noted)
+        self._wet_forms = [buoy.wet_hull_form() for buoy in self.buoys.values() if buoy.hull]
+        equations, blocks = self.residuals(), self._blocks()
+        self.system = System(parts, equations, blocks, numbering, tolerance, self.law, self._wet_forms)
         for model in self.models:
             model.follow_water(self.system)
         keep = dynamic and not one_sided and scene.solver.keep_jacobian  # one-sided rows change with what is slack
@@ -77,13 +82,12 @@ class Problem:
             self._smallest_tension = smallest(self.system.u, of_cells, 0.0)
             self.newton.fault = self._inside_out
 
-    def wet_hull(self, buoy: str) -> Loop:
-        """What is submerged of a buoy of this rank, and the water above it (`Buoy.wet_hull_form`); made only once."""
-        if buoy not in self._wet_hulls:
-            form = self._wet_forms[buoy]
-            numbers = fem.Function(form.arguments()[0].ufl_function_space())
-            self._wet_hulls[buoy] = self.system.functional(form, Part("wet hull", numbers, 0))
-        return self._wet_hulls[buoy]
+    @cached_property
+    def wet_hulls(self) -> Loop:
+        """What is submerged of each buoy of this rank, and the water above it: numbers of all `Buoy.wet_hull_form`s."""
+        numbers = [fem.Function(form.arguments()[0].ufl_function_space()) for form in self._wet_forms]
+        parts = [Part("wet hull", function, k * SUBMERGED) for k, function in enumerate(numbers)]
+        return self.system.functional(zip(self._wet_forms, parts, strict=True))
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
@@ -104,12 +108,13 @@ class Problem:
         """Rank of the first buoy."""
         return next(iter(self.buoy_ranks.values()), 0)
 
-    def _rank_of(self, name):
-        """The rank of a buoy: that of the first line's end there."""
+    def _ranks(self):
+        """The rank of each buoy: that of the first line's end there."""
+        first = {}
         for piece, end in attached_ends(self.network):
-            if self.network.pieces[piece].ends[end].name == name:
-                return self.comm.allgather(self.lines.owns_end(piece, end)).index(True)
-        return 0
+            first.setdefault(self.network.pieces[piece].ends[end].name, (piece, end))
+        owned = {name: self.comm.allgather(self.lines.owns_end(*end)).index(True) for name, end in first.items()}
+        return {name: owned.get(name, 0) for name in self.network.buoys}
 
     def _attach(self):
         """Ends of lines that are on buoys, buoy after buoy."""
@@ -123,7 +128,7 @@ class Problem:
 
     def attached_to(self, buoy) -> list[Attachment]:
         """Attachments of a Buoy of this rank."""
-        return [attachment for attachment in self.attachments if attachment.buoy is buoy]
+        return self._on_buoys.get(id(buoy), [])
 
     def _number(self):
         """Give the unknowns their places; returns the parts of this rank."""
@@ -295,16 +300,18 @@ class Problem:
         """Forces that hold the ends of the cable [N], of several (cable, 3), by their names in a record."""
         if self.lines is None:
             return {}
+        if fresh:
+            self.system.evaluate()
         cables = range(len(self.network.cables))
         found = {
-            name: [get(fresh, k) for k in cables]
+            name: [get(False, k) for k in cables]
             for name, get in (("anchor_force", self.anchor_force), ("end_tension", self.end_tension))
         }
         return {name: forces[0] if len(cables) == 1 else np.array(forces) for name, forces in found.items()}
 
     def attachment_of(self, piece, end=1) -> Attachment:
         """The attachment of an end of a piece of line."""
-        return next(a for a in self.attachments if (a.piece, a.end) == (piece, end))
+        return self._at_ends[piece, end]
 
     def anchor_tension(self, cable=0) -> float:
         """T_h(0) of a cable [N], on every rank."""

@@ -103,13 +103,13 @@ def contact(normal, level, grip, x, x_t=None, held=None) -> form.Contact:
 class Points:
     """Points of the owned cells of lines: those of the quadrature of a degree; with_nodes: and their nodes, in order.
 
-    s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.  presses: mask of the points of
-    the quadrature, shape (points,).
+    nodes: of each cell.  s: mesh coordinates, shape (cells, points).  line: number of the line of each cell.  presses:
+    mask of the points of the quadrature, shape (points,).
     """
 
     def __init__(self, lines, positions, degree, with_nodes=False):
-        self._nodes = compat.cell_dofs(positions)
-        ends = lines.node_s[self._nodes]  # the first two nodes of a cell are its ends
+        self.nodes = compat.cell_dofs(positions)
+        ends = lines.node_s[self.nodes]  # the first two nodes of a cell are its ends
         first, size = ends[:, :1], ends[:, 1:2] - ends[:, :1]
         nodes, (xi, _) = (ends[0] - first[0]) / size[0], compat.interval_quadrature(degree)
         self.presses = np.ones(len(xi), bool)
@@ -121,13 +121,13 @@ class Points:
         power = np.arange(ends.shape[1])
         self._basis = xi[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
 
-    def of(self, values, cells=slice(None)):
-        """Values at the points of cells, shape (cells, points, 3), of values at the nodes (nodes, 3)."""
-        return self._basis @ values[self._nodes[cells]]
+    def of(self, values, nodes=None):
+        """Values at the points of all cells, or those with these nodes, shape (cells, points, 3), of values (n, 3)."""
+        return self._basis @ values[self.nodes if nodes is None else nodes]
 
-    def scalars(self, values, cells):
-        """Values at the points of cells, shape (cells, points), of values at the nodes (nodes,)."""
-        return values[self._nodes[cells]] @ self._basis.T
+    def scalars(self, values, nodes):
+        """Values at the points of the cells with these nodes, shape (cells, points), of values (n,)."""
+        return values[nodes] @ self._basis.T
 
 
 class Seabed:
@@ -153,10 +153,13 @@ class Seabed:
         terms = effects.called_by(lines.scene, "bed")
         self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
         self.soundings = Points(lines, positions, degree, with_nodes=True)
-        first = self.soundings.s[:, 0]
-        mine = [np.flatnonzero(lines.line_of_cell == k) for k in range(len(lines.pieces))]
-        #: Own cells of each line from its start on, and where their soundings are.
-        self._along = [(c := cells[np.argsort(first[cells])], self.soundings.s[c]) for cells in mine]
+        #: Nodes of each line, which of these its own cells have, from its start on, and where their soundings are.
+        self._along = [self._sounded(k) for k in range(len(lines.pieces))]
+
+    def _sounded(self, line):
+        nodes, cells, at = self.lines.nodes_of[line], self.lines.cells_of[line], self.soundings
+        cells = cells[np.argsort(at.s[cells, 0])]
+        return nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]
 
     def _part(self, name):
         return lambda section: getattr(grip_of_line(self.lines.scene, section, self._hardness()), name)
@@ -247,7 +250,7 @@ class Seabed:
         All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
         what rises there is the element's wave, not the line.  Elsewhere the gap is linear from sounding to sounding.
         """
-        s, g, position = self._sound(u[self.lines.node_dofs], line)
+        s, g, position = self._sound(u, line)
         bridged = _bridged((g < 0) & self.soundings.presses)
         s, g = s.ravel(), g.ravel()
         share = np.where(bridged, 1.0, _share_below(g[:-1], g[1:]))
@@ -264,13 +267,14 @@ class Seabed:
         last, touchdown = point(high, 1.0 if bridged[high] or g[high] >= 0 else share[high])
         return Lying(length, last, touchdown, sag, first, foot)
 
-    def _sound(self, r, line):
+    def _sound(self, u, line):
         """(s, gap, k -> position of the k-th) at the soundings of a whole line, s and gap of shape (cells, points)."""
-        (cells, s), at = self._along[line], self.soundings
-        g = at.scalars(self.gap(r), cells)
+        (nodes, of_cells, s), at = self._along[line], self.soundings
+        r = u[self.lines.node_dofs[nodes]]
+        g = at.scalars(self.gap(r), of_cells)
         if self.lines.comm.size == 1:
-            return s, g, lambda k: at.of(r, cells[k // s.shape[1]])[k % s.shape[1]]
-        every = zip(*self.lines.comm.allgather((s, g, at.of(r, cells))), strict=True)
+            return s, g, lambda k: at.of(r, of_cells[k // s.shape[1]])[k % s.shape[1]]
+        every = zip(*self.lines.comm.allgather((s, g, at.of(r, of_cells))), strict=True)
         s, g, places = (np.concatenate(part) for part in every)
         order = np.argsort(s[:, 0])
         places = places[order].reshape(-1, 3)

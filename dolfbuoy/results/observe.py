@@ -29,7 +29,7 @@ class Observer:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b, shape_of(b)).mass for b in self.network.buoys.values()])
         self._lying = np.zeros((len(self.network.cables), 4))
-        self._wet = {name: problem.wet_hull(name) for name in problem.buoys if problem.scene.sea}
+        self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
         sources, self._places, self.width = self._sources(end_forces or {}), {}, 0
         for name, entries in sources.items():
@@ -55,7 +55,10 @@ class Observer:
             states = [u[buoy.part.slice] if buoy else np.zeros(fields.size) for buoy in mine]
             found["buoy"] = _joined(map(_all_of, states))
             if problem.scene.sea:
-                wet = [self._wet[name].out if name in self._wet else np.zeros(SUBMERGED) for name in self.network.buoys]
+                known = dict(
+                    zip(problem.buoys, self._wet.out.reshape(-1, SUBMERGED) if self._wet else (), strict=False)
+                )
+                wet = [known.get(name, np.zeros(SUBMERGED)) for name in self.network.buoys]
                 found["water"] = _joined(map(_all_of, wet))
         if problem.attachments:
             found["mooring"] = _joined(_all_of(u[a.slice], a.buoy is not None) for a in problem.attachments)
@@ -110,8 +113,7 @@ class Observer:
         """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
         if self._wet:
             self.problem.system.read_given()
-            for wet in self._wet.values():
-                wet()
+            self._wet()
         if "bed" in self._places:
             self._note_bed()
         if self._stress is not None:

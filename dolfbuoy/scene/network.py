@@ -286,12 +286,12 @@ def _section(keys, place):
 
 def attached_ends(network) -> list[tuple[int, int]]:
     """(piece, end: 0 at s = 0, 1 at s = L) of all ends on buoys, buoy after buoy."""
-    ends = [(k, i) for k in range(len(network.pieces)) for i in (1, 0)]
-    return [(k, i) for name in network.buoys for k, i in ends if _is_on(network.pieces[k].ends[i], name)]
-
-
-def _is_on(end, buoy):
-    return end.kind == "buoy" and end.name == buoy
+    found = {name: [] for name in network.buoys}
+    for k, piece in enumerate(network.pieces):
+        for i in (1, 0):
+            if piece.ends[i].kind == "buoy":
+                found[piece.ends[i].name].append((k, i))
+    return [end for ends in found.values() for end in ends]
 
 
 # -- what must be so ---------------------------------------------------------------------------------------------------

@@ -38,7 +38,7 @@ typedef struct {
 
 typedef struct {
     int count;
-    hook hooks[64];
+    const hook *hooks;
 } hooks;
 
 void add_up(const hooks *before, const integral *integrals, int count, double *values, double *work, double *out,
@@ -180,6 +180,7 @@ class Hooks:
     def __init__(self, values):
         self._library, self.values = compiled(), values
         self.described, self._alive = self._library.ffi.new("hooks *"), []
+        self._room = []  # for hooks, of which `described` counts those in use
         self._error, self.failed = None, np.zeros(1, dtype=np.int32)  #: for C: whether one has raised
 
     def add(self, function, context=None):
@@ -188,12 +189,12 @@ class Hooks:
         What a Python function raises is raised by the evaluation, and the numbers of that evaluation mean nothing.
         """
         ffi, place = self._library.ffi, self.described.count
-        if place == len(self.described.hooks):
-            raise ValueError(f"no more than {place} functions can be called before an evaluation")
         if not isinstance(function, int):
             function, context = self._from_python(function), None
-        self.described.hooks[place].call = function
-        self.described.hooks[place].context = ffi.cast("void *", context or 0)
+        if place == len(self._room):
+            self._room = ffi.new("hook[]", [*self._room, *[(0, ffi.NULL)] * (place + 8)])
+            self.described.hooks = self._room
+        self._room[place] = function, ffi.cast("void *", context or 0)
         self.described.count += 1
 
     def _from_python(self, function):
@@ -263,18 +264,18 @@ class Loop:
 
     def __init__(self, contributions, values, shared, size=None, spare=0):
         self._alive, self._shared = [], shared
-        found = [(c, integral) for c in contributions for integral in compat.integrals(c.form, compiled().ffi)]
-        described = compiled().ffi.new("integral[]", max(1, len(found)))
-        sources, self._entries, work = {id(c): values.sources(c) for c in contributions}, [], 1
-        for one, (c, integral) in zip(described, found, strict=False):
-            coefficients, constants = sources[id(c)]
+        ffi, self._entries, self._dofs, self._first, work = compiled().ffi, [], {}, 0, 1
+        sources = zip(contributions, values.sources(contributions), strict=True)
+        found = [(c, integral, packed) for c, packed in sources for integral in compat.integrals(c.form, ffi)]
+        described = ffi.new("integral[]", max(1, len(found)))
+        for one, (c, integral, (coefficients, constants)) in zip(described, found, strict=False):
             self._inputs(one, c, integral, coefficients[integral.key], constants)
             self._outputs(one, c, integral, size is None)
             work = max(work, one.lanes * (one.constants + one.coefficients + one.coordinates + one.tensor))
         if size is None:
             self.entries = np.concatenate([np.zeros((2, 0), np.int32), *self._entries], axis=1)
             size = self.entries.shape[1] + spare
-        del self._entries
+        del self._entries, self._dofs
         self.out = c_code.aligned(size)
         inputs, outputs = (self._doubles(a) for a in (values.array, c_code.aligned(work))), self._doubles(self.out)
         self.arguments = shared.hooks.described, described, len(found), *inputs, outputs, size
@@ -297,20 +298,28 @@ class Loop:
         one.cells = self._kept(self._shared.counts.of(mesh, cells))
         one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
         one.w, one.c, one.mesh = self._by_lanes(one, coefficients), self._ints(constants), self._doubles(x)
-        one.x = self._by_lanes(one, np.arange(x.size).reshape(x.shape)[cells])
+        one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(x.shape[1]))
 
     def _outputs(self, one, contribution, integral, is_matrix):
-        dofs = [part.offset + _unrolled(part.function.function_space)[integral.cells] for part in contribution.sides]
+        dofs = [
+            part.offset + self._dofs_of(part.function.function_space)[integral.cells] for part in contribution.sides
+        ]
         one.tensor, one.shared = np.prod([d.shape[1] for d in dofs]), all(np.all(d == d[:1]) for d in dofs)
         if not is_matrix:
             one.targets = self._ints(dofs[0][:1]) if one.shared else self._by_lanes(one, dofs[0])
             return
-        one.first = sum(entries.shape[1] for entries in self._entries)
+        one.first = self._first
         if one.shared:
             one.targets = self._ints(one.first + np.arange(one.tensor))
             dofs = [d[:1] for d in dofs]
         entries = np.stack([_blocks(e, 1 if one.shared else one.lanes, -1).ravel() for e in _entries(*dofs)])
         self._entries.append(np.pad(entries, ((0, 0), (0, -entries.shape[1] % c_code.ALIGNED)), constant_values=-1))
+        self._first += self._entries[-1].shape[1]
+
+    def _dofs_of(self, space):
+        if id(space) not in self._dofs:
+            self._dofs[id(space)] = _unrolled(space)
+        return self._dofs[id(space)]
 
     def _by_lanes(self, one, numbers):
         """Of every cell (cells, numbers); lanes that are too many do what the last cell does."""

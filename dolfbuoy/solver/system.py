@@ -56,12 +56,12 @@ class System:
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _differentiate(self, residuals):
-        jacobians = []
+        jacobians, number = [], {id(part.function): k for k, part in enumerate(self.parts)}
         for row, form in residuals:
-            for column in self.parts:
-                if column.function in form.coefficients():
-                    derivative = ufl.derivative(form, column.function, column.trial)
-                    jacobians.append(Contribution(derivative, row, column))
+            for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
+                column = self.parts[k]
+                derivative = ufl.derivative(form, column.function, column.trial)
+                jacobians.append(Contribution(derivative, row, column))
         return jacobians
 
     def _create_matrix(self):
@@ -118,9 +118,10 @@ class System:
         """
         self._values.leave(functions)
 
-    def functional(self, form, test):
-        """A Loop for a linear form that reads what residuals do, or was `noted`; test: Part of its numbers."""
-        return Loop([Contribution(form, test)], self._values, self._shared, test.size)
+    def functional(self, forms):
+        """A Loop for linear forms that read what residuals do, or were `noted`: [(form, Part of its numbers), ...]."""
+        found = [Contribution(form, test) for form, test in forms]
+        return Loop(found, self._values, self._shared, sum(c.row.size for c in found))
 
     def rows_of_jacobian(self, rows):
         """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.

@@ -1,6 +1,7 @@
 """Unknowns as parts and blocks, and compiled forms that add to their residual and matrix."""
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import ufl
@@ -63,7 +64,8 @@ class Values:
     """
 
     def __init__(self, parts, forms):
-        self._places, unknown, given, end = {}, [], [], 1
+        self._places, unknown, end = {}, [], 1
+        self._given = {}  # place and values of what the forms read besides, by identity
         for part in parts:
             self._places[id(part.function)] = slice(1 + part.offset, 1 + part.slice.stop)
             unknown.append((self._places[id(part.function)], part.values))
@@ -74,44 +76,53 @@ class Values:
                 if id(thing) not in self._places:
                     values = array_of(thing)
                     self._places[id(thing)] = slice(end, end + len(values))
-                    given.append((self._places[id(thing)], values))
+                    self._given[id(thing)] = self._places[id(thing)], values
                     end += len(values)
         self.array = np.zeros(end)
         self.unknowns = self.array[unknowns]
         #: Read the unknowns from the parts' Functions.
         self.read_unknowns = self._reader(unknown)
-        self._given = given
-        #: Read coefficients and constants again: time, step and the phase of the wave are among them.
-        self.read_given = self._reader(given)
+        self._read_given = None
+
+    @property
+    def read_given(self):
+        """Read coefficients and constants again: time, step and the phase of the wave are among them."""
+        if self._read_given is None:
+            self._read_given = self._reader(self._given.values())
+        return self._read_given
 
     def _reader(self, pieces):
         return copies([(self.array[place], values) for place, values in pieces])
 
     def leave(self, things):
         """What a hook fills in: no longer read again."""
-        places = [self._places[id(thing)] for thing in things]
-        self._given = [(place, values) for place, values in self._given if place not in places]
-        self.read_given = self._reader(self._given)
+        for thing in things:
+            self._given.pop(id(thing), None)
+        self._read_given = None
 
     def of(self, thing):
         """The values of a Function or Constant, a view; None for what no form reads."""
         place = self._places.get(id(thing))
         return None if place is None else self.array[place]
 
-    def sources(self, contribution):
-        """Where each packed coefficient of a form, by integral, and each packed constant stands in `array`.
+    def sources(self, contributions):
+        """Of each form, where each packed coefficient, by integral, and each packed constant stands in `array`.
 
         Found by packing the places: the elements here are packed without a transformation.
         """
-        read = [(array_of(thing), self._places[id(thing)]) for thing in _read_by(contribution.ufl_form)]
+        things = {id(thing): thing for c in contributions for thing in _read_by(c.ufl_form)}
+        read = [(array_of(thing), self._places[key]) for key, thing in things.items()]
         kept = [values.copy() for values, _ in read]
         for values, place in read:
             values[:] = np.arange(place.start, place.stop)
-        contribution.prepare()
+        for contribution in contributions:
+            contribution.prepare()
         for (values, _), old in zip(read, kept, strict=True):
             values[:] = old
-        coefficients = {key: packed.astype(np.int32) for key, packed in contribution.coefficients.items()}
-        return coefficients, contribution.constants.astype(np.int32)
+        ints = partial(np.asarray, dtype=np.int32)
+        return [
+            ({key: ints(packed) for key, packed in c.coefficients.items()}, ints(c.constants)) for c in contributions
+        ]
 
 
 def _read_by(form):

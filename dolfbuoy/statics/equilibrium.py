@@ -31,8 +31,8 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """
     check_feasible(scene)
-    if single(scene).cable is None:
-        return _free_buoy(scene, comm, make)
+    if not scene.cables:
+        return _free_buoys(scene, comm, make)
     problem = make(scene, dynamic=False, comm=comm)
     if problem.lines.growth is None:
         _rest(problem)
@@ -107,19 +107,20 @@ def _under_end_force(scene, force, w, EA=None):
 # -- buoy --------------------------------------------------------------------------------------------------------------
 
 
-def _free_buoy(scene, comm, make):
-    """A buoy without cable floats upright in still water; steady loads across would carry it away for ever."""
-    calm = scene.model_copy(update={"current": None, "wind": None, "external_force": None, "waves": None})
-    problem = make(calm, dynamic=False, comm=comm)
-    if problem.buoy:
+def _free_buoys(scene, comm, make):
+    """Buoys without cables float upright in still water; steady loads across would carry them away for ever."""
+    loads = {"wind": None, "external_force": None}
+    calm = loads | {"current": None, "waves": None, "buoy": [buoy.model_copy(update=loads) for buoy in scene.buoys]}
+    problem = make(scene.model_copy(update=calm), dynamic=False, comm=comm)
+    floats = scene.sea is not None and scene.gravity
+    for buoy in problem.buoys.values():
         height = 0.0
-        if scene.sea is not None and scene.gravity:
-            shape, mass = shape_and_mass(single(scene).buoy)
-            height = mass.height - float_upright(shape, mass, scene.sea.density, scene.gravity).draft
+        if floats:
+            draft = float_upright(buoy.shape, buoy.mass, scene.sea.density, scene.gravity).draft
+            height = buoy.mass.height - draft
         pose = np.array([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0])
-        problem.system.u[problem.buoy.part.slice] = pose
-        problem.buoy.reference.x.array[:] = pose
-    if scene.sea is not None and scene.gravity:
+        problem.system.u[buoy.part.slice] = buoy.reference.x.array[:] = pose
+    if floats:
         problem.iterations, problem.route = problem.newton.solve(), "newton"
     else:
         problem.system.publish()

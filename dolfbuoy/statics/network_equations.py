@@ -62,7 +62,9 @@ class Equations:
         """Pieces from every joint to the lowest held one: Newton is quicker if pieces start where they may lie."""
         heights = np.array([np.inf if joint.free else joint.position[2] for joint in self.network.joints])
         steps = np.where(heights <= heights.min() + 1e-6 * self.length_unit, 0, len(heights))
-        for _ in heights:
+        before = None
+        while not np.array_equal(steps, before):
+            before = steps.copy()
             for a, b in self.joint:
                 steps[a], steps[b] = min(steps[a], steps[b] + 1), min(steps[b], steps[a] + 1)
         return steps

@@ -85,7 +85,7 @@ def test_points_of_a_hull_find_the_water_by_its_expansion(tilt, height):
     axis, found = np.array([0.6, 0.8, 0.0]), {}
     for kinematics in ("step", "exact"):
         problem = Problem(load_scene(scene_of(SEA | {"kinematics": kinematics})), dynamic=True)
-        (buoy,), wet = problem.buoys.values(), problem.wet_hull(*problem.buoys)
+        (buoy,), wet = problem.buoys.values(), problem.wet_hulls
         state = buoy.fields.of(problem.system.u[buoy.part.slice])
         state.position[:], state.orientation[0] = [3.0, -7.0, height], math.cos(tilt / 2)
         state.orientation[1:] = math.sin(tilt / 2) * axis
