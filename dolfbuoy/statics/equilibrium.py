@@ -63,9 +63,9 @@ def _rest(problem):
 def _check_determined(problem):
     """Refuse what leaves a tension or a place open.  Raises InputError."""
     scene, network = problem.scene, problem.network
-    for k, piece in enumerate(network.pieces):
-        c, key, w = piece.section, f"cable.{network.name_of(k)}", weight_per_length(scene, piece.section)
-        key = "cable" if len(network.pieces) == 1 else key
+    for piece in network.pieces:
+        c, key, w = piece.section, network.key_of(piece.cable), weight_per_length(scene, piece.section)
+        key += f".segments.{piece.number}" if len(network.pieces_of(piece.cable)) > 1 else ""
         top, loose = piece.ends[1].top, w == 0 and scene.current is None
         if piece.ends[1].kind == "free" and loose and not any(top.force) and len(network.pieces) == 1:
             raise InputError(

@@ -154,7 +154,7 @@ def test_a_streamer_of_curved_elements_that_take_no_compression():
 
 
 def test_an_inextensible_line_that_is_exactly_taut_is_named():
-    with pytest.raises(InputError, match=r"cable\.a\.length = 30.0: must be more than the 30 m between its ends"):
+    with pytest.raises(InputError, match=r"cable\.length = 30.0: must be more than the 30 m between its ends"):
         at_rest([line("a", [0.0, 0.0, -30.0], [0.0, 0.0, 0.0], 30.0, 100.0, math.inf)])
 
 
