@@ -60,7 +60,7 @@ def _equilibrium(scene, comm):
     if problem.lines:
         values |= observer.frame()
     values["newton_iterations"] = problem.iterations
-    info = attributes(problem) | {"route": problem.route}
+    info = attributes(problem)
     if problem.lines:
         info["smallest_tension_N"] = problem.smallest_tension()
     problem.destroy()

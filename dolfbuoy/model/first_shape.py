@@ -89,16 +89,21 @@ def _points_of(scene, network, number, ends, places):
         if any(place is None for place in places):
             raise InputError(f"initial.kind = 'straight': where cable.{name} ends is not known; take 'polyline'.")
         return places, "initial.points"
+    return points_of(scene, number), "initial.points" + (f".{name}" if isinstance(given, dict) else "")
+
+
+def points_of(scene, number):
+    """initial.points of a cable.  Raises InputError."""
+    cables, given = scene.network.cables, scene.initial.points
     if not isinstance(given, dict):
-        if len(network.cables) > 1:
+        if len(cables) > 1:
             raise InputError(
-                f"initial.points = {given}: several cables need a table of points by name, of "
-                f"{', '.join(network.cables)}."
+                f"initial.points = {given}: several cables need a table of points by name, of {', '.join(cables)}."
             )
-        return [np.array(p) for p in given], "initial.points"
-    if name not in given or not set(given) <= set(network.cables):
-        raise InputError(f"initial.points: must have the points of each cable by name, of {', '.join(network.cables)}.")
-    return [np.array(p) for p in given[name]], f"initial.points.{name}"
+        return [np.array(p) for p in given]
+    if cables[number] not in given or not set(given) <= set(cables):
+        raise InputError(f"initial.points: must have the points of each cable by name, of {', '.join(cables)}.")
+    return [np.array(p) for p in given[cables[number]]]
 
 
 def _begins_at(end, place):

@@ -171,13 +171,13 @@ class Lines(Layout):
         ]
 
     def _lay_on_bed(self):
-        """The sea bed, and what relaxes lines in statics on it: at H = 0 they are singular."""
+        """The sea bed, and what holds lines in the damped motion of statics."""
         self.bed = self.relaxation = None
         if self.scene.seabed:
             self.bed = Seabed(self, self._numbers.constant, self._property, self.positions, self._degree)
             self.memory |= self.bed.memory
-            if not self.dynamic:
-                self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
+        if not self.dynamic:
+            self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
 
     def _called(self, where):
         """[(effect, coefficient)] of the effects with such a term that any of the lines calls for."""
@@ -338,7 +338,7 @@ class Lines(Layout):
         """Scale the current (for continuation in statics)."""
         self.sea.scale_current(factor)
 
-    # -- relaxation, in statics on a sea bed ---------------------------------------------------------------------------
+    # -- relaxation, in statics ----------------------------------------------------------------------------------------
 
     def hold(self, u, h):
         """Inertia of a step of h [s] from rest in the positions of u."""

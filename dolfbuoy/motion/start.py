@@ -33,11 +33,12 @@ class Pose:
 class Start:
     """Initial values on this rank; the lines' arrays are numbered as their dofs.
 
-    memory: of the lines and the bodies at their joints.  moorings: (r_O, T_O) of each attachment.  poses: of the buoys
-    by name, of this rank at least.
+    route: the way to the equilibrium, if it is one.  memory: of the lines and the bodies at their joints.  moorings:
+    (r_O, T_O) of each attachment.  poses: of the buoys by name, of this rank at least.
     """
 
     at_rest: bool = True
+    route: str | None = None
     lines: np.ndarray | None = None
     memory: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
     line_velocity: np.ndarray | None = None
@@ -47,6 +48,7 @@ class Start:
 
     def put(self, problem, u):
         """Into the local unknowns of a dynamic Problem, and what the equilibrium left behind besides them."""
+        problem.route = self.route
         if problem.lines:
             u[problem.lines.part.slice] = self.lines
         for attachment, values in zip(problem.attachments, self.moorings, strict=True):
@@ -100,7 +102,7 @@ def _from_equilibrium(problem) -> Start:
 def start_from(problem) -> Start:
     """Rest as a solved static Problem has it, which may be used on."""
     u = problem.system.u
-    start = Start()
+    start = Start(route=problem.route)
     if problem.lines:
         start.lines = u[problem.lines.part.slice].copy()
         start.memory = {model: _copied(getattr(problem, model)) for model in ("lines", "bodies")}
@@ -127,6 +129,7 @@ def _from_shape(scene, comm) -> Start:
     if scene.initial.kind == "equilibrium":
         held = _from_equilibrium(solve_equilibrium(with_buoys_held(scene, poses), comm))
         start.lines, start.memory, start.end_forces = held.lines, held.memory, held.end_forces
+        start.route = held.route
     else:
         problem = Problem(scene, dynamic=False, comm=comm)
         start.lines = np.zeros(problem.lines.part.size)

@@ -329,7 +329,7 @@ def _one_turn(angle):
 
 
 def attributes(problem) -> dict:
-    """Global attributes of a record: after CF, versions, the complete scene as TOML, and what was solved."""
+    """Global attributes of a record: after CF, versions, the complete scene as TOML, what was solved and how."""
     versions = {f"version_{name}": value for name, value in compat.versions().items()}
     return {
         "Conventions": "CF-1.9",
@@ -342,4 +342,5 @@ def attributes(problem) -> dict:
         "created": clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime()),
         "version_dolfbuoy": __version__,
         **versions,
+        **({"route": problem.route} if problem.route else {}),
     }

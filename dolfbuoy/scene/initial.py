@@ -15,7 +15,10 @@ class Initial(Section):
 
     kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
     points: Corners | dict[Name, Corners] | None = key(
-        "corners of the polyline, from the anchor to the top; of several cables by name", "m", default=None
+        "corners of the line, from the anchor to the top, from which the run or the search for the equilibrium starts; "
+        "of several cables by name",
+        "m",
+        default=None,
     )
     buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
     buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
@@ -26,8 +29,8 @@ class Initial(Section):
     def _consistent(self):
         if self.kind == "polyline" and self.points is None:
             raise Wrong("kind", self.kind, "needs points")
-        if self.kind != "polyline" and self.points is not None:
-            raise Wrong("points", self.points, "goes with kind 'polyline' only")
+        if self.kind == "straight" and self.points is not None:
+            raise Wrong("points", self.points, "goes with kind 'polyline' or 'equilibrium' only")
         for points in self.points.values() if isinstance(self.points, dict) else [self.points]:
             if points is not None and len(points) < 2:
                 raise Wrong("points", points, "must be at least two points")

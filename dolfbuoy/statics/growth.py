@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from ..errors import SolveError
 from ..parallel.ranks import combined
-from .continuation import is_compressed
+from .ways import is_compressed
 
 #: Factors that change by less have been found.
 SETTLED = 1e-9

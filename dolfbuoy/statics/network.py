@@ -7,18 +7,22 @@ Under it all may lie a flat bed without friction.  The equations and why they ca
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..errors import SolveError
-from .catenary import Catenary, between
-from .on_bed import UP, Lying, OnBed
+from ..scene.stretching import secant
+from . import catenary, on_bed
+from .catenary import Catenary
+from .on_bed import UP, Bed, Lying, OnBed
 
 ORIGIN = (0.0, 0.0, 0.0)
 #: A length that lies counts from this part of the piece on; less is what smoothing leaves.
 LYING = 3e-5
+#: Times that a table T(e) is taken as one stiffness, and a change of that which is none.
+ROUNDS, SAME = 20, 1e-3
 #: An end is on the bed below this part of the piece's length.
 AT_BED = 1e-7
 
@@ -28,12 +32,13 @@ class Joint:
     """Point to which pieces are tied.
 
     Held at `position`, or free, from anywhere (None) or near `position`; `load` is the net force on a free one [N],
-    or a function that gives it and its derivative, shapes (3,) and (3, 3), from the position.
+    or a function that gives it and its derivative, shapes (3,) and (3, 3), from the position; `push` [N] is added.
     """
 
     position: Sequence[float] | None = None
     free: bool = False
     load: Sequence[float] | Callable = ORIGIN
+    push: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -51,11 +56,25 @@ class Piece:
 
 @dataclass(frozen=True)
 class Network:
-    """Joints, pieces and the height of the flat bed [m] (None: no bed)."""
+    """Joints, pieces and the bed, a plane or the height of a flat one [m] (None: no bed)."""
 
     joints: Sequence[Joint]
     pieces: Sequence[Piece]
-    bed: float | None = None
+    bed: Bed | float | None = None
+
+    @cached_property
+    def plane(self) -> Bed | None:
+        """The bed."""
+        return self.bed if self.bed is None or isinstance(self.bed, Bed) else Bed(UP, float(self.bed))
+
+    @cached_property
+    def floor(self) -> float | None:
+        """Height of a flat bed [m]; through a sloped one lines hang while their joints are looked for."""
+        return None if self.plane is None or self.plane.normal[2] < 1 else self.plane.offset
+
+    def is_held(self, piece: Piece) -> bool:
+        """Whether both ends of a piece are held."""
+        return not (self.joints[piece.start].free or self.joints[piece.end].free)
 
 
 @dataclass(frozen=True)
@@ -109,14 +128,17 @@ class Rest:
 
     def _shape(self, i):
         piece, (start, end), pull = self.network.pieces[i], self.ends[i], self.pulls[i]
+        if self.network.is_held(piece):
+            return _between(self.network, piece, start, end)
         if piece.w == 0:
             return Straight(start, end - start, piece.length, pull)
         H, room = float(np.hypot(*pull[:2])), end[:2] - start[:2]
         width = float(np.hypot(*room))
         way = room / width if width > 0 else np.array([1.0, 0.0])
         along = np.array([*way, 0.0])
-        if 0 < self.lying[i] <= LYING * piece.length and width > 1e-3 * piece.length:
-            return between(start, end, piece.length, piece.w, piece.EA)
+        sloped = self.network.plane is not None and self.network.floor is None
+        if sloped or (0 < self.lying[i] <= LYING * piece.length and width > 1e-3 * piece.length):
+            return _between(self.network, piece, start, end)
         if self.lying[i] <= LYING * piece.length:
             return Catenary(start, along, piece.w, piece.EA, H, float(pull[2]))
         return self._on_bed(i, piece, start, end, along, H)
@@ -124,7 +146,7 @@ class Rest:
     def _on_bed(self, i, piece, start, end, along, H):
         w, EA, pull = piece.w, piece.EA, float(self.pulls[i, 2])
         hanging = [-pull / w, piece.length - self.lying[i] + pull / w]
-        heights = start[2] - self.network.bed, end[2] - self.network.bed
+        heights = start[2] - self.network.floor, end[2] - self.network.floor
         at_bed = [height < AT_BED * piece.length for height in heights]
         first_length, last_length = (0.0 if low else max(part, 0.0) for low, part in zip(at_bed, hanging, strict=True))
         first = Catenary(start, along, w, EA, H, -w * first_length)
@@ -136,20 +158,52 @@ class Rest:
         return OnBed(first, lying, Catenary(touchdown, along, w, EA, H, 0.0), first_length, last_length)
 
 
-def solve(network) -> Rest:
-    """Rest of a network, from nowhere: no start is needed.  Raises SolveError if it has none or none is found."""
-    _check(network)
-    from .network_equations import Equations  # and scipy: 0.1 s of every start
+def _between(network, piece, start, end):
+    """Closed form of a piece between two places."""
+    given = start, end, piece.length, piece.w, piece.EA
+    return catenary.between(*given) if network.plane is None else on_bed.between(*given, network.plane)
 
-    equations = Equations(network)
-    return Rest(network, *equations.solve())
+
+def solve(network) -> Rest:
+    """Rest of a network, from nowhere: no start is needed.  Raises SolveError if it has none or none is found.
+
+    A table T(e) counts as the one stiffness that it has, roughly, where its piece is pulled hardest.
+    """
+    _check(network)
+    rest = _solve(network)
+    for _ in range(ROUNDS):
+        pairs = zip(network.pieces, rest.shapes, strict=True)
+        EA = [secant(p.EA, float(max(shape.tension(np.array([0.0, p.length]))))) for p, shape in pairs]
+        if all(new == old.EA or abs(new / old.EA - 1) < SAME for new, old in zip(EA, rest.network.pieces, strict=True)):
+            return rest
+        pieces = [replace(piece, EA=new) for piece, new in zip(network.pieces, EA, strict=True)]
+        rest = _solve(replace(network, pieces=pieces))
+    return rest
+
+
+def _solve(network):
+    """... with each table as a number.  Pieces between held ends have nothing to do with the others."""
+    positions = np.array([np.zeros(3) if joint.free else joint.position for joint in network.joints], float)
+    held, n = np.array([network.is_held(piece) for piece in network.pieces]), len(network.pieces)
+    pulls, lying, ends = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 2, 3))
+    if not held.all():
+        from .network_equations import Equations  # and scipy: 0.1 s of every start
+
+        moving = replace(network, pieces=[piece for piece, h in zip(network.pieces, held, strict=True) if not h])
+        positions, pulls[~held], lying[~held], ends[~held] = Equations(moving).solve()
+    for i in np.flatnonzero(held):
+        piece = network.pieces[i]
+        ends[i] = positions[[piece.start, piece.end]] + [piece.start_offset, piece.end_offset]
+        shape = _between(network, piece, *ends[i])
+        pulls[i], lying[i] = shape.force(np.zeros(1))[0], shape.length_on_bed
+    return Rest(network, positions, pulls, lying, ends)
 
 
 def _check(network):
     """Refuse what can have no rest."""
     for number, piece in enumerate(network.pieces):
         start, end = network.joints[piece.start], network.joints[piece.end]
-        if not (start.free or end.free) and np.isinf(piece.EA):
+        if network.is_held(piece) and np.isinf(piece.EA):
             chord = np.add(end.position, piece.end_offset) - np.add(start.position, piece.start_offset)
             if (distance := float(np.linalg.norm(chord))) >= piece.length:
                 raise SolveError(

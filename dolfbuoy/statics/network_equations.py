@@ -20,8 +20,6 @@ import itertools
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import spsolve
 
 from ..errors import SolveError
 
@@ -34,6 +32,8 @@ GOOD_EPS = 1e-6
 #: Residual in typical lengths and forces at which a state is accepted: while eps falls, and at the end.
 LOOSE, TIGHT = 1e-6, 1e-9
 TINY = 1e-40  # complex step: derivatives exact to rounding
+#: Unknowns up to which a matrix is full: to import SciPy costs 0.1 s.
+DENSE = 200
 
 
 class Equations:
@@ -53,8 +53,8 @@ class Equations:
         self.offset = np.array([[piece.start_offset, piece.end_offset] for piece in pieces], float) / self.length_unit
         self.turned = np.diff(self._steps_from_the_lowest()[self.joint])[:, 0] < 0
         self.joint[self.turned], self.offset[self.turned] = self._other_way(self.joint), self._other_way(self.offset)
-        self.touches = (self.w > 0) & (network.bed is not None)
-        self.bed = (network.bed or 0.0) / self.length_unit
+        self.touches = (self.w > 0) & (network.floor is not None)
+        self.bed = (network.floor or 0.0) / self.length_unit
         self.columns = np.full(len(joints), -1)
         self.columns[self.free] = 3 * np.arange(len(self.free))
 
@@ -85,9 +85,10 @@ class Equations:
     @staticmethod
     def _load(joint, position):
         """Net force on a joint and its derivative."""
-        if callable(joint.load):
-            return joint.load(np.asarray(position, float))
-        return np.asarray(joint.load, float), np.zeros((3, 3))
+        if not callable(joint.load):
+            return np.add(joint.load, joint.push), np.zeros((3, 3))
+        force, slope = joint.load(np.asarray(position, float))
+        return force + joint.push, slope
 
     # -- unknowns ------------------------------------------------------------------------------------------------------
 
@@ -118,7 +119,7 @@ class Equations:
         x, n, _, R = self.slices
         y[x] = self.held[self.free].ravel()
         y[n][2::3] = -self.w * self.L / 2
-        y[R] = 0.0 if self.network.bed is None else 0.1
+        y[R] = 0.0 if self.network.floor is None else 0.1
         return y
 
     def ends(self, positions):
@@ -155,7 +156,7 @@ class Equations:
         ends, arguments = self.ends(positions), [*n.T, d]
         *values, V1 = self.law(*arguments, eps, more)
         loads = [self._load(self.network.joints[i], positions[i] * self.length_unit) for i in self.free]
-        heights, over_bed = positions[self.free, 2] - self.bed, self.network.bed is not None
+        heights, over_bed = positions[self.free, 2] - self.bed, self.network.floor is not None
         residual = np.concatenate([
             self._balance(n, V1, R, loads).ravel(),
             (np.transpose(values[:3]) - (ends[:, 1] - ends[:, 0])).ravel(),
@@ -164,7 +165,8 @@ class Equations:
         ])  # fmt: skip
         if not jacobian:
             return residual
-        slopes = np.array([self.law(*_stepped(arguments, k), eps, more).imag / TINY for k in range(4)])
+        steps = np.array(arguments)[:, None] + 1j * TINY * np.eye(4)[:, :, None]  # each argument in turn
+        slopes = self.law(*steps, eps, more).imag / TINY
         pair = _pair_slopes(R, heights, more) if over_bed else (np.ones_like(R), np.zeros_like(R))
         return residual, self._assemble(slopes, loads, *pair)
 
@@ -176,40 +178,37 @@ class Equations:
         total[:, 2] += R
         return total
 
-    def _assemble(self, slopes, loads, by_R, by_height):
-        """slopes[k, row] of the law by n_x, n_y, n_z and d."""
+    @cached_property
+    def _places(self):
+        """(rows, columns) of the entries of the Jacobian, in the order of `_assemble`; negative: none."""
         x0, n0, d0, R0 = (part.start for part in self.slices)
         pieces, joints = np.arange(len(self.L)), np.arange(len(self.free))
-        rows, columns, values = [], [], []
-
-        def add(row, column, value):
-            row, column, value = np.broadcast_arrays(row, column, np.asarray(value, float))
-            use = (column >= 0) & (row >= 0)
-            rows.append(row[use]), columns.append(column[use]), values.append(value[use])
-
         start, end = (np.where(self.columns[side] < 0, -9, x0 + self.columns[side]) for side in self.joint.T)
-        n, d = n0 + 3 * pieces, d0 + pieces
-        for i in range(3):
-            add(n + i, start + i, 1.0)
-            add(n + i, end + i, -1.0)
-            add(start + i, n + i, 1.0)
-        add(end, n, -1.0)
-        add(end + 1, n + 1, -1.0)
-        for k, column in enumerate((n, n + 1, n + 2, d)):
-            for i in range(3):
-                add(n + i, column, slopes[k, i])
-            add(end + 2, column, -slopes[k, 4])
-            add(d, column, np.where(self.touches, slopes[k, 3], column == d))
-        add(d, start + 2, np.where(self.touches, -1.0, 0.0))
-        for i in range(3):
-            for k in range(3):
-                slope = np.array([derivative[i, k] for _, derivative in loads]) * self.length_unit / self.force_unit
-                add(x0 + 3 * joints + i, x0 + 3 * joints + k, slope)
-        add(x0 + 3 * joints + 2, R0 + joints, 1.0)
-        add(R0 + joints, R0 + joints, by_R)
-        add(R0 + joints, x0 + 3 * joints + 2, by_height)
-        entries = [np.concatenate(part) for part in (values, rows, columns)]
-        return sparse.csc_matrix((entries[0], (entries[1], entries[2])), shape=2 * (self.slices[-1].stop,))
+        n, d, x, R = n0 + 3 * pieces, d0 + pieces, x0 + 3 * joints, R0 + joints
+        found = [place for i in range(3) for place in ((n + i, start + i), (n + i, end + i), (start + i, n + i))]
+        found += [(end, n), (end + 1, n + 1), (d, start + 2)]
+        for column in (n, n + 1, n + 2, d):
+            found += [(row, column) for row in (n, n + 1, n + 2, d, end + 2)]
+        found += [(x + i, x + k) for i in range(3) for k in range(3)]
+        found += [(x + 2, R), (R, R), (R, x + 2)]
+        return [np.concatenate(part) for part in zip(*found, strict=True)]
+
+    def _assemble(self, slopes, loads, by_R, by_height):
+        """slopes[row, k] of the law by n_x, n_y, n_z and d."""
+        one, size = np.ones(len(self.L)), self.slices[-1].stop
+        slopes[3] = np.where(self.touches, slopes[3], np.array([[0.0], [0.0], [0.0], [1.0]]))
+        slopes[4] *= -1
+        derivatives = np.array([slope for _, slope in loads]).reshape(-1, 9).T * self.length_unit / self.force_unit
+        values = [one, -one, one] * 3 + [-one, -one, np.where(self.touches, -1.0, 0.0)]
+        values += [slopes.swapaxes(0, 1).ravel(), derivatives.ravel(), np.ones_like(by_R), by_R, by_height]
+        rows, columns = self._places
+        use = (rows >= 0) & (columns >= 0)
+        rows, columns, values = rows[use], columns[use], np.concatenate(values)[use]
+        if size > DENSE:
+            from scipy.sparse import csc_matrix
+
+            return csc_matrix((values, (rows, columns)), shape=(size, size))
+        return np.bincount(rows * size + columns, values, size * size).reshape(size, size)
 
     # -- solution ------------------------------------------------------------------------------------------------------
 
@@ -237,7 +236,7 @@ class Equations:
                     if factor > 0.9:
                         raise
                 else:
-                    eps, factor = target, max(factor**2, 0.1)
+                    eps, factor = target, max(factor**2, 0.01)
             y, softness = self._newton(y, eps, LAST_SOFTNESS, 1e-14, accepted=TIGHT), LAST_SOFTNESS
         except SolveError:
             softness = eps
@@ -252,7 +251,7 @@ class Equations:
         _, jacobian = self.evaluate(y, eps, eps, jacobian=True)
         small = 1e-5 * eps
         change = (self.evaluate(y, eps + small, eps + small) - self.evaluate(y, eps - small, eps - small)) / (2 * small)
-        ahead = y - (target - eps) * spsolve(jacobian, change)
+        ahead = y - (target - eps) * _solved(jacobian, change)
         sizes = [np.linalg.norm(self.evaluate(state, target, target)) for state in (y, ahead)]
         return ahead if sizes[1] < sizes[0] else y
 
@@ -263,7 +262,7 @@ class Equations:
             norm = np.linalg.norm(residual)
             if norm < enough:
                 return y
-            step = spsolve(jacobian, -residual)
+            step = _solved(jacobian, -residual)
             better = self._search(y, step, norm, eps, more) if np.all(np.isfinite(step)) else None
             if better is None:
                 break
@@ -282,9 +281,16 @@ class Equations:
         return None
 
 
-def _stepped(arguments, k):
-    """Arguments of the law with a small imaginary part in the k-th."""
-    return [a + 1j * TINY if i == k else a.astype(complex) for i, a in enumerate(arguments)]
+def _solved(matrix, right):
+    """Solution of a linear system; not finite where it is singular."""
+    try:
+        if isinstance(matrix, np.ndarray):
+            return np.linalg.solve(matrix, right)
+        from scipy.sparse.linalg import spsolve
+
+        return spsolve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.inf)
 
 
 def _integral_of_one_over_T(V0, V1, T0, T1, h, w, length):

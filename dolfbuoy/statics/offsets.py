@@ -12,8 +12,7 @@ from ..model.problem import Problem
 from ..model.sea import heading
 from ..model.seabed import rubs
 from ..scene.sections import Current, ExternalForce
-from .equilibrium import solve_equilibrium
-from .moorings import let_turn
+from .equilibrium import let_turn, solve_equilibrium
 
 #: A step of the load is halved as often as this before its equilibrium is looked for anew.
 HALVINGS = 4

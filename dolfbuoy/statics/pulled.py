@@ -16,8 +16,8 @@ import numpy as np
 
 from ..model.seabed import Lying, stick_length
 from ..parallel.ranks import told
+from .damped import relax
 from .on_bed import UP
-from .relaxation import relax
 
 ROUNDS = 3  # friction on the bed changes T_0 by less than a hundredth, and that its reach
 #: A piece lies down to its end if no more than this part of it does not.

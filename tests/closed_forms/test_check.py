@@ -13,10 +13,10 @@ from scipy.optimize import brentq
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.check import check, derived
 from dolfbuoy.linear.periods import buoy_periods
+from dolfbuoy.model.feasible import shape_and_mass
 from dolfbuoy.model.held import motion_of
 from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.results.summary import remaining_amplitude
-from dolfbuoy.statics.equilibrium import shape_and_mass
 
 RHO, G, DEPTH = 1019.0, 9.7, 24.0
 CABLE = {

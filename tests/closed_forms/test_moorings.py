@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from helpers import reference
 
-from dolfbuoy import InputError, SolveError, load_scene
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.statics.equilibrium import solve_equilibrium
-from dolfbuoy.statics.moorings import still_network
 from dolfbuoy.statics.network import solve
+from dolfbuoy.statics.start import still_network
 
 CASES = reference("bed_and_networks")["cases"]
 G = 9.81
@@ -139,18 +139,22 @@ def test_a_streamer_that_floats_back_along_its_tow(slack):
     tow, array = (w - 1025 * math.pi / 4 * d**2 for w, d in ((2.4, 0.02), (1.288, 0.04)))
     weight = G * (120 * tow + 100 * array + 5.0 - 1025 * 4.878e-3)
     np.testing.assert_allclose(problem.end_force(1, 1), [0.0, 0.0, weight], rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(end_of(problem, 1, 0), [0.0, 0.0, -120 * (1 + weight / 2 / 2e7)], rtol=1e-6)
+    np.testing.assert_allclose(end_of(problem, 1, 0), [0.0, 0.0, -120 * (1 + weight / 2 / 2e7)], atol=1e-4)
     assert end_of(problem, 0, 0)[2] == pytest.approx(end_of(problem, 0, 1)[2] + 100, abs=1e-3)
     problem.destroy()
 
 
-def test_which_ropes_hardly_pull_is_said():
-    with pytest.raises(SolveError, match=r"two-sided law\): streamer, tow hardly pulled at one end"):
-        streamer("tension-only", (2, 1))
+def test_a_streamer_of_curved_elements_that_take_no_compression():
+    """Folds of no width leave slack nodes, at which Newton's matrix is singular: it is found by its motion."""
+    problem, _ = streamer("tension-only", (2, 1))
+    assert problem.route == "relaxation"
+    assert problem.system.u[problem.lines.T_dofs].min() == 0
+    np.testing.assert_allclose(problem.end_force(1, 1), [0.0, 0.0, 2446.1545149], rtol=1e-9, atol=1e-9)
+    problem.destroy()
 
 
 def test_an_inextensible_line_that_is_exactly_taut_is_named():
-    with pytest.raises(InputError, match=r"cable\.a\.length = 30.0: must be more than the 30 m between its ends"):
+    with pytest.raises(InputError, match=r"cable\.length = 30.0: must be more than the 30 m between its ends"):
         at_rest([line("a", [0.0, 0.0, -30.0], [0.0, 0.0, 0.0], 30.0, 100.0, math.inf)])
 
 

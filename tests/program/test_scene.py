@@ -16,11 +16,11 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes, write_line
 from dolfbuoy.model.attachment import Attachment
 from dolfbuoy.model.buoy import Buoy
+from dolfbuoy.model.feasible import check_feasible
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.scene import build_scene, merged, varied
 from dolfbuoy.solver.unknowns import Part
-from dolfbuoy.statics.equilibrium import check_feasible
 
 BASE = {
     "sea": {"depth": 20.0},

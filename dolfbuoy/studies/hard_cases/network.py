@@ -7,8 +7,8 @@ from mpi4py import MPI
 
 from ...scene import load_scene
 from ...statics.equilibrium import solve_equilibrium
-from ...statics.moorings import still_network
 from ...statics.network import solve
+from ...statics.start import still_network
 from .case import hard_case
 from .tools import INF, SCENES, run, sound_run, static, with_
 

@@ -1,0 +1,49 @@
+"""Damped motion to rest: steps of backward Euler that grow until nothing is left of the inertia.
+
+The inertia rho0 (r - r*)/h^2 holds lines and buoys, with r* where they were (each step from rest), or where they would
+have gone on to.  A line without tension on the bed stays where it comes to lie, which nothing else determines.
+"""
+
+import numpy as np
+from mpi4py import MPI
+
+from ..errors import SolveError
+from ..parallel import interruption
+from ..parallel.ranks import combined
+
+#: Inertia that is left, relative to the weight.
+LEFT = 1e-11
+
+
+def relax(problem, growth=1.5, steps=400, momentum=False) -> None:
+    """From the positions at hand; h grows by `growth` from step to step.  Raises SolveError."""
+    lines, system = problem.lines, problem.system
+    acceleration = problem.scene.gravity or problem.typical_force / (lines.section.line_density * lines.longest)
+    h = 1e-2 * np.sqrt(lines.longest / acceleration)
+    smallest, velocity = 1e-4 * h, np.zeros_like(system.u)
+    try:
+        for _ in range(steps):
+            interruption.check()
+            before = system.u.copy()
+            for model in problem.models:
+                model.hold(before + h * velocity, h)
+            problem.newton.set_scales(1 / h)
+            try:
+                problem.iterations += problem.newton.solve()
+            except SolveError:
+                h /= growth**4
+                velocity[:] = 0.0
+                if h < smallest:
+                    raise
+                continue
+            moved = system.u - before
+            farthest = combined(problem.comm, float(np.abs(moved[lines.node_dofs]).max(initial=0.0)), MPI.MAX)
+            if farthest <= LEFT * acceleration * h**2:
+                return
+            velocity = moved / h if momentum else velocity
+            h *= growth
+        raise SolveError(f"after {steps} steps of a damped motion something still moves")
+    finally:
+        for model in problem.models:
+            model.let_go()
+        problem.newton.set_scales(1.0)

@@ -1,0 +1,206 @@
+"""Starts of the statics: lines along given points, or in closed form in still water under all steady loads.
+
+The drag of a current is estimated as that of a stream across hulls and lines, half of each line's at either end.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..model.feasible import shape_and_mass
+from ..model.first_shape import given_shapes, points_of
+from ..model.lines import top_position
+from ..model.problem import Problem
+from ..model.rigid import mooring_offset, rotation_of
+from ..model.sea import heading, wind_at
+from ..model.seabed import plane
+from ..scene.network import attached_ends
+from . import network as still
+from .on_bed import Bed
+
+UPRIGHT, OVERTURNED = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0, 0.0])
+#: A slack line that nothing draws apart is drawn apart by this part of its weight: its fold needs a width.
+NUDGE = 1e-3
+
+
+class Start(NamedTuple):
+    """Shapes of all pieces, with position(s), tension(s) and force(s), and orientations of the buoys by name."""
+
+    problem: Problem
+    shapes: list
+    poses: dict[str, np.ndarray]
+
+    def put(self) -> None:
+        """Into the unknowns of the Problem, with all data as the scene has them."""
+        problem, u, lines = self.problem, self.problem.system.u, self.problem.lines
+        floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
+        for k, shape in enumerate(self.shapes):
+            lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
+        for attachment in problem.attachments:
+            u[attachment.slice] = np.concatenate(self.end(attachment.piece, attachment.end))
+        for name, buoy in problem.buoys.items():
+            attachment, q4 = problem.attached_to(buoy)[0], self.poses[name]
+            r_C = attachment.of(u).point - rotation_of(q4) @ attachment.offset.value
+            u[buoy.part.slice] = buoy.reference.x.array[:] = np.concatenate([r_C, q4])
+        problem.set_time(0.0)
+        problem.system.share()
+
+    def end(self, piece, end):
+        """(place [m], force on what hangs there [N]) of an end of a piece."""
+        s = np.array([self.problem.network.pieces[piece].section.length * end])
+        return self.shapes[piece].position(s)[0], self.shapes[piece].force(s)[0] * (-1 if end else 1)
+
+
+# -- shapes that are given ---------------------------------------------------------------------------------------------
+
+
+class Drawn(NamedTuple):
+    """A piece along given points; what pulls at it is not known."""
+
+    position: Callable
+
+    def force(self, s):
+        """None."""
+        return np.zeros((len(s), 3))
+
+    def tension(self, s):
+        """None."""
+        return np.zeros_like(s)
+
+
+def given_start(problem) -> Start:
+    """Lines along initial.points, upright buoys at their ends.  Raises InputError."""
+    scene, network, poses = problem.scene, problem.network, {}
+    for k, i in attached_ends(network):
+        end = network.pieces[k].ends[i]
+        point = points_of(scene, network.pieces[k].cable)[-i]
+        poses.setdefault(end.name, (point - mooring_offset(network.buoys[end.name], end.fairlead), UPRIGHT))
+    shapes = [Drawn(shape) for shape in given_shapes(scene, poses)]
+    return Start(problem, shapes, dict.fromkeys(network.buoys, UPRIGHT))
+
+
+# -- closed forms ------------------------------------------------------------------------------------------------------
+
+
+def closed_form(problem, easier=lambda network: network) -> Start:
+    """Lines at rest in still water; easier: makes an easier network of that of the Problem.  Raises SolveError."""
+    poses = dict.fromkeys(problem.network.buoys, UPRIGHT)
+
+    def rest():
+        network = easier(still_network(problem, poses, _pressure(problem.scene)))
+        found = still.solve(network)
+        nudged = _drawn_apart(network, found, problem.scene.current)
+        return Start(problem, (found if nudged is network else still.solve(nudged)).shapes, poses)
+
+    start = rest()
+    overturned = [name for name in poses if _overturns(start, name)]
+    poses |= dict.fromkeys(overturned, OVERTURNED)
+    return rest() if overturned else start
+
+
+def _drawn_apart(network, rest, current):
+    """The network with its lines that are slack and have no width pulled aside, if they can be."""
+    along, joints = heading(current.direction_deg if current else 0.0), list(network.joints)
+    for piece, pull, lying in zip(network.pieces, rest.pulls, rest.lying, strict=True):
+        weight, joint = abs(piece.w) * piece.length, joints[piece.end]
+        folds = pull[2] * (pull[2] + piece.w * (piece.length - lying)) < -NUDGE * weight**2
+        if joint.free and (folds or lying > 0) and np.hypot(*pull[:2]) < NUDGE * weight:
+            joints[piece.end] = replace(joint, push=joint.push + NUDGE * weight * along)
+    changed = any(a is not b for a, b in zip(joints, network.joints, strict=True))
+    return replace(network, joints=joints) if changed else network
+
+
+def _overturns(start, name):
+    """Whether a buoy that no water carries hangs the other way round on its lines."""
+    network, scene = start.problem.network, start.problem.scene
+    if scene.sea is not None and scene.gravity:
+        return False
+    ends = [(k, i, network.pieces[k].ends[i]) for k, i in attached_ends(network)]
+    offsets = [(k, i, mooring_offset(network.buoys[name], e.fairlead)[2]) for k, i, e in ends if e.name == name]
+    return sum(start.end(k, i)[1][2] * offset for k, i, offset in offsets) < 0
+
+
+# -- joints and uniform pieces -----------------------------------------------------------------------------------------
+
+
+def _pressure(scene):
+    """Stagnation pressure of the fastest current, towards where it flows [Pa]."""
+    c = scene.current
+    if c is None:
+        return np.zeros(3)
+    speed = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
+    return 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
+
+
+def still_network(problem, poses=None, pressure=0.0) -> still.Network:
+    """The network of a Problem as `statics.network` has it: every buoy a joint at its C that keeps its pose (upright).
+
+    pressure: of the current on all that it meets [Pa].
+    """
+    scene, network, joints, number = problem.scene, problem.network, [], {}
+
+    def place(end):
+        """(number of the joint, offset of the end from it)."""
+        if end.name is None:
+            joints.append(_held(end) if end.held else still.Joint(free=True, load=end.top.force))
+            return len(joints) - 1, still.ORIGIN
+        if end.name not in number:
+            number[end.name] = len(joints)
+            joints.append(_joint(scene, network, end, pressure))
+        if end.kind != "buoy":
+            return number[end.name], still.ORIGIN
+        q4 = (poses or {}).get(end.name, UPRIGHT)
+        return number[end.name], rotation_of(q4) @ mooring_offset(network.buoys[end.name], end.fairlead)
+
+    pieces = []
+    for k, piece in enumerate(network.pieces):
+        (low, a), (high, b) = (place(end) for end in piece.ends)
+        c = piece.section
+        pieces.append(still.Piece(low, high, c.length, problem.lines.weight_of(k), c.axial_stiffness, a, b))
+        push = c.normal_drag * (c.diameter or 0.0) * c.length / 2 * pressure
+        for i in (low, high):
+            joints[i] = replace(joints[i], push=joints[i].push + push)
+    return still.Network(joints, pieces, Bed(*plane(scene)) if scene.seabed else None)
+
+
+def _held(end):
+    return still.Joint(position=top_position(end.top, 0.0))
+
+
+def _joint(scene, network, end, pressure):
+    """A joint by its name, or the buoy in its place."""
+    if end.kind == "buoy":
+        return still.Joint(free=True, load=_Floating(scene, network.buoys[end.name], pressure))
+    if end.held:
+        return _held(end)
+    body, load = network.bodies.get(end.name), np.zeros(3)
+    if body is not None:
+        displaced = scene.sea.density * body.volume if scene.sea else 0.0
+        load = (displaced - body.mass) * scene.gravity * np.array([0.0, 0.0, 1.0]) + body.drag_area * pressure
+    return still.Joint(free=True, load=load)
+
+
+class _Floating:
+    """Steady loads and buoyancy of a buoy that keeps upright, and their derivative, by the place of its C."""
+
+    def __init__(self, scene, buoy, pressure):
+        self.scene = scene
+        self.shape, self.mass = shape_and_mass(buoy)
+        self.steady = np.array([0.0, 0.0, -self.mass.mass * scene.gravity])
+        if buoy.external_force:
+            self.steady = self.steady + buoy.external_force.force
+        if buoy.wind:
+            self.steady = self.steady + wind_at(buoy.wind, max(buoy.wind.height, 0.1))
+        if self.shape:
+            self.steady += buoy.normal_drag * self.shape.max_diameter * self.shape.height / 2 * pressure
+
+    def __call__(self, position):
+        force, slope = self.steady.copy(), np.zeros((3, 3))
+        if self.scene.sea is not None:
+            pressure, draft = self.scene.sea.density * self.scene.gravity, self.mass.height - position[2]
+            force[2] += pressure * self.shape.volume(min(max(draft, 0.0), self.shape.height)) if draft > 0 else 0.0
+            if 0 < draft < self.shape.height:
+                slope[2, 2] = -pressure * np.pi * self.shape.waterplane_radius(draft) ** 2
+        return force, slope

@@ -1,0 +1,252 @@
+"""Ways to an equilibrium, tried one after the other for every scene: each leads from a start to the whole problem.
+
+All but the last change one thing step by step - current, loads, stiffness, places of ends - or let the lines move, and
+keep each solution as the start of the next.  The tension-only law has states that at rest are minima of a convex energy
+where no current blows, so that nothing compressed can be found on the way.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from mpi4py import MPI
+
+from ..errors import SolveError
+from ..model.lines import top_position
+from ..model.problem import Problem
+from ..solver.unknowns import array_of
+from .damped import relax
+from .start import closed_form
+
+#: A compressed element counts if its T is below this part of the largest tension.
+ROUNDING = 1e-9
+#: A state at rest is one with another if no point is farther away, in lengths of the longest line.
+SAME = 1e-6
+
+
+class Way(NamedTuple):
+    """`go` takes a Problem from its start, which is in the unknowns, to the equilibrium; `suits`: what it is for."""
+
+    name: str
+    go: Callable[[Problem], None]
+    suits: Callable[[Problem], bool] = lambda problem: True
+
+
+def find_rest(problem, put, ways) -> None:
+    """The first of the ways that leads to a state where nothing is compressed; `put` puts the start into the unknowns.
+
+    Adds to problem.iterations and sets problem.route, the name of the way that led there ("newton" if none was
+    needed).  A compressed state is kept only if the tension-only law does not lead to another.  Raises SolveError.
+    """
+    system, failures, compressed = problem.system, [], None
+    for way in (way for way in ways if way.suits(problem)):
+        if compressed and way.go is not by_the_other_law:
+            continue
+        put()
+        try:
+            way.go(problem)
+        except SolveError as error:
+            failures.append((way.name, error))
+            continue
+        if not is_compressed(problem):
+            problem.route = way.name
+            return
+        compressed = compressed or (way.name, system.u.copy())
+    if compressed is None:
+        names = ", ".join(name for name, _ in failures[1:])
+        more = f" (then tried: {names}; this ended with: {failures[-1][1]})" if names else ""
+        raise SolveError(f"{failures[0][1]}{more}")
+    problem.route, system.u[:] = compressed
+    system.publish()
+    system.evaluate()
+
+
+def is_compressed(problem) -> bool:
+    """Whether some dof of T is negative beyond rounding, on any rank."""
+    T = problem.system.u[problem.lines.T_dofs]
+    worst, largest = (problem.comm.allreduce(x, op=max) for x in (-T.min(initial=0.0), np.abs(T).max(initial=0.0)))
+    return worst > ROUNDING * largest
+
+
+def march(problem, set_fraction, smallest=1e-3) -> None:
+    """Solve for set_fraction(x), x from 0 to 1 in steps that shrink when Newton fails and grow when it does not.
+
+    Raises SolveError, with all of the data set, when a step of `smallest` fails.
+    """
+    reached, step, system = 0.0, 0.25, problem.system
+    try:
+        set_fraction(0.0)
+        newton(problem)
+        while reached < 1.0:
+            target = min(reached + step, 1.0)
+            set_fraction(target)
+            before = system.u.copy()
+            try:
+                newton(problem)
+            except SolveError:
+                system.u[:] = before
+                step /= 3
+                if step < smallest:
+                    raise
+                continue
+            reached, step = target, 2 * step
+    finally:
+        if reached < 1.0:
+            set_fraction(1.0)
+
+
+# -- the ways ----------------------------------------------------------------------------------------------------------
+
+
+def newton(problem):
+    """From the start at once."""
+    problem.iterations += problem.newton.solve()
+
+
+def by_current(problem):
+    """From still water on."""
+
+    def scale(x):
+        for model in problem.models:
+            for part in getattr(model, "groups", [model]):
+                part.sea.scale_current(x)
+
+    march(problem, scale)
+
+
+def by_relaxation(problem):
+    """Let go from the start, again and again from rest."""
+    relax(problem)
+    _polish(problem)
+
+
+def _polish(problem):
+    """Newton's digits for a state that has come to rest, where it is not singular."""
+    system, before = problem.system, problem.system.u.copy()
+    try:
+        newton(problem)
+    except SolveError:
+        return
+    far = np.abs(system.u - before)[problem.lines.node_dofs].max(initial=0.0) > SAME * problem.lines.longest
+    if problem.comm.allreduce(far, op=MPI.LOR):
+        system.u[:] = before
+        system.publish()
+        system.evaluate()
+
+
+def by_the_other_law(problem):
+    """From lines that take no compression to those that do, or the other way round: without slack nodes, which have no
+    stiffness, on the way."""
+    scene, start = problem.scene, problem.system.u.copy()
+    pushed = any(section.slack == "compressive" for section in problem.lines.sections)
+    slack = "tension-only" if pushed else "compressive"
+    cables = [cable.model_copy(update={"slack": slack}) for cable in scene.cables]
+    changed = scene.model_copy(update={"cable": cables})
+    other = Problem(changed, dynamic=False, comm=problem.comm)
+    other.lines.grow_as(problem.lines)
+
+    def put():
+        other.system.u[:] = start
+        other.set_time(0.0)
+
+    try:
+        other.iterations = 0
+        find_rest(other, put, WAYS[: 3 if pushed else 1])
+        problem.system.u[:] = other.system.u
+        problem.iterations += other.iterations
+    finally:
+        other.destroy()
+    newton(problem)
+
+
+def by_stiffness(problem):
+    """From lines that their weight stretches by half, in equal ratios."""
+    arrays = [array_of(group.cable.EA) for group in problem.lines.groups]
+    given, sections = [array.copy() for array in arrays], problem.lines.sections
+    soft = max(*_weights(problem), *(1e-6 * section.axial_stiffness for section in sections))
+    _begin(problem, lambda network: replace(network, pieces=[replace(p, EA=min(soft, p.EA)) for p in network.pieces]))
+
+    def stiffen(x):
+        for array, EA in zip(arrays, given, strict=True):
+            array[:] = np.minimum(soft, EA) ** (1 - x) * EA**x
+
+    march(problem, stiffen)
+
+
+def _has_stiffness(problem):
+    return all(group.cable.EA is not None and not group.cable.bends for group in problem.lines.groups)
+
+
+def _weights(problem):
+    """Of the pieces [N]."""
+    return [abs(problem.lines.weight_of(k)) * c.length for k, c in enumerate(problem.lines.sections)]
+
+
+def _begin(problem, easier):
+    """The closed form of an easier problem, with all data as the scene has them."""
+    closed_form(problem, easier).put()
+
+
+def by_end_force(problem):
+    """From free ends that are pulled straight up, so that they carry their lines twice."""
+    loads, weights = problem.lines.end_loads, _weights(problem)
+    given = {k: load.value.copy() for k, load in loads.items()}
+    easy = {k: np.array([0.0, 0.0, 2 * weights[k] or np.linalg.norm(given[k])]) for k in loads}
+
+    def easier(network):
+        joints = list(network.joints)
+        for k, force in easy.items():
+            joints[network.pieces[k].end] = replace(joints[network.pieces[k].end], load=force)
+        return replace(network, joints=joints)
+
+    def pull(x):
+        for k, load in loads.items():
+            load.value[:] = (1 - x) * easy[k] + x * given[k]
+
+    _begin(problem, easier)
+    march(problem, pull)
+
+
+def by_end_position(problem):
+    """From an end that is beside the other by 0.7 lengths at 45 degrees, towards the side of the end asked for."""
+    (piece,), lines, u = problem.network.pieces, problem.lines, problem.system.u
+    low, high = (np.array(top_position(end.top, 0.0)) for end in piece.ends)
+    aside = (high - low) * [1.0, 1.0, 0.0]
+    aside = aside / np.linalg.norm(aside) if np.any(aside) else np.array([1.0, 0.0, 0.0])
+    easy = low + 0.5 * piece.section.length * (aside + [0.0, 0.0, 1.0 if high[2] >= low[2] else -1.0])
+    top = lines.end_dofs[0][1]
+
+    def move(x):
+        u[top] = np.tile((1 - x) * easy + x * high, len(top) // 3)
+
+    _begin(
+        problem, lambda network: replace(network, joints=[network.joints[0], replace(network.joints[1], position=easy)])
+    )
+    march(problem, move)
+
+
+def _is_one_held_piece(problem):
+    pieces = problem.network.pieces
+    return len(pieces) == 1 and all(end.held for end in pieces[0].ends)
+
+
+def by_motion(problem):
+    """By a motion with the lines' own inertia, in steps that hardly grow."""
+    relax(problem, growth=1.2, steps=300, momentum=True)
+    _polish(problem)
+
+
+#: For starts that are far from any rest.
+MOTIONS = Way("relaxation", by_relaxation), Way("damped motion", by_motion)
+#: In the order in which they are tried.
+WAYS = (
+    Way("newton", newton),
+    Way("current", by_current, lambda problem: problem.scene.current is not None),
+    MOTIONS[0],
+    Way("other slack law", by_the_other_law),
+    Way("stiffness", by_stiffness, _has_stiffness),
+    Way("end force", by_end_force, lambda problem: bool(problem.lines.end_loads)),
+    Way("end position", by_end_position, _is_one_held_piece),
+    MOTIONS[1],
+)

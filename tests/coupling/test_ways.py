@@ -1,0 +1,290 @@
+"""Ways to an equilibrium: the same for both spellings of a scene; tails, tethers, and starts that are given.
+
+Source: forces in balance (weights, Archimedes, drag of each element by hand), runs of the same scene from elsewhere.
+"""
+
+import math
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+import dolfbuoy
+from dolfbuoy import InputError, SolveError, load_scene, simulate, solve_static
+from dolfbuoy.model.problem import Problem
+from dolfbuoy.parallel import interruption
+from dolfbuoy.statics import damped, ways
+from dolfbuoy.statics.equilibrium import solve_equilibrium
+from dolfbuoy.statics.start import closed_form
+
+RHO, G = 1025.0, 9.81
+SCENES = Path(dolfbuoy.__file__).parent / "scenes"
+#: Most iterations of Newton, as they were when the ways became one list.
+MOST = {
+    "bridle": 2, "chain-on-bed": 4, "disc-buoy": 23, "driven": 2, "driven-slack": 3, "free-buoy": 1, "hanging-chain": 1,
+    "jumper": 2, "jumper-waves": 2, "lazy-wave": 11, "long": 14, "long-bed": 14, "navigation-buoy": 68, "short": 4,
+    "short-bed": 4, "spar": 1, "storm": 4, "subsurface-float": 4, "three-legs": 5, "towed-array": 5, "two-buoys": 5,
+    "wave-rider": 4,
+}  # fmt: skip
+
+
+def respelled(scene):
+    """One [cable] or [buoy] as a list of one, and the other way round."""
+    found = dict(scene)
+    for name in {"cable", "buoy"} & set(scene):
+        section = scene[name]
+        if isinstance(section, dict):
+            found[name] = [section]
+        elif len(section) == 1:
+            found[name] = section[0]
+    return found
+
+
+def at_rest(scene):
+    problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
+    found = problem.route, problem.iterations, problem.system.u.copy()
+    problem.destroy()
+    return found
+
+
+def test_every_shipped_scene_is_listed():
+    assert {path.stem for path in SCENES.glob("*.toml")} == set(MOST)
+
+
+@pytest.mark.parametrize("name", MOST)
+def test_both_spellings_go_the_same_way(name, monkeypatch):
+    """The same unknowns after the same iterations, by Newton alone, and no more of them than before."""
+    monkeypatch.chdir(SCENES)  # for the files that a scene names
+    given = tomllib.loads(Path(f"{name}.toml").read_text())
+    route, iterations, u = at_rest(given)
+    assert route == "newton"
+    assert iterations <= MOST[name]
+    other = respelled(given)
+    if other != given:
+        way, count, v = at_rest(other)
+        assert (way, count) == (route, iterations)
+        np.testing.assert_array_equal(u, v)
+
+
+@pytest.mark.parametrize("brackets", [False, True])
+def test_a_cable_that_hangs_in_a_fold_below_its_anchor(brackets):
+    """22 m in 20 m of water: its buoy carries what hangs from it, and nothing is pulled aside or pushed."""
+    cable = {"length": 22.0, "line_density": 27.6, "diameter": 0.08, "axial_stiffness": 2.3e8, "elements": 44}
+    buoy = {"hull": [[0.0, 1.6], [2.8, 1.6]], "mass": 2400.0, "center_of_mass": 0.9}
+    scene = {"sea": {"depth": 20.0}, "cable": [cable] if brackets else cable, "buoy": buoy}
+    found = solve_static(scene)
+    draft = -float(found.mooring_point[2])
+    pull = RHO * math.pi * 0.8**2 * draft * G - 2400 * G
+    hanging = (22.0 + 20.0 - draft) / 2  # both parts reach as deep
+    w = (27.6 - RHO * math.pi * 0.04**2) * G
+    assert float(found.tension_top) == pytest.approx(pull, rel=1e-8)
+    assert pull == pytest.approx(w * hanging, abs=w * 0.5 / 2)  # the fold is in one of the elements
+    assert float(found.cable_tension.min()) > -1e-6
+    assert found.attrs["route"] == "newton"
+
+
+# -- a heavy tail under a buoyant rope, and tethers of wave riders -----------------------------------------------------
+
+ROPE = {"line_density": 0.072, "diameter": 0.012, "axial_stiffness": 3.0e4}
+CHAIN = {"line_density": 5.0, "diameter": 0.03, "axial_stiffness": 1.0e7}
+RUBBER = [[0.0, 0.0], [0.5, 230.0], [1.0, 390.0], [2.0, 660.0], [3.0, 1100.0]]
+CORD = {"line_density": 0.96, "diameter": 0.033, "axial_stiffness": RUBBER}
+HULL = {"hull": [[0.0, 0.9], [0.9, 0.9]], "mass": 225.0, "center_of_mass": 0.3}
+FLOAT, CLUMP = {"mass": 1.0, "volume": 0.006, "drag_area": 0.03}, {"mass": 6.0, "volume": 0.001, "drag_area": 0.01}
+
+
+def tail(**more):
+    """5 m of 5 kg/m, then 115 m of a rope that floats, in 100 m of water that flows by at 1.5 m/s."""
+    segments = [CHAIN | {"length": 5.0, "elements": 5}, ROPE | {"length": 115.0, "elements": 40}]
+    cable = {"name": "line", "segments": segments, "slack": "tension-only", "normal_drag": 1.2}
+    scene = {"sea": {"depth": 100.0}, "seabed": {}, "current": {"speed": 1.5, "profile": "power"}}
+    return scene | {"cable": [cable], "buoy": HULL | {"normal_drag": 0.6}} | more
+
+
+def tether(depth=60.0, speed=0.5, rope=40.0, bed=True, bodies=(FLOAT, CLUMP), **cable):
+    """Chain, rope with a float and a clump, and a rubber cord up to the buoy."""
+    segments = [CHAIN | {"length": 10.0, "elements": 10}]
+    segments += [ROPE | {"length": rope, "elements": 20}, ROPE | {"length": 25.0, "elements": 12}]
+    for segment, body in zip(segments[1:], bodies, strict=False):
+        segment["body"] = body
+    segments += [CORD | {"length": 15.0, "elements": 12}]
+    line = {"name": "tether", "segments": segments, "slack": "tension-only", "normal_drag": 1.2} | cable
+    scene = {"sea": {"depth": depth}, "cable": [line], "buoy": HULL}
+    scene |= {"current": {"speed": speed}} if speed else {}
+    return scene | ({"seabed": {} if bed is True else bed} if bed else {})
+
+
+def drag_and_weight(problem, speed):
+    """[N] of all lines of straight elements in a uniform current along x, element by element, and of their bodies."""
+    lines, u, total = problem.lines, problem.system.u, np.zeros(3)
+    for k, section in enumerate(lines.sections):
+        order = np.argsort(lines.node_s[lines.line_of_node == k])
+        chords = np.diff(u[lines.node_dofs[lines.line_of_node == k][order]], axis=0)
+        size = np.linalg.norm(chords, axis=1)[:, None]
+        along = chords / size
+        normal = speed * (np.array([1.0, 0.0, 0.0]) - along[:, :1] * along)
+        drag = (
+            0.5 * RHO * section.normal_drag * section.diameter * size * np.linalg.norm(normal, axis=1)[:, None] * normal
+        )
+        total += drag.sum(axis=0)
+        total[2] -= (section.line_density - RHO * math.pi / 4 * section.diameter**2) * G * section.length
+    for body in problem.network.bodies.values():
+        total += [0.5 * RHO * body.drag_area * speed**2, 0.0, (RHO * body.volume - body.mass) * G]
+    return total
+
+
+def test_a_heavy_tail_under_a_rope_that_floats():
+    """Its start knows the current.  A run that begins along a polyline comes to rest in the same state."""
+    found = solve_static(tail())
+    assert found.attrs["route"] == "newton"
+    assert float(found.cable_tension.min()) > 1000.0
+    first = {"kind": "polyline", "points": [[0, 0, -100], [5, 0, -100], [60, 0, 0]], "buoy_position": [60, 0, 0.3]}
+    run = simulate(tail(initial=first, time={"end": 250.0, "step": 0.25}))
+    np.testing.assert_allclose(run.cable_tension[-1], found.cable_tension, rtol=1e-7)
+    np.testing.assert_allclose(run.cable_position[-1], found.cable_position, atol=1e-5)
+
+
+TETHERS = {
+    "as usual": {},
+    "strong current": {"speed": 1.5},
+    "hardly any": {"speed": 0.02},
+    "two-sided law": {"slack": "compressive"},
+    "taut": {"depth": 85.0},
+    "too long": {"rope": 80.0},
+    "no bodies": {"bodies": ()},
+    "curved elements": {"position_degree": 2, "tension_degree": 1},
+    "friction": {"bed": {"friction": 0.6, "start": "pulled"}},
+    "still water": {"speed": 0.0},
+    "still water, two-sided law": {"speed": 0.0, "slack": "compressive"},
+    "still water, no bodies": {"speed": 0.0, "bodies": ()},
+    "no bed": {"bed": None},
+    "no bed, still water": {"bed": None, "speed": 0.0},
+}
+
+
+@pytest.mark.parametrize("more", TETHERS.values(), ids=TETHERS)
+def test_tethers_of_wave_riders(more):
+    """Nothing compressed, the buoy afloat on its line, and anchor, drag, weights and buoy in balance."""
+    problem = solve_equilibrium(load_scene(tether(**more)), MPI.COMM_SELF)
+    top, anchor = problem.end_tension(), problem.anchor_force()
+    scale, T = np.linalg.norm(top), problem.system.u[problem.lines.T_dofs]
+    assert T.min() >= -1e-9 * T.max()
+    assert anchor[1] == pytest.approx(0.0, abs=1e-6 * scale)
+    if more.get("position_degree", 1) == 1:
+        force = top + anchor + drag_and_weight(problem, more.get("speed", 0.5))
+        rubs = more.get("bed") and more["bed"]["friction"]
+        assert abs(force[0]) < (1.0 if rubs else 1e-6) * scale
+        assert force[2] < (1e-6 * scale if more.get("bed", True) is None else 10 * 5.0 * G)  # the bed carries the rest
+        assert more.get("bed", True) is not None or abs(force[2]) < 1e-6 * scale
+    pose = problem.buoy.fields.of(problem.system.u[problem.buoy.part.slice])
+    submerged = RHO * math.pi * 0.45**2 * (0.3 - pose.position[2])  # upright: nothing draws it aside
+    assert (submerged - 225.0) * G == pytest.approx(top[2], rel=1e-6)
+    problem.destroy()
+
+
+# -- starts that are given, buoys alone, and what is said --------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "points", [[[0, 0, -100], [5, 0, -100], [60, 0, 0]], [[0, 0, -100], [0, 30, -40], [-40, 10, 0]]]
+)
+def test_a_start_that_is_given(points):
+    """From two polylines, one of them upstream, to the state that the closed form leads to; the record says so."""
+    found = solve_static(tail(), initial__points=points)
+    assert found.attrs["route"] == "initial.points, relaxation"
+    np.testing.assert_allclose(found.cable_tension, solve_static(tail()).cable_tension, rtol=1e-6)
+
+
+def test_where_the_polyline_of_a_run_is_of_use(monkeypatch):
+    """Statics of a run that begins along a polyline take it where the closed form leads nowhere."""
+    first = {"kind": "polyline", "points": [[0, 0, -100], [5, 0, -100], [60, 0, 0]], "buoy_position": [60, 0, 0.3]}
+    assert at_rest(tail(initial=first))[0] == "newton"
+
+    def fails(problem):
+        raise SolveError("no closed form")
+
+    monkeypatch.setattr("dolfbuoy.statics.equilibrium.closed_form", fails)
+    assert at_rest(tail(initial=first))[0] == "initial.points, relaxation"
+    with pytest.raises(SolveError, match=r"^no closed form$"):
+        at_rest(tail())
+
+
+def test_points_that_begin_elsewhere():
+    with pytest.raises(InputError, match=r"initial\.points\[0\] = .*: must be the anchor"):
+        solve_static(tail(), initial__points=[[1, 0, -100], [60, 0, 0]])
+
+
+def test_a_run_says_how_its_equilibrium_was_found():
+    assert simulate("short", time__end=0.02).attrs["route"] == "newton"
+    assert "route" not in simulate("hanging-chain", time__end=0.02).attrs  # it begins along a line
+
+
+@pytest.mark.parametrize("number", [2, 3])
+def test_buoys_without_any_cable(number):
+    """Each floats at its own draft, whatever pushes it."""
+    push = {"force": [100.0, 0.0, 0.0]}
+    buoys = [HULL | {"name": f"b{k}", "mass": 225.0 + 30 * k, "external_force": push} for k in range(number)]
+    problem = solve_equilibrium(load_scene({"sea": {"depth": 20.0}, "current": {"speed": 1.0}, "buoy": buoys}))
+    assert problem.route == "newton"
+    for k, buoy in enumerate(problem.buoys.values()):
+        pose = buoy.fields.of(problem.system.u[buoy.part.slice])
+        assert RHO * math.pi * 0.45**2 * (0.3 - pose.position[2]) == pytest.approx(225.0 + 30 * k, rel=1e-8)
+    problem.destroy()
+
+
+def test_what_failed_is_said():
+    """A line almost without stretch, exactly taut: all ways that were tried, the reasons of the first and the last."""
+    cable = {"length": 1.0, "line_density": 1.0, "axial_stiffness": 1e14, "elements": 10, "anchor": [0.0, 0.0, 0.0]}
+    cable |= {"position_degree": 3, "tension_degree": 2, "top": {"kind": "fixed", "position": [0.6, 0.0, 0.8]}}
+    with pytest.raises(SolveError) as caught:
+        solve_static({"gravity": 1.0, "cable": cable})
+    tried = "relaxation, other slack law, stiffness, end position, damped motion"
+    assert str(caught.value).startswith("DIVERGED_LINEAR_SOLVE after ")
+    assert f"(then tried: {tried}; this ended with: " in str(caught.value)
+    assert "fold" not in str(caught.value)
+
+
+def test_every_reason_is_the_one_of_its_way(monkeypatch):
+    def failing(name):
+        def way(problem):
+            raise SolveError(f"{name} was not made to work")
+
+        return ways.Way(name, way)
+
+    monkeypatch.setattr("dolfbuoy.statics.equilibrium.WAYS", [failing(name) for name in "abc"])
+    words = r"^a was not made to work \(then tried: b, c; this ended with: c was not made to work\)$"
+    with pytest.raises(SolveError, match=words):
+        at_rest(tail())
+
+
+# -- the last way ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", [tail(), tether(), tether(speed=1.5), "short", "three-legs"], ids=range(5))
+def test_motions_end_where_newton_does(scene):
+    """With momentum or each step from rest, from the closed form."""
+    problem = Problem(load_scene(scene), dynamic=False, comm=MPI.COMM_SELF)
+    expected = at_rest(scene)[2]
+    for way in ways.MOTIONS:
+        problem.iterations = 0
+        closed_form(problem).put()
+        way.go(problem)
+        nodes = problem.lines.node_dofs
+        np.testing.assert_allclose(problem.system.u[nodes], expected[nodes], atol=1e-6 * problem.lines.longest)
+        assert all(model.relaxation.value == 0 for model in (problem.lines, *problem.buoys.values()))
+    problem.destroy()
+
+
+def test_a_motion_has_an_end_and_can_be_interrupted(monkeypatch):
+    problem = Problem(load_scene(tail()), dynamic=False, comm=MPI.COMM_SELF)
+    problem.iterations = 0
+    closed_form(problem).put()
+    with pytest.raises(SolveError, match="after 5 steps of a damped motion something still moves"):
+        damped.relax(problem, steps=5)
+    monkeypatch.setattr(interruption, "_received", True)
+    with pytest.raises(KeyboardInterrupt):
+        damped.relax(problem)
+    assert problem.lines.relaxation.value == 0
+    problem.destroy()
