@@ -9,9 +9,10 @@ from ..model.effects import names as effects_of
 from ..model.feasible import check_feasible
 from ..model.first_shape import check_first_shape
 from ..model.held import overshoot
+from ..model.upright import buoys_of
 from ..scene.network import network_of
 from ..statics.equilibrium import solve_equilibrium
-from .buoys import buoys_at_rest, buoys_of, of_buoys
+from .buoys import buoys_at_rest, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
 from .waves import in_waves
 

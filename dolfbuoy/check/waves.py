@@ -151,8 +151,8 @@ def _hull(scene, buoy, k_R, report):
         area, spheres, _ = buoy.shape.projected(floating.draft)
         linear = 8 / (3 * math.pi) * 0.5 * buoy.density * b.axial_drag * area * 2 * math.pi / wave.period * wave.size
         linear += b.wave_damping[0] if b.wave_damping else 0.0
-        critical = 2 * math.sqrt(
-            floating.heave_stiffness * (buoy.mass.mass + b.axial_added_mass * buoy.density * spheres)
-        )
-        remark = f"of axial_drag{' and wave_damping' * bool(b.wave_damping)}, for heave as high as this wave; "
-        report.add("heave damping ratio", linear / (critical or 1e-300), "", f"{remark}the hull radiates no waves")
+        inertia = buoy.mass.mass + b.axial_added_mass * buoy.density * spheres
+        critical = 2 * math.sqrt(floating.heave_stiffness * inertia)
+        of = f"of axial_drag{' and wave_damping' if b.wave_damping else ''}"
+        remark = f"{of}, for heave as high as this wave; the hull radiates no waves"
+        report.add("heave damping ratio", linear / critical if critical else math.inf, "", remark)

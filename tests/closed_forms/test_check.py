@@ -111,6 +111,18 @@ def test_floating(moored):
     assert numbers["GM with the weight of the cable"] == pytest.approx(GM)
 
 
+def test_floating_on_a_chain_that_lies():
+    """On a bed only what stands between it and the buoy hangs from the buoy; the rest in still water says so too."""
+    scene = {key: value for key, value in MOORED.items() if key not in ("current", "external_force")}
+    scene |= {"seabed": {}, "cable": CABLE | {"length": 36.0, "elements": 72}}
+    numbers, _ = numbers_of(scene)
+    assert numbers["draft with the weight of the cable"] == pytest.approx(floating(MASS + WEIGHT * DEPTH / G)[0])
+    rest = solve_static(scene)
+    draft = CENTER - float(rest.buoy_position[2])
+    assert numbers["draft with the weight of the cable"] == pytest.approx(draft, rel=3e-2)
+    assert floating(MASS + WEIGHT * (36 + DEPTH) / 2 / G)[0] > 1.05 * draft
+
+
 def test_periods_of_the_buoy():
     """Heave with the added mass along the axis, of the bottom disc; pitch about the point that stays where it is."""
     free = {key: value for key, value in MOORED.items() if key in ("gravity", "sea", "buoy")}
