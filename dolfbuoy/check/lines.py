@@ -37,9 +37,8 @@ def lines_of(network) -> list[Line]:
     found = []
     for (cable, _), group in groupby(range(len(network.pieces)), kind):
         pieces = list(group)
-        whole = (pieces[0], pieces[-1]) == (network.first_of(cable), network.last_of(cable))
         length = sum(network.pieces[k].section.length for k in pieces)
-        name = network.cables[cable] if whole else network.name_of(pieces[0])
+        name = network.cables[cable] if len(pieces) == len(network.pieces_of(cable)) else network.name_of(pieces[0])
         found.append(Line(name, pieces, network.pieces[pieces[0]].section, length))
     return found if len(found) > 1 else [line._replace(name="") for line in found]
 
@@ -90,7 +89,7 @@ def _forces(problem, report, cable):
     report.add(f"equilibrium: tension{of} at {high}", np.linalg.norm(problem.end_tension(cable=cable)), "N")
     report.add(f"equilibrium: force{of} at {low}", np.linalg.norm(held), "N")
     report.add(f"equilibrium: uplift{of} at {low}", -held[2], "N", "the part that pulls it up")
-    pieces = [k for k, piece in enumerate(network.pieces) if piece.cable == cable and piece.section.marine_growth]
+    pieces = [k for k in network.pieces_of(cable) if network.pieces[k].section.marine_growth]
     if growth is not None and pieces:
         here = np.isin(problem.lines.line_of_cell, pieces)
         diameter, mass = np.max(problem.comm.allgather(growth.factors[here].max(axis=0, initial=1.0)), axis=0)
@@ -113,10 +112,10 @@ def _strength(problem, report):
 def _hanging(problem, report, cable):
     """Where a cable hangs below a bed that does not carry it, or would without load."""
     network, lines, depth = problem.network, problem.lines, problem.scene.sea.depth
-    numbers = range(network.first_of(cable), network.last_of(cable) + 1)
-    pieces, z = [network.pieces[k] for k in numbers], problem.system.u[lines.node_dofs[:, 2]]
+    pieces, z = [network.pieces[k] for k in network.pieces_of(cable)], problem.system.u[lines.node_dofs[:, 2]]
     length = sum(piece.section.length for piece in pieces)
-    below = problem.comm.allreduce(-depth - z[np.isin(lines.line_of_node, numbers)].min(initial=math.inf), op=MPI.MAX)
+    mine = np.isin(lines.line_of_node, network.pieces_of(cable))
+    below = problem.comm.allreduce(-depth - z[mine].min(initial=math.inf), op=MPI.MAX)
     if below > 1e-6 * length:
         report.warn(f"At rest the cable hangs up to {below:.3g} m below the sea bed: there is no [seabed] to carry it.")
         return

@@ -10,7 +10,6 @@ from ..model.feasible import check_feasible
 from ..model.first_shape import check_first_shape
 from ..model.held import overshoot
 from ..model.upright import buoys_of
-from ..scene.network import network_of
 from ..statics.equilibrium import solve_equilibrium
 from .buoys import buoys_at_rest, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
@@ -67,7 +66,7 @@ def derived(scene, rest=None) -> Report:
 
     Raises InputError for a buoy that sinks.
     """
-    report, network, buoys = Report(effects_of(scene)), network_of(scene), buoys_of(scene, rest)
+    report, network, buoys = Report(effects_of(scene)), scene.network, buoys_of(scene, rest)
     _motions(network, report)
     of_lines(scene, network, report)
     of_buoys(buoys if scene.gravity else [], report)

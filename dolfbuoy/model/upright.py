@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 from ..meshes import HullShape
 from ..roots import brentq
 from ..scene.buoy import Buoy
-from ..scene.network import attached_ends, network_of
+from ..scene.network import attached_ends
 from ..scene.stretching import secant
+from .feasible import hanging_weight, shape_and_mass
 from .hydrostatics import Floating, float_upright
 from .material import weight_per_length
-from .rigid import MassProperties, mass_properties, shape_of
+from .rigid import MassProperties
 
 
 @dataclass(frozen=True)
@@ -57,22 +58,24 @@ class Upright:
 
 def buoys_of(scene, rest=None) -> list[Upright]:
     """The buoys of a scene with water; rest: its equilibrium, a solved static Problem, if it is known."""
-    network, found = network_of(scene), []
+    network, found = scene.network, []
     for name, section in network.buoys.items() if scene.sea else ():
-        shape, called = shape_of(section), name if len(network.buoys) > 1 else ""
-        free = Upright(called, section, shape, mass_properties(section, shape), scene.sea.density, scene.gravity)
-        found.append(_moored(scene, network, name, free, rest) if scene.gravity else free)
+        called = name if len(network.buoys) > 1 else ""
+        free = Upright(called, section, *shape_and_mass(section), scene.sea.density, scene.gravity)
+        found.append(_moored(scene, name, free, rest) if scene.gravity else free)
     return found
 
 
-def _moored(scene, network, name, buoy, rest):
+def _moored(scene, name, buoy, rest):
     """Under the pull of its lines: of one that hangs straight down, else at rest if that is known."""
+    network = scene.network
     ends = [(network.pieces[k], k, i) for k, i in attached_ends(network) if network.pieces[k].ends[i].name == name]
     fairleads = [piece.ends[i].fairlead for piece, _, i in ends]
     places = [buoy.section.fairleads[f] if f else (0.0, 0.0, buoy.section.mooring_height) for f in fairleads]
     buoy = replace(buoy, righted=any(x or y for x, y, _ in places))
     if len(ends) == 1 and not buoy.righted and (far := ends[0][0].ends[1 - ends[0][2]]).held:
-        return _above(scene, ends[0][0].section, far.top.position[2], replace(buoy, height=places[0][2]))
+        line = ends[0][0].section, far.top.position[2], hanging_weight(scene, name)
+        return _above(scene, *line, replace(buoy, height=places[0][2]))
     if rest is None or not ends:
         return buoy
     pulls = [float(rest.end_force(k, i)[2]) for _, k, i in ends]
@@ -80,11 +83,9 @@ def _moored(scene, network, name, buoy, rest):
     return replace(buoy, pull=sum(pulls), height=height, how="with the pull of its lines")
 
 
-def _above(scene, c, bottom, buoy):
-    """Straight above the lower end of a line: with what hangs of it, or drawn down by it."""
+def _above(scene, c, bottom, hanging, buoy):
+    """Straight above the lower end of a line: with the weight that hangs of it, or drawn down by it."""
     w, most = weight_per_length(scene, c), buoy.spare * (1 - 1e-12)
-    height = max(-bottom, 0.0)
-    hanging = max(w, 0.0) * min(height if scene.seabed else (c.length + height) / 2, c.length)
 
     def room(pull):
         """Length of the stretched line less the height of the mooring point above its lower end [m]."""
