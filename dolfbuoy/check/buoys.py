@@ -2,6 +2,9 @@
 
 import math
 
+from ..parallel.ranks import told
+from ..scene.network import attached_ends
+
 
 def of_buoys(buoys, report) -> None:
     """Add masses, drafts and metacentric heights to the Report of `check`."""
@@ -23,13 +26,14 @@ def of_buoys(buoys, report) -> None:
 
 
 def buoys_at_rest(problem, report) -> None:
-    """Add where moored buoys rest, those of this rank, to the Report of `check`."""
+    """Add where moored buoys rest to the Report of `check`; collective."""
     network = problem.network
-    for name, buoy in problem.buoys.items():
-        x, y, z = buoy.fields.of(problem.system.u[buoy.part.slice]).position
-        cables = [(network.pieces[a.piece].cable, a.end) for a in problem.attached_to(buoy)]
-        far = [network.pieces[network.first_of(c) if end else network.last_of(c)].ends[1 - end] for c, end in cables]
-        of = f" of {name}" if len(network.buoys) > 1 else ""
+    for name, rank in problem.buoy_ranks.items():
+        buoy, of = problem.buoys.get(name), f" of {name}" if len(network.buoys) > 1 else ""
+        x, y, z = told(problem.comm, buoy and buoy.fields.of(problem.system.u[buoy.part.slice]).position, rank)
+        ends = [(network.pieces[k], i) for k, i in attached_ends(network)]
+        cables = [(piece.cable, i) for piece, i in ends if piece.ends[i].name == name]
+        far = [network.pieces[network.first_of(c) if i else network.last_of(c)].ends[1 - i] for c, i in cables]
         if far and all(end.held for end in far):
             middle = [sum(end.top.position[axis] for end in far) / len(far) for axis in (0, 1)]
             what = "the anchor" if len(far) == 1 else "the middle of its anchors"
