@@ -55,11 +55,10 @@ def of_lines(scene, network, report) -> None:
         remark = "C = 1; for P1, smaller for higher degrees" if c.position_degree > 1 else "C = 1"
         if slowness:
             report.periods[f"{line.name or 'cable'}, first axial (fixed ends)"] = 2 * line.length * slowness
-        else:
-            remark = "inextensible: no explicit step at all"
-        sections = [network.pieces[k].section for k in line.pieces]
-        h = min(np.diff(cable_nodes(s.length, s.elements, s.grading)).min() for s in sections)
-        said.add("explicit step limit of Eq. (24)", h / (2 * math.sqrt(3)) * slowness, "s", remark)
+        sizes = [(s.length, s.elements, s.grading) for s in (network.pieces[k].section for k in line.pieces)]
+        h = min(np.diff(cable_nodes(*size)).min() for size in sizes)
+        limit, none = h / (2 * math.sqrt(3)) * slowness, "inextensible: no explicit step at all"
+        said.add("explicit step limit of Eq. (24)", limit, "s", remark if slowness else none)
 
 
 def lines_at_rest(problem, report) -> None:
@@ -82,20 +81,21 @@ def lines_at_rest(problem, report) -> None:
 
 def _forces(problem, report, cable):
     """At the ends of a cable, and what marine growth adds to its weight."""
-    network, growth, held = problem.network, problem.lines.growth, problem.anchor_force(cable=cable)
+    network, held, name = problem.network, problem.anchor_force(cable=cable), problem.network.cables[cable]
     (low, high), alone = network.ends_of(cable), len(network.cables) == 1
     high = "the top" if alone and network.pieces[-1].ends[1].kind == "buoy" else high
-    of = "" if alone else f" of {network.cables[cable]}"
+    of, to = ("", "") if alone else (f" of {name}", f" to {name}")
     report.add(f"equilibrium: tension{of} at {high}", np.linalg.norm(problem.end_tension(cable=cable)), "N")
     report.add(f"equilibrium: force{of} at {low}", np.linalg.norm(held), "N")
     report.add(f"equilibrium: uplift{of} at {low}", -held[2], "N", "the part that pulls it up")
-    pieces = [k for k in network.pieces_of(cable) if network.pieces[k].section.marine_growth]
-    if growth is not None and pieces:
-        here = np.isin(problem.lines.line_of_cell, pieces)
-        diameter, mass = np.max(problem.comm.allgather(growth.factors[here].max(axis=0, initial=1.0)), axis=0)
+    grown = [problem.lines.holder(k) for k in network.pieces_of(cable) if network.pieces[k].section.marine_growth]
+    if grown and problem.scene.sea:
+        found = [(lines.growth, lines.line_of_cell == k) for lines, k in grown]
+        largest = [growth.factors[here].max(axis=0, initial=1.0) for growth, here in found]
+        diameter, mass = np.max(problem.comm.allgather(np.max(largest, axis=0)), axis=0)
         remark = f"diameter times {diameter:.4g}, mass times {mass:.4g} at most"
-        weight = problem.comm.allreduce(float(growth.weights[here].sum()))
-        report.add(f"marine growth adds in water{of.replace('of', 'to')}", weight, "N", remark)
+        weight = problem.comm.allreduce(sum(float(growth.weights[here].sum()) for growth, here in found))
+        report.add(f"marine growth adds in water{to}", weight, "N", remark)
 
 
 def _strength(problem, report):
@@ -116,30 +116,32 @@ def _hanging(problem, report, cable):
     length = sum(piece.section.length for piece in pieces)
     mine = np.isin(lines.line_of_node, network.pieces_of(cable))
     below = problem.comm.allreduce(-depth - z[mine].min(initial=math.inf), op=MPI.MAX)
-    if below > 1e-6 * length:
-        report.warn(f"At rest the cable hangs up to {below:.3g} m below the sea bed: there is no [seabed] to carry it.")
-        return
     ends = [pieces[0].ends[0], pieces[-1].ends[1]]
     held, buoys = [end for end in ends if end.held], [end.name for end in ends if end.kind == "buoy"]
     on_buoys = [end.name for piece in network.pieces for end in piece.ends if end.kind == "buoy"]
-    if held and buoys and on_buoys.count(buoys[0]) == 1 and (slack := length - abs(held[0].top.position[2])) > 0:
-        report.warn(
-            f"The cable is {slack:.3g} m longer than the water is deep: without load it hangs below its anchor."
-        )
+    slack = length - abs(held[0].top.position[2]) if held and buoys and on_buoys.count(buoys[0]) == 1 else 0.0
+    if below > 1e-6 * length:
+        report.warn(f"At rest the cable hangs up to {below:.3g} m below the sea bed: there is no [seabed] to carry it.")
+    elif slack > 0:
+        beyond = f"{slack:.3g} m longer than the water is deep"
+        report.warn(f"The cable is {beyond}: without load it hangs below its anchor.")
 
 
 def _transverse(problem, report, line):
     """Transverse modes of a taut line, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
-    c, lines, scene, comm = line.material, problem.lines, problem.scene, problem.comm
-    hangs, T = np.isin(lines.line_of_cell, line.pieces), lines.mean_tension(problem.system.u)
-    for k in line.pieces if lines.bed is not None else ():  # what lies does not swing
-        lifts = lines.begins[k] + lines.bed.lying(problem.system.u, k).s
-        hangs &= (lines.line_of_cell != k) | (lines.cell_ends[:, 0] >= lifts)
-    if comm.allreduce(float(T[hangs].min(initial=math.inf)), op=MPI.MIN) <= LEAST_TENSION * problem.typical_force:
-        return  # slack, it has no such modes
-    thicker, heavier = lines.growth.factors.T if lines.growth is not None else np.ones((2, len(hangs)))
+    c, scene, comm, least, travel = line.material, problem.scene, problem.comm, math.inf, 0.0
     added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
-    mass, h = heavier * c.line_density + thicker**2 * added, np.diff(lines.cell_ends, axis=1)[:, 0]
-    travel = comm.allreduce(float(np.sum((h * np.sqrt(mass / T.clip(min=1e-300)))[hangs])))
+    for lines, k in map(problem.lines.holder, line.pieces):
+        u, swings = problem.system.u[lines.part.slice], lines.line_of_cell == k
+        if lines.bed is not None:  # what lies does not swing
+            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.bed.lying(u, k).s
+        T, h = lines.mean_tension(u)[swings], np.diff(lines.cell_ends[swings], axis=1)[:, 0]
+        thicker, heavier = lines.growth.factors[swings].T if lines.growth is not None else np.ones((2, len(T)))
+        least = min(least, T.min(initial=math.inf))
+        mass = heavier * c.line_density + thicker**2 * added
+        travel += float(np.sum(h * np.sqrt(mass / T.clip(min=1e-300))))
+    if comm.allreduce(least, op=MPI.MIN) <= LEAST_TENSION * problem.typical_force:
+        return  # slack, it has no such modes
+    travel = comm.allreduce(travel)
     for n in (1, 2):
         report.periods[f"{line.name or 'cable'}, transverse {n} (taut, fixed ends)"] = 2 * travel / n

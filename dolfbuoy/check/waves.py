@@ -13,7 +13,6 @@ from ..scene.waves import Waves
 
 #: What extremes are counted over [s].
 THREE_HOURS = 10800.0
-
 #: k D of a component from which on a hull of diameter D does more to it than strips know.
 SHORTEST_KD = 2
 

@@ -40,9 +40,10 @@ def judge(data) -> tuple[str, str]:
 
 def check_report(report):
     """Numbers, not none; sentences, each once."""
-    assert not any(math.isnan(value) for name, value, *_ in report.numbers if "breaking load" not in name)
-    assert all(period > 0 for period in report.periods.values())
-    assert len(set(report.warnings)) == len(report.warnings)
+    none = [name for name, value, *_ in report.numbers if math.isnan(value) and "breaking load" not in name]
+    assert not none, none
+    assert all(period > 0 for period in report.periods.values()), report.periods
+    assert len(set(report.warnings)) == len(report.warnings), report.warnings
 
 
 # -- rest --------------------------------------------------------------------------------------------------------------
@@ -142,14 +143,14 @@ def check_buoy(scene, buoy, displaced, pulls, largest, name):
 def check_lengths(problem):
     """Of degree 1: elements are as long as their tension says, slack ones shorter."""
     lines, u = problem.lines, problem.system.u
-    if lines.section.position_degree > 1 or problem.dynamic:
-        return
     for k, piece in enumerate(problem.network.pieces):
+        if piece.section.position_degree > 1:
+            continue
         nodes = np.flatnonzero(lines.line_of_node == k)
         nodes = nodes[np.argsort(lines.node_s[nodes])]
         cells = np.flatnonzero(lines.line_of_cell == k)
         cells = cells[np.argsort(lines.cell_ends[cells, 0])]
-        r, s, T, c = u[lines.node_dofs[nodes]], lines.node_s[nodes], u[lines.T_dofs[cells, 0]], piece.section
+        r, s, T, c = u[lines.node_dofs[nodes]], lines.node_s[nodes], lines.mean_tension(u)[cells], piece.section
         chord = np.linalg.norm(np.diff(r, axis=0), axis=1) / np.diff(s)
         table = getattr(c.axial_stiffness, "strain", None)
         strain = np.array([table(x) for x in T]) if table else T / c.axial_stiffness
@@ -187,14 +188,15 @@ def check_motion(scene):
 def check_momentum(problem):
     """What holds the ends of a network in air is its weight and what accelerates it."""
     lines, network, u = problem.lines, problem.network, problem.system.u
-    if lines is None or lines.section.position_degree > 1:
+    if lines is None or any(piece.section.position_degree > 1 for piece in network.pieces):
         return
     g, needed = np.array([0.0, 0.0, problem.scene.gravity]), np.zeros(3)
-    a = (lines.gamma_a.value * u[lines.part.slice] + lines.history_a.x.array)[lines.node_dofs] + g
     for k, piece in enumerate(network.pieces):
-        mine = np.flatnonzero(lines.line_of_node == k)
-        mine = mine[np.argsort(lines.node_s[mine])]
-        needed += piece.section.line_density * np.diff(lines.node_s[mine]) @ (a[mine][1:] + a[mine][:-1]) / 2
+        group, number = lines.holder(k)
+        mine = np.flatnonzero(group.line_of_node == number)
+        mine = mine[np.argsort(group.node_s[mine])]
+        a = (group.gamma_a.value * u[group.part.slice] + group.history_a.x.array)[group.node_dofs[mine]] + g
+        needed += piece.section.line_density * np.diff(group.node_s[mine]) @ (a[1:] + a[:-1]) / 2
     if problem.bodies:
         bodies = problem.bodies
         a = (bodies.gamma_a.value * u[bodies.part.slice] + bodies.history_a.x.array)[bodies.dofs] + g
