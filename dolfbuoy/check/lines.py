@@ -140,8 +140,7 @@ def _transverse(problem, report, line):
         least = min(least, T.min(initial=math.inf))
         mass = heavier * c.line_density + thicker**2 * added
         travel += float(np.sum(h * np.sqrt(mass / T.clip(min=1e-300))))
-    if comm.allreduce(least, op=MPI.MIN) <= LEAST_TENSION * problem.typical_force:
-        return  # slack, it has no such modes
-    travel = comm.allreduce(travel)
-    for n in (1, 2):
+    travel, least = comm.allreduce(travel), comm.allreduce(least, op=MPI.MIN)
+    taut = travel and least > LEAST_TENSION * problem.typical_force  # a slack one has no such modes
+    for n in (1, 2) if taut else ():
         report.periods[f"{line.name or 'cable'}, transverse {n} (taut, fixed ends)"] = 2 * travel / n

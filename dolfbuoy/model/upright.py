@@ -79,6 +79,8 @@ def _moored(scene, name, buoy, rest):
     if rest is None or not ends:
         return buoy
     pulls = [float(rest.end_force(k, i)[2]) for _, k, i in ends]
+    if sum(pulls) <= -buoy.mass.mass * buoy.gravity:  # they hold it up, out of the water
+        return buoy
     height = sum(pull * z for pull, (_, _, z) in zip(pulls, places, strict=True)) / (sum(pulls) or math.inf)
     return replace(buoy, pull=sum(pulls), height=height, how="with the pull of its lines")
 

@@ -17,6 +17,8 @@ from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 #: Part of the largest force by which a balance may be missed.
 BALANCED = 1e-6
+#: Largest residual of an equation, relative to what is typical of it.
+SOLVED = 1e-4
 
 
 def judge(data) -> tuple[str, str]:
@@ -54,6 +56,8 @@ def check_rest(problem):
     network, scene = problem.network, problem.scene
     assert np.isfinite(problem.system.u).all()
     ends = {(k, i): problem.end_force(k, i) for k in range(len(network.pieces)) for i in (0, 1)}
+    left = {name: size for name, size in problem.system.residual_by_block().items() if size > SOLVED}
+    assert not left, f"{left} is left of the equations"
     largest = max([1e-3, *(np.linalg.norm(force) for force in ends.values())])
     for cable, name in enumerate(network.cables):
         check_cable(problem, cable, ends, largest, name)
