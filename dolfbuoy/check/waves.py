@@ -7,46 +7,55 @@ import numpy as np
 from ..linear import LARGEST_KR
 from ..model.airy import AirySum
 from ..model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
-from ..model.feasible import drowned, pull_upright, shape_and_mass
-from ..model.hydrostatics import float_upright
 from ..model.sea import crest_height, main_propagation, wavenumber
 from ..model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
-from ..scene.network import single
 from ..scene.waves import Waves
 
 #: What extremes are counted over [s].
 THREE_HOURS = 10800.0
-
 #: k D of a component from which on a hull of diameter D does more to it than strips know.
 SHORTEST_KD = 2
 
 
-def in_waves(scene, report) -> None:
-    """Add to the Report of `check` what it says of the waves of a scene that has some."""
-    _sea(scene, report)
-    _waves(_main_wave(scene), report)
-
-
-def _sea(scene, report):
-    """What the components of an irregular sea add up to, and what a current makes of the periods."""
-    waves = scene.waves
-    if waves.irregular:
-        found = components_of(waves)
-        m0, m2 = found.moment(0), found.moment(2)
-        Tz = 2 * math.pi * math.sqrt(m0 / m2)
-        report.add("significant wave height Hs", 4 * math.sqrt(m0), "m", f"of {len(found.amplitude)} components")
-        if waves.elevation is None:
-            report.add("peak period Tp", waves.main_period, "s", "of the highest component or the spectrum's peak")
-        report.add("mean period Tz = 2 pi sqrt(m0/m2)", Tz, "s", f"shortest {2 * math.pi / max(found.frequency):.3g} s")
-        _cut(scene, report)
-        if scene.gravity:
-            steepness = 2 * math.pi * 4 * math.sqrt(m0) / (scene.gravity * Tz**2)
-            report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", "seas stay below 0.1")
-        _repetition(waves, report)
-        _statistics(scene, Tz, report)
-        _short_components(scene, found, report)
+def in_waves(scene, lines, buoys, report) -> None:
+    """Add to the Report of `check` what it says of the waves of a scene that has some, and of its lines and buoys."""
+    if scene.waves.irregular:
+        _sea(scene, buoys, report)
     if scene.current:
         _shift(scene, report)
+    main = _main_wave(scene)
+    k = wavenumber(main)
+    way = 2 * math.pi * main.waves.size / math.tanh(k * scene.sea.depth)  # of the water at the surface
+    _waves(main, k, report)
+    for buoy in buoys:
+        said, D = report.about(buoy.name), buoy.shape.max_diameter
+        _hull(main, buoy, k * D / 2, said)
+        said.add("Keulegan-Carpenter number of the buoy", way / D, "", "at the surface")
+    for line in lines:
+        number = way / line.material.diameter
+        report.about(line.name).add("Keulegan-Carpenter number of the cable", number, "", "at the surface")
+
+
+def _sea(scene, buoys, report):
+    """What the components of an irregular sea add up to."""
+    waves, found = scene.waves, components_of(scene.waves)
+    m0, m2 = found.moment(0), found.moment(2)
+    Tz = 2 * math.pi * math.sqrt(m0 / m2)
+    report.add("significant wave height Hs", 4 * math.sqrt(m0), "m", f"of {len(found.amplitude)} components")
+    if waves.elevation is None:
+        report.add("peak period Tp", waves.main_period, "s", "of the highest component or the spectrum's peak")
+    report.add("mean period Tz = 2 pi sqrt(m0/m2)", Tz, "s", f"shortest {2 * math.pi / max(found.frequency):.3g} s")
+    _cut(scene, report)
+    if scene.gravity:
+        steepness = 2 * math.pi * 4 * math.sqrt(m0) / (scene.gravity * Tz**2)
+        report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", "seas stay below 0.1")
+    _repetition(waves, report)
+    _statistics(scene, Tz, report)
+    k = AirySum.of(scene).wavenumber
+    for buoy in buoys:  # Morison's equation and strips are not meant for these
+        count = np.sum(k * buoy.shape.max_diameter > SHORTEST_KD)
+        remark = f"of {len(k)}, shorter than {math.pi:.3g} diameters"
+        report.about(buoy.name).add(f"components with k D > {SHORTEST_KD}", count, "", remark)
 
 
 def _cut(scene, report):
@@ -86,16 +95,6 @@ def _statistics(scene, Tz, report):
             report.add("scatter of Hs in one run", 50 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
 
 
-def _short_components(scene, found, report):
-    """Components for which Morison's equation and strips are not meant."""
-    if single(scene).buoy is None or single(scene).buoy.hull is None:
-        return
-    diameter = shape_and_mass(single(scene).buoy)[0].max_diameter
-    k = AirySum.of(scene).wavenumber
-    count = int(np.sum(k * diameter > SHORTEST_KD))
-    report.add(f"components with k D > {SHORTEST_KD}", count, "", f"of {len(k)}, shorter than {math.pi:.3g} diameters")
-
-
 def _shift(scene, report):
     """One sentence on who sees the periods."""
     seen, period = scene.waves.period_seen_from, scene.waves.main_period
@@ -118,10 +117,9 @@ def _main_wave(scene):
     return scene.model_copy(update={"waves": Waves(height=crest_height(scene), period=waves.main_period, **kept)})
 
 
-def _waves(scene, report):
+def _waves(scene, k, report):
     w, h, g = scene.waves, scene.sea.depth, scene.gravity
-    k, omega = wavenumber(scene), 2 * math.pi / w.period
-    wavelength = 2 * math.pi / k
+    wavelength, omega = 2 * math.pi / k, 2 * math.pi / w.period
     report.periods["wave"] = w.period
     report.add("wavelength", wavelength, "m", "given" if w.wavelength else "from the dispersion relation")
     if w.wavelength and g:
@@ -130,49 +128,30 @@ def _waves(scene, report):
         remark = f"the period gives {exact:.4g} m; omega^2/(g k tanh kh) = {omega**2 / (g * k * math.tanh(k * h)):.5g}"
         report.add("dispersion mismatch of wavelength", 100 * mismatch, "%", remark)
         if abs(mismatch) > 0.1:
-            report.warnings.append(f"The wavelength differs from the dispersion relation's by {100 * mismatch:.1f} %.")
+            report.warn(f"The wavelength differs from the dispersion relation's by {100 * mismatch:.1f} %.")
     breaking = 0.142 * math.tanh(k * h)
     steepness = 2 * w.size / wavelength
     report.add("wave steepness H/lambda", steepness, "", f"breaking at {breaking:.4g} (Miche)")
     if steepness > breaking:
-        report.warnings.append(f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.")
-    if single(scene).buoy:
-        diameter = shape_and_mass(single(scene).buoy)[0].max_diameter
-        ratio = diameter / wavelength
-        report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
-        if ratio >= 0.2:
-            report.warnings.append(f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
-        _strips(scene, report, k * diameter / 2)
-        _keulegan_carpenter(report, "buoy", scene, k, diameter)
-    if single(scene).cable:
-        _keulegan_carpenter(report, "cable", scene, k, single(scene).cable.diameter)
+        report.warn(f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.")
 
 
-def _strips(scene, report, k_R):
+def _hull(scene, buoy, k_R, report):
     """Where strips leave their range: short waves, and no waves of the buoy's own."""
+    ratio, b, wave = k_R / math.pi, buoy.section, scene.waves
+    report.add("diffraction parameter D/lambda", ratio, "", "Morison's equation holds below 0.2")
+    if ratio >= 0.2:
+        report.warn(f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
     report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4")
     if k_R > LARGEST_KR:
-        report.warnings.append(f"k R = {k_R:.3g} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong.")
-    if not scene.gravity or drowned(scene, next(iter(scene.network.buoys))):
-        return
-    damping = _heave_damping(scene)
-    given = " and wave_damping" if single(scene).buoy.wave_damping else ""
-    remark = f"of axial_drag{given}, for heave as high as this wave; the hull radiates no waves"
-    report.add("heave damping ratio", damping, "", remark)
-
-
-def _heave_damping(scene):
-    """Damping ratio that drag gives to a heave of the wave's amplitude and period, linearised to the same work."""
-    shape, mass = shape_and_mass(single(scene).buoy)
-    b, rho_w, omega = single(scene).buoy, scene.sea.density, 2 * math.pi / scene.waves.period
-    floating = float_upright(shape, mass, rho_w, scene.gravity, pull_upright(scene, next(iter(scene.network.buoys))))
-    area, spheres, _ = shape.projected(floating.draft)
-    linear = 8 / (3 * math.pi) * 0.5 * rho_w * b.axial_drag * area * omega * scene.waves.size
-    linear += b.wave_damping[0] if b.wave_damping else 0.0
-    inertia = mass.mass + b.axial_added_mass * rho_w * spheres
-    return linear / (2 * math.sqrt(floating.heave_stiffness * inertia)) if floating.heave_stiffness else math.inf
-
-
-def _keulegan_carpenter(report, name, scene, k, diameter):
-    speed = 2 * math.pi / scene.waves.period * scene.waves.size / math.tanh(k * scene.sea.depth)
-    report.add(f"Keulegan-Carpenter number of the {name}", speed * scene.waves.period / diameter, "", "at the surface")
+        report.warn(f"k R = {k_R:.3g} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong.")
+    if scene.gravity and not buoy.drowned:  # drag linearised to the same work
+        floating = buoy.under(buoy.pull)
+        area, spheres, _ = buoy.shape.projected(floating.draft)
+        linear = 8 / (3 * math.pi) * 0.5 * buoy.density * b.axial_drag * area * 2 * math.pi / wave.period * wave.size
+        linear += b.wave_damping[0] if b.wave_damping else 0.0
+        inertia = buoy.mass.mass + b.axial_added_mass * buoy.density * spheres
+        critical = 2 * math.sqrt(floating.heave_stiffness * inertia)
+        of = f"of axial_drag{' and wave_damping' if b.wave_damping else ''}"
+        remark = f"{of}, for heave as high as this wave; the hull radiates no waves"
+        report.add("heave damping ratio", linear / critical if critical else math.inf, "", remark)

@@ -73,9 +73,8 @@ class LineNodes(NamedTuple):
 
     @property
     def tangents(self) -> np.ndarray:
-        """Unit vectors (n - 1, 3) of the pieces between the nodes."""
-        pieces = np.diff(self.positions, axis=0)
-        return pieces / np.linalg.norm(pieces, axis=1, keepdims=True)
+        """Unit vectors (n - 1, 3) of the pieces between the nodes; upwards where two nodes are one."""
+        return _units(np.diff(self.positions, axis=0), [0.0, 0.0, 1.0])
 
     @property
     def heading(self) -> np.ndarray | None:
@@ -89,13 +88,18 @@ class LineNodes(NamedTuple):
 
         ahead: of that plane, where the line is vertical.
         """
-        pieces = self.tangents
-        t = np.concatenate([pieces[:1], pieces[1:] + pieces[:-1], pieces[-1:]])
-        t /= np.linalg.norm(t, axis=1, keepdims=True)
-        aside = np.cross([0.0, 0.0, 1.0], ahead if self.heading is None else self.heading)
-        out = aside - (t @ aside)[:, None] * t
-        out /= np.linalg.norm(out, axis=1, keepdims=True)
+        pieces, ahead = self.tangents, ahead if self.heading is None else self.heading
+        before = np.concatenate([pieces[:1], pieces])
+        t = _units(before + np.concatenate([pieces, pieces[-1:]]), before)  # at a fold as before it
+        aside = np.cross([0.0, 0.0, 1.0], ahead)
+        out = _units(aside - (t @ aside)[:, None] * t, ahead)
         return np.stack([t, np.cross(out, t), out])
+
+
+def _units(vectors, otherwise) -> np.ndarray:
+    """Vectors (n, 3) with a length of 1, others in place of those that have none."""
+    sizes = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(sizes > 1e-9, vectors / np.maximum(sizes, 1e-9), otherwise)
 
 
 def half_turns(q4) -> np.ndarray:

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from ..errors import InputError
-from ..roots import brentq
 from .hydrostatics import float_upright
 from .material import cross_section, weight_per_length
 from .rigid import mass_properties, shape_of
@@ -100,42 +99,6 @@ def hanging_weight(scene, buoy: str) -> float:
             total += w * min(c.length, left)
             left -= min(c.length, left)
     return total
-
-
-def pull_upright(scene, name: str) -> float:
-    """Pull of its lines on an upright buoy straight above its anchor [N].
-
-    The weight that hangs from it, if the cable is long enough for the buoy to float; else what draws the buoy down,
-    all of its spare buoyancy at most.  Raises InputError for a buoy that sinks.
-    """
-    pull, lines, buoy = hanging_weight(scene, name), list(_lines_of(scene, name)), scene.network.buoys[name]
-    if len(lines) != 1 or len(lines[0][0]) > 1 or scene.sea is None or not scene.gravity:
-        return pull
-    (c,), height = lines[0]
-    shape, mass = shape_and_mass(buoy)
-    most = spare_buoyancy(scene, buoy) * (1 - 1e-12)
-
-    def room(pull):
-        """Length of the stretched cable less the height of the mooring point above the anchor [m]."""
-        draft = float_upright(shape, mass, scene.sea.density, scene.gravity, pull, buoy.mooring_height).draft
-        strain = (pull - weight_per_length(scene, c) * c.length / 2) / c.axial_stiffness
-        return c.length * (1 + strain) - (buoy.mooring_height - draft + height)
-
-    if room(pull) >= 0:
-        return pull
-    return most if room(most) < 0 else float(brentq(room, pull, most))
-
-
-def spare_buoyancy(scene, buoy) -> float:
-    """What pulls a drowned buoy, a section of a network, up [N]."""
-    shape, mass = shape_and_mass(buoy)
-    return (scene.sea.density * shape.volume() - mass.mass) * scene.gravity
-
-
-def drowned(scene, name: str) -> bool:
-    """Whether the line of a buoy is too short for any of it to be above the water."""
-    spare = spare_buoyancy(scene, scene.network.buoys[name])
-    return any(_lines_of(scene, name)) and pull_upright(scene, name) >= spare * (1 - 1e-9)
 
 
 def shape_and_mass(buoy):

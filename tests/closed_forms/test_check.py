@@ -111,6 +111,18 @@ def test_floating(moored):
     assert numbers["GM with the weight of the cable"] == pytest.approx(GM)
 
 
+def test_floating_on_a_chain_that_lies():
+    """On a bed only what stands between it and the buoy hangs from the buoy; the rest in still water says so too."""
+    scene = {key: value for key, value in MOORED.items() if key not in ("current", "external_force")}
+    scene |= {"seabed": {}, "cable": CABLE | {"length": 36.0, "elements": 72}}
+    numbers, _ = numbers_of(scene)
+    assert numbers["draft with the weight of the cable"] == pytest.approx(floating(MASS + WEIGHT * DEPTH / G)[0])
+    rest = solve_static(scene)
+    draft = CENTER - float(rest.buoy_position[2])
+    assert numbers["draft with the weight of the cable"] == pytest.approx(draft, rel=3e-2)
+    assert floating(MASS + WEIGHT * (36 + DEPTH) / 2 / G)[0] > 1.05 * draft
+
+
 def test_periods_of_the_buoy():
     """Heave with the added mass along the axis, of the bottom disc; pitch about the point that stays where it is."""
     free = {key: value for key, value in MOORED.items() if key in ("gravity", "sea", "buoy")}
@@ -171,7 +183,7 @@ def test_a_taut_cable_and_one_that_is_too_short():
 @pytest.mark.parametrize("height", [-0.4, 0.0, 1.7])
 def test_a_pull_rights_below_and_upsets_above(height):
     """Righting lever of a small tilt: buoyancy at the metacentre, weight at C, pull at its own point."""
-    shape, mass = shape_and_mass(load_scene(MOORED).buoy[0])
+    shape, mass = shape_and_mass(load_scene(MOORED).network.buoys["buoy"])
     found = float_upright(shape, mass, RHO, G, 5e3, height)
     draft, KB = found.draft, found.draft / 2
     assert RHO * PLANE * draft == pytest.approx(MASS + 5e3 / G)
