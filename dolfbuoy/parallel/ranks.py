@@ -29,7 +29,7 @@ def rank() -> int:
 def _world():
     """All ranks; None without mpi4py, with which goes whatever needs several."""
     try:
-        from mpi4py import MPI
+        from ..elsewhere import MPI
     except ImportError:
         return None
     return MPI.COMM_WORLD

@@ -3,9 +3,7 @@
 from functools import partial
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..meshes import HullShape
 from ..model.rigid import mass_properties, rotation_of
@@ -16,7 +14,7 @@ from .mode_record import KINDS, enlargement
 from .paraview import cable_meshes, hull_meshes, write_series
 from .parts import parts_of
 from .record import FIXED
-from .style import COLORS, PAGE, STYLE, files_of, legend_below, new_figure, save
+from .style import COLORS, PAGE, STYLE, Figure, files_of, legend_below, matplotlib, new_figure, save
 
 #: How the phases rest, 0, 180 and 90 degrees are drawn.
 PHASE_STYLES = {

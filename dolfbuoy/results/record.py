@@ -14,9 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import netCDF4
 import numpy as np
 
+from ..elsewhere import netCDF4
 from ..errors import InputError
 
 if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx, before the first step

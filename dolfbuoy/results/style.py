@@ -1,11 +1,21 @@
-"""How figures look: sizes, colours, and figures outside pyplot."""
+"""How figures look: sizes, colours, and figures outside pyplot.
+
+Whatever draws takes matplotlib from here: it is started elsewhere, without the settings of a stranger's folder.
+"""
 
 import io
 from pathlib import Path
 
-import matplotlib
+from ..elsewhere import matplotlib
+
+# isort: split
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection as LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D as Line2D
+from matplotlib.patches import Circle as Circle
+from matplotlib.patches import Patch as Patch
+from matplotlib.ticker import FixedLocator as FixedLocator
 from matplotlib.ticker import FuncFormatter, LogLocator
 
 #: Width of a text column and of a page [inch].

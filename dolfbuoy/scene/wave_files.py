@@ -89,6 +89,8 @@ def _directional(path):
     import numpy as np
     import xarray as xr
 
+    from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
+
     with path.open("rb") as file:
         if file.read(4) == b"\x89HDF":
             check_hdf5(path)

@@ -22,8 +22,6 @@ from operator import itemgetter
 from pathlib import Path
 from types import ModuleType
 
-import matplotlib
-from matplotlib.figure import Figure
 from mpi4py import MPI
 
 from ..errors import InputError
@@ -31,6 +29,7 @@ from ..page.folder import PAGES, write_pages
 from ..parallel import cases as engine
 from ..results import style
 from ..results.folder import claimed
+from ..results.style import Figure, matplotlib
 from ..results.tables import markdown, show
 from .declaration import STUDIES
 

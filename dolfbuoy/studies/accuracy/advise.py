@@ -4,14 +4,13 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
 from ...results import measured as acc
 from ...results.compare import percent
 from ...results.measured import QUANTITIES
-from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, PALETTE, STYLE, matplotlib, new_figure, plain_ticks
 from ...results.tables import groups, show
 from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping

@@ -17,7 +17,6 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from mpi4py import MPI
 
@@ -28,7 +27,7 @@ from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Reference
 from ...results.measured import Run
-from ...results.style import STYLE
+from ...results.style import STYLE, matplotlib
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ..study import Table, save
