@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..results.folder import enlist, remarks
-from ..results.record import replacing
+from ..writing import write_text
 
 
 def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
@@ -46,6 +46,7 @@ def _sweep(folder):
     from ..results.record import DAMAGED, undamaged
     from .sweep_page import sweep_page
 
+    enlist(folder, [folder / "sweep.html"], "sweep")
     with undamaged(folder / "sweep.nc", DAMAGED), xr.open_dataset(folder / "sweep.nc", engine="netcdf4") as dataset:
         return _written(folder / "sweep.html", sweep_page(dataset.load()))
 
@@ -55,6 +56,7 @@ def _precision(folder):
     from .precision_page import precision_page
 
     file = folder / "work-precision.json"
+    enlist(folder, [folder / "work-precision.html"], "study")
     with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
         found = json.loads(file.read_text())
         text = precision_page(found["rows"], found["notes"], found.get("title", ""))
@@ -62,8 +64,7 @@ def _precision(folder):
 
 
 def _written(path, text):
-    with replacing(path) as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(path, text)
     return path
 
 

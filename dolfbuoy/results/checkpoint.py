@@ -12,7 +12,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene import Scene, build_scene, load_scene
-from .record import replacing, undamaged
+from ..writing import replacing
+from .record import undamaged
 
 FORMAT = 3
 NAME = "checkpoint.npz"

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..scene.network import is_network
+from ..writing import made
 from .along_line import envelope, shapes
 from .behind_ramp import Missing, TooShort
 from .folder import enlist
@@ -65,7 +66,7 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
                 say(str(reason))
                 continue
             file = target / (f"{name}_{part.replace('-', '_')}" if part else name)
+            made(folder, target.name)
             enlist(folder, files_of(file))
-            target.mkdir(exist_ok=True)
             written += save(figure, file)
     return written

@@ -9,6 +9,7 @@ from ..meshes import HullShape
 from ..model.rigid import mass_properties, rotation_of
 from ..model.sea import heading
 from ..scene.network import network_of
+from ..writing import made
 from .folder import enlist
 from .mode_record import KINDS, enlargement
 from .paraview import cable_meshes, hull_meshes, write_series
@@ -138,8 +139,8 @@ def draw_modes(folder, dataset, scene, paraview=True, direction_deg=0.0) -> list
     folder, written = Path(folder), []
     for number in dataset.mode.values.tolist():
         name = folder / "figures" / f"mode_{number:02d}"
+        made(folder, "figures")
         enlist(folder, files_of(name), "modes")
-        name.parent.mkdir(exist_ok=True)
         written += save(mode_shape(dataset, number, scene, direction_deg), name)
         if paraview:
             written += _animate(folder, dataset, number, scene)

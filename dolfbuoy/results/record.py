@@ -4,7 +4,6 @@ New rows are appended to a copy of the file which then replaces it in one atomic
 complete at every instant, on a full disk too.
 """
 
-import errno
 import os
 import shutil
 import struct
@@ -18,6 +17,7 @@ import numpy as np
 
 from ..elsewhere import netCDF4
 from ..errors import InputError
+from ..writing import replacing
 
 if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx, before the first step
     import xarray as xr
@@ -101,25 +101,6 @@ INTEGERS = {"newton_iterations", "cable_of_node", "cable_of_cell", "segment_of_c
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
 CHUNK = 512  # rows of a series that lie together in the file
-
-
-@contextmanager
-def replacing(path):
-    """Name of a file beside `path` that takes its place at the end: `path` is always whole, the old or the new one.
-
-    Raises OSError with `path` and the system's reason when it cannot be written.
-    """
-    path = Path(path)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        yield part
-        os.replace(part, path)
-    except OSError as error:
-        raise OSError(error.errno, os.strerror(error.errno or errno.EIO), str(path)) from error
-    except RuntimeError as error:  # netCDF4, for whatever HDF5 runs into
-        raise OSError(errno.EIO, str(error), str(path)) from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def reserve(part, size):

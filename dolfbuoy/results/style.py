@@ -7,6 +7,7 @@ import io
 from pathlib import Path
 
 from ..elsewhere import matplotlib
+from ..writing import replacing
 
 # isort: split
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -96,9 +97,11 @@ def files_of(path: Path) -> list[Path]:
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write path.png and path.svg."""
     files = files_of(path)
-    figure.savefig(files[0])
+    with replacing(files[0]) as part:
+        figure.savefig(part, format="png")
     figure.set_layout_engine("none")  # it stands: do not lay it out a second time
-    figure.savefig(files[1], metadata={"Date": None})
+    with replacing(files[1]) as part:
+        figure.savefig(part, format="svg", metadata={"Date": None})
     return files
 
 

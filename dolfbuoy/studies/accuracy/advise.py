@@ -14,6 +14,7 @@ from ...results.style import COLORS, PAGE, PALETTE, STYLE, matplotlib, new_figur
 from ...results.tables import groups, show
 from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
+from ...writing import replacing
 from .. import sea
 from ..declaration import declared
 from ..study import Table, save
@@ -153,7 +154,8 @@ def report(advice: Advice, folder: Path | None, write: Path | None = None) -> No
         save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))
     if write is not None:
-        advice.scene.save(write)
+        with replacing(write) as part:
+            advice.scene.save(part)
 
 
 @matplotlib.rc_context(STYLE)
