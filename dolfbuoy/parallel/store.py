@@ -97,6 +97,7 @@ class Writer:
 
     def _open(self):
         """Without lines that are torn or damaged, which leave by one atomic step."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
         old = self._path.read_bytes().splitlines(keepends=True) if self._path.is_file() else []
         good = [line for line in old if line.endswith(b"\n") and _head(line)]
         if len(good) < len(old) or (old and self._path.stat().st_nlink > 1):

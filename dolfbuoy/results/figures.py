@@ -19,6 +19,7 @@ from .over_time import cone_angle, heave, roll_pitch_yaw, tension
 from .paraview import read_run
 from .parts import Part, parts_of
 from .paths import orbit, track, trajectory
+from .record import UNFIT, undamaged
 from .snapshot import snapshot
 from .spectra import motion_spectrum, tension_spectrum
 from .style import files_of, save
@@ -59,7 +60,8 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
             if part and name == "snapshot" and "cable_position" in known:
                 continue  # the whole has it
             try:
-                figure = draw(known, alone)
+                with undamaged(Path(folder) / "results.nc", UNFIT):
+                    figure = draw(known, alone)
             except Missing:
                 continue
             except TooShort as reason:

@@ -264,7 +264,7 @@ def _manifest(path):
         good = all(kind in FILES and _is_entry(entry) for kind, entry in manifest.items())
     except FileNotFoundError:
         return {}
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
         good = False
     if not good:
         raise InputError(f"{file}, the list of what is dolfbuoy's in this folder, is damaged: take another folder.")

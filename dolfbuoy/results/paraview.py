@@ -17,7 +17,7 @@ from ..writing import made, replacing
 from .checkpoint import read_scene
 from .folder import enlist, remarks
 from .parts import parts_of
-from .record import read
+from .record import UNFIT, read, undamaged
 
 #: Instants that are written unless others are asked for: each is a file of everything that moves.
 INSTANTS = 50
@@ -35,7 +35,8 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     target, recorded = Path(folder) / "paraview", instants(record, scene)
     chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
     times = recorded[chosen]
-    meshes = _meshes(record, scene)
+    with undamaged(Path(folder) / "results.nc", UNFIT):
+        meshes = _meshes(record, scene)
     shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
     paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
     collections = {kind: target / f"{kind}.pvd" for kind in paths} | (
@@ -50,7 +51,9 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
             (Path(folder) / name).unlink(missing_ok=True)
     for kind, names in paths.items():
         for i, path in enumerate(names):
-            _write_mesh(meshes[kind](chosen[i], shown[kind][i]), path)
+            with undamaged(Path(folder) / "results.nc", UNFIT):
+                mesh = meshes[kind](chosen[i], shown[kind][i])
+            _write_mesh(mesh, path)
         _write_collection(collections[kind], shown[kind], names)
     if is_network(scene):
         _write_collection(

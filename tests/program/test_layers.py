@@ -24,7 +24,8 @@ LAYERS = (
     ("model",),
     ("solver", "scene"),
     ("parallel",),
-    ("forms", "meshes", "scenes", "elsewhere", "errors", "roots", "version", "writing"),
+    ("writing",),
+    ("forms", "meshes", "scenes", "elsewhere", "errors", "roots", "version"),
 )
 #: Within a line: what a scheme leaves of a motion stands in the summary of a run; linear motions begin where runs do.
 BESIDE = {("results", "motion"), ("linear", "motion")}

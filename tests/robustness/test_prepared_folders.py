@@ -35,7 +35,9 @@ WRITTEN = {
     SWEEP: ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html"),
     "statistics {record} --out {folder} --from 0.001": ("statistics.nc", "exceedance.png", "circle.svg"),
     "compare moordyn {scene} --out {folder}": ("comparison.json", "comparison.png"),
-    "advise {scene} --accuracy 5% --quantity tension_anchor --out {folder}/work --write {folder}/mine.toml": ("mine.toml",),
+    "advise {scene} --accuracy 5% --quantity tension_anchor --out {folder}/work --write {folder}/mine.toml": (
+        "mine.toml",
+    ),
 }
 FILES = [(command, name) for command, names in WRITTEN.items() for name in names]
 
