@@ -8,8 +8,13 @@ count as they always do.
 
 import importlib
 import os
+import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from .errors import InputError
 
 
 @contextmanager
@@ -28,9 +33,26 @@ def __getattr__(name):
     """`from dolfbuoy.elsewhere import matplotlib`: a library of the names below, started elsewhere."""
     if name not in ("matplotlib", "netCDF4", "MPI"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "MPI" and "mpi4py.MPI" not in sys.modules:
+        _check_temporary_folder()
     with elsewhere():
         library = importlib.import_module("mpi4py.MPI" if name == "MPI" else name)
         if name == "netCDF4":  # starts with the first file
             with suppress(OSError):
                 library.Dataset("/")
     return library
+
+
+def _check_temporary_folder():
+    """Raise InputError where Open MPI would end the process with a page of text."""
+    given = next(((name, os.environ[name]) for name in ("TMPDIR", "TEMP", "TMP") if os.environ.get(name)), None)
+    if given is None:
+        return
+    name, folder = given
+    there = next(path for path in (Path(folder).absolute(), *Path(folder).absolute().parents) if path.exists())
+    try:
+        os.rmdir(tempfile.mkdtemp(prefix="dolfbuoy-", dir=there))
+    except OSError as error:
+        raise InputError(
+            f"{name} = {folder!r}: must be a folder in which files can be written ({error.strerror})."
+        ) from None

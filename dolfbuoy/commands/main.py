@@ -281,6 +281,9 @@ def main():
     except OSError as error:
         place = f" {printable(str(error.filename))}" if error.filename else ""
         _fail(f"Error: cannot read or write{place}: {error.strerror or error}.", 1)
+    except UnicodeEncodeError as error:  # netCDF takes names of files only so
+        name = error.object[error.start : error.end]
+        _fail(f"Error: {printable(name)!r} in a name is no {error.encoding}: rename it, or set LC_ALL=C.UTF-8.", 2)
     except Exception:
         if interruption.received():
             _fail("Interrupted.", 130)

@@ -38,5 +38,9 @@ def _import_without_pkg_resources():
 
 if "pkg_resources" not in sys.modules:
     _import_without_pkg_resources()
-with elsewhere():  # and numba, where it is installed
-    import dolfinx  # noqa: F401
+arguments, sys.argv = sys.argv, ["dolfbuoy"]  # which dolfinx reads, and only if they are UTF-8
+try:
+    with elsewhere():  # and numba, where it is installed
+        import dolfinx  # noqa: F401
+finally:
+    sys.argv = arguments

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ..check import derived
-from ..errors import InputError
+from ..errors import InputError, printable
 from ..page.folder import write_pages
 from ..parallel.cases import compute, key, ranks_beside, store_in
 from ..results import style
@@ -277,7 +277,7 @@ def _written(planned, folder):
     rows = [case | {name: result[name] for name in kept} for case, result in zip(cases, results, strict=True)]
     enlist(folder, [folder / name for name in FILES["sweep"]], "sweep")
     dataset = collect(rows)
-    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": planned.source}
+    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": printable(planned.source)}
     records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
     if any(records):
         about = {"long_name": "folder of the record, from that of the sweep"}

@@ -24,8 +24,8 @@ LAYERS = (
     ("model",),
     ("solver", "scene"),
     ("parallel",),
-    ("writing",),
-    ("forms", "meshes", "scenes", "elsewhere", "errors", "roots", "version"),
+    ("elsewhere", "writing"),
+    ("forms", "meshes", "scenes", "errors", "roots", "version"),
 )
 #: Within a line: what a scheme leaves of a motion stands in the summary of a run; linear motions begin where runs do.
 BESIDE = {("results", "motion"), ("linear", "motion")}
