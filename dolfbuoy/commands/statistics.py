@@ -94,10 +94,12 @@ def statistics(
 
 
 def _point(text):
+    from ..scene.quantities import number_of
+
     if text is None:
         return None
     try:
-        x, y = (float(part) for part in text.split(","))
+        x, y = (number_of(part) for part in text.split(","))
     except ValueError:
         x = y = np.nan
     if not np.isfinite([x, y]).all():
