@@ -1,7 +1,6 @@
 """Moorings in the files of other programs, and a scene beside MoorDyn, on the command line."""
 
 import json
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -68,9 +67,9 @@ def export(
     if rank() != 0:
         return
     refuse_present([folder / name for name in written.files], overwrite)
-    with _in(folder):
-        for name, text in written.files.items():
-            write_text(folder / name, text)
+    _make(folder)
+    for name, text in written.files.items():
+        write_text(folder / name, text)
     for note in written.notes:
         _say(str(note))
     _say(f"{', '.join(written.files)} in {folder}")
@@ -98,8 +97,7 @@ def compare(
     _needs_cable(loaded)
     folder = default_folder(folder, f"moordyn-{Path(scene).stem}")
     refuse_present([folder / "comparison.json", *files_of(folder / "comparison")], overwrite)
-    with _in(folder):  # or it cannot be made
-        pass
+    _make(folder)
     found = peer.compare(loaded, end, segments)
     if rank() != 0:
         return
@@ -124,14 +122,11 @@ def _needs_cable(scene):
         raise InputError("SCENE: must have a [cable]: MoorDyn's input is of lines.")
 
 
-@contextmanager
-def _in(folder):
-    """Make a folder, and write in it."""
+def _make(folder):
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        yield
     except OSError as error:
-        raise InputError(f"--out {folder}: cannot be written ({error.strerror}).") from None
+        raise InputError(f"--out {folder}: cannot be made ({error.strerror}).") from None
 
 
 def _say(text):
