@@ -9,6 +9,7 @@ The model and the reading of the paper's ambiguous places are described in forms
 
 import importlib
 
+from .elsewhere import elsewhere
 from .errors import InputError, SolveError
 from .parallel import singleton
 from .version import __version__ as __version__
@@ -34,7 +35,8 @@ def __getattr__(name):
         return load_scene
     if name in _OF_API:
         try:
-            module = importlib.import_module(f".{_OF_API[name]}", __name__)
+            with elsewhere():  # libraries are started
+                module = importlib.import_module(f".{_OF_API[name]}", __name__)
         except ImportError as error:
             from .errors import missing
 

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .shared import SceneArgument, SetOption, err, finite, load, out, out_option, rank
+from ..writing import refuse_present, write_text
+from .shared import OverwriteOption, SceneArgument, SetOption, default_folder, err, finite, load, out, out_option, rank
 
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of MoorDyn, or YAML of MoorPy or RAFT.")]
 FormatArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn, moorpy or raft.")]
@@ -52,6 +53,7 @@ def export(
     scene: SceneArgument,
     folder: out_option("results/moordyn-NAME") = None,
     assign: SetOption = None,
+    overwrite: OverwriteOption = False,
 ):
     """A scene as input of MoorDyn 2.  Example: dolfbuoy export moordyn three-legs --out harbour"""
     from ..formats.to_moordyn import export as write
@@ -60,13 +62,14 @@ def export(
     _only_moordyn(kind)
     loaded = load(scene, assign)
     _needs_cable(loaded)
-    folder = _folder(folder, scene)
-    start = beginning(loaded)
+    folder = default_folder(folder, f"moordyn-{Path(scene).stem}")
+    written = write(loaded, beginning(loaded))
     if rank() != 0:
         return
-    written = write(loaded, start)
+    refuse_present([folder / name for name in written.files], overwrite)
+    _make(folder)
     for name, text in written.files.items():
-        (folder / name).write_text(text)
+        write_text(folder / name, text)
     for note in written.notes:
         _say(str(note))
     _say(f"{', '.join(written.files)} in {folder}")
@@ -83,14 +86,18 @@ def compare(
     ] = 1,
     folder: out_option("results/moordyn-NAME") = None,
     assign: SetOption = None,
+    overwrite: OverwriteOption = False,
 ):
     """A scene run by dolfbuoy and by MoorDyn, side by side.  Example: dolfbuoy compare moordyn bridle --t-end 30"""
+    from ..results.style import files_of
     from ..studies import peer
 
     _only_moordyn(kind)
     loaded = load(scene, assign)
     _needs_cable(loaded)
-    folder = _folder(folder, scene)
+    folder = default_folder(folder, f"moordyn-{Path(scene).stem}")
+    refuse_present([folder / "comparison.json", *files_of(folder / "comparison")], overwrite)
+    _make(folder)
     found = peer.compare(loaded, end, segments)
     if rank() != 0:
         return
@@ -100,7 +107,7 @@ def compare(
         err.print(f"MoorDyn: {note}", soft_wrap=True, markup=False, highlight=False)
     rows = [row | {"percent": 100 * row["relative"]} for row in found.rows]
     show("Second half of both runs", rows, COLUMNS)
-    (folder / "comparison.json").write_text(json.dumps({"rows": found.rows, "notes": found.notes}, indent=1) + "\n")
+    write_text(folder / "comparison.json", json.dumps({"rows": found.rows, "notes": found.notes}, indent=1) + "\n")
     peer.draw(found, folder)
     _say(f"comparison.json and its figure in {folder}")
 
@@ -115,13 +122,11 @@ def _needs_cable(scene):
         raise InputError("SCENE: must have a [cable]: MoorDyn's input is of lines.")
 
 
-def _folder(folder, scene):
-    folder = folder if folder is not None else Path("results") / f"moordyn-{Path(scene).stem}"
+def _make(folder):
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"--out {folder}: cannot be made ({error.strerror}).") from None
-    return folder
 
 
 def _say(text):

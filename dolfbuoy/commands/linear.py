@@ -179,11 +179,12 @@ def _draw_offsets(found, scene, folder):
     from ..results.folder import enlist
     from ..results.offset_figures import offset_curves
     from ..results.style import files_of, save
+    from ..writing import made
 
     held = [end.top.position[:2] for piece in scene.network.pieces for end in piece.ends if end.held]
     target = folder / "figures" / "offsets"
+    made(folder, "figures")
     enlist(folder, files_of(target), "offsets")
-    target.parent.mkdir(exist_ok=True)
     save(offset_curves(found, held), target)
     out.print(f"figure: {target}.png", soft_wrap=True)
 

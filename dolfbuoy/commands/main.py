@@ -17,6 +17,7 @@ from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
+from ..writing import refuse_present
 from .run import advised, draw, run
 from .shared import (
     InstantsOption,
@@ -27,6 +28,7 @@ from .shared import (
     QuantityOption,
     SceneArgument,
     SetOption,
+    default_folder,
     err,
     folder_of,
     load,
@@ -174,6 +176,7 @@ def advise(
     write: Annotated[Path | None, typer.Option("--write", metavar="FILE", help="Save the advised scene.")] = None,
     folder: out_option("results/advise-NAME") = None,
     assign: SetOption = None,
+    overwrite: OverwriteOption = False,
 ):
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
     from mpi4py import MPI
@@ -184,7 +187,9 @@ def advise(
 
     loaded = load(scene, assign)
     check_feasible(loaded)
-    folder = folder if folder is not None else Path("results") / f"advise-{Path(scene).stem}"
+    folder = default_folder(folder, f"advise-{Path(scene).stem}")
+    if write is not None:
+        refuse_present([write], overwrite)
     with claimed(folder, MPI.COMM_WORLD):
         advised(loaded, quantity, accuracy, folder, write)
 
@@ -276,6 +281,9 @@ def main():
     except OSError as error:
         place = f" {printable(str(error.filename))}" if error.filename else ""
         _fail(f"Error: cannot read or write{place}: {error.strerror or error}.", 1)
+    except UnicodeEncodeError as error:  # netCDF takes names of files only so
+        name = error.object[error.start : error.end]
+        _fail(f"Error: {printable(name)!r} in a name is no {error.encoding}: rename it, or set LC_ALL=C.UTF-8.", 2)
     except Exception:
         if interruption.received():
             _fail("Interrupted.", 130)

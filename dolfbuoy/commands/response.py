@@ -207,12 +207,13 @@ def _draw_response(found, runs, folder):
     from ..results.folder import enlist
     from ..results.response_figures import amplitudes, spectra
     from ..results.style import files_of, save
+    from ..writing import made
 
     figures = {"amplitudes": amplitudes(found, runs)} | ({"spectra": spectra(found)} if "tension_std" in found else {})
     for name, figure in figures.items():
         target = folder / "figures" / f"response_{name}"
+        made(folder, "figures")
         enlist(folder, files_of(target), "response")
-        target.parent.mkdir(exist_ok=True)
         save(figure, target)
     out.print(f"{2 * len(figures)} figures in {folder / 'figures'}", soft_wrap=True)
 

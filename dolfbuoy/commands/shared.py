@@ -11,6 +11,7 @@ from rich.markup import escape
 from ..errors import InputError
 from ..parallel.ranks import rank
 from ..results.tables import out, table
+from ..writing import GIVEN, refuse_link
 
 err = Console(stderr=True)
 
@@ -54,9 +55,18 @@ def load(scene, assignments, **overrides):
     return load_scene(scene, **overrides)
 
 
+def default_folder(folder, name):
+    """Where the results go, results/NAME unless a folder is given; a link must be given.  Raises InputError."""
+    if folder is not None:
+        return folder
+    for place in (Path("results"), Path("results") / name):
+        refuse_link(place, GIVEN)
+    return place
+
+
 def folder_of(scene, folder):
-    """Where the results go."""
-    return folder if folder is not None else Path("results") / Path(scene).stem
+    """Where the results of a scene go."""
+    return default_folder(folder, Path(scene).stem)
 
 
 def table_of(title, *columns):

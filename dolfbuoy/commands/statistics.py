@@ -8,7 +8,7 @@ import typer
 
 from ..errors import InputError
 from ..parallel.ranks import rank
-from .shared import finite, out, out_option, table_of
+from .shared import OverwriteOption, default_folder, finite, out, out_option, table_of
 
 #: Sets that are printed; netCDF has them all.
 MOST_SETS = 20
@@ -59,6 +59,7 @@ def statistics(
     scatter: ScatterOption = None,
     years: YearsOption = 50.0,
     folder: out_option("results/statistics-NAME") = None,
+    overwrite: OverwriteOption = False,
 ):
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
     from mpi4py import MPI
@@ -66,13 +67,17 @@ def statistics(
     from ..results.ensemble import Fatigue, runs_of, together
     from ..results.folder import claimed
     from ..results.lifetime import lifetime
-    from ..results.record import replacing
-    from ..results.statistics_figures import draw_all
+    from ..results.statistics_figures import FIGURES, draw_all
+    from ..results.style import files_of
+    from ..writing import refuse_present, replacing
 
-    folder = folder if folder is not None else Path("results") / f"statistics-{folders[0].resolve().name}"
+    folder = default_folder(folder, f"statistics-{folders[0].resolve().name}")
     with claimed(folder, MPI.COMM_WORLD):
         if rank() != 0:
             return
+        names = ("statistics.nc", *(["lifetime.nc"] if scatter else []))
+        figures = [file for name in FIGURES for file in files_of(folder / name)]
+        refuse_present([*(folder / name for name in names), *figures], overwrite)
         fatigue = Fatigue(exponent, constant, frequency)
         runs = runs_of(folders, start, _point(point))
         found = together(runs, fatigue)
@@ -89,10 +94,12 @@ def statistics(
 
 
 def _point(text):
+    from ..scene.quantities import number_of
+
     if text is None:
         return None
     try:
-        x, y = (float(part) for part in text.split(","))
+        x, y = (number_of(part) for part in text.split(","))
     except ValueError:
         x = y = np.nan
     if not np.isfinite([x, y]).all():

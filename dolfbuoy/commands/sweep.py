@@ -9,7 +9,18 @@ import typer
 from ..errors import InputError
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
-from .shared import Interrupted, SceneArgument, SetOption, load, out, out_option, rank, say_warnings, table_of
+from .shared import (
+    Interrupted,
+    SceneArgument,
+    SetOption,
+    default_folder,
+    load,
+    out,
+    out_option,
+    rank,
+    say_warnings,
+    table_of,
+)
 
 VaryOption = Annotated[list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")]
 TableOption = Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")]
@@ -57,7 +68,7 @@ def sweep(
     loaded = load(scene, assign)
     from ..studies import sweep as study
 
-    folder = folder if folder is not None else Path("results") / f"sweep-{Path(scene).stem}"
+    folder = default_folder(folder, f"sweep-{Path(scene).stem}")
     chosen = None if part is None else study.Part.parse(part)
     wanted = (loaded, vary or [], table)
     source = shlex.join([str(scene), *(word for text in assign or [] for word in ("--set", text))])

@@ -14,8 +14,9 @@ import math
 import numpy as np
 
 from ..errors import InputError
+from ..scene.quantities import number_of
 from .moordyn_body import buoy_of, is_free, placed
-from .moordyn_text import Row, Tables, parse
+from .moordyn_text import Row, Tables, canonical, is_number, parse
 from .notes import Note
 
 #: What the columns of version 1 are called, in the order of its files.
@@ -77,6 +78,7 @@ class _Reader:
 
     def scene(self):
         self._headers()
+        self._check_names()
         materials = {row["name"]: self._material(row) for row in self.tables.of("line types")}
         self._rods()
         for row in self.tables.of("points"):
@@ -101,6 +103,21 @@ class _Reader:
     def note(self, line, text):
         self.notes.append(Note(text, line))
 
+    def _check_names(self):
+        """Each name once; a column that is missing counts as 0, and is said to."""
+        for section, column in (("line types", "name"), ("points", "id"), ("lines", "id"), ("bodies", "id")):
+            seen = set()
+            for row in self.tables.of(section):
+                if (name := row.values.get(column)) in seen:
+                    raise InputError(f"line {row.line}: {name} of {section.upper()} is given twice.")
+                seen |= {name} - {None}
+        for section, wanted in (("line types", ("BA", "Cd", "Ca", "CdAx")), ("points", ("mass", "volume"))):
+            line, columns = self.tables.columns.get(section, (0, []))
+            names = {canonical(section, column) for column in columns}
+            for name in wanted if columns else ():
+                if name not in names:
+                    self.note(line, f"{section.upper()} has no column {name}: 0 is taken")
+
     # -- the world ----------------------------------------------------------------------------------------------------
 
     def _headers(self):
@@ -119,8 +136,8 @@ class _Reader:
         if gravity := self._number("g", "gravity"):
             found["gravity"] = gravity
         depth = option("WtrDpth", "WtrDepth", "depth")
-        sea = {"depth": self._number("WtrDpth", "WtrDepth", "depth") or self._deepest()}
-        if depth is None or not _is_number(depth[1]):
+        sea = {"depth": self._number("WtrDpth", "WtrDepth", "depth", may_be_file=True) or self._deepest()}
+        if depth is None or not is_number(depth[1]):
             line = depth[0] if depth else None
             self.note(line, f"no single depth is given: the deepest fixed point sets it, {sea['depth']:g} m")
         if density := self._number("rho", "rhoW", "WtrDnsty"):
@@ -128,7 +145,7 @@ class _Reader:
         found["sea"] = sea
         bed = {}
         line, kbot = option("kBot", "kb") or (None, "3e6")
-        if not _is_number(kbot):
+        if not is_number(kbot):
             raise InputError(f"line {line}: kBot is {kbot!r}, which is no number.")
         if float(kbot) > 0:
             bed["stiffness"] = float(kbot)
@@ -139,9 +156,13 @@ class _Reader:
         self._other_options()
         return found
 
-    def _number(self, *names):
-        found = self.tables.option(*names)
-        return float(found[1]) if found and _is_number(found[1]) else None
+    def _number(self, *names, may_be_file=False):
+        line, text = self.tables.option(*names) or (None, None)
+        if text is None or (may_be_file and not is_number(text)):
+            return None
+        if not is_number(text):
+            raise InputError(f"line {line}: {names[0]} is {text!r}, which is no number.")
+        return number_of(text)
 
     def _deepest(self):
         heights = [place[2] for kind, place in self.places.values() if kind == "fixed"]
@@ -169,7 +190,7 @@ class _Reader:
         stiffness = row["EA"].split("|")
         if len(stiffness) > 1:
             self.note(row.line, f"EA = {row['EA']} is viscoelastic: the first value is taken, as the static one")
-        if not _is_number(stiffness[0]):
+        if not is_number(stiffness[0]):
             raise InputError(
                 f"line {row.line}: EA is the file {row['EA']}, which is not read: give a number in its place."
             )
@@ -185,7 +206,7 @@ class _Reader:
 
     def _damping(self, row, found):
         text = row.values.get("BA", "0").split("|")[0]
-        if not _is_number(text):
+        if not is_number(text):
             self.note(row.line, f"BA = {text} is a file, which is not read: damping = 0")
         elif float(text) > 0:
             found["damping"] = float(text)
@@ -270,10 +291,3 @@ class _Reader:
                 rods = [rod for rod in rods if rod not in own]
         for rod in rods:
             self.note(rod.line, f"rod {rod.values.get('id', '')} is not carried over")
-
-
-def _is_number(text):
-    try:
-        return math.isfinite(float(text))
-    except ValueError:
-        return False

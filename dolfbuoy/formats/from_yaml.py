@@ -13,6 +13,7 @@ is there, and has no stiffness of its own.
 import math
 
 from ..errors import InputError, missing
+from ..scene.quantities import number_of
 from .notes import Note
 
 #: Keys of a line type and what they are called here, with the factor between them.
@@ -72,6 +73,10 @@ class _Reader:
         self.mooring, self.title, self.notes = mooring, title, []
 
     def scene(self):
+        for section in ("points", "lines", "line_types"):
+            names = [str(row.get("name")) for row in self._rows(section)]
+            if twice := {name for name in names if names.count(name) > 1}:
+                raise InputError(f"{section}: {min(twice)!r} is given twice.")
         materials = {_text(row, "name", "line_types"): self._material(row) for row in self._rows("line_types")}
         places, joints = self._points()
         cables = [self._cable(row, materials, places) for row in self._rows("lines")]
@@ -165,7 +170,7 @@ def _text(row, key, place):
 
 def _number(value, place):
     try:
-        found = float(value)
+        found = number_of(value) if isinstance(value, str) else float(value)
     except (TypeError, ValueError):
         found = math.nan
     if not math.isfinite(found):

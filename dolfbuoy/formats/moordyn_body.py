@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..errors import InputError
+from ..scene.quantities import number_of
 from .moordyn_text import Row
 
 _CLOSE = 1e-6  # m
@@ -125,7 +126,7 @@ def _masses(body, rods, types, keel):
 def _triple(text, axis=None):
     """Numbers a|b|c; a single one is of all axes, or of one of them."""
     try:
-        values = np.array([float(part) for part in text.split("|")])
+        values = np.array([number_of(part) for part in text.split("|")])
     except ValueError:
         raise InputError(f"{text!r} of a body is no number, nor numbers with | between them.") from None
     if len(values) == 1:

@@ -8,6 +8,7 @@ import re
 from dataclasses import dataclass, field
 
 from ..errors import InputError
+from ..scene.quantities import number_of
 
 #: Sections by words in their headings, both versions; the first that fits counts.
 SECTIONS = {
@@ -85,8 +86,8 @@ class Row:
         if text is None and default is not None:
             return default
         try:
-            return float(text)
-        except (TypeError, ValueError):
+            return number_of(text)
+        except (AttributeError, ValueError):
             what = f"is {text!r}, which is no number" if text is not None else "is missing"
             raise InputError(f"line {self.line}: {column} {what}.") from None
 
@@ -131,9 +132,12 @@ def parse(text: str) -> Tables:
             continue
         elif section not in tables.columns:
             tables.columns[section], skip = (number, line.split()), 1
+            _check_header(section, number, line)
         elif skip:
             skip = 0  # the units
-            if not line.lstrip().startswith("("):
+            if line.lstrip().startswith("("):
+                _check_units(number, line)
+            else:
                 _row(tables, section, number, line)
         else:
             _row(tables, section, number, line)
@@ -155,6 +159,31 @@ def _option(tables, number, line):
     tables.options[parts[1].lower()] = (number, parts[0].strip('"'))
 
 
+#: Columns without which a section cannot be read.
+NEEDED = {
+    "line types": ("name", "diameter", "mass_density", "EA"),
+    "points": ("id", "attachment", "x", "y", "z"),
+    "lines": ("type", "A", "B", "length"),
+}
+#: In which no file of MoorDyn is, which takes all numbers for m, kg, s and N.
+IMPERIAL = {"ft", "feet", "in", "lb", "lbs", "lbf", "kip", "kips", "slug", "slugs"}
+
+
+def _check_header(section, number, line):
+    names = [canonical(section, column) for column in line.split()]
+    absent = [name for name in NEEDED.get(section, ()) if name not in names]
+    if absent:
+        raise InputError(
+            f"line {number}: {line.strip()!r} must name the columns of {section.upper()}, and has no {absent[0]}."
+        )
+
+
+def _check_units(number, line):
+    found = IMPERIAL & set(re.split(r"[^a-z]+", line.lower()))
+    if found:
+        raise InputError(f"line {number}: the unit ({min(found)}) is none of MoorDyn, which has m, kg, s and N.")
+
+
 def canonical(section: str, column: str) -> str | None:
     """The canonical name of a column, None for one that is not known."""
     name = column.lower()
@@ -170,8 +199,22 @@ def _row(tables, section, number, line):
     if section == "bodies":  # two columns are called y0: the second is a yaw
         names = _bodies(names)
     parts = line.split()
+    least = len(names)
+    while least and names[least - 1] in (None, "outputs"):
+        least -= 1
+    if len(parts) < least or any(is_number(part) for part in parts[len(names) :]):
+        raise InputError(f"line {number}: there are {len(parts)} values in {len(names)} columns, {' '.join(columns)}.")
     values = {name: part for name, part in zip(names, parts, strict=False) if name is not None}
     tables.rows.setdefault(section, []).append(Row(number, values))
+
+
+def is_number(text: str) -> bool:
+    """Whether it is a finite number."""
+    try:
+        number_of(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _bodies(names):

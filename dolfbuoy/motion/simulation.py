@@ -146,6 +146,14 @@ class Simulation:
 
     def restore(self, state):
         """Be where a Simulation of the same scene was, on the same rank of as many.  Raises InputError if it cannot."""
+        try:
+            self._restore(state)
+        except InputError:
+            raise
+        except (KeyError, IndexError, TypeError, ValueError) as error:
+            raise InputError("The state is not one of this scene: the run can only begin anew.") from error
+
+    def _restore(self, state):
         if not np.array_equal(state["places"], self.problem.places()):
             raise InputError("The unknowns are numbered in another way than in the state: not the same dolfinx.")
         self.t, self.iterations = state["t"], state["iterations"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..results.folder import enlist, remarks
-from ..results.record import replacing
+from ..writing import write_text
 
 
 def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
@@ -24,30 +24,35 @@ def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
 
 def _run(folder):
     from ..results.paraview import read_run
+    from ..results.record import UNFIT, undamaged
     from .run_page import run_page
 
     record, scene = read_run(folder)
     enlist(folder, [folder / "page.html"])
     known = remarks(folder, "run")
-    return _written(folder / "page.html", run_page(record, scene, known.get("advice"), known.get("case")))
+    with undamaged(folder / "results.nc", UNFIT):
+        text = run_page(record, scene, known.get("advice"), known.get("case"))
+    return _written(folder / "page.html", text)
 
 
 def _modes(folder):
-    from ..results.record import read
+    from ..results.record import UNFIT, read, undamaged
     from .modes_page import modes_page
 
     enlist(folder, [folder / "modes.html"], "modes")
-    return _written(folder / "modes.html", modes_page(read(folder / "modes.nc")))
+    with undamaged(folder / "modes.nc", UNFIT):
+        text = modes_page(read(folder / "modes.nc"))
+    return _written(folder / "modes.html", text)
 
 
 def _sweep(folder):
-    import xarray as xr
-
-    from ..results.record import DAMAGED, undamaged
+    from ..results.record import UNFIT, read, undamaged
     from .sweep_page import sweep_page
 
-    with undamaged(folder / "sweep.nc", DAMAGED), xr.open_dataset(folder / "sweep.nc", engine="netcdf4") as dataset:
-        return _written(folder / "sweep.html", sweep_page(dataset.load()))
+    enlist(folder, [folder / "sweep.html"], "sweep")
+    with undamaged(folder / "sweep.nc", UNFIT):
+        text = sweep_page(read(folder / "sweep.nc"))
+    return _written(folder / "sweep.html", text)
 
 
 def _precision(folder):
@@ -55,6 +60,7 @@ def _precision(folder):
     from .precision_page import precision_page
 
     file = folder / "work-precision.json"
+    enlist(folder, [folder / "work-precision.html"], "study")
     with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
         found = json.loads(file.read_text())
         text = precision_page(found["rows"], found["notes"], found.get("title", ""))
@@ -62,8 +68,7 @@ def _precision(folder):
 
 
 def _written(path, text):
-    with replacing(path) as part:
-        part.write_text(text, encoding="utf-8")
+    write_text(path, text)
     return path
 
 

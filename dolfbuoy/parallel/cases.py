@@ -21,6 +21,7 @@ from rich.progress import Progress
 
 from .. import forms, meshes
 from ..errors import InputError, SolveError
+from ..writing import made, write_text
 from . import interruption
 from .store import SUFFIX, Store, Writer
 
@@ -108,7 +109,7 @@ def _prepared(folder, store, cases, again, say):
         name = key(case)
         if name not in known.entries or (again is not None and again(known.result(name))):
             missing.setdefault(name, i)
-    store.mkdir(parents=True, exist_ok=True)
+    made(folder, *store.relative_to(folder).parts)
     claims = Path(tempfile.mkdtemp(prefix="claims-", dir=store))
     return sorted(missing.values()), {i: known.attempt(name) for name, i in missing.items()}, claims
 
@@ -241,6 +242,4 @@ def with_file(case: dict, folder: Path, name: str) -> dict:
 
 def write_json(path: Path, value) -> None:
     """Write a file that is whole whenever it is there."""
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(value))
-    part.replace(path)
+    write_text(path, json.dumps(value))

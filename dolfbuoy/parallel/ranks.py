@@ -5,6 +5,8 @@ import signal
 import sys
 import time
 
+from ..errors import InputError
+
 _TAG = 4711  # of "I have ended", apart from whatever else is under way between the ranks
 
 
@@ -29,7 +31,7 @@ def rank() -> int:
 def _world():
     """All ranks; None without mpi4py, with which goes whatever needs several."""
     try:
-        from mpi4py import MPI
+        from ..elsewhere import MPI
     except ImportError:
         return None
     return MPI.COMM_WORLD
@@ -52,7 +54,10 @@ def end(say, code: int) -> None:
     do within a second or so, each exits with the code; otherwise the others may be waiting for this one in a
     collective call that will never come, and the lowest rank that failed aborts them.
     """
-    comm = _world()
+    try:
+        comm = _world()
+    except InputError:  # MPI cannot start, which is what is to be said
+        comm = None
     if comm is None:
         say()
         sys.exit(code)

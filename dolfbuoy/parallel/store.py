@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from ..writing import appending, replacing
+
 SUFFIX = ".jsonl"
 #: What stands before a result, as `Writer` writes it.
 _HEAD = re.compile(rb'\{"key":"([^"\\]*)","program":"([^"\\]*)","attempt":(\d+),"result":')
@@ -38,7 +40,8 @@ class Store:
         self.damaged: list[str] = []
         self.foreign = 0
         for file in sorted(self.folder.rglob(f"*{SUFFIX}")):
-            self._read(file)
+            if file.is_file():
+                self._read(file)
 
     def result(self, key: str) -> dict | None:
         """Of a case; None if it has none."""
@@ -95,13 +98,12 @@ class Writer:
     def _open(self):
         """Without lines that are torn or damaged, which leave by one atomic step."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        old = self._path.read_bytes().splitlines(keepends=True) if self._path.exists() else []
+        old = self._path.read_bytes().splitlines(keepends=True) if self._path.is_file() else []
         good = [line for line in old if line.endswith(b"\n") and _head(line)]
-        if len(good) < len(old):
-            part = self._path.with_suffix(".part")
-            part.write_bytes(b"".join(good))
-            part.replace(self._path)
-        self._file = open(self._path, "ab")  # noqa: SIM115  # until `close`
+        if len(good) < len(old) or (old and self._path.stat().st_nlink > 1):
+            with replacing(self._path) as part:
+                part.write_bytes(b"".join(good))
+        self._file = appending(self._path)
 
     def close(self) -> None:
         """Nothing is added any more."""

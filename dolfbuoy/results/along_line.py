@@ -1,15 +1,13 @@
 """Figures along the cable: its shapes, and the range of the tension in it."""
 
 import numpy as np
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
 from ..model.seabed import height_of_bed
 from ..scene.settings import period_of
 from .behind_ramp import after_ramp, mean_over_time
 from .drawing import figure_of, legend_above
 from .paths import equal_axes, label_axes, panel_height, widest
-from .style import COLORS, COLUMN, new_figure
+from .style import COLORS, COLUMN, Figure, LineCollection, new_figure
 from .tables import force_unit
 
 

@@ -1,11 +1,9 @@
 """What of a run stands behind its ramp: rows, means over time, spectra; and a record's own scene."""
 
-import tomllib
-
 import numpy as np
 
 from ..errors import InputError
-from ..scene import build_scene
+from ..scene import kept_scene
 from ..scene.settings import period_of, ramp_of
 from .statistics import TURNING
 
@@ -25,7 +23,7 @@ def scene_of(record):
     """The scene of a record, which stands in its attributes.  Raises InputError if it does not."""
     if "scene" not in record.attrs:
         raise InputError("This record does not carry its scene: give the scene beside it.")
-    return build_scene(tomllib.loads(record.attrs["scene"]))
+    return kept_scene(record.attrs["scene"])
 
 
 def after_ramp(times: np.ndarray, scene, at_least: int, what: str) -> np.ndarray:

@@ -4,15 +4,15 @@ The record is written first, so that after a kill at any moment it is as long as
 longer is cut off and computed again.
 """
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
-from ..scene import Scene, build_scene, load_scene
-from .record import replacing, undamaged
+from ..scene import Scene, kept_scene, load_scene
+from ..writing import replacing
+from .record import undamaged
 
 FORMAT = 3
 NAME = "checkpoint.npz"
@@ -60,7 +60,7 @@ def load(folder, ranks: int, end: float | None = None) -> Checkpoint:
     if len(tree["states"]) != ranks:
         raise InputError(f"{folder} holds a run on {len(tree['states'])} MPI ranks; it cannot be resumed on {ranks}.")
     scene = read_scene(folder, end)
-    difference = _difference(build_scene(tomllib.loads(tree["scene"])).to_dict(), scene.to_dict())
+    difference = _difference(tree["scene"].to_dict(), scene.to_dict())
     if difference:
         raise InputError(f"{folder / 'scene.toml'} is no longer the scene of the run: {difference} is different.")
     point = Checkpoint(folder, scene, tree["states"], tree["rows"], tree["next_frame"])
@@ -87,6 +87,11 @@ def _read(path):
     with undamaged(path, otherwise), open(path, "rb") as file, np.load(file) as leaves:
         tree = _unflatten(dict(leaves))
         number = tree["format"]
+        if number == FORMAT:
+            kept = {name: tree[name] for name in ("states", "rows", "next_frame")}
+            tree = kept | {"scene": kept_scene(tree["scene"])}
+            if not min(tree["rows"][axis] for axis in ("time", "frame")) >= 0 <= min(s["t"] for s in tree["states"]):
+                raise ValueError("times and numbers of rows are not negative")
     if number != FORMAT:
         raise InputError(f"{path} has format {number}; this version resumes format {FORMAT} only.")
     return tree

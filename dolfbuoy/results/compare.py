@@ -12,6 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..errors import InputError
+from ..scene.quantities import number_of
 
 #: A case is resolved when its error exceeds the reference's own by this factor.
 RESOLVED = 3.0
@@ -183,7 +184,7 @@ def parse_accuracy(text: str, option: str = "--accuracy") -> float:
     """'1%', '1 %' or '0.01' -> 0.01; raises InputError that names the option."""
     number = text.strip()
     try:
-        value = float(number.removesuffix("%")) / 100 if number.endswith("%") else float(number)
+        value = number_of(number.removesuffix("%")) / 100 if number.endswith("%") else number_of(number)
     except ValueError:
         value = float("nan")
     if not 1e-5 <= value <= 0.5:

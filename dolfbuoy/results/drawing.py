@@ -3,11 +3,9 @@
 import functools
 from collections.abc import Callable
 
-import matplotlib
-
 from ..scene.network import is_network
 from .behind_ramp import Missing, scene_of
-from .style import STYLE
+from .style import STYLE, matplotlib
 
 
 def figure_of(*needs: str, network: bool = False) -> Callable:

@@ -21,7 +21,7 @@ from .behind_ramp import scene_of
 from .certainty import HOURS
 from .extremes import COVERED, Gumbel, fit_gumbel
 from .offsets import smallest_circle
-from .record import read
+from .record import UNFIT, read, undamaged
 from .sample import ADDED, FIXED_POINT, NUMBERS, sample_of
 from .statistics import described
 
@@ -109,10 +109,10 @@ def _run(source, number, start, point):
         record, name = source, f"run {number}"
     else:
         record, name = read_folder(Path(source)), str(source)
-    scene = scene_of(record)
     try:
-        seconds = record.attrs.get("wall_time_s", np.nan)
-        return Run(name, sample_of(record, scene, start, point), set_of(scene), seconds=seconds)
+        scene, seconds = scene_of(record), record.attrs.get("wall_time_s", np.nan)
+        with undamaged(name, UNFIT):
+            return Run(name, sample_of(record, scene, start, point), set_of(scene), seconds=seconds)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 

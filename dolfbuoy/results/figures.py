@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..scene.network import is_network
+from ..writing import made
 from .along_line import envelope, shapes
 from .behind_ramp import Missing, TooShort
 from .folder import enlist
@@ -18,6 +19,7 @@ from .over_time import cone_angle, heave, roll_pitch_yaw, tension
 from .paraview import read_run
 from .parts import Part, parts_of
 from .paths import orbit, track, trajectory
+from .record import UNFIT, undamaged
 from .snapshot import snapshot
 from .spectra import motion_spectrum, tension_spectrum
 from .style import files_of, save
@@ -58,14 +60,15 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
             if part and name == "snapshot" and "cable_position" in known:
                 continue  # the whole has it
             try:
-                figure = draw(known, alone)
+                with undamaged(Path(folder) / "results.nc", UNFIT):
+                    figure = draw(known, alone)
             except Missing:
                 continue
             except TooShort as reason:
                 say(str(reason))
                 continue
             file = target / (f"{name}_{part.replace('-', '_')}" if part else name)
+            made(folder, target.name)
             enlist(folder, files_of(file))
-            target.mkdir(exist_ok=True)
             written += save(figure, file)
     return written

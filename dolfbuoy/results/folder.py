@@ -20,19 +20,22 @@ from mpi4py import MPI
 from ..errors import InputError
 from ..parallel.ranks import told
 from ..scene import load_scene
+from ..writing import replacing, write_text
 from . import checkpoint
-from .record import replacing, save, verify
+from .record import save, verify
 
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
 #: What each kind of result consists of, the record first; a run has figures too.
 FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
 _WITHOUT_RUN = ("static", "modes", "stiffness", "offsets", "response", "periodic")
 FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
+FILES["sweep"] = ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html")
+FILES["study"] = ("tables.md", "report.md", "hard-cases.md")
 DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
 _OWN = re.compile(
     "|".join(re.escape(name) for names in FILES.values() for name in names)
-    + r"|(figures|paraview)/\w+\.\w+|(page|modes)\.html"
+    + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision)\.html|[\w-]+\.(csv|json|png|svg)"
 )
 
 
@@ -120,7 +123,7 @@ def _check_own(path, name, entry):
     file = path / name
     if not os.path.lexists(file):
         return
-    own = name in entry.get("files", ()) and not file.is_dir()
+    own = name in entry.get("files", ()) and (file.is_file() or file.is_symlink())
     if own and (file.suffix != ".toml" or hashlib.sha256(file.read_bytes()).hexdigest() == entry.get("scene")):
         return
     raise InputError(
@@ -138,7 +141,7 @@ def begin(path, kind: str, scene) -> None:
     path = Path(path)
     manifest = _manifest(path)
     for name in manifest.get(kind, {}).get("files", ()):
-        if not (path / name).parent.is_symlink() or name in FILES[kind]:  # a link leads out of the folder
+        if (path / name).parent == path or not (path / name).parent.is_symlink():  # a link leads out of the folder
             (path / name).unlink(missing_ok=True)
     for name in DRAWN:
         with suppress(OSError):  # it is not there, or the user's files are in it
@@ -197,9 +200,12 @@ def make_ready(path, kind: str, scene, comm=MPI.COMM_SELF) -> None:
             holds(path, kind, scene, True, comm)
 
 
-def enlist(path, files: Iterable[Path], kind: str = "run") -> None:
-    """Note files that are about to be drawn.  Raises InputError if one is there that is the user's."""
-    path = Path(path)
+def enlist(path, files: Iterable[Path], kind: str = "run", comm=MPI.COMM_SELF) -> None:
+    """Note files that are about to be written; collective.  Raises InputError if one is there that is the user's."""
+    _on_root(comm, _enlist, Path(path), files, kind)
+
+
+def _enlist(path, files, kind):
     manifest = _manifest(path)
     entry = manifest.setdefault(kind, {"files": []})
     names = [file.relative_to(path).as_posix() for file in files]
@@ -245,19 +251,20 @@ def _save_scene(path, kind, scene):
 
 
 def _write(path, manifest):
-    with replacing(path / MANIFEST) as part:
-        part.write_text(json.dumps(manifest, indent=1))
+    write_text(path / MANIFEST, json.dumps(manifest, indent=1))
 
 
 def _manifest(path):
     """Entries of the manifest by kind; none if there is no manifest.  Raises InputError for a damaged one."""
     file = path / MANIFEST
     try:
-        manifest = json.loads(file.read_text())
+        if file.exists() and not file.is_file():
+            raise ValueError("a pipe would be read for ever")
+        manifest = json.loads(file.read_text(encoding="utf-8"))
         good = all(kind in FILES and _is_entry(entry) for kind, entry in manifest.items())
     except FileNotFoundError:
         return {}
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
         good = False
     if not good:
         raise InputError(f"{file}, the list of what is dolfbuoy's in this folder, is damaged: take another folder.")

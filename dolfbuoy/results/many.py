@@ -2,13 +2,12 @@
 
 import json
 
-import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from . import style
 from .statistics import STATISTICS, described
+from .style import Figure, matplotlib
 
 
 def collect(rows: list[dict]) -> xr.Dataset:

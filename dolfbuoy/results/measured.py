@@ -13,6 +13,7 @@ from ..motion.simulation import Simulation
 from ..scene import Scene
 from ..scene.network import network_of
 from ..scene.settings import ramp_of
+from ..writing import replacing
 from .observe import cone_angle
 
 #: What is compared, and its name in a sentence.
@@ -62,7 +63,8 @@ class Run:
 
     def save(self, file) -> None:
         """Write times and quantities, for `kept`."""
-        np.savez_compressed(file, t=self.t, **self.values)
+        with replacing(file) as part, open(part, "wb") as open_part:
+            np.savez_compressed(open_part, t=self.t, **self.values)
 
     @classmethod
     def kept(cls, file) -> "Run":

@@ -3,20 +3,19 @@
 from functools import partial
 from pathlib import Path
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..meshes import HullShape
 from ..model.rigid import mass_properties, rotation_of
 from ..model.sea import heading
 from ..scene.network import network_of
+from ..writing import made
 from .folder import enlist
 from .mode_record import KINDS, enlargement
 from .paraview import cable_meshes, hull_meshes, write_series
 from .parts import parts_of
 from .record import FIXED
-from .style import COLORS, PAGE, STYLE, files_of, legend_below, new_figure, save
+from .style import COLORS, PAGE, STYLE, Figure, files_of, legend_below, matplotlib, new_figure, save
 
 #: How the phases rest, 0, 180 and 90 degrees are drawn.
 PHASE_STYLES = {
@@ -140,8 +139,8 @@ def draw_modes(folder, dataset, scene, paraview=True, direction_deg=0.0) -> list
     folder, written = Path(folder), []
     for number in dataset.mode.values.tolist():
         name = folder / "figures" / f"mode_{number:02d}"
+        made(folder, "figures")
         enlist(folder, files_of(name), "modes")
-        name.parent.mkdir(exist_ok=True)
         written += save(mode_shape(dataset, number, scene, direction_deg), name)
         if paraview:
             written += _animate(folder, dataset, number, scene)

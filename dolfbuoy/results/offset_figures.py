@@ -2,14 +2,11 @@
 
 import itertools
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from .offset_record import top_tension
 from .response_record import each_buoy
-from .style import COLORS, PAGE, STYLE, legend_below, new_figure
+from .style import COLORS, PAGE, STYLE, Figure, Line2D, legend_below, matplotlib, new_figure
 from .tables import force_unit
 
 #: Lines of several buoys.

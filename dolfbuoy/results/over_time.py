@@ -1,12 +1,11 @@
 """Figures of a run over time, as in Sect. 5 of the paper: tensions, heave, angles."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..scene.settings import period_of
 from .behind_ramp import unwrapped
 from .drawing import at_least, figure_of, legend_above
-from .style import COLORS, COLUMN, new_figure
+from .style import COLORS, COLUMN, Figure, new_figure
 from .tables import force_unit
 
 #: A run of more periods than this gets an enlarged end.

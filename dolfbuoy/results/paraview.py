@@ -13,10 +13,11 @@ from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
 from ..scene.network import is_network, network_of, single
+from ..writing import made, replacing
 from .checkpoint import read_scene
 from .folder import enlist, remarks
 from .parts import parts_of
-from .record import read
+from .record import UNFIT, read, undamaged
 
 #: Instants that are written unless others are asked for: each is a file of everything that moves.
 INSTANTS = 50
@@ -34,22 +35,25 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     target, recorded = Path(folder) / "paraview", instants(record, scene)
     chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
     times = recorded[chosen]
-    meshes = _meshes(record, scene)
+    with undamaged(Path(folder) / "results.nc", UNFIT):
+        meshes = _meshes(record, scene)
     shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
     paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
     collections = {kind: target / f"{kind}.pvd" for kind in paths} | (
         {"": target / f"{NETWORK}.pvd"} if is_network(scene) else {}
     )
     files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
+    made(folder, target.name)
     enlist(folder, files)
-    of_before = [] if target.is_symlink() else remarks(folder, "run")["files"]  # a link leads out of the folder
+    of_before = remarks(folder, "run")["files"]
     for name in of_before:
         if name.startswith("paraview/") and Path(folder) / name not in files:
             (Path(folder) / name).unlink(missing_ok=True)
-    target.mkdir(exist_ok=True)
     for kind, names in paths.items():
         for i, path in enumerate(names):
-            meshes[kind](chosen[i], shown[kind][i]).write(path)
+            with undamaged(Path(folder) / "results.nc", UNFIT):
+                mesh = meshes[kind](chosen[i], shown[kind][i])
+            _write_mesh(mesh, path)
         _write_collection(collections[kind], shown[kind], names)
     if is_network(scene):
         _write_collection(
@@ -74,9 +78,9 @@ def write_series(name: Path, times, meshes, announce) -> list[Path]:
     paths = [name.parent / f"{name.name}_{i:04d}.vtu" for i in range(len(meshes))]
     collection = name.parent / f"{name.name}.pvd"
     announce([*paths, collection])
-    name.parent.mkdir(exist_ok=True)
+    made(name.parent.parent, name.parent.name)
     for path, mesh in zip(paths, meshes, strict=True):
-        mesh.write(path)
+        _write_mesh(mesh, path)
     return [*paths, _write_collection(collection, times, paths)]
 
 
@@ -309,6 +313,11 @@ KINDS = {
 OF_PART, OF_ALL, NETWORK = ("cable", "hull", "buoy"), ("joint", "water", "bed"), "network"
 
 
+def _write_mesh(mesh, path):
+    with replacing(path) as part:
+        mesh.write(part, file_format="vtu")
+
+
 def _write_collection(path, times, *series):
     """series: lists of files, one for each time."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
@@ -317,5 +326,6 @@ def _write_collection(path, times, *series):
         for part, file in enumerate(files):
             ElementTree.SubElement(collection, "DataSet", timestep=repr(float(time)), part=str(part), file=file.name)
     ElementTree.indent(root)
-    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+    with replacing(path) as part:
+        ElementTree.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
     return path

@@ -1,7 +1,6 @@
 """Figures of the path of the buoy: from above, from the side, in space."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from ..model.sea import heading
 from ..scene.network import single
@@ -9,7 +8,7 @@ from ..scene.settings import period_of
 from .behind_ramp import Missing, TooShort, after_ramp, mean_over_time
 from .drawing import at_least, figure_of, legend_above
 from .space import equal_scale
-from .style import COLORS, COLUMN, new_figure
+from .style import COLORS, COLUMN, Figure, new_figure
 
 #: A motion is drawn as planar if its width is below this share of its length.
 PLANAR = 0.02

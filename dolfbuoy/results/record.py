@@ -4,7 +4,6 @@ New rows are appended to a copy of the file which then replaces it in one atomic
 complete at every instant, on a full disk too.
 """
 
-import errno
 import os
 import shutil
 import struct
@@ -14,10 +13,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import netCDF4
 import numpy as np
 
+from ..elsewhere import netCDF4
 from ..errors import InputError
+from ..scene.mesh_file import check_hdf5
+from ..writing import replacing
 
 if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx, before the first step
     import xarray as xr
@@ -100,26 +101,8 @@ LABELED |= {"segment": "cables with a breaking load, or of several segments thos
 INTEGERS = {"newton_iterations", "cable_of_node", "cable_of_cell", "segment_of_cell"}
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
+UNFIT = "does not hold what its scene must have: it is damaged, or of another program."
 CHUNK = 512  # rows of a series that lie together in the file
-
-
-@contextmanager
-def replacing(path):
-    """Name of a file beside `path` that takes its place at the end: `path` is always whole, the old or the new one.
-
-    Raises OSError with `path` and the system's reason when it cannot be written.
-    """
-    path = Path(path)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        yield part
-        os.replace(part, path)
-    except OSError as error:
-        raise OSError(error.errno, os.strerror(error.errno or errno.EIO), str(path)) from error
-    except RuntimeError as error:  # netCDF4, for whatever HDF5 runs into
-        raise OSError(errno.EIO, str(error), str(path)) from error
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def reserve(part, size):
@@ -294,9 +277,10 @@ def read(path) -> "xr.Dataset":
 
 
 def verify(path) -> None:
-    """Raise InputError for a damaged record; HDF5 may crash at a single wrong bit."""
+    """Raise InputError for a record that is damaged, at which HDF5 may crash, or whose numbers are in other files."""
     with undamaged(path, DAMAGED):
         _check_seal(path)
+        check_hdf5(path)
         netCDF4.Dataset(path).close()
 
 
@@ -329,10 +313,10 @@ def undamaged(path, otherwise):
     """Raise InputError, with the path and `otherwise`, for whatever the libraries run into in a damaged file."""
     try:
         yield
-    except (FileNotFoundError, PermissionError):
+    except (FileNotFoundError, PermissionError, InputError):
         raise
-    except Exception:  # zip, NumPy, HDF5, netCDF4 and xarray have errors of many kinds for it
-        raise InputError(f"{path} {otherwise}") from None
+    except Exception as error:  # zip, NumPy, HDF5, netCDF4 and xarray have errors of many kinds for it
+        raise InputError(f"{path} {otherwise}") from error
 
 
 def nothing() -> "xr.Dataset":

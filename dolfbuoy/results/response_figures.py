@@ -2,12 +2,10 @@
 
 import itertools
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
 
 from .response_record import complex_of, each_buoy
-from .style import COLORS, PAGE, PALETTE, STYLE, legend_below, new_figure
+from .style import COLORS, PAGE, PALETTE, STYLE, Figure, Line2D, legend_below, matplotlib, new_figure
 from .tables import force_unit
 
 #: So many curves of a panel have their names beside them; of more, small in columns above them.
@@ -70,8 +68,6 @@ def _curves(axes, dataset, name, pick, factor, colour, runs, label, ending=""):
 
 
 def _styles(dataset, runs):
-    from matplotlib.lines import Line2D
-
     found = [Line2D([], [], color=COLORS["ink"], label="small waves")]
     if "height_m" in dataset.attrs:
         words = f"height {dataset.attrs['height_m']:g} m, drag linearised"

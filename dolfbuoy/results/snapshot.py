@@ -4,13 +4,7 @@ import itertools
 import math
 import textwrap
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch
-from mpl_toolkits.mplot3d import proj3d
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..model.sea import crest_height, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
@@ -19,8 +13,12 @@ from .drawing import figure_of
 from .instant import instant
 from .paraview import hull_surface
 from .space import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
-from .style import COLORS, COLUMN, PAGE, new_figure
+from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, matplotlib, new_figure
 from .tables import force_unit
+
+# isort: split
+from mpl_toolkits.mplot3d import proj3d
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 #: Of the lines of a network, in turn; with more of them than these the legend does not tell which is which.
 LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], COLORS["purple"]]

@@ -4,8 +4,10 @@ import itertools
 import math
 
 import numpy as np
-from matplotlib.path import Path
-from matplotlib.ticker import FixedLocator
+
+from .style import FixedLocator, matplotlib
+
+# isort: split
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import PathPatch3D
 
@@ -106,6 +108,7 @@ def sheet(patches: np.ndarray, viewer: np.ndarray, **look) -> PathPatch3D:
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
     turned = np.where((normal @ viewer < 0)[:, None, None], patches[:, ::-1], patches)  # else overlaps would be holes
     corners = turned[:, [0, 1, 2, 3, 0]].reshape(-1, 3)
+    Path = matplotlib.path.Path
     codes = np.tile([Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY], len(patches))
     return PathPatch3D(Path(corners[:, :2], codes), zs=corners[:, 2], lw=0, **look)
 

@@ -1,10 +1,8 @@
 """Spectra of a run: how the variance of motion and tension is spread over frequencies."""
 
-from matplotlib.figure import Figure
-
 from .behind_ramp import density, enough_for_a_spectrum, unwrapped
 from .drawing import figure_of, legend_above
-from .style import COLORS, COLUMN, new_figure
+from .style import COLORS, COLUMN, Figure, new_figure
 from .tables import force_unit
 
 #: Decades that are shown below the peak.

@@ -3,16 +3,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 from .drawing import legend_above
 from .extremes import Gumbel
 from .sample import FIXED_POINT
-from .style import COLORS, PAGE, PALETTE, STYLE, legend_below, new_figure, save
+from .style import COLORS, PAGE, PALETTE, STYLE, Circle, Figure, legend_below, matplotlib, new_figure, save
 from .tables import unit_of
 
 #: Series that are drawn, those of them that are there.

@@ -1,11 +1,22 @@
-"""How figures look: sizes, colours, and figures outside pyplot."""
+"""How figures look: sizes, colours, and figures outside pyplot.
+
+Whatever draws takes matplotlib from here: it is started elsewhere, without the settings of a stranger's folder.
+"""
 
 import io
 from pathlib import Path
 
-import matplotlib
+from ..elsewhere import matplotlib
+from ..writing import replacing
+
+# isort: split
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection as LineCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D as Line2D
+from matplotlib.patches import Circle as Circle
+from matplotlib.patches import Patch as Patch
+from matplotlib.ticker import FixedLocator as FixedLocator
 from matplotlib.ticker import FuncFormatter, LogLocator
 
 #: Width of a text column and of a page [inch].
@@ -86,9 +97,11 @@ def files_of(path: Path) -> list[Path]:
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write path.png and path.svg."""
     files = files_of(path)
-    figure.savefig(files[0])
+    with replacing(files[0]) as part:
+        figure.savefig(part, format="png")
     figure.set_layout_engine("none")  # it stands: do not lay it out a second time
-    figure.savefig(files[1], metadata={"Date": None})
+    with replacing(files[1]) as part:
+        figure.savefig(part, format="svg", metadata={"Date": None})
     return files
 
 

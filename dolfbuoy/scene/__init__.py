@@ -2,7 +2,7 @@
 
 from .cable import Top
 from .keys import Key, list_keys
-from .reading import build_scene, load_scene, merged, parse_assignment, shipped_scenes, varied
+from .reading import build_scene, kept_scene, load_scene, merged, parse_assignment, shipped_scenes, varied
 from .sections import Scene
 
 __all__ = [
@@ -10,6 +10,7 @@ __all__ = [
     "Scene",
     "Top",
     "build_scene",
+    "kept_scene",
     "list_keys",
     "load_scene",
     "merged",

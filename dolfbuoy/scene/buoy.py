@@ -76,7 +76,7 @@ class Buoy(Section):
     )
     point_masses: list[PointMass] = key("masses on the axis, added to the hull's", default=[])
     mooring_height: Height = key("height above the keel at which the cable is attached", "m", default=0.0)
-    fairleads: dict[Name, Vector] | None = key(
+    fairleads: Annotated[dict[Name, Vector], Field(min_length=1)] | None = key(
         "{NAME = [x, y, z], ...}: points of the body, from the keel, for cables", "m", default=None
     )
     added_mass: AddedMass = key("C_A = C_M - 1 of the displaced mass, across the axis", "1", default=0.0)

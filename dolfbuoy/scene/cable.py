@@ -90,8 +90,14 @@ class Top(Section):
             raise Missing("amplitude" if self.amplitude is None else "period", "a motion needs both")
         if not given:
             raise Wrong("kind", self.kind, "needs amplitude and period, a velocity or a motion")
+        if self.amplitude and math.tau * math.hypot(*self.amplitude) > FASTEST * self.period:
+            raise Wrong("period", self.period, f"must be longer: the motion must not be faster than {FASTEST:g} m/s")
+        if any(math.dist(a[1:], b[1:]) > FASTEST * (b[0] - a[0]) for a, b in pairwise(self.motion or [])):
+            raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
 
 
+#: What no end of a cable moves at [m/s].
+FASTEST = 1e3
 #: Keys of which one says how an end is moved.
 MOTION = ("amplitude", "period", "velocity", "motion")
 

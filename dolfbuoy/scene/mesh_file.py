@@ -46,10 +46,14 @@ def inside(folder: Path, name: str) -> Path:
     parts = PurePosixPath(name).parts
     if "\0" in name or ".." in parts or PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor:
         raise ValueError("must be a path below the folder of the scene, without '..'")
-    path = (Path(folder) / name).resolve()
+    try:
+        path = (Path(folder) / name).resolve()
+        found = path.is_file()
+    except (OSError, RuntimeError):  # a name that is too long, links in a circle
+        raise ValueError("file not found") from None
     if not path.is_relative_to(Path(folder).resolve()):
         raise ValueError("must not be a link that leaves the folder of the scene")
-    if not path.is_file():
+    if not found:
         raise ValueError("file not found")
     return path
 

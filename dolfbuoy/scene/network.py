@@ -309,8 +309,21 @@ def check_network(scene) -> None:
             raise Wrong(f"{key}.to", high.name, "is where the cable comes from: its ends must be two places")
         if scene.initial.kind == "straight" and high.kind == "free" and high.top.position is None:
             raise Wrong("initial.kind", "straight", f"needs {key}.top.position, the end of the straight line")
+    unknown = set(scene.initial.points) - set(network.cables) if isinstance(scene.initial.points, dict) else ()
+    if unknown:
+        raise Wrong("initial.points", min(unknown), f"must be of the cables: {', '.join(network.cables) or 'none'}")
+    _check_two_places(scene, network)
     _check_held(network)
     _check_buoys(scene, network)
+
+
+def _check_two_places(scene, network):
+    """Ends of a cable that are held are apart."""
+    for number, section in enumerate(scene.cables):
+        low, high = network.pieces[network.first_of(number)].ends[0], network.pieces[network.last_of(number)].ends[1]
+        if low.held and high.held and low.top.position == high.top.position:
+            key = f"{network.key_of(number)}.{'to' if getattr(section, 'to', None) is not None else 'top.position'}"
+            raise Wrong(key, high.top.position, "is where the cable comes from: its ends must be two places")
 
 
 def _check_held(network):

@@ -5,9 +5,21 @@ ship has 1e9 kg, the deepest sea 1.1e4 m, the strongest mooring chain breaks at 
 """
 
 import math
+import re
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def number_of(text: str) -> float:
+    """A finite number in plain digits.  Raises ValueError for others that Python reads: 1_0, digits of other scripts,
+    nan, inf, and what is too small to be anything but 0."""
+    found = float(text) if _NUMBER.fullmatch(text.strip()) else math.nan
+    if not math.isfinite(found) or (found == 0 and re.search("[1-9]", re.split("[eE]", text)[0])):
+        raise ValueError(f"{text!r} is no finite number")
+    return found
 
 
 class Wrong(ValueError):

@@ -6,6 +6,7 @@ and what is allowed.
 
 import contextlib
 import copy
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -38,6 +39,14 @@ def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
 def build_scene(data: dict, overrides: dict | None = None) -> Scene:
     """Scene from a dict of sections and overrides; raises InputError."""
     return _validated(expanded(merged(data, **(overrides or {})), parse))
+
+
+def kept_scene(text: str) -> Scene:
+    """The scene that a record or a checkpoint carries: complete, so that it names no file.  Raises InputError."""
+    try:
+        return build_scene(_with_files(parse(text), Path(os.devnull)))  # below which there is none
+    except (TypeError, ValueError) as error:
+        raise InputError(f"its scene cannot be read: {str(error).rstrip('.')}.") from None
 
 
 def varied(scene: Scene, changes: dict) -> Scene:

@@ -223,7 +223,7 @@ class Scene(Section):
 
     def save(self, path: str | Path) -> None:
         """Write the complete scene as TOML."""
-        Path(path).write_text(self.to_toml())
+        Path(path).write_text(self.to_toml(), encoding="utf-8")
 
 
 def _defaults(network, cable, table):

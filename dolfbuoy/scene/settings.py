@@ -7,6 +7,7 @@ from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
 from .everywhere import keys_of_lines
+from .quantities import number_of
 from .sections import Solver
 
 #: Newton's tolerance of a scene that gives none.
@@ -211,9 +212,11 @@ def parse_numbers(option: str, text: str | None, kind: type = float) -> list | N
     if text is None:
         return None
     try:
-        found = [kind(part) for part in text.split(",")] if text != "none" else []
+        found = [number_of(part) for part in text.split(",")] if text != "none" else []
     except ValueError:
         found = [-1]
+    if kind is int:
+        found = [int(number) if number == int(number) else -1 for number in found]
     if not all(0 < number < math.inf for number in found):
         raise InputError(f"{option} {text}: must be positive numbers with commas.")
     return found

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
+from .quantities import number_of
 from .reading import DEEPEST, NO_SECTION, NO_TABLE, parse
 from .sentences import UNKNOWN
 
@@ -46,7 +47,7 @@ def numbers_of(option: str, text: str) -> list[float]:
     if ":" in text:
         return [float(number) for number in _range(f"{option} {text}", text.split(":"))]
     try:
-        found = [float(part) for part in text.split(",")]
+        found = [number_of(part) for part in text.split(",")]
     except ValueError:
         found = [math.nan]
     if not all(map(math.isfinite, found)):
@@ -56,7 +57,7 @@ def numbers_of(option: str, text: str) -> list[float]:
 
 def _range(text, parts):
     try:
-        start, stop, step = (float(part) for part in parts)
+        start, stop, step = (number_of(part) for part in parts)
         count = math.floor((stop - start) / step + 1e-9) + 1
     except (ValueError, ZeroDivisionError, OverflowError):
         raise InputError(f"{text}: a range must be start:stop:step in finite numbers, step not zero.") from None
@@ -105,7 +106,7 @@ def _limits(text):
     """`key=low:high` -> (key, (low, high))."""
     key, equals, values = (part.strip() for part in text.partition("="))
     try:
-        low, high = (float(part) for part in values.split(":"))
+        low, high = (number_of(part) for part in values.split(":"))
     except ValueError:
         low = high = math.nan
     if not (equals and key and text.isprintable() and -math.inf < low < high < math.inf):

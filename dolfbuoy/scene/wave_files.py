@@ -8,6 +8,7 @@ import os.path
 from pathlib import Path
 
 from .mesh_file import Named, check_hdf5, inside
+from .quantities import number_of
 
 FORMULAS = ("jonswap", "pierson-moskowitz")
 MOST_BYTES = 20_000_000
@@ -66,7 +67,7 @@ def _columns(path, count):
         if not words:
             continue
         try:
-            row = [float(word) for word in words]
+            row = [number_of(word) for word in words]
         except ValueError:
             row = []
         if len(row) != count and (rows or row):
@@ -88,6 +89,8 @@ def _directional(path):
     north; here x points east and y north, and directions are those of travel."""
     import numpy as np
     import xarray as xr
+
+    from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
 
     with path.open("rb") as file:
         if file.read(4) == b"\x89HDF":

@@ -12,15 +12,16 @@ from types import ModuleType
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import petsc4py
-from mpi4py import MPI
 
+from ..elsewhere import MPI, elsewhere
 from ..parallel import singleton
 
 singleton.after_mpi()
 if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
     # The workers of an executor start PETSc with their first task, each at its own time: not all ranks together.
     own = MPI.COMM_SELF if "mpi4py.futures" in sys.modules else None
-    petsc4py.init(["dolfbuoy", "-no_signal_handler"], comm=own)
+    with elsewhere():
+        petsc4py.init(["dolfbuoy", "-no_signal_handler"], comm=own)
 
 
 def _import_without_pkg_resources():
@@ -37,3 +38,9 @@ def _import_without_pkg_resources():
 
 if "pkg_resources" not in sys.modules:
     _import_without_pkg_resources()
+arguments, sys.argv = sys.argv, ["dolfbuoy"]  # which dolfinx reads, and only if they are UTF-8
+try:
+    with elsewhere():  # and numba, where it is installed
+        import dolfinx  # noqa: F401
+finally:
+    sys.argv = arguments

@@ -11,6 +11,7 @@ from pathlib import Path
 # The functions below hand these constructors the arguments of either version.
 import basix
 import dolfinx
+import ffcx
 import numpy as np
 import petsc4py
 import ufl
@@ -21,6 +22,7 @@ from dolfinx import mesh as dmesh
 from mpi4py import MPI
 from petsc4py import PETSc
 
+from ..elsewhere import elsewhere
 from . import jit
 from .jit import COMPILER, quiet_compiler
 
@@ -32,8 +34,11 @@ LEGACY = VERSION < (0, 8)  # UFL elements, dolfinx.cpp objects without a Python 
 SEVERAL = VERSION >= (0, 11)  # meshes may have several cell types: lists of one dofmap where there was one dofmap
 KERNEL_TAKES_DATA = VERSION >= (0, 10)  # compiled kernels have one more argument
 
-if not LEGACY:
+if LEGACY:
+    import ffcx.parameters
+else:
     import basix.ufl  # not part of basix by itself
+    import ffcx.options
 
 #: UFL sorts the constants of a sum by the text of their numbers, so that it matters whether they are 9 and 10: they get
 #: as many digits each.  Else the same scene has another form, and other last bits, the more was built before it.
@@ -44,6 +49,17 @@ else:
     ufl.Constant._counter = itertools.count(FIRST_CONSTANT)
 
 JIT_OPTIONS = {"cffi_extra_compile_args": COMPILER}
+
+
+def _read_elsewhere(module, name):
+    """What a library reads once, of its options in the user's home and in the current folder, without the latter."""
+    with elsewhere():
+        found = getattr(module, name)()
+    setattr(module, name, lambda: found)
+
+
+_read_elsewhere(dolfinx_jit, "_load_parameters" if LEGACY else "_load_options")
+_read_elsewhere(*((ffcx.parameters, "_load_parameters") if LEGACY else (ffcx.options, "_load_options")))
 
 
 def supported() -> bool:

@@ -17,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity, vstack
 from scipy.sparse.linalg import splu
 
+from ..elsewhere import elsewhere
 from ..errors import SolveError
 
 #: Imaginary parts below this part of |lambda| are rounding.
@@ -137,7 +138,8 @@ class Quadratic:
         return np.vstack(self.comm.allgather(A.toarray()))
 
     def _nearest_pairs(self, count):
-        from slepc4py import SLEPc
+        with elsewhere():  # it looks for slepc.cfg
+            from slepc4py import SLEPc
 
         matrices = [self._petsc(A) for A in (self.K, self.E, self.M)]
         solver = SLEPc.PEP().create(self.comm)

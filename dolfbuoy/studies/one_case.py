@@ -22,6 +22,7 @@ from ..results.recorder import Recorder
 from ..results.sample import sample_of
 from ..results.statistics import statistics
 from ..scene import Scene, varied
+from ..writing import made
 
 #: Problems of the cases before: set-up takes longer than many a case.
 POOL = Pool()
@@ -67,7 +68,7 @@ def _keep(folder, place, changes):
     folders.finish(folder, "run")
     folders.remark(folder, "run", case=said(changes))
     write_pages(folder, "results.nc")
-    place.mkdir(parents=True, exist_ok=True)
+    made(place.parent, place.name)
     for file in list(folder.iterdir()):
         os.replace(file, place / file.name)
     folder.rmdir()
@@ -146,7 +147,7 @@ class _CaseRecorder(Recorder):
             self._next_save = math.inf
             return
         if not self.folder.is_dir():
-            self.folder.mkdir(parents=True)
+            made(self.folder.parent, self.folder.name)
             folders.begin(self.folder, "run", self.simulation.scene)
         super().save()
 

@@ -22,16 +22,16 @@ from operator import itemgetter
 from pathlib import Path
 from types import ModuleType
 
-import matplotlib
-from matplotlib.figure import Figure
 from mpi4py import MPI
 
 from ..errors import InputError
 from ..page.folder import PAGES, write_pages
 from ..parallel import cases as engine
 from ..results import style
-from ..results.folder import claimed
+from ..results.folder import claimed, enlist
+from ..results.style import Figure, matplotlib
 from ..results.tables import markdown, show
+from ..writing import GIVEN, refuse_link, replacing, write_text
 from .declaration import STUDIES
 
 
@@ -91,7 +91,8 @@ def _show(folder, tables):
     for t in tables:
         show(t.title.replace("{folder}", str(folder)), t.rows, t.columns, t.notes)
     told = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns, t.notes) for t in tables]
-    (Path(folder) / "tables.md").write_text("\n".join(told), encoding="utf-8")
+    enlist(folder, [Path(folder) / "tables.md"], "study")
+    write_text(Path(folder) / "tables.md", "\n".join(told))
 
 
 def run_command(name: str, out: Path | None, **options) -> bool:
@@ -99,6 +100,9 @@ def run_command(name: str, out: Path | None, **options) -> bool:
     study = import_module(f".{STUDIES[name]}", __package__)
     request = study.request(**options) if hasattr(study, "request") else options
     folder = out or Path("results") / f"study-{name}"
+    if out is None:
+        refuse_link(folder.parent, GIVEN)
+        refuse_link(folder, GIVEN)
     with claimed(folder, MPI.COMM_WORLD):
         return run(study, folder, **request).passed
 
@@ -107,9 +111,11 @@ def save(folder: Path, table: Table) -> None:
     """Write the files of a table, with a page for those that have one."""
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    drawn = [] if table.figure is None else style.files_of(folder / table.name)
+    enlist(folder, [*(folder / f"{table.name}.{kind}" for kind in ("json", "csv")), *drawn], "study")
     engine.write_json(folder / f"{table.name}.json", {"title": table.title, "rows": table.rows, "notes": table.notes})
     columns = list(dict.fromkeys(key for row in table.rows for key in row))
-    with open(folder / f"{table.name}.csv", "w", newline="") as file:
+    with replacing(folder / f"{table.name}.csv") as part, open(part, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns)
         writer.writeheader()
         writer.writerows(table.rows)

@@ -15,15 +15,15 @@ import numpy as np
 import xarray as xr
 
 from ..check import derived
-from ..errors import InputError
+from ..errors import InputError, printable
 from ..page.folder import write_pages
 from ..parallel.cases import compute, key, ranks_beside, store_in
 from ..results import style
-from ..results.folder import claimed
+from ..results.folder import FILES, claimed, enlist
 from ..results.many import collect, draw
-from ..results.record import replacing
 from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, latin_hypercube, with_seeds
+from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed, said
 
 #: What `status` and `collect` say of a case that has no result.
@@ -172,6 +172,7 @@ def sweep(
     planned, folder = plan(scene, vary, table, seeds, latin, source), Path(folder)
     comm = ranks_beside(how.get("executor"))
     with claimed(folder, comm):
+        enlist(folder, [folder / name for name in FILES["sweep"]], "sweep", comm)
         say(warnings(planned.base, planned.changes))
         _compute(planned, None, folder, say, **how)
         return _written(planned, folder) if comm.rank == 0 else None
@@ -193,6 +194,8 @@ def run_part(
     Raises InputError if another process runs this part, or parts of another division are being run.
     """
     comm = ranks_beside(how.get("executor"))
+    for place in (folder / "cases", folder / "cases" / part.folder):
+        refuse_link(place)
     with claimed(folder, comm, shared=True), claimed(folder / "cases" / part.folder, comm):
         _check_division(folder, part, comm)
         say(warnings(planned.base, part.of_all(planned.changes)))
@@ -203,6 +206,8 @@ def _compute(planned, part, folder, say, retry=False, executor=None, limit=None,
     deadline = math.inf if limit is None else clock.time() + limit
     running, kept = (str(Path(folder) / name) for name in (RUNNING, RECORDS))
     how = partial(evaluate, base=planned.base, running=running, deadline=deadline, keep=kept if keep else None)
+    for name in (RUNNING, RECORDS):
+        refuse_link(Path(folder) / name)
     if keep:
         with claimed(kept, ranks_beside(executor), shared=True):
             pass  # or it cannot hold them
@@ -224,6 +229,7 @@ def _check_division(folder, part, comm):
     """Refuse to compute cases that a part of another division may be computing now."""
     for other in sorted((folder / "cases").glob("part-*-of-*")):
         if other.name.rpartition("-")[2] != str(part.of):
+            refuse_link(other)
             with claimed(other, comm):
                 pass
 
@@ -269,8 +275,9 @@ def _written(planned, folder):
     results = (result or MISSING for result in found)
     kept = ("status", "statistics")  # samples are as large as all the rest
     rows = [case | {name: result[name] for name in kept} for case, result in zip(cases, results, strict=True)]
+    enlist(folder, [folder / name for name in FILES["sweep"]], "sweep")
     dataset = collect(rows)
-    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": planned.source}
+    dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": printable(planned.source)}
     records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
     if any(records):
         about = {"long_name": "folder of the record, from that of the sweep"}

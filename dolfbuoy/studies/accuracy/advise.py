@@ -4,17 +4,17 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
 from ...results import measured as acc
 from ...results.compare import percent
 from ...results.measured import QUANTITIES
-from ...results.style import COLORS, PAGE, PALETTE, STYLE, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, PALETTE, STYLE, matplotlib, new_figure, plain_ticks
 from ...results.tables import groups, show
 from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
+from ...writing import replacing
 from .. import sea
 from ..declaration import declared
 from ..study import Table, save
@@ -154,7 +154,8 @@ def report(advice: Advice, folder: Path | None, write: Path | None = None) -> No
         save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))
     if write is not None:
-        advice.scene.save(write)
+        with replacing(write) as part:
+            advice.scene.save(part)
 
 
 @matplotlib.rc_context(STYLE)

@@ -17,7 +17,6 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from mpi4py import MPI
 
@@ -27,10 +26,12 @@ from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Reference
+from ...results.folder import enlist
 from ...results.measured import Run
-from ...results.style import STYLE
+from ...results.style import STYLE, matplotlib
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
+from ...writing import write_text
 from ..study import Table, save
 from ..study import run as run_study
 from . import convergence
@@ -227,6 +228,7 @@ def run(folder: Path, quick: bool = False) -> None:
     facts |= {"pendulum": free, "scenes": [text.judge(facts_of_scene) for facts_of_scene in scenes]}
     facts["recommendations"] = text.recommendations(facts)
     save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))
-    (folder / "report.json").write_text(json.dumps(facts, indent=1))
-    (folder / "report.md").write_text(text.markdown(facts))
-    print((folder / "report.md").read_text())
+    enlist(folder, [folder / "report.json", folder / "report.md"], "study")
+    write_text(folder / "report.json", json.dumps(facts, indent=1))
+    write_text(folder / "report.md", text.markdown(facts))
+    print((folder / "report.md").read_text(encoding="utf-8"))

@@ -3,12 +3,10 @@
 import math
 from pathlib import Path
 
-import matplotlib
-
 from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Curve, reach
-from ...results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, STYLE, matplotlib, new_figure, plain_ticks
 from ...results.tables import unit_of
 from ...scene import settings
 from ..declaration import declared

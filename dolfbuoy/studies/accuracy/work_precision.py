@@ -9,7 +9,6 @@ it.
 import itertools
 from operator import itemgetter
 
-from matplotlib.lines import Line2D
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
@@ -18,7 +17,7 @@ from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Error, Reference, percent
 from ...results.measured import Run
-from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, PALETTE, Line2D, legend_below, new_figure, plain_ticks
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ..declaration import declared

@@ -4,7 +4,9 @@ from pathlib import Path
 
 from ...errors import InputError
 from ...parallel.cases import evaluate_all
+from ...results.folder import enlist
 from ...results.tables import markdown
+from ...writing import write_text
 from ..declaration import declared
 from ..study import Table
 from .case import CATALOGUE
@@ -32,7 +34,8 @@ def compute(folder, only: str | None = None, slow: bool = False) -> list[dict] |
     rows = evaluate_all(evaluate, cases(only, slow), folder)
     if rows is not None:
         rows = [_row(row) for row in rows]
-        (Path(folder) / "hard-cases.md").write_text(markdown("", rows, CATALOGUED), encoding="utf-8")
+        enlist(folder, [Path(folder) / "hard-cases.md"], "study")
+        write_text(Path(folder) / "hard-cases.md", markdown("", rows, CATALOGUED))
     return rows
 
 

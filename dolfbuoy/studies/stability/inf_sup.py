@@ -18,13 +18,12 @@ import math
 import numpy as np
 import ufl
 from dolfinx import fem
-from matplotlib.lines import Line2D
 from mpi4py import MPI
 from scipy.linalg import cholesky, solve_triangular, svdvals
 
 from ...forms import cable as form
 from ...meshes import cable_nodes
-from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...results.style import COLORS, PAGE, PALETTE, Line2D, legend_below, new_figure
 from ...results.tables import groups
 from ...solver import compat
 from ...statics import catenary

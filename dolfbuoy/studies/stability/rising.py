@@ -8,12 +8,11 @@ tension through the fold, and the lowest carries far too much.
 
 import math
 
-import matplotlib
 import numpy as np
 from mpi4py import MPI
 
 from ...errors import InputError, SolveError
-from ...results.style import COLORS, PAGE, legend_below, new_figure
+from ...results.style import COLORS, PAGE, legend_below, matplotlib, new_figure
 from ...scene import load_scene
 from ...statics import catenary
 from ...statics.equilibrium import solve_equilibrium
