@@ -45,7 +45,7 @@ def run_page(record, scene=None, advice: list[str] | None = None, case: str | No
 
 def data_of(record, scene) -> dict:
     """What the script of a run's page needs."""
-    parts = parts_of(record, scene)
+    parts = parts_of(record, "cable", "buoy")
     columns = columns_of(parts)
     main = [values for *_, curves in columns for _, values in curves]
     count = rows_that_fit(record, parts, columns)
@@ -58,8 +58,8 @@ def data_of(record, scene) -> dict:
         "period": period_of(scene),
         "panels": panels(columns, rows),
         "moments": moments(record, parts),
-        "envelopes": envelopes(parts),
-        "spectra": spectra(parts),
+        "envelopes": envelopes(parts, scene),
+        "spectra": spectra(parts, scene),
         "view": view_of(record, scene, rows),
         "headings": _headings(scene),
         "anchors": _anchors(record),
@@ -92,8 +92,7 @@ def moments(record, parts) -> list[dict]:
         moment = {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
         found.append(moment | {"part": name, "kind": kind})
 
-    lines = [(name, part) for name, part, _ in parts if "tension_top" in part]
-    bodies = [(name, part) for name, part, _ in parts if "buoy_position" in part]
+    lines, bodies = ([part for part in parts if key in part.record] for key in ("tension_top", "buoy_position"))
     for label, key in (("largest tension, upper end", "tension_top"), ("largest force at a lower end", "anchor_force")):
         able = [(name, _size(part[key].values)) for name, part in lines if key in part]
         if able:
@@ -168,6 +167,5 @@ def _anchors(record):
     """(x, y) of the lower ends of the cables at first."""
     if "cable_position" not in record:
         return []
-    owner = record.get("cable_of_node")
-    first = [0] if owner is None else np.flatnonzero(np.diff(owner.values, prepend=-1))
+    first = np.flatnonzero(np.diff(record.cable_of_node.values, prepend=-1))
     return record.cable_position.values[0, first, :2].tolist()

@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..scene import Scene, build_scene, load_scene
 from .record import replacing, undamaged
 
-FORMAT = 3
+FORMAT = 4  #: goes up with that of the record too
 NAME = "checkpoint.npz"
 
 
@@ -88,7 +88,10 @@ def _read(path):
         tree = _unflatten(dict(leaves))
         number = tree["format"]
     if number != FORMAT:
-        raise InputError(f"{path} has format {number}; this version resumes format {FORMAT} only.")
+        raise InputError(
+            f"{path} has format {number}, and this version resumes format {FORMAT} only, whose records have the "
+            "dimensions cable and buoy always: the run can only begin anew, with --overwrite."
+        )
     return tree
 
 

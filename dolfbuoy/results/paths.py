@@ -4,10 +4,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..model.sea import heading
-from ..scene.network import single
+from ..scene.network import network_of
 from ..scene.settings import period_of
 from .behind_ramp import Missing, TooShort, after_ramp, mean_over_time
 from .drawing import at_least, figure_of, legend_above
+from .parts import acting
 from .space import equal_scale
 from .style import COLORS, COLUMN, new_figure
 
@@ -15,7 +16,7 @@ from .style import COLORS, COLUMN, new_figure
 PLANAR = 0.02
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def trajectory(record, scene=None) -> Figure:
     """Figs. 6 and 10 (left): path of C from above and from the side.
 
@@ -42,12 +43,12 @@ def trajectory(record, scene=None) -> Figure:
     return figure
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def track(record, scene=None) -> Figure:
     """Horizontal track of C after the ramp, its mean, and where waves, current, wind and an external force push."""
     t = record.time.values
     rows = after_ramp(t, scene, 2, "track of the buoy")
-    x, pushes = record.buoy_position.values[rows, :2], _pushes(scene)
+    x, pushes = record.buoy_position.values[rows, :2], _pushes(scene, record.buoy.item())
     figure = new_figure(COLUMN, min(panel_height(x, 2.3), 2.6) + 1.1)
     ratios = (3.2, 1) if pushes else (1,)
     axes, *compass = figure.subplots(1, len(ratios), width_ratios=ratios, squeeze=False)[0]
@@ -60,13 +61,13 @@ def track(record, scene=None) -> Figure:
     return figure
 
 
-def _pushes(scene):
-    """What pushes, and its horizontal direction (2,)."""
-    found = {}
-    for name in ("waves", "current", "wind"):
-        if getattr(scene, name):
-            found[name] = heading(getattr(scene, name).direction_deg)[:2]
-    force = np.array(single(scene).external_force.force[:2] if single(scene).external_force else (0.0, 0.0))
+def _pushes(scene, name):
+    """What pushes a buoy, and its horizontal direction (2,)."""
+    buoy = network_of(scene).buoys[name]
+    named = {"waves": scene.waves, "current": scene.current, "wind": acting(scene, buoy, "wind")}
+    found = {name: heading(section.direction_deg)[:2] for name, section in named.items() if section}
+    force = acting(scene, buoy, "external_force")
+    force = np.array(force.force[:2] if force else (0.0, 0.0))
     return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 
 
@@ -83,7 +84,7 @@ def _draw_compass(axes, pushes):
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=0)
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def orbit(record, scene=None) -> Figure:
     """Fig. 10 (left): path of C in the last period of the waves."""
     if scene.waves is None:
