@@ -5,7 +5,6 @@ import numpy as np
 from ..results.behind_ramp import scene_of
 from ..results.mode_record import KINDS, enlargement
 from ..results.tables import unit_of
-from ..scene.network import network_of
 from . import words
 from .document import fragment, joined, page, tag
 from .pack import single
@@ -41,7 +40,7 @@ def modes_page(dataset, scene=None) -> str:
 
 def data_of(dataset, scene) -> dict:
     """What the script of the page needs."""
-    network = network_of(scene)
+    network = scene.network
     view = base_view(scene, network) | {"direction": 0.0}
     places = [dataset[n].values for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
     for k, buoy in enumerate(view["buoys"]):

@@ -8,7 +8,6 @@ from ..results.behind_ramp import scene_of
 from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
-from ..scene.network import single
 from ..scene.settings import SCHEMES, period_of
 from . import words
 from .document import fragment, joined, page, tag
@@ -150,16 +149,14 @@ def _facts(record, scene, advice):
 
 
 def _headings(scene):
-    """(name, [x, y]) of where waves, current, wind and the force on the buoy go."""
-    found = []
-    for name in ("waves", "current", "wind"):
-        part = getattr(scene, name)
-        if part is not None:
-            found.append([name, heading(part.direction_deg)[:2].tolist()])
-    if single(scene).external_force is not None:
-        force = np.array(single(scene).external_force.force[:2], dtype=float)
+    """(name, [x, y]) of where waves, current, and wind and force on each buoy go."""
+    named, several = {"waves": scene.waves, "current": scene.current}, len(scene.network.buoys) > 1
+    named |= {f"wind on {name}" if several else "wind": buoy.wind for name, buoy in scene.network.buoys.items()}
+    found = [[name, heading(part.direction_deg)[:2].tolist()] for name, part in named.items() if part is not None]
+    for name, buoy in scene.network.buoys.items():
+        force = np.array(buoy.external_force.force[:2] if buoy.external_force else (0.0, 0.0))
         if force.any():
-            found.append(["force", (force / np.linalg.norm(force)).tolist()])
+            found.append([f"force on {name}" if several else "force", (force / np.linalg.norm(force)).tolist()])
     return found
 
 

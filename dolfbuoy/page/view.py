@@ -7,8 +7,7 @@ import numpy as np
 from ..model.airy import AirySum
 from ..model.rigid import mass_properties, mooring_offset, shape_of
 from ..model.sea import crest_height, wind_at
-from ..results.parts import acting
-from ..scene.network import attached_ends, network_of
+from ..scene.network import attached_ends
 from .pack import coarse, exact, single
 
 #: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
@@ -19,7 +18,7 @@ OUTSIDE = 0.005
 
 def view_of(record, scene, rows) -> dict:
     """The view of a record; rows: of the times at which buoys and forces are packed."""
-    network = network_of(scene)
+    network = scene.network
     found = base_view(scene, network)
     if "cable_position" in record:
         found["lines"] = _lines(record, network)
@@ -176,23 +175,23 @@ def _forces(record, scene, network, rows):
             if name in record and network.pieces[piece].ends[end].held:
                 add(record[name].values[rows, k], kind="holds", node=_end_node(network, spans, piece, end))
     for b, buoy in enumerate(network.buoys.values()):
-        for values, place in _from_outside(record, scene, buoy, b, rows):
+        for values, place in _from_outside(record, buoy, b, rows):
             add(values, kind="outside", buoy=b, place=[0.0, 0.0, place])
     return found, max(sizes)
 
 
-def _from_outside(record, scene, buoy, number, rows):
+def _from_outside(record, buoy, number, rows):
     """(force (rows, 3), height of its place over C) of wind and external force on a buoy, a section."""
     center = mass_properties(buoy, shape_of(buoy)).height
-    force, wind = (acting(scene, buoy, key) for key in ("external_force", "wind"))
+    force, wind = buoy.external_force, buoy.wind
     if force:
         yield np.tile(force.force, (len(rows), 1)), 0.0 if force.height is None else force.height - center
     if wind:
         z = record.buoy_position.values[rows, number, 2] + wind.height - center
         if "surface_elevation" in record:
             z = z - record.surface_elevation.values[rows, number]
-        known, alone = np.linspace(z.min(), z.max(), 16), scene.model_copy(update={"wind": wind})
-        forces = np.array([wind_at(alone, height) for height in known])
+        known = np.linspace(z.min(), z.max(), 16)
+        forces = np.array([wind_at(wind, height) for height in known])
         yield np.array([np.interp(z, known, column) for column in forces.T]).T, wind.height - center
 
 

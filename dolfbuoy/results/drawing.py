@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import matplotlib
 
-from ..scene.network import is_network
 from .behind_ramp import Missing, scene_of
 from .parts import names_of, part_of
 from .style import STYLE

@@ -10,7 +10,6 @@ It raises InputError where the record lacks what it needs; saving is the caller'
 from collections.abc import Callable
 from pathlib import Path
 
-from ..scene.network import is_network
 from .along_line import envelope, shapes
 from .behind_ramp import Missing, TooShort
 from .folder import enlist

@@ -8,9 +8,8 @@ import numpy as np
 
 from ..model.rigid import mass_properties, shape_of
 from ..model.sea import elevation_at, wind_at
-from ..scene.network import is_network, network_of, single
 from .paraview import pose
-from .parts import acting, names_of, parts_of
+from .parts import names_of, parts_of
 from .style import COLORS
 
 
@@ -70,7 +69,7 @@ class Instant:
     def __init__(self, record, scene, time: float | None = None):
         times = record.frame.values if "frame" in record else record.time.values
         i = len(times) - 1 if time is None else int(np.abs(times - time).argmin())
-        self.scene, self.time, self.network = scene, float(times[i]), network_of(scene)
+        self.scene, self.time, self.network = scene, float(times[i]), scene.network
         self.row = int(np.abs(record.time.values - self.time).argmin())
         cables = parts_of(record, "cable")
         self.lines = [(part.record.cable.item(), part.record.cable_position.values[i]) for part in cables]
@@ -130,15 +129,14 @@ class Instant:
         """(label, point of application, force [N], colour) of what pushes the buoys from outside."""
         found, scene = [], self.scene
         for buoy in self.buoys:
-            force, wind = (acting(scene, buoy.buoy, key) for key in ("external_force", "wind"))
+            force, wind = buoy.buoy.external_force, buoy.buoy.wind
             if force:
                 point = buoy.r_C if force.height is None else buoy.at(force.height)
                 found.append(("external force", point, np.array(force.force), COLORS["red"]))
             if wind:
                 point = buoy.at(wind.height)
                 height = point[2] - (self.elevation(point) if scene.sea else 0.0)
-                blown = wind_at(scene.model_copy(update={"wind": wind}), height)
-                found.append(("wind force", point, blown, COLORS["green"]))
+                found.append(("wind force", point, wind_at(wind, height), COLORS["green"]))
         return [f for f in found if np.linalg.norm(f[2]) > 0]
 
     def pulls(self):

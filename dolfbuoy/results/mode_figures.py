@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import heading
-from ..scene.network import network_of
 from .folder import enlist
 from .mode_record import KINDS, enlargement
 from .paraview import cable_meshes, file_of, hull_meshes, write_series
@@ -91,7 +90,7 @@ class _Pose:
         if "buoy_position" in mode:
             centers = dataset.rest_buoy_position.values + moved("buoy_position")
             turns = dataset.rest_buoy_orientation.values, moved("buoy_rotation")
-            for buoy, center, q4, turn in zip(network_of(scene).buoys.values(), centers, *turns, strict=True):
+            for buoy, center, q4, turn in zip(scene.network.buoys.values(), centers, *turns, strict=True):
                 self.hulls.append(_outline(buoy, center, rotation_vector(turn) @ rotation_of(q4)))
 
     def curves(self, view):
@@ -152,7 +151,7 @@ def _animate(folder, dataset, number, scene):
         partial(enlist, folder, kind="modes"),
     )
     moving = {file_of("cable", part.label): cable_meshes(part.record) for part in parts_of(record, "cable")}
-    buoys = network_of(scene).buoys.values()
+    buoys = scene.network.buoys.values()
     for part, buoy in zip(parts_of(record, "buoy"), buoys, strict=True):
         moving[file_of("hull", part.label)] = hull_meshes(part.record, buoy)
     for name, of_instant in moving.items():

@@ -12,7 +12,7 @@ from ..model.buoy import MOTION, REST
 from ..model.components import components_of
 from ..model.rigid import mass_properties, shape_of
 from ..model.wet_hull import SUBMERGED
-from ..scene.network import attached_ends, is_network
+from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.rows import picked, traced
 from ..version import __version__

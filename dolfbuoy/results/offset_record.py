@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..model.rigid import shape_of
-from ..scene.network import network_of
 from .observe import Observer, attributes
 from .offsets import smallest_circle
 from .record import dataset_of
@@ -102,7 +101,7 @@ def _attributes(said):
 def _is_under(scene, values):
     if scene.sea is None or "displaced_mass" not in values:
         return False
-    volumes = np.array([shape_of(buoy).volume() for buoy in network_of(scene).buoys.values()])
+    volumes = np.array([shape_of(buoy).volume() for buoy in scene.network.buoys.values()])
     return bool(np.any(values["displaced_mass"] >= (1 - LEAST_FREEBOARD) * scene.sea.density * volumes))
 
 

@@ -12,7 +12,7 @@ from ..meshes import line_mesh
 from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
-from ..scene.network import attached_ends, network_of
+from ..scene.network import attached_ends
 from .checkpoint import read_scene
 from .folder import enlist, remarks
 from .parts import names_of, parts_of
@@ -60,7 +60,7 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
 
 def _meshes(record, scene):
     """Name of files -> what makes their meshes of an instant's number and time."""
-    network = network_of(scene)
+    network = scene.network
     found = {file_of("cable", part.label): cable_meshes(part.record) for part in parts_of(record, "cable")}
     for part in parts_of(record, "buoy"):
         name = part.record.buoy.item()
@@ -233,7 +233,7 @@ def joint_meshes(record, scene):
     """The joints as points, with their numbers in the record and the net weight of their bodies."""
     if "joint_position" not in record:
         return None
-    network, density = network_of(scene), scene.sea.density if scene.sea else 0.0
+    network, density = scene.network, scene.sea.density if scene.sea else 0.0
     bodies = [network.bodies.get(name) for name in network.joints]
     weight = [scene.gravity * (body.mass - density * body.volume) if body else 0.0 for body in bodies]
     fields = {"joint [1]": np.arange(len(bodies)), "net weight [N]": np.array(weight)}

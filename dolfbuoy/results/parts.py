@@ -41,6 +41,8 @@ def part_of(record, kind: str, name: str):
     return found.isel({kind: number})
 
 
-def acting(scene, buoy, key: str):
-    """The section `wind` or `external_force` that acts on a buoy; None without one."""
-    return getattr(buoy, key, None) or getattr(scene, key)
+def alone(record):
+    """A record without the dimensions cable, buoy, attachment and segment where there is one: to look at by hand."""
+    return record.squeeze(
+        [d for d in ("cable", "buoy", "attachment", "segment") if record.sizes.get(d) == 1], drop=True
+    )

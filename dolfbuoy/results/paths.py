@@ -4,11 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..model.sea import heading
-from ..scene.network import network_of
 from ..scene.settings import period_of
 from .behind_ramp import Missing, TooShort, after_ramp, mean_over_time
 from .drawing import at_least, figure_of, legend_above
-from .parts import acting
 from .space import equal_scale
 from .style import COLORS, COLUMN, new_figure
 
@@ -63,11 +61,10 @@ def track(record, scene=None) -> Figure:
 
 def _pushes(scene, name):
     """What pushes a buoy, and its horizontal direction (2,)."""
-    buoy = network_of(scene).buoys[name]
-    named = {"waves": scene.waves, "current": scene.current, "wind": acting(scene, buoy, "wind")}
+    buoy = scene.network.buoys[name]
+    named = {"waves": scene.waves, "current": scene.current, "wind": buoy.wind}
     found = {name: heading(section.direction_deg)[:2] for name, section in named.items() if section}
-    force = acting(scene, buoy, "external_force")
-    force = np.array(force.force[:2] if force else (0.0, 0.0))
+    force = np.array(buoy.external_force.force[:2] if buoy.external_force else (0.0, 0.0))
     return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 
 

@@ -14,8 +14,6 @@ import xarray as xr
 
 from ..errors import InputError
 from ..scene import Scene
-from ..scene.cable import Cable
-from ..scene.network import single
 from ..scene.settings import ramp_of
 from .certainty import memory_of
 from .cycles import binned, crossing_period, peaks, rainflow_cycles
@@ -91,16 +89,19 @@ def _added(record, late, scene, point):
 
 def _has_track(record):
     """Whether there is one buoy."""
-    return "buoy_position" in record and record.buoy_position.ndim == 2
+    return record.sizes.get("buoy") == 1
 
 
 def _track(record):
-    return record.buoy_position.values[:, :2]
+    return record.buoy_position.values[:, 0, :2]
 
 
 def _anchor(scene):
-    """(x, y) of the anchor, if there is one line."""
-    return single(scene).anchor[:2] if isinstance(single(scene).cable, Cable) else None
+    """(x, y) of the anchor, if there is one line and it has one."""
+    if len(scene.network.cables) != 1:
+        return None
+    low = scene.network.pieces[0].ends[0]
+    return low.top.position[:2] if low.kind == "fixed" else None
 
 
 def _offset(record, scene):

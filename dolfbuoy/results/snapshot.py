@@ -14,7 +14,6 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from ..model.sea import crest_height, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
-from ..scene.network import is_network
 from .drawing import figure_of
 from .instant import Instant
 from .paraview import hull_surface

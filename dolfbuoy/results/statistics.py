@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from .record import SERIES
+from .record import LABELS, SERIES
 
 #: What is said of every recorded quantity over the whole run.
 STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
@@ -47,7 +47,8 @@ def columns_of(record: xr.Dataset) -> Iterator[tuple[str, np.ndarray, float]]:
         columns = variable.values.reshape(variable.shape[0], -1)
         if name in TURNING:
             columns = np.unwrap(columns, period=360, axis=0)
-        labels = itertools.product(*(record[dim].values.astype(str) for dim in variable.dims[1:]))
+        dims = [d for d in variable.dims[1:] if d in LABELS or record.sizes[d] > 1]
+        labels = itertools.product(*(record[dim].values.astype(str) for dim in dims))
         for label, x in zip(labels, columns.T, strict=True):
             yield "_".join([name, *label]), x, 1e-9 * np.abs(columns).max()
 

@@ -8,7 +8,6 @@ from ..meshes import number_of_cells
 from ..model.material import weight_per_length
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
-from ..scene.network import network_of
 from .parts import names_of, parts_of
 from .tables import force_unit, unit_of
 from .utilisation import rows_of, warnings_of
@@ -16,7 +15,7 @@ from .utilisation import rows_of, warnings_of
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
-    network, lines = network_of(scene), parts_of(record, "cable")
+    network, lines = scene.network, parts_of(record, "cable")
     rows = [_said(part.label, row) for k, part in enumerate(lines) for row in _of_line(part.record, *_ends(network, k))]
     rows += [_said(part.label, row) for part in parts_of(record, "buoy") for row in _of_buoy(part.record)]
     rows += [_said(part.label, row) for part in lines for row in [*rows_of(part.record), *_grown(part.record)]]
@@ -68,7 +67,7 @@ _OF = ("cable", "buoy", "attachment", "")
 
 def static_rows(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of an equilibrium: all numbers and vectors, of several cables or buoys in turn."""
-    network, rows, lines = network_of(scene), [], parts_of(record, "cable")
+    network, rows, lines = scene.network, [], parts_of(record, "cable")
     for variable in record.data_vars.values():
         of = "".join(d for d in variable.dims if d != "xyz")
         if of not in _OF:
@@ -148,7 +147,7 @@ SHARING_SLOWER_TO = 1_000_000
 
 def sharing_note(scene, ranks: int) -> str | None:
     """A sentence if one rank would run this scene faster than so many; None if not."""
-    cells = sum(number_of_cells(piece.section.elements) for piece in network_of(scene).pieces)
+    cells = sum(number_of_cells(piece.section.elements) for piece in scene.network.pieces)
     if ranks == 1 or cells > SHARING_SLOWER_TO:
         return None
     return (
@@ -175,7 +174,7 @@ def static_warnings(record, scene) -> list[str]:
 
 def _of_lines(say, record, scene):
     """Sentences about each cable, with its name if there are several."""
-    network, found = network_of(scene), []
+    network, found = scene.network, []
     for k, part in enumerate(parts_of(record, "cable")):
         pieces = [piece.section for piece in network.pieces if piece.cable == k]
         sentences = say(part.record, scene, pieces[0], sum(piece.length for piece in pieces))
@@ -218,7 +217,7 @@ def _rising(record, scene, section, length):
 def _out_of_water(record, scene):
     """Floats that rise above the highest crest: their buoyancy does not know of the surface."""
     found = []
-    for name, body in network_of(scene).bodies.items() if scene.sea else ():
+    for name, body in scene.network.bodies.items() if scene.sea else ():
         highest = float(record.joint_position.sel(joint=name, xyz="z").max()) - crest_height(scene)
         if highest > 0 and body.mass < scene.sea.density * body.volume:
             found.append(

@@ -66,7 +66,7 @@ def _theirs(scene, start, end, segments):
 
 
 def _ours(record, scene):
-    network, found = network_of(scene), {}
+    network, found = scene.network, {}
     for k, name in enumerate(network.cables):
         for end in ("top", "anchor"):
             found[f"{name}: tension_{end}"] = record[f"tension_{end}"].values[:, k]
