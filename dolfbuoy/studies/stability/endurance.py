@@ -12,10 +12,10 @@ from mpi4py import MPI
 from ...api import simulate
 from ...errors import InputError
 from ...results import checkpoint
+from ...results.parts import alone
 from ...results.style import PAGE, new_figure
 from ...scene import load_scene
 from ..declaration import declared
-from ...results.parts import alone
 from ..study import Table, refuse_network
 
 WORDS = declared(__file__)
