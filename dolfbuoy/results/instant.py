@@ -71,11 +71,12 @@ class Instant:
         i = len(times) - 1 if time is None else int(np.abs(times - time).argmin())
         self.scene, self.time, self.network = scene, float(times[i]), scene.network
         self.row = int(np.abs(record.time.values - self.time).argmin())
-        cables = parts_of(record, "cable")
+        cables = parts_of(record, "cable") if "cable_position" in record else []
         self.lines = [(part.record.cable.item(), part.record.cable_position.values[i]) for part in cables]
         self.tensions = [part.record.cable_tension.values[i] for part in cables if "cable_tension" in part.record]
-        sections = self.network.buoys.values()
-        poses = [pose(part.record, self.time) for part in parts_of(record, "buoy")]
+        buoys = parts_of(record, "buoy") if "buoy_position" in record else []
+        sections = [self.network.buoys[part.record.buoy.item()] for part in buoys]
+        poses = [pose(part.record, self.time) for part in buoys]
         self.buoys = [Floating(buoy, *place) for buoy, place in zip(sections, poses, strict=True)]
         self.marks, self._moorings = list(self._marks(record)), []
         if "mooring_force" in record:

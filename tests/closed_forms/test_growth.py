@@ -8,11 +8,12 @@ import itertools
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 from mpi_helpers import needs_mpirun, start_scenes
 
-from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.errors import SolveError
 from dolfbuoy.model.growth import mean_factors

@@ -9,8 +9,9 @@ import math
 
 import pytest
 import tomli_w
+from alone import solve_static
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
 from dolfbuoy.scene.library import material

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from alone import solve_static
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.model.material import weight_per_length
 from dolfbuoy.scene.network import network_of
 from dolfbuoy.statics.catenary import between

@@ -5,12 +5,12 @@ Source: Irvine's catenary with hydrostatics of a cylinder, written here; MoorPy 
 
 import math
 
+import alone
 import numpy as np
 import pytest
 from mpi4py import MPI
 from scipy.optimize import brentq
 
-import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.results.offset_figures import offset_curves
 from dolfbuoy.results.offset_record import sentences
@@ -47,7 +47,7 @@ def exact(w, length, EA, H):
 def test_closed_form(w, length, EA):
     """From every side alike, continuation included."""
     sizes = SIZES[1:]
-    found = dolfbuoy.offsets(moored(w, length, EA), sizes, DIRECTIONS, comm=MPI.COMM_SELF)
+    found = alone.offsets(moored(w, length, EA), sizes, DIRECTIONS, comm=MPI.COMM_SELF)
     radius = np.hypot(*(found.buoy_position.sel(xyz=name).values for name in "xy"))
     for j, H in enumerate(sizes):
         distance, tension = exact(w, length, EA, H)
@@ -65,7 +65,7 @@ def test_moorpy():
     """A fairlead that MoorPy holds where C comes to rest is pulled as here."""
     moorpy = pytest.importorskip("moorpy", reason="MoorPy is not installed (extra peers)")
     w, length, EA = 80.0, 43.0, 5e5
-    found = dolfbuoy.offsets(moored(w, length, EA), SIZES[1:], [30.0], comm=MPI.COMM_SELF)
+    found = alone.offsets(moored(w, length, EA), SIZES[1:], [30.0], comm=MPI.COMM_SELF)
     for j in range(len(SIZES) - 1):
         system = moorpy.System(depth=DEPTH, rho=RHO, g=G)
         diameter = 0.04
@@ -84,7 +84,7 @@ def test_slack_and_under_and_none():
     light = moored(0.0, 43.0, 1e6)
     light["current"] = {"speed": 0.5}
     light["cable"]["normal_drag"] = light["buoy"]["normal_drag"] = 1.0
-    drowned = dolfbuoy.offsets(light, [0.5, 3.0, 6.0], [0.0], "current", comm=MPI.COMM_SELF)
+    drowned = alone.offsets(light, [0.5, 3.0, 6.0], [0.0], "current", comm=MPI.COMM_SELF)
     assert drowned.under.values[0].tolist() == [False, True, True] or drowned.under.values[0, -1]
     said = sentences(drowned)
     assert any("drawn under" in sentence and "Towards 0 degrees" in sentence for sentence in said), said
@@ -98,12 +98,12 @@ def test_several_buoys():
     scene = load_scene("two-buoys").to_dict()
     del scene["waves"]
     for chosen in (None, ["right"]):
-        found = dolfbuoy.offsets(scene, [0.0, 4000.0], [0.0, 90.0, 180.0], buoys=chosen, comm=MPI.COMM_SELF)
+        found = alone.offsets(scene, [0.0, 4000.0], [0.0, 90.0, 180.0], buoys=chosen, comm=MPI.COMM_SELF)
         pulled = scene | {"buoy": [dict(buoy) for buoy in scene["buoy"]]}
         for buoy in pulled["buoy"]:
             if chosen is None or buoy["name"] in chosen:
                 buoy["external_force"] = {"force": [0.0, 4000.0, 0.0]}
-        exact = dolfbuoy.solve_static(pulled, comm=MPI.COMM_SELF)
+        exact = alone.solve_static(pulled, comm=MPI.COMM_SELF)
         one = found.sel(direction=90.0, force=4000.0)
         np.testing.assert_allclose(one.buoy_position, exact.buoy_position, atol=1e-6)
         np.testing.assert_allclose(one.tension_top, exact.tension_top, rtol=1e-6)
@@ -116,6 +116,6 @@ def test_several_buoys():
 
 def test_refusals():
     with pytest.raises(InputError, match="those of moored buoys"):
-        dolfbuoy.offsets("driven", [1.0], [0.0])
+        alone.offsets("driven", [1.0], [0.0])
     with pytest.raises(InputError, match="those of moored buoys"):
-        dolfbuoy.offsets("free-buoy", [1.0], [0.0])
+        alone.offsets("free-buoy", [1.0], [0.0])

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from mpi_helpers import needs_mpirun, start_scenes
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from dolfbuoy import simulate, solve_static
 from dolfbuoy.results.record import read
 
 G, L, W, EA, X = 9.81, 560.0, 700.0, 4e8, 520.0

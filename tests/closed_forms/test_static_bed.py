@@ -8,9 +8,10 @@ import math
 
 import numpy as np
 import pytest
+from alone import solve_static
 from helpers import reference
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.results.summary import static_warnings
 from dolfbuoy.statics.equilibrium import solve_equilibrium
 

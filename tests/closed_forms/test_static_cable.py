@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 import pytest
+from alone import solve_static
 from helpers import CableSolution, catenary_slope, rates, reference
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.results.summary import static_warnings

@@ -9,9 +9,10 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from alone import simulate
 from scipy import optimize, stats
 
-from dolfbuoy import InputError, load_scene, simulate, statistics
+from dolfbuoy import InputError, load_scene, statistics
 from dolfbuoy.model import sea_statistics, spectra
 from dolfbuoy.model.components import components_of
 from dolfbuoy.model.sea import elevation_at

@@ -8,11 +8,12 @@ import itertools
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from dynamics_helpers import MOORED
 from mpi4py import MPI
 from mpi_helpers import needs_mpirun, start_scenes
 
-from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.motion.energy import STORED, Meter
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.measured import compute, quantities_of

@@ -5,10 +5,11 @@ Source: the recorded tensions; a record on one rank.
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start_scenes
 
-from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.results.record import read
 from dolfbuoy.results.statistics import statistics

@@ -5,8 +5,9 @@ Source: an independent finer run; the scene with the key taken out by hand; sing
 
 import numpy as np
 import pytest
+from alone import simulate
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.model import effects as declared
 from dolfbuoy.results import measured as acc

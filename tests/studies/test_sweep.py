@@ -11,9 +11,10 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
+from alone import simulate
 from mpi_helpers import needs_mpirun, start
 
-from dolfbuoy import InputError, load_scene, simulate
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.results import style
 from dolfbuoy.results.many import collect, draw
 from dolfbuoy.results.statistics import STATISTICS, dominant_period, statistics

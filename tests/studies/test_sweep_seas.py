@@ -10,10 +10,11 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 import xarray as xr
+from alone import simulate
 from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start
 
-from dolfbuoy import InputError, load_scene, simulate, statistics
+from dolfbuoy import InputError, load_scene, statistics
 from dolfbuoy.results import cycles
 from dolfbuoy.results.ensemble import Fatigue, Run, gumbels, runs_of
 from dolfbuoy.results.lifetime import lifetime
