@@ -82,8 +82,8 @@ STANDARD_NAMES = {
     "pitch": "platform_pitch_fore_down",
     "yaw": "platform_yaw_fore_port",
 }
-#: Where nodes and elements are along the cable: coordinates of what has these dimensions.
-ALONG = {"node": "s", "cell": "s_cell"}
+#: Where nodes and elements are along which cable: coordinates of what has these dimensions.
+ALONG = {"node": ("s", "cable_of_node"), "cell": ("s_cell", "cable_of_cell", "segment_of_cell")}
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
 LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
 LABELED |= {"cable": "names of the cables", "buoy": "names of the buoys", "joint": "names of the joints"}
@@ -235,7 +235,7 @@ class Record:
         sizes = [CHUNK if d == "time" else 1 if d == "frame" else len(file.dimensions[d]) for d in dimensions]
         variable = file.createVariable(name, kind, dimensions, chunksizes=sizes)
         variable.setncatts(_attributes(name))
-        along = [ALONG[d] for d in dimensions if d in ALONG and name not in FIXED]
+        along = [where for d in dimensions if name not in FIXED for where in ALONG.get(d, ())]
         if along:
             variable.coordinates = " ".join(along)
         return variable

@@ -43,8 +43,9 @@ def _said(label, row):
 
 
 def _ends(network, cable):
-    """What the ends of a cable are called: by what they hang on, if there are several."""
-    return network.ends_of(cable) if len(network.cables) > 1 else ("the anchor", "the top")
+    """What the ends of a cable are called: by what they hang on; of the only one that on a buoy is the top."""
+    low, high = network.ends_of(cable)
+    return low, "the top" if len(network.cables) == 1 and high in network.buoys else high
 
 
 def _grown(record):
@@ -70,9 +71,9 @@ def static_rows(record, scene) -> list[tuple[str, str, str]]:
     network, rows, lines = scene.network, [], parts_of(record, "cable")
     for variable in record.data_vars.values():
         of = "".join(d for d in variable.dims if d != "xyz")
-        if of not in _OF:
-            continue
         names = names_of(record, of)
+        if of not in _OF or (of == "attachment" and len(names) > 1):  # ends of lines, which are there already
+            continue
         for k, name in enumerate(names or [""]):
             said = _at_ends(*network.ends_of(k)) if of == "cable" and len(names) > 1 else {}
             what = said.get(variable.name, variable.attrs["long_name"])
