@@ -56,7 +56,7 @@ def dataset_of_modes(found, modes) -> "xr.Dataset":
     used = {dim for dims, *_ in made.values() for dim in dims}
     coordinates = {name: values for name, values in labels.items() if name in used}
     if found.problem.lines is not None:
-        coordinates["cable"] = found.problem.network.cables
+        coordinates["cable"] = list(found.problem.network.cables)
     return xr.Dataset(made, coordinates, attributes(found.problem)).set_coords([n for n in FIXED if n in made])
 
 
