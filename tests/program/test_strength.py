@@ -67,7 +67,7 @@ def test_one_cable():
     np.testing.assert_allclose(record.utilisation, largest(record.cable_tension) / 2e4, rtol=1e-12)
     most = float(record.utilisation.max())
     assert ("largest tension over breaking load", f"{most:.4g}", "") in summary(whole, scene)
-    assert statistics(whole)["utilisation"]["maximum"] == most
+    assert statistics(whole)["utilisation of cable"]["maximum"] == most
     assert "utilisation" not in simulate(load_scene(SCENE, cable__breaking_load=None))
     assert not any("breaking load" in sentence for sentence in warnings(whole, scene))
 
