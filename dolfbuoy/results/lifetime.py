@@ -41,8 +41,8 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
         "largest": f"exceeded by the largest of {HOURS:g} h once in {years:g} years, in the unit of the series",
     }
     data = {n: ("series", np.array([row[n] for row in rows]), {"long_name": text}) for n, text in names.items()}
-    series, _, parts = zip(*(label.partition(OF_PART) for label in labels), strict=True)
-    coordinates = {"series": list(series), "part": ("series", list(parts))}
+    series, parts = ([label.partition(OF_PART)[i] for label in labels] for i in (0, 2))
+    coordinates = {"series": series, "part": ("series", parts)}
     coordinates["unit"] = ("series", [described(label)[0] for label in labels])
     told = {"years": years, "probability": sum(p for p, _ in states), "notes": _why_not(labels, states, years)}
     return xr.Dataset(data, coordinates, attrs=told)

@@ -4,6 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..errors import InputError
+from .record import SERIES
+
 #: Dimensions of what belongs to a cable, and of what belongs to a buoy.
 OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}}
 #: Dimensions of which a part of a record has its own, or none.
@@ -18,8 +21,13 @@ class Part(NamedTuple):
 
 
 def names_of(record, kind: str) -> list[str]:
-    """Of the cables or the buoys of a record."""
-    return record[kind].values.tolist() if kind in record.dims else []
+    """Of the cables or the buoys of a record.  Raises InputError for a record that lost that dimension."""
+    if kind in record.dims:
+        return record[kind].values.tolist()
+    for name in record.data_vars:
+        if kind in SERIES.get(name, ((),))[0]:
+            raise InputError(f"{name} of this record has no dimension {kind}: give the record as it was, not squeezed.")
+    return []
 
 
 def parts_of(record, *kinds: str) -> list[Part]:

@@ -11,6 +11,7 @@ import pytest
 from mpi4py import MPI
 from scipy.optimize import brentq
 
+import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.results.offset_figures import offset_curves
 from dolfbuoy.results.offset_record import sentences
@@ -84,7 +85,7 @@ def test_slack_and_under_and_none():
     light = moored(0.0, 43.0, 1e6)
     light["current"] = {"speed": 0.5}
     light["cable"]["normal_drag"] = light["buoy"]["normal_drag"] = 1.0
-    drowned = alone.offsets(light, [0.5, 3.0, 6.0], [0.0], "current", comm=MPI.COMM_SELF)
+    drowned = dolfbuoy.offsets(light, [0.5, 3.0, 6.0], [0.0], "current", comm=MPI.COMM_SELF)
     assert drowned.under.values[0].tolist() == [False, True, True] or drowned.under.values[0, -1]
     said = sentences(drowned)
     assert any("drawn under" in sentence and "Towards 0 degrees" in sentence for sentence in said), said

@@ -396,7 +396,11 @@ def test_the_command_prints_and_writes(call, tmp_path, runs):
     written = xr.load_dataset(tmp_path / "st" / "statistics.nc")
     assert written.sizes["run"] == 12
     assert f"{float(written.surface_elevation_m0.mean()):.5g}" in out
-    assert all({"units", "long_name"} <= set(written[name].attrs) for name in written if not name.endswith(("_set", "_cable", "_buoy")))
+    assert all(
+        {"units", "long_name"} <= set(written[name].attrs)
+        for name in written
+        if not name.endswith(("_set", "_cable", "_buoy"))
+    )
     for name in ("exceedance", "cycles", "extremes", "circle"):
         assert (tmp_path / "st" / f"{name}.png").stat().st_size > 5000
 
