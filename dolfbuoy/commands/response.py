@@ -102,7 +102,7 @@ def response(
 
 def _show_response(found, folder):
     """Amplitudes at a few periods, and standard deviations."""
-    from ..results.response_record import each_buoy
+    from ..results.response_record import each_buoy, each_tension
 
     few = _few_periods(found)
     for key, words in (("rao", "small waves"), ("rao_drag", f"waves of {found.attrs.get('height_m', 0):g} m")):
@@ -119,8 +119,7 @@ def _show_response(found, folder):
         for of_buoy, one in each_buoy(found) if "motion_std" in found else ():
             for name, factor, unit in MOTIONS:
                 shown.add_row(f"{name}{of_buoy}", f"{factor * one.motion_std.sel(motion=name).item():.4g}", "", unit)
-        for name in found.tension.values.tolist():
-            one = found.sel(tension=name)
+        for name, one in each_tension(found):
             shown.add_row(name, f"{one.tension_std.item():.5g}", f"{one.tension_mean.item():.5g}", "N")
         out.print(shown)
 
@@ -136,13 +135,13 @@ def _few_periods(found):
 
 def _amplitudes(found, key):
     """[(what, name -> amplitudes over the periods)] of tables: one, or of a network of each buoy, tops and anchors."""
-    from ..results.response_record import complex_of, each_buoy
+    from ..results.response_record import complex_of, each_buoy, each_tension
 
-    tables, tensions = [], found.tension.values.tolist()
+    tables, tensions = [], each_tension(found)
     for of_buoy, one in each_buoy(found) if key in found else ():
         sizes = {name: factor * np.abs(complex_of(one[key].sel(motion=name))) for name, factor, _ in MOTIONS}
         tables.append((f"{of_buoy.replace(' of ', ', ')} [m, deg]", sizes))
-    pulls = {name: np.abs(complex_of(found[f"{key}_tension"].sel(tension=name))) for name in tensions}
+    pulls = {name: np.abs(complex_of(one[f"{key}_tension"])) for name, one in tensions}
     if len(tables) <= 1 and len(tensions) <= 2:
         return [(" [m, deg, N]", {name: values for _, one in tables for name, values in one.items()} | pulls)]
     for end in ("tension_top", "tension_anchor"):
@@ -166,7 +165,7 @@ def _ends_move(scene):
 
 def _verified(found, scene, periods, height):
     """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
-    from ..results.response_record import complex_of, each_buoy
+    from ..results.response_record import complex_of, each_buoy, each_tension
     from ..studies.physics.response_runs import compared, measured
 
     runs, key = [], "rao_drag" if "rao_drag_tension" in found else "rao"
@@ -174,7 +173,7 @@ def _verified(found, scene, periods, height):
         one, own = found.sel(period=T), {}
         for of_buoy, part in each_buoy(one) if key in one else ():
             own |= {f"{n}{of_buoy}": complex_of(part[key].sel(motion=n)) for n in part.motion.values.tolist()}
-        own |= {n: complex_of(one[f"{key}_tension"].sel(tension=n)) for n in one.tension.values.tolist()}
+        own |= {name: complex_of(part[f"{key}_tension"]) for name, part in each_tension(one)}
         run = measured(scene, T, found.attrs["direction_deg"], height / 2 if height else SMALL)
         out.print(
             f"{T:g} s against a run of {run['seconds']:.2g} s: {_differences(compared(own, run))}", soft_wrap=True

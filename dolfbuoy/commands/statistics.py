@@ -109,13 +109,14 @@ def _point(text):
 
 def show(found, folder):
     """The tables of every set."""
+    from ..results.statistics import each_series
+
     for k in range(min(found.sizes["set"], MOST_SETS)):
         mine = found.isel(run=found.set_of_run.values == k, set=k)
-        known = [name.removesuffix("_mean") for name in mine if name.endswith("_mean")]
-        names = [name for shown in SHOWN for name in known if name == shown or name.startswith(f"{shown}_")]
-        out.print(_numbers(mine, names, _title(mine, found, folder)))
-        fatigue, extremes = _fatigue(mine, names, found.attrs), _extremes(mine, names)
-        for table in (_sea(mine), fatigue, extremes, _certainty(mine, names), _circle(mine)):
+        series = [one for shown in SHOWN for one in each_series(mine, "mean") if one[1] == shown]
+        out.print(_numbers(series, _title(mine, found, folder)))
+        fatigue, extremes = _fatigue(series, found.attrs), _extremes(series)
+        for table in (_sea(series), fatigue, extremes, _certainty(series), *_circles(mine)):
             if table is not None:
                 out.print(table)
     if found.sizes["set"] > MOST_SETS:
@@ -138,12 +139,12 @@ def _unit(mine, name):
     return unit_of(np.array(sizes), mine[f"{name}_mean"].attrs["units"])
 
 
-def _numbers(mine, names, title):
+def _numbers(series, title):
     """Means over the runs, extremes of all."""
     table = table_of(
         title, "series", "unit", "mean", "deviation", "skewness", "minimum", "maximum", "period [s]", "peaks"
     )
-    for name in names:
+    for said, name, mine in series:
         unit, factor = _unit(mine, name)
         how = {"mean": np.mean, "standard_deviation": np.mean, "minimum": np.min, "maximum": np.max}
         mean, deviation, low, high = (factor * f(mine[f"{name}_{part}"].values) for part, f in how.items())
@@ -151,7 +152,7 @@ def _numbers(mine, names, title):
         skewness, period = (float(mine[f"{name}_{part}"].mean()) for part in ("skewness", "period"))
         peaks = f"{_count(mine, name):g}" if f"{name}_peak" in mine else ""
         row = [f"{mean:.4g}", f"{deviation:.4g}", f"{skewness:.2f}", f"{low:.4g}", f"{high:.4g}", f"{period:.4g}"]
-        table.add_row(name.replace("_", " "), unit, *row, peaks)
+        table.add_row(said.replace("_", " "), unit, *row, peaks)
     return table
 
 
@@ -159,70 +160,77 @@ def _count(mine, name):
     return int((mine[f"{name}_peak_set"].values == int(mine.set)).sum())
 
 
-def _sea(mine):
-    names = [name for name in ("surface_elevation", "fixed_point_elevation") if f"{name}_m0" in mine]
-    if not names:
+#: Where the elevations are.
+PLACES = {"surface_elevation": "at the buoy", "fixed_point_elevation": "at a fixed point"}
+
+
+def _sea(series):
+    series = [(said, name, mine) for said, name, mine in series if f"{name}_m0" in mine]
+    if not series:
         return None
     table = table_of("\nThe sea, mean over the runs", "where", "m0 [m²]", "Hs [m]", "Tz [s]")
-    for name, where in zip(names, ("at the buoy", "at a fixed point")[-len(names) :], strict=True):
+    for said, name, mine in series:
+        where = said.replace(name, PLACES[name])
         table.add_row(where, *(f"{float(mine[f'{name}_{part}'].mean()):.5g}" for part in ("m0", "Hs", "period")))
     return table
 
 
-def _fatigue(mine, names, how):
+def _fatigue(series, how):
     from ..results.cycles import YEAR
 
-    names = [name for name in names if f"{name}_equivalent_load" in mine]
-    if not names:
+    series = [(said, name, mine) for said, name, mine in series if f"{name}_equivalent_load" in mine]
+    if not series:
         return None
     worn = "constant" in how
     title = f"\nFatigue, m = {how['exponent']:g}, equivalent load at {how['frequency_Hz']:g} Hz"
     table = table_of(title, "series", "equivalent load", *(["Miner sum per year"] if worn else []))
-    for name in names:
+    for said, name, mine in series:
         unit, factor = _unit(mine, name)
         load = (mine[f"{name}_equivalent_load"].values ** how["exponent"]).mean() ** (1 / how["exponent"])
         row = [f"{factor * load:.4g} {unit}"]
         if worn:
             row.append(f"{float(mine[f'{name}_damage'].sum() / mine.duration.sum()) * YEAR:.4g}")
-        table.add_row(name.replace("_", " "), *row)
+        table.add_row(said.replace("_", " "), *row)
     return table
 
 
-def _extremes(mine, names):
-    names = [n for n in names if f"{n}_most_probable" in mine and np.isfinite(mine[f"{n}_most_probable"][0])]
-    if not names:
+def _extremes(series):
+    series = [one for one in series if f"{one[1]}_most_probable" in one[2]]
+    series = [(said, n, mine) for said, n, mine in series if np.isfinite(mine[f"{n}_most_probable"][0])]
+    if not series:
         return None
     table = table_of("\nMost probable maximum of 3 h, and its 95 % interval", "series", "unit", "maximum", "from", "to")
-    for name in names:
+    for said, name, mine in series:
         unit, factor = _unit(mine, name)
         values = (f"{factor * value:.4g}" for value in mine[f"{name}_most_probable"].values)
-        table.add_row(name.replace("_", " "), unit, *values)
+        table.add_row(said.replace("_", " "), unit, *values)
     return table
 
 
-def _certainty(mine, names):
+def _certainty(series):
     """How well these runs tell deviations and extremes, and how many tell the extremes to 5 % above the mean."""
     from ..results.certainty import deviation_known, part_known, runs_needed
     from ..results.compare import duration
     from ..results.extremes import Gumbel
 
-    names = [name for name in names if np.isfinite(mine[f"{name}_memory"]).any()]
-    if not names:
+    series = [(said, name, mine) for said, name, mine in series if np.isfinite(mine[f"{name}_memory"]).any()]
+    if not series:
         return None
+    mine = series[0][2]
     runs, length, each = mine.sizes["run"], float(mine.duration.mean()), float(mine.seconds.mean())
     times = mine.attrs["hours"] * 3600 / length
     table = table_of(
         "\nHow well they are known, 19 times in 20",
         *("series", "deviation", "maximum of 3 h, above the mean", "runs for 5 % of it", "computing"),
     )
-    for name in names:
+    for said, name, mine in series:
         row = [f"+- {100 * deviation_known(float(mine[f'{name}_memory'].mean()), runs * length):.2g} %", "", "", ""]
         if f"{name}_gumbel_scale" in mine and np.isfinite(mine[f"{name}_gumbel_scale"]):
             largest = Gumbel(float(mine[f"{name}_gumbel_location"]), float(mine[f"{name}_gumbel_scale"]), runs)
             mean = float(mine[f"{name}_mean"].mean())
             needed = runs_needed(largest, 0.05, times, mean)
             row[1:] = f"+- {100 * part_known(largest, runs, times, mean):.2g} %", f"{needed}", duration(needed * each)
-        table.add_row(name.replace("_", " "), *row)
+        table.add_row(said.replace("_", " "), *row)
     return table
 
 
@@ -233,7 +241,8 @@ def _show_life(life, folder):
     title = f"\nA life in these seas, {100 * life.attrs['probability']:.4g} % of the time, {folder / 'lifetime.nc'}"
     once = f"once in {life.attrs['years']:g} years"
     table = table_of(title, "series", "Miner sum per year", "life [years]", "equivalent load", once)
-    for k, name in enumerate(life.series.values):
+    series, parts = life.series.values.tolist(), life.part.values.tolist()
+    for k, (name, part) in enumerate(zip(series, parts, strict=True)):
         wear, years, load, largest = (
             float(life[n][k]) for n in ("damage_per_year", "life", "equivalent_load", "largest")
         )
@@ -241,24 +250,23 @@ def _show_life(life, folder):
             continue  # nothing wears it, and its seeds are too few
         unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
         forces = (f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest))
-        table.add_row(
-            str(name).replace("_", " "), *(f"{x:.4g}" if np.isfinite(x) else "-" for x in (wear, years)), *forces
-        )
+        said = f"{name} of {part}" if series.count(name) > 1 else name
+        table.add_row(said.replace("_", " "), *(f"{x:.4g}" if np.isfinite(x) else "-" for x in (wear, years)), *forces)
     out.print(table)
     if life.attrs["notes"]:
         out.print(life.attrs["notes"], soft_wrap=True, markup=False, highlight=False)
 
 
-def _circle(mine):
-    if "circle_radius" not in mine:
-        return None
-    table = table_of(
-        "\nOffsets: the smallest circle that holds the track of C", "middle", "x [m]", "y [m]", "radius [m]"
-    )
-    table.add_row("anywhere", *(f"{float(mine[f'circle_{part}']):.4g}" for part in ("x", "y", "radius")))
-    if np.isfinite(mine.watch_circle_radius):
-        table.add_row("the anchor", "", "", f"{float(mine.watch_circle_radius):.4g}")
-    return table
+def _circles(mine):
+    """A table of each buoy."""
+    for buoy in mine.buoy.values.tolist() if "circle_radius" in mine else ():
+        one, of = mine.sel(buoy=buoy), f" of {buoy}" if mine.sizes["buoy"] > 1 else ""
+        title = f"\nOffsets: the smallest circle that holds the track of C{of}"
+        table = table_of(title, "middle", "x [m]", "y [m]", "radius [m]")
+        table.add_row("anywhere", *(f"{float(one[f'circle_{part}']):.4g}" for part in ("x", "y", "radius")))
+        if np.isfinite(one.watch_circle_radius):
+            table.add_row("the anchor", "", "", f"{float(one.watch_circle_radius):.4g}")
+        yield table
 
 
 def add_to(app: typer.Typer) -> None:

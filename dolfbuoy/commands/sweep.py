@@ -115,23 +115,26 @@ def _end(dataset, folder):
 
 def _show(dataset, folder):
     """Its cases and the largest of their main quantities."""
+    from ..results.statistics import each_series
+
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
-    shown = [n for n in ("tension_top_maximum", "tension_anchor_maximum", "cone_angle_maximum") if n in dataset]
-    units = {n: unit_of(dataset[n].values, dataset[n].attrs["units"]) for n in shown}
-    titles = [f"{n.replace('_', ' ').replace('maximum', 'max')} [{units[n][0]}]" for n in shown]
+    found = [one for main in MAIN for one in each_series(dataset, "maximum") if one[1] == main]
+    shown = [(label, one[f"{name}_maximum"]) for label, name, one in found]
+    units = [unit_of(values.values, values.attrs["units"]) for _, values in shown]
+    titles = [f"{n.replace('_', ' ')} max [{unit}]" for (n, _), (unit, _) in zip(shown, units, strict=True)]
     names = [key.replace("_", " ") for key in keys]  # words may be wrapped
     result = table_of(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *names, *titles, "status")
     for i in range(min(dataset.sizes["case"], MOST_ROWS)):
         row = dataset.isel(case=i)
-        values = [f"{units[n][1] * row[n].item():.5g}" for n in shown]
+        values = [f"{factor * of[i].item():.5g}" for (_, of), (_, factor) in zip(shown, units, strict=True)]
         result.add_row(*(str(row[k].item()) for k in keys), *values, row.status.item())
     out.print(result)
     if dataset.sizes["case"] > MOST_ROWS:
         out.print(f"... and {dataset.sizes['case'] - MOST_ROWS} more", highlight=False)
 
 
-#: Cases that are printed.
-MOST_ROWS = 1000
+#: Cases that are printed, and the series whose largest values are.
+MOST_ROWS, MAIN = 1000, ("tension_top", "tension_anchor", "cone_angle")
 
 
 def _show_status(found, folder, part):

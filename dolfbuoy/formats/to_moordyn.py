@@ -65,10 +65,7 @@ def start_of(record) -> Start:
     if "joint_position" in record:
         found.joints = {str(name): record.joint_position.sel(joint=name).values for name in record.joint.values}
     if "buoy_position" in record:
-        if "buoy" in record.buoy_position.dims:
-            found.buoys = {str(name): record.buoy_position.sel(buoy=name).values for name in record.buoy.values}
-        else:
-            found.buoys = {"": record.buoy_position.values}
+        found.buoys = {str(name): record.buoy_position.sel(buoy=name).values for name in record.buoy.values}
     return found
 
 

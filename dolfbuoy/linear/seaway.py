@@ -179,15 +179,17 @@ class Seaway:
         for body, moved in zip(names, self.motions(X), strict=True):
             ending = f" of {body}" if len(names) > 1 else ""
             found |= {f"{name}{ending}": values for name, values in moved._asdict().items()}
-        return found | dict(zip(self.tension_slopes(), self.tensions(X), strict=True))
+        lines = self.found.lines
+        tensions = (f"{what}_{lines[k].name}" if len(lines) > 1 else what for what, k in self.tension_slopes())
+        return found | dict(zip(tensions, self.tensions(X), strict=True))
 
     def tensions(self, X) -> np.ndarray:
         """Changes (tensions, waves) of the tensions of `tension_slopes` [N]."""
         slopes = [slope for _, slope in self.tension_slopes().values()]
         return np.reshape(slopes, (-1, self.equations.rows)) @ X
 
-    def tension_slopes(self) -> dict[str, tuple[float, np.ndarray]]:
-        """Name -> tension at rest [N] and its slope in X: on top of every line that is not free there, at its anchor.
+    def tension_slopes(self) -> dict[tuple[str, int], tuple[float, np.ndarray]]:
+        """(name, line) -> tension at rest [N] and its slope in X: on top of every line that is not free, at its anchor.
 
         Those of a record: the size of the force that holds the upper end, and T_h(0).
         """
@@ -201,7 +203,7 @@ class Seaway:
         for k, (force, places) in sorted(forces.items()):
             size, row = np.linalg.norm(force), np.zeros(self.equations.rows)
             row[places] = force / (size or 1.0)
-            slopes[self._named("tension_top", k)] = size, row
+            slopes["tension_top", k] = size, row
         return slopes
 
     def _anchors(self):
@@ -210,12 +212,8 @@ class Seaway:
             piece, row = problem.network.first_of(k), np.zeros(self.equations.rows)
             slope_in = _slope(problem, lambda u, piece=piece: problem.lines.anchor_tension(u, piece))
             row[: self.equations.size] = slope_in
-            slopes[self._named("tension_anchor", k)] = problem.lines.anchor_tension(self.found.u, piece), row
+            slopes["tension_anchor", k] = problem.lines.anchor_tension(self.found.u, piece), row
         return slopes
-
-    def _named(self, what, cable):
-        lines = self.found.lines
-        return f"{what}_{lines[cable].name}" if len(lines) > 1 else what
 
 
 def _complex(water, x, quarter):

@@ -5,7 +5,6 @@ import numpy as np
 from ..results.behind_ramp import scene_of
 from ..results.mode_record import KINDS, enlargement
 from ..results.tables import unit_of
-from ..scene.network import network_of
 from . import words
 from .document import fragment, joined, page, tag
 from .pack import single
@@ -41,11 +40,12 @@ def modes_page(dataset, scene=None) -> str:
 
 def data_of(dataset, scene) -> dict:
     """What the script of the page needs."""
-    network = network_of(scene)
+    network = scene.network
     view = base_view(scene, network) | {"direction": 0.0}
-    places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
-    for buoy, at, turn in zip(view["buoys"], *_rest(dataset), strict=True):
-        buoy |= {"rest": at.tolist(), "turn": turn.tolist(), "start": at.tolist()}
+    places = [dataset[n].values for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
+    for k, buoy in enumerate(view["buoys"]):
+        at, turn = (dataset[f"rest_buoy_{what}"].values[k].tolist() for what in ("position", "orientation"))
+        buoy |= {"rest": at, "turn": turn, "start": at}
     if "rest_cable_position" in dataset:
         nodes, spans = dataset.rest_cable_position.values, cables(dataset, network)
         view["rest"] = single(nodes)
@@ -54,12 +54,6 @@ def data_of(dataset, scene) -> dict:
         view["sea"]["waves"] = None
     view |= {"box": box_around(places, view["buoys"], scene), "labels": labels(network, view["lines"])}
     return {"kind": "modes", "view": view, "modes": [_mode(dataset, i) for i in range(dataset.sizes["mode"])]}
-
-
-def _rest(dataset):
-    if "rest_buoy_position" not in dataset:
-        return [], []
-    return dataset.rest_buoy_position.values.reshape(-1, 3), dataset.rest_buoy_orientation.values.reshape(-1, 4)
 
 
 def _mode(dataset, number):
@@ -78,5 +72,5 @@ def _mode(dataset, number):
         found["scale"] = {"size": size, "said": f"{factor * size:.3g} {unit}"}
     if "buoy_position" in mode:
         motions = np.concatenate([mode.buoy_position.values, mode.buoy_rotation.values], axis=-1)
-        found["buoys"] = [single(motion) for motion in np.moveaxis(motions.reshape(2, -1, 6), 1, 0)]
+        found["buoys"] = [single(motion) for motion in np.moveaxis(motions, 1, 0)]
     return found

@@ -8,7 +8,6 @@ from ..results.behind_ramp import scene_of
 from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
-from ..scene.network import single
 from ..scene.settings import SCHEMES, period_of
 from . import words
 from .document import fragment, joined, page, tag
@@ -45,7 +44,7 @@ def run_page(record, scene=None, advice: list[str] | None = None, case: str | No
 
 def data_of(record, scene) -> dict:
     """What the script of a run's page needs."""
-    parts = parts_of(record, scene)
+    parts = parts_of(record, "cable", "buoy")
     columns = columns_of(parts)
     main = [values for *_, curves in columns for _, values in curves]
     count = rows_that_fit(record, parts, columns)
@@ -58,8 +57,8 @@ def data_of(record, scene) -> dict:
         "period": period_of(scene),
         "panels": panels(columns, rows),
         "moments": moments(record, parts),
-        "envelopes": envelopes(parts),
-        "spectra": spectra(parts),
+        "envelopes": envelopes(parts, scene),
+        "spectra": spectra(parts, scene),
         "view": view_of(record, scene, rows),
         "headings": _headings(scene),
         "anchors": _anchors(record),
@@ -92,8 +91,7 @@ def moments(record, parts) -> list[dict]:
         moment = {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
         found.append(moment | {"part": name, "kind": kind})
 
-    lines = [(name, part) for name, part, _ in parts if "tension_top" in part]
-    bodies = [(name, part) for name, part, _ in parts if "buoy_position" in part]
+    lines, bodies = ([part for part in parts if key in part.record] for key in ("tension_top", "buoy_position"))
     for label, key in (("largest tension, upper end", "tension_top"), ("largest force at a lower end", "anchor_force")):
         able = [(name, _size(part[key].values)) for name, part in lines if key in part]
         if able:
@@ -151,16 +149,14 @@ def _facts(record, scene, advice):
 
 
 def _headings(scene):
-    """(name, [x, y]) of where waves, current, wind and the force on the buoy go."""
-    found = []
-    for name in ("waves", "current", "wind"):
-        part = getattr(scene, name)
-        if part is not None:
-            found.append([name, heading(part.direction_deg)[:2].tolist()])
-    if single(scene).external_force is not None:
-        force = np.array(single(scene).external_force.force[:2], dtype=float)
+    """(name, [x, y]) of where waves, current, and wind and force on each buoy go."""
+    named, several = {"waves": scene.waves, "current": scene.current}, len(scene.network.buoys) > 1
+    named |= {f"wind on {name}" if several else "wind": buoy.wind for name, buoy in scene.network.buoys.items()}
+    found = [[name, heading(part.direction_deg)[:2].tolist()] for name, part in named.items() if part is not None]
+    for name, buoy in scene.network.buoys.items():
+        force = np.array(buoy.external_force.force[:2] if buoy.external_force else (0.0, 0.0))
         if force.any():
-            found.append(["force", (force / np.linalg.norm(force)).tolist()])
+            found.append([f"force on {name}" if several else "force", (force / np.linalg.norm(force)).tolist()])
     return found
 
 
@@ -168,6 +164,5 @@ def _anchors(record):
     """(x, y) of the lower ends of the cables at first."""
     if "cable_position" not in record:
         return []
-    owner = record.get("cable_of_node")
-    first = [0] if owner is None else np.flatnonzero(np.diff(owner.values, prepend=-1))
+    first = np.flatnonzero(np.diff(record.cable_of_node.values, prepend=-1))
     return record.cable_position.values[0, first, :2].tolist()

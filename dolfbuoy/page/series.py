@@ -18,7 +18,7 @@ class Panel(dict):
 def columns_of(parts) -> list[tuple]:
     """(part, kind, title, unit, factor, [(name, values of all rows), ...]) of every panel of a record's parts."""
     found = []
-    for name, record, _ in parts:
+    for name, record in parts:
         if "tension_top" in record:
             unit, factor = force_unit([record.tension_top.max(), record.tension_anchor.max()])
             ends = [("upper end", record.tension_top.values), ("lower end", record.tension_anchor.values)]
@@ -86,10 +86,10 @@ def panels(columns, rows) -> list[Panel]:
     ]
 
 
-def envelopes(parts) -> list[dict]:
+def envelopes(parts, scene) -> list[dict]:
     """Least, mean and largest tension of every element of every cable behind the ramp [N], as `figures.envelope`."""
     found = []
-    for name, record, scene in parts:
+    for name, record in parts:
         if "cable_tension" not in record:
             continue
         frames, T = record.frame.values, record.cable_tension.values
@@ -107,10 +107,10 @@ def envelopes(parts) -> list[dict]:
     return found
 
 
-def spectra(parts) -> list[dict]:
+def spectra(parts, scene) -> list[dict]:
     """Power spectral densities of tensions and motions, as the figures have them; none of what is too short."""
     found = []
-    for name, record, scene in parts:
+    for name, record in parts:
         for title, unit, curves in _quantities(record):
             try:
                 rows, period = enough_for_a_spectrum(record.time.values, scene, f"spectrum of the {title}")

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from ..results.statistics import STATISTICS, described
+from ..results.statistics import STATISTICS, described, each_series
 from ..results.tables import unit_of
 from . import words
 from .document import joined, page, tag
@@ -39,15 +39,14 @@ def data_of(dataset) -> dict:
     """What the script of the page needs."""
     keys = dataset.attrs["varied"].split(", ")
     varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
-    names = [name for name in dataset.data_vars if name.endswith("_maximum")]
-    quantities = [name.removesuffix("_maximum") for name in names]
+    quantities = each_series(dataset, "maximum")
     kept = STATISTICS if len(quantities) * len(STATISTICS) * dataset.sizes["case"] <= MOST_NUMBERS else FEWER
     return {
         "kind": "sweep",
         "varied": varied,
         "status": _listed(dataset.status.values),
-        "quantities": [_quantity(dataset, name, kept) for name in quantities],
-        "main": [name for name in MAIN if name in quantities],
+        "quantities": [_quantity(*one, kept) for one in quantities],
+        "main": [label for main in MAIN for label, name, _ in quantities if name == main],
         "scene": "scene" in dataset.attrs,
         "source": dataset.attrs.get("source", ""),
         "records": _records(dataset),
@@ -64,9 +63,9 @@ def _listed(values):
     return [value.item() if isinstance(value, np.generic) else value for value in values]
 
 
-def _quantity(dataset, name, kept):
+def _quantity(label, name, dataset, kept):
     unit, long_name = described(name)
     columns = {statistic: dataset[f"{name}_{statistic}"].values for statistic in kept}
     unit, factor = unit_of(np.concatenate([columns[k] for k in kept if k != "dominant_period"]), unit)
     packed = {k: single(v if k == "dominant_period" else factor * v) for k, v in columns.items()}
-    return {"name": name, "said": long_name, "unit": unit, "statistics": packed}
+    return {"name": label, "said": long_name, "unit": unit, "statistics": packed}

@@ -7,8 +7,7 @@ import numpy as np
 from ..model.airy import AirySum
 from ..model.rigid import mass_properties, mooring_offset, shape_of
 from ..model.sea import crest_height, wind_at
-from ..scene.network import attached_ends, network_of, with_buoy
-from ..scene.network import single as one
+from ..scene.network import attached_ends
 from .pack import coarse, exact, single
 
 #: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
@@ -19,11 +18,12 @@ OUTSIDE = 0.005
 
 def view_of(record, scene, rows) -> dict:
     """The view of a record; rows: of the times at which buoys and forces are packed."""
-    network = network_of(scene)
+    network = scene.network
     found = base_view(scene, network)
     if "cable_position" in record:
         found["lines"] = _lines(record, network)
-    for buoy, position, orientation in zip(found["buoys"], *_poses(record, rows), strict=True):
+    for k, buoy in enumerate(found["buoys"]):
+        position, orientation = (record[f"buoy_{what}"].values[rows, k] for what in ("position", "orientation"))
         buoy |= {"position": coarse(position), "orientation": coarse(orientation), "start": position[0].tolist()}
     found["forces"], found["largestForce"] = _forces(record, scene, network, rows)
     found["box"] = box_around([*_places(record)], found["buoys"], scene)
@@ -73,19 +73,6 @@ def _waves(scene):
     return {name: exact(values) for name, values in packed.items()} | {"ramp": w.ramp}
 
 
-def _each(record, name, dimension):
-    """Values (time, n, ...) of a variable, with the dimension that it has if there are several."""
-    values = record[name].values
-    return values if dimension in record[name].dims else values[:, None]
-
-
-def _poses(record, rows):
-    """(rows, 3) and (rows, 4) of every buoy."""
-    if "buoy_position" not in record:
-        return [], []
-    return tuple(np.moveaxis(_each(record, n, "buoy")[rows], 1, 0) for n in ("buoy_position", "buoy_orientation"))
-
-
 # -- lines -------------------------------------------------------------------------------------------------------------
 
 
@@ -117,8 +104,7 @@ def cables(record, network) -> list[dict]:
     for k, name in enumerate(network.cables):
         spans = []
         for dimension in ("node", "cell"):
-            owner = record.get(f"cable_of_{dimension}")
-            own = np.arange(record.sizes[dimension]) if owner is None else np.flatnonzero(owner.values == k)
+            own = np.flatnonzero(record[f"cable_of_{dimension}"].values == k)
             spans.append([int(own[0]), int(own[-1]) + 1])
         (a, b), (c, d) = spans
         found.append({"name": name, "node": [a, b], "cell": [c, d], "per": (b - a - 1) // (d - c)})
@@ -129,7 +115,7 @@ def joints_of(record, nodes) -> list[int]:
     """The node at every joint, by where both are at first."""
     if "joint_position" not in record:
         return []
-    places = record.joint_position.values.reshape(-1, record.sizes["joint"], 3)[0]
+    places = record.joint_position.values[0]
     return [int(np.linalg.norm(nodes - place, axis=1).argmin()) for place in places]
 
 
@@ -181,33 +167,32 @@ def _forces(record, scene, network, rows):
         found.append({"values": coarse(values), **what})
 
     if "mooring_force" in record:
-        forces = _each(record, "mooring_force", "attachment")
         for i, (k, end) in enumerate(attached_ends(network)):
-            add(forces[rows, i], kind="pulls", **_on_buoy(network, k, end))
+            add(record.mooring_force.values[rows, i], kind="pulls", **_on_buoy(network, k, end))
     spans = cables(record, network) if "cable_position" in record else []
     for k in range(len(spans)):
         for name, piece, end in (("anchor_force", network.first_of(k), 0), ("end_tension", network.last_of(k), 1)):
             if name in record and network.pieces[piece].ends[end].held:
-                add(_each(record, name, "cable")[rows, k], kind="holds", node=_end_node(network, spans, piece, end))
-    for b, name in enumerate(network.buoys):
-        for values, place in _from_outside(record, with_buoy(scene, name), b, rows):
+                add(record[name].values[rows, k], kind="holds", node=_end_node(network, spans, piece, end))
+    for b, buoy in enumerate(network.buoys.values()):
+        for values, place in _from_outside(record, buoy, b, rows):
             add(values, kind="outside", buoy=b, place=[0.0, 0.0, place])
     return found, max(sizes)
 
 
-def _from_outside(record, scene, number, rows):
-    """(force (rows, 3), height of its place over C) of wind and external force on a buoy; scene: of that one alone."""
-    center = mass_properties(one(scene).buoy, shape_of(one(scene).buoy)).height
-    if one(scene).external_force:
-        height = one(scene).external_force.height
-        yield np.tile(one(scene).external_force.force, (len(rows), 1)), 0.0 if height is None else height - center
-    if one(scene).wind:
-        z = _each(record, "buoy_position", "buoy")[rows, number, 2] + one(scene).wind.height - center
+def _from_outside(record, buoy, number, rows):
+    """(force (rows, 3), height of its place over C) of wind and external force on a buoy, a section."""
+    center = mass_properties(buoy, shape_of(buoy)).height
+    force, wind = buoy.external_force, buoy.wind
+    if force:
+        yield np.tile(force.force, (len(rows), 1)), 0.0 if force.height is None else force.height - center
+    if wind:
+        z = record.buoy_position.values[rows, number, 2] + wind.height - center
         if "surface_elevation" in record:
-            z = z - _each(record, "surface_elevation", "buoy")[rows, number]
+            z = z - record.surface_elevation.values[rows, number]
         known = np.linspace(z.min(), z.max(), 16)
-        forces = np.array([wind_at(one(scene).wind, height) for height in known])
-        yield np.array([np.interp(z, known, column) for column in forces.T]).T, one(scene).wind.height - center
+        forces = np.array([wind_at(wind, height) for height in known])
+        yield np.array([np.interp(z, known, column) for column in forces.T]).T, wind.height - center
 
 
 # -- the frame of the picture ------------------------------------------------------------------------------------------

@@ -5,7 +5,6 @@ from mpi4py import MPI
 from ..check import check, derived
 from ..errors import InputError, SolveError
 from ..results.summary import remaining_amplitude
-from ..scene.network import network_of
 from ..scene.settings import SCHEMES, period_of
 from .document import Markup, tag
 from .words import paragraphs, section, table
@@ -37,9 +36,9 @@ def settings_of(record, scene) -> list[tuple[str, str]]:
     period = period_of(scene)
     if period is not None and time.tolerance is None:
         rows.append(("steps in a period of the drive", f"{period / time.step:.4g}"))
-    elements = [str(piece.section.elements) for piece in network_of(scene).pieces]
+    elements = [str(piece.section.elements) for piece in scene.network.pieces]
     if elements:
-        first = network_of(scene).pieces[0].section
+        first = scene.network.pieces[0].section
         rows.append(("elements", f"P{first.position_degree}-P{first.tension_degree}, {_counted(elements)}"))
     rows.append(("unknowns", str(record.attrs["unknowns"])))
     if len(steps):

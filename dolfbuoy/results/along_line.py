@@ -11,7 +11,7 @@ from .style import COLORS, COLUMN, Figure, LineCollection, new_figure
 from .tables import force_unit
 
 
-@figure_of("cable_position")
+@figure_of("cable_position", part="cable")
 def shapes(record, scene=None) -> Figure:
     """Shapes of the cable from the side, coloured by time: over the last period, or over the run; water and bed."""
     chosen = _chosen_frames(record.frame.values, period_of(scene))
@@ -79,7 +79,7 @@ def _chosen_frames(frames, period, count=13):
     return np.unique(np.linspace(first, len(frames) - 1, count).round().astype(int))
 
 
-@figure_of("cable_tension", "s_cell")
+@figure_of("cable_tension", "s_cell", part="cable")
 def envelope(record, scene=None) -> Figure:
     """Least, mean and largest tension along the cable over the frames after the ramp, a value per element."""
     frames = record.frame.values

@@ -5,6 +5,7 @@ import numpy as np
 from ..errors import InputError
 from ..scene import kept_scene
 from ..scene.settings import period_of, ramp_of
+from .record import check_format
 from .statistics import TURNING
 
 #: Least number of instants, and of periods of the drive, of which there is a spectrum.
@@ -20,9 +21,10 @@ class TooShort(InputError):
 
 
 def scene_of(record):
-    """The scene of a record, which stands in its attributes.  Raises InputError if it does not."""
+    """The scene of a record, which stands in its attributes.  Raises InputError if not, or for an old one."""
     if "scene" not in record.attrs:
         raise InputError("This record does not carry its scene: give the scene beside it.")
+    check_format(record.attrs, "This record")
     return kept_scene(record.attrs["scene"])
 
 

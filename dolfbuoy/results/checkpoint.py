@@ -14,7 +14,7 @@ from ..scene import Scene, kept_scene, load_scene
 from ..writing import replacing
 from .record import undamaged
 
-FORMAT = 3
+FORMAT = 4  #: goes up with that of the record too
 NAME = "checkpoint.npz"
 
 
@@ -93,7 +93,10 @@ def _read(path):
             if not min(tree["rows"][axis] for axis in ("time", "frame")) >= 0 <= min(s["t"] for s in tree["states"]):
                 raise ValueError("times and numbers of rows are not negative")
     if number != FORMAT:
-        raise InputError(f"{path} has format {number}; this version resumes format {FORMAT} only.")
+        raise InputError(
+            f"{path} has format {number}, and this version resumes format {FORMAT} only, whose records have the "
+            "dimensions cable and buoy always: the run can only begin anew, with --overwrite."
+        )
     return tree
 
 

@@ -3,16 +3,17 @@
 import functools
 from collections.abc import Callable
 
-from ..scene.network import is_network
 from .behind_ramp import Missing, scene_of
+from .parts import names_of, part_of
 from .style import STYLE, matplotlib
 
 
-def figure_of(*needs: str, network: bool = False) -> Callable:
+def figure_of(*needs: str, part: str | None = None) -> Callable:
     """A function (record, scene=None, ...) that draws what these variables of a record say, as a figure.
 
-    The scene is by default the one that the record carries.  network: whether it draws a whole network too.  The
-    function raises Missing for a record without the variables, TooShort for one that ends too early.
+    The scene is by default the one that the record carries.  part: "cable" or "buoy" if it draws one, which then is a
+    keyword too: the name of the one, by default of the only one.  The function raises Missing for a record without the
+    variables, or without that part, TooShort for one that ends too early.
     """
 
     def decorate(draw):
@@ -24,17 +25,24 @@ def figure_of(*needs: str, network: bool = False) -> Callable:
             if not record.sizes.get("time"):
                 raise Missing("This is not the record of a run: compute it with simulate, or dolfbuoy run.")
             scene = scene or scene_of(record)
-            if is_network(scene) and not network:
-                raise Missing(
-                    f"figures.{draw.__name__} draws one cable or one buoy: give record and scene of one of "
-                    "results.parts.parts_of(record, scene), as figures.draw_all does."
-                )
+            if part is not None:
+                record = part_of(record, part, _chosen(record, part, draw.__name__, options.pop(part, None)))
             with matplotlib.rc_context(STYLE):
                 return draw(record, scene, *arguments, **options)
 
+        figure.part = part
         return figure
 
     return decorate
+
+
+def _chosen(record, part, figure, name):
+    """A name of a record's cables or buoys: this one, or that of the only one."""
+    names = names_of(record, part)
+    if name not in names and (name is not None or len(names) > 1):
+        said = f"{part} = {name!r} is none" if name is not None else f"give {part}=NAME"
+        raise Missing(f"figures.{figure} draws one {part} of {', '.join(names)}: {said}.")
+    return names[0] if name is None else name
 
 
 def at_least(axes, span: float = 1e-3) -> None:

@@ -22,8 +22,8 @@ from .certainty import HOURS
 from .extremes import COVERED, Gumbel, fit_gumbel
 from .offsets import smallest_circle
 from .record import UNFIT, read, undamaged
-from .sample import ADDED, FIXED_POINT, NUMBERS, sample_of
-from .statistics import described
+from .sample import FIXED_POINT, NUMBERS, sample_of
+from .statistics import OF_PART, Spread, described
 
 #: Series that are elevations of the water.
 ELEVATIONS = ("surface_elevation", FIXED_POINT)
@@ -133,23 +133,29 @@ def set_of(scene: Scene) -> str:
 
 
 def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
-    """Over `run`: <series>_<number> of NUMBERS, <series>_equivalent_load, <series>_damage.  Over `set`: the circle of
-    offsets, <series>_most_probable(set, bound) of 3 h, and u and b of its distribution.  <series>_peak, with
-    _peak_exceedance, and <series>_range, with _range_count: pooled over the set that _peak_set and _range_set number.
+    """Over `run` and, if it is of one, `cable` or `buoy`: <series>_<number> of NUMBERS, <series>_equivalent_load,
+    <series>_damage.  Over `set` and the same: the circle of offsets, <series>_most_probable (.., bound) of 3 h, and u
+    and b of its distribution.  <series>_peak, with _peak_exceedance, and <series>_range, with _range_count: pooled over
+    the set that _peak_set and _range_set number, of the cable or buoy that _peak_cable, ... names.
     """
     names = list(dict.fromkeys(run.set for run in runs))
     member = np.array([names.index(run.set) for run in runs])
     seconds = np.array([run.seconds for run in runs], dtype=float)
+    spread = Spread(_labels(runs, "series"))
     data = {"seconds": ("run", seconds, {"units": "s", "long_name": "computing time"})}
-    data |= _numbers(runs) | _wear(runs, fatigue) | _circles(runs, member, len(names))
-    for kept, pool in (("peaks", _peaks), ("cycles", _ranges)):
-        for label in dict.fromkeys(label for run in runs for label in run.sample[kept]):
-            data |= pool(label, [_pooled(runs, member == k, kept, label) for k in range(len(names))])
-    found, notes = _extremes(runs, member, len(names))
+    data |= _numbers(runs, spread) | _wear(runs, fatigue, spread) | _circles(runs, member, spread.names.get("buoy"))
+    for kept, make in (("peaks", _peaks), ("cycles", _ranges)):
+        pools = {
+            label: [_pooled(runs, member == k, kept, label) for k in range(len(names))] for label in _labels(runs, kept)
+        }
+        for name in dict.fromkeys(label.partition(OF_PART)[0] for label in pools):
+            data |= make(name, {label: pool for label, pool in pools.items() if label.partition(OF_PART)[0] == name})
+    found, notes = _extremes(runs, member, spread)
     coordinates = {
         "run": ("run", [run.name for run in runs]),
         "set": ("set", np.arange(len(names))),
         "set_of_run": ("run", member),
+        **spread.names,
     }
     if found:
         coordinates["bound"] = ("bound", ["estimate", "low", "high"])
@@ -171,86 +177,100 @@ def _parted(runs):
     return [f"Lines parted, {which}; numbers mix what was before and after, unless --from is later than that."]
 
 
-def described_here(label: str) -> tuple[str, str]:
-    """(unit, long name) of a series of a sample."""
-    return ADDED[label] if label in ADDED else described(label)
+def _labels(runs, kept):
+    """Of the series, peaks or cycles of runs."""
+    return list(dict.fromkeys(label for run in runs for label in run.sample[kept]))
 
 
-def _over_runs(runs, get: Callable, unit, text):
-    return "run", np.array([get(run.sample) for run in runs], dtype=float), {"units": unit, "long_name": text}
+def _over_runs(runs, get: Callable):
+    return np.array([get(run.sample) for run in runs], dtype=float)
 
 
-def _numbers(runs):
-    data = {key: _over_runs(runs, lambda s, key=key: s[key], "s", text) for key, text in _TIMES.items()}
-    for label in dict.fromkeys(label for run in runs for label in run.sample["series"]):
-        unit, text = described_here(label)
-        for number in NUMBERS:
-            units = {"skewness": "1", "period": "s", "memory": "s"}.get(number, unit)
+def _numbers(runs, spread):
+    said = {key: {"units": "s", "long_name": text} for key, text in _TIMES.items()}
+    data = {key: ("run", _over_runs(runs, lambda s, key=key: s[key]), said[key]) for key in _TIMES}
+    labels = _labels(runs, "series")
+    for number in NUMBERS:
 
-            def get(sample, label=label, number=number):
-                return sample["series"].get(label, {}).get(number, np.nan)
+        def column(label, number=number):
+            return _over_runs(runs, lambda s: s["series"].get(label, {}).get(number, np.nan))
 
-            data[f"{label}_{number}"] = _over_runs(runs, get, units, f"{number.replace('_', ' ')}: {text}")
-        if label in ELEVATIONS:
-            data |= _of_the_sea(label, data[f"{label}_standard_deviation"][1], text)
+        for name, (dims, values) in spread({label: column(label) for label in labels}, "run").items():
+            unit, text = described(name)
+            unit = {"skewness": "1", "period": "s", "memory": "s"}.get(number, unit)
+            said = {"units": unit, "long_name": f"{number.replace('_', ' ')}: {text}"}
+            data[f"{name}_{number}"] = dims, values, said
+            if number == "standard_deviation" and name in ELEVATIONS:
+                data |= _of_the_sea(name, dims, values, text)
     return data
 
 
-def _of_the_sea(label, deviation, text):
+def _of_the_sea(name, dims, deviation, text):
     """Variance and significant height of an elevation; its mean period is there already."""
+    height = {"units": "m", "long_name": f"significant height 4 sqrt(m0): {text}"}
     return {
-        f"{label}_m0": ("run", deviation**2, {"units": "m2", "long_name": f"variance m0: {text}"}),
-        f"{label}_Hs": ("run", 4 * deviation, {"units": "m", "long_name": f"significant height 4 sqrt(m0): {text}"}),
+        f"{name}_m0": (dims, deviation**2, {"units": "m2", "long_name": f"variance m0: {text}"}),
+        f"{name}_Hs": (dims, 4 * deviation, height),
     }
 
 
 _TIMES = {"start": "first instant that counts", "duration": "length of the time that counts"}
 
 
-def _wear(runs, fatigue):
+def _wear(runs, fatigue, spread):
     """Equivalent loads, and with a constant Miner sums."""
-    data = {}
-    for label in dict.fromkeys(label for run in runs for label in run.sample["cycles"]):
-        unit, text = described_here(label)
+    data, labels = {}, _labels(runs, "cycles")
 
-        def load(sample, label=label):
-            ranges, counts = map(np.array, sample["cycles"].get(label, ([], [])))
-            return cycles.equivalent_load(ranges, counts, fatigue.exponent, fatigue.frequency * sample["duration"])
+    def ranges(sample, label):
+        return map(np.array, sample["cycles"].get(label, ([], [])))
 
-        def damage(sample, label=label):
-            ranges, counts = map(np.array, sample["cycles"].get(label, ([], [])))
-            return cycles.miner_sum(ranges, counts, fatigue.exponent, fatigue.constant)
+    def load(label):
+        m, f = fatigue.exponent, fatigue.frequency
+        return _over_runs(runs, lambda s: cycles.equivalent_load(*ranges(s, label), m, f * s["duration"]))
 
-        data[f"{label}_equivalent_load"] = _over_runs(runs, load, unit, f"damage-equivalent range: {text}")
-        if fatigue.constant:
-            data[f"{label}_damage"] = _over_runs(runs, damage, "1", f"Miner sum of the run: {text}")
+    def damage(label):
+        return _over_runs(runs, lambda s: cycles.miner_sum(*ranges(s, label), fatigue.exponent, fatigue.constant))
+
+    for name, (dims, values) in spread({label: load(label) for label in labels}, "run").items():
+        unit, text = described(name)
+        said = {"units": unit, "long_name": f"damage-equivalent range: {text}"}
+        data[f"{name}_equivalent_load"] = dims, values, said
+    if fatigue.constant:
+        for name, (dims, values) in spread({label: damage(label) for label in labels}, "run").items():
+            said = {"units": "1", "long_name": f"Miner sum of the run: {described(name)[1]}"}
+            data[f"{name}_damage"] = dims, values, said
     return data
 
 
-def _circles(runs, member, sets):
+def _circles(runs, member, buoys):
     """The smallest circle around the tracks of each set, anywhere and about the anchor; the hulls of the tracks."""
-    tracks = [np.reshape(run.sample.get("corners", []), (-1, 2)) for run in runs]
-    if not any(len(track) for track in tracks):
+    if not any(run.sample.get("corners") for run in runs):
         return {}
-    circles, watch = np.full((sets, 3), np.nan), np.full(sets, np.nan)
-    for k in range(sets):
+    tracks = {
+        (i, j): run.sample.get("corners", {}).get(b, []) for i, run in enumerate(runs) for j, b in enumerate(buoys)
+    }
+    size = (member.max() + 1, len(buoys))
+    circles, watch = np.full((3, *size), np.nan), np.full(size, np.nan)
+    for k, j in np.ndindex(size):
         mine = np.flatnonzero(member == k)
-        points = np.concatenate([tracks[i] for i in mine])
-        if len(points):
-            centre, radius = smallest_circle(points)
-            circles[k] = *centre, radius
-            watch[k] = max(runs[i].sample.get("watch_circle", np.nan) for i in mine)
-    text = "the smallest circle that holds the tracks of C"
-    x, y = np.concatenate(tracks).T
+        points = [point for i in mine for point in tracks[i, j]]
+        if points:
+            centre, radius = smallest_circle(np.array(points))
+            circles[:, k, j] = *centre, radius
+            watch[k, j] = max(runs[i].sample.get("watch_circle", {}).get(buoys[j], np.nan) for i in mine)
+    text, dims = "the smallest circle that holds the tracks of C", ("set", "buoy")
+    corners = [(member[i], buoys[j], *point) for (i, j), track in tracks.items() for point in track]
+    sets, names, x, y = zip(*corners, strict=True)
     told = {"units": "m", "long_name": "corners of the convex hull of the track of C"}
     return {
-        "circle_x": ("set", circles[:, 0], {"units": "m", "long_name": f"x of the middle of {text}"}),
-        "circle_y": ("set", circles[:, 1], {"units": "m", "long_name": f"y of the middle of {text}"}),
-        "circle_radius": ("set", circles[:, 2], {"units": "m", "long_name": f"radius of {text}"}),
-        "watch_circle_radius": ("set", watch, {"units": "m", "long_name": f"about the anchor: radius of {text}"}),
-        "corner_set": ("corner", np.repeat(member, [len(track) for track in tracks]), {"long_name": "set"}),
-        "corner_x": ("corner", x, told),
-        "corner_y": ("corner", y, told),
+        "circle_x": (dims, circles[0], {"units": "m", "long_name": f"x of the middle of {text}"}),
+        "circle_y": (dims, circles[1], {"units": "m", "long_name": f"y of the middle of {text}"}),
+        "circle_radius": (dims, circles[2], {"units": "m", "long_name": f"radius of {text}"}),
+        "watch_circle_radius": (dims, watch, {"units": "m", "long_name": f"about the anchor: radius of {text}"}),
+        "corner_set": ("corner", np.array(sets), {"long_name": "set"}),
+        "corner_buoy": ("corner", np.array(names), {"long_name": "buoy"}),
+        "corner_x": ("corner", np.array(x), told),
+        "corner_y": ("corner", np.array(y), told),
     }
 
 
@@ -260,35 +280,37 @@ def _pooled(runs, members, kept, label):
     return tuple(np.concatenate([np.asarray(pair[i], dtype=float) for pair in pairs]) for i in range(2))
 
 
-def _peaks(label, pools):
-    unit, text = described_here(label)
-    ordered = [cycles.exceedance(*pool) for pool in pools]
-    return _ragged(
-        f"{label}_peak",
-        {
-            "": ([values for values, _ in ordered], unit, f"peaks: {text}"),
-            "_exceedance": ([share for _, share in ordered], "1", "probability that a peak is as high or higher"),
-        },
-    )
+def _peaks(name, pools):
+    unit, text = described(name)
+    ordered = {label: [cycles.exceedance(*pool) for pool in of_sets] for label, of_sets in pools.items()}
+    said = {"": (unit, f"peaks: {text}"), "_exceedance": ("1", "probability that a peak is as high or higher")}
+    return _ragged(f"{name}_peak", ordered, said)
 
 
-def _ranges(label, pools):
-    unit, text = described_here(label)
-    return _ragged(
-        f"{label}_range",
-        {
-            "": ([values for values, _ in pools], unit, f"rainflow ranges: {text}"),
-            "_count": ([counts for _, counts in pools], "1", "cycles of this range, half cycles as 0.5"),
-        },
-    )
+def _ranges(name, pools):
+    unit, text = described(name)
+    said = {"": (unit, f"rainflow ranges: {text}"), "_count": ("1", "cycles of this range, half cycles as 0.5")}
+    return _ragged(f"{name}_range", pools, said)
 
 
-def _ragged(name, columns):
-    """Variables of different lengths for each set, one behind the other; {name}_set numbers the sets."""
-    lengths = [len(values) for values in columns[""][0]]
-    data = {f"{name}_set": (f"{name}_number", np.repeat(np.arange(len(lengths)), lengths), {"long_name": "set"})}
-    for suffix, (values, unit, text) in columns.items():
-        data[name + suffix] = (f"{name}_number", np.concatenate(values), {"units": unit, "long_name": text})
+def _ragged(name, pools, said):
+    """Variables of different lengths for each set, one behind the other; {name}_set numbers the sets, and {name}_cable,
+    or whatever they are of, names it.
+
+    pools: label -> [(values of one, values of the other variable), ...] of each set.  said: ending -> (unit, text).
+    """
+    over, parts = f"{name}_number", [(Spread.place(label), pools[label]) for label in pools]
+    dimension = parts[0][0][0]
+    lengths = [[len(pair[0]) for pair in of_sets] for _, of_sets in parts]
+    data = {
+        f"{name}_set": (over, np.concatenate([np.repeat(np.arange(len(n)), n) for n in lengths]), {"long_name": "set"})
+    }
+    if dimension:
+        names = np.repeat([part for (_, part), _ in parts], [sum(n) for n in lengths])
+        data[f"{name}_{dimension}"] = (over, names, {"long_name": dimension})
+    for i, (ending, (unit, text)) in enumerate(said.items()):
+        values = np.concatenate([pair[i] for _, of_sets in parts for pair in of_sets])
+        data[name + ending] = (over, values, {"units": unit, "long_name": text})
     return data
 
 
@@ -300,11 +322,11 @@ def gumbels(runs: list[Run], label: str) -> tuple[Gumbel, float]:
     return fit_gumbel([run.sample["series"][label]["maximum"] for run in runs]), float(lengths[0])
 
 
-def _extremes(runs, member, sets):
+def _extremes(runs, member, spread):
     """(variables over set, sentences about what there is not)."""
-    data, reasons = {}, {}
-    for label in dict.fromkeys(label for run in runs for label in run.sample["peaks"]):
-        rows = np.full((sets, 5), np.nan)
+    columns, reasons, sets = {}, {}, member.max() + 1
+    for label in _labels(runs, "peaks"):
+        rows = columns[label] = np.full((sets, 5), np.nan)
         for k in range(sets):
             try:
                 gumbel, length = gumbels([run for run, m in zip(runs, member, strict=True) if m == k], label)
@@ -313,19 +335,21 @@ def _extremes(runs, member, sets):
                 continue
             times = HOURS * 3600 / length
             rows[k] = gumbel.most_probable(times), *gumbel.interval(times), gumbel.location, gumbel.scale
+    data = {}
+    for name, (dims, rows) in spread(columns, "set", "bound").items():
         if np.isfinite(rows).any():
-            data |= _extreme(label, rows)
+            data |= _extreme(name, dims, rows)
     return data, list(_told(reasons, sets))
 
 
-def _extreme(label, rows):
-    unit, text = described_here(label)
+def _extreme(name, dims, rows):
+    unit, text = described(name)
     told = {"units": unit, "long_name": f"most probable largest value of {HOURS:g} h: {text}"}
     scale = {"units": unit, "long_name": f"of Gumbel's distribution of the largest value of a run: {text}"}
     return {
-        f"{label}_most_probable": (("set", "bound"), rows[:, :3], told),
-        f"{label}_gumbel_location": ("set", rows[:, 3], scale),
-        f"{label}_gumbel_scale": ("set", rows[:, 4], scale),
+        f"{name}_most_probable": (dims, rows[..., :3], told),
+        f"{name}_gumbel_location": (dims[:-1], rows[..., 3], scale),
+        f"{name}_gumbel_scale": (dims[:-1], rows[..., 4], scale),
     }
 
 

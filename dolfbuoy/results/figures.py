@@ -10,14 +10,13 @@ It raises InputError where the record lacks what it needs; saving is the caller'
 from collections.abc import Callable
 from pathlib import Path
 
-from ..scene.network import is_network
 from ..writing import made
 from .along_line import envelope, shapes
 from .behind_ramp import Missing, TooShort
 from .folder import enlist
 from .over_time import cone_angle, heave, roll_pitch_yaw, tension
 from .paraview import read_run
-from .parts import Part, parts_of
+from .parts import names_of
 from .paths import orbit, track, trajectory
 from .record import UNFIT, undamaged
 from .snapshot import snapshot
@@ -46,28 +45,25 @@ __all__ = [*FIGURES, "draw_all"]
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
-    Of a network there is a snapshot of the whole; each cable and each buoy has its own of the others, with its name
-    behind that of the figure.
+    The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name behind that
+    of the figure.
 
     say: called with a sentence for each that the run is too short for.  Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    target, written, parts = Path(folder) / "figures", [], parts_of(record, scene)
-    if is_network(scene):
-        parts = [Part("", record, scene), *parts]
-    for part, known, alone in parts:
-        for name, draw in FIGURES.items():
-            if part and name == "snapshot" and "cable_position" in known:
-                continue  # the whole has it
+    target, written = Path(folder) / "figures", []
+    for name, draw in FIGURES.items():
+        parts = names_of(record, draw.part) if draw.part else []
+        for part in parts or [None]:
             try:
                 with undamaged(Path(folder) / "results.nc", UNFIT):
-                    figure = draw(known, alone)
+                    figure = draw(record, scene, **({draw.part: part} if part else {}))
             except Missing:
                 continue
             except TooShort as reason:
                 say(str(reason))
                 continue
-            file = target / (f"{name}_{part.replace('-', '_')}" if part else name)
+            file = target / (f"{name}_{part.replace('-', '_')}" if len(parts) > 1 else name)
             made(folder, target.name)
             enlist(folder, files_of(file))
             written += save(figure, file)

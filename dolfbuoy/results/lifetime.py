@@ -14,15 +14,17 @@ from ..roots import brentq
 from ..scene.variants import probabilities
 from . import cycles
 from .certainty import HOURS
-from .ensemble import Fatigue, Run, described_here, gumbels
+from .ensemble import Fatigue, Run, gumbels
+from .statistics import OF_PART, described
 
 #: Years of the largest value, by default.
 YEARS = 50.0
 
 
 def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:
-    """Over `series`: damage per year, life in years, equivalent load of the whole year, and the value that the largest
-    of 3 h exceeds once in so many years on the average (nan: some sea state has too few seeds).
+    """Over `series`, each of the cable or buoy `part`: damage per year, life in years, equivalent load of the whole
+    year, and the value that the largest of 3 h exceeds once in so many years on the average (nan: some sea state has
+    too few seeds).
 
     scatter: CSV with the keys that the sweep varies and `probability`.  Raises InputError if a sea state with a
     probability has no run.
@@ -39,7 +41,9 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
         "largest": f"exceeded by the largest of {HOURS:g} h once in {years:g} years, in the unit of the series",
     }
     data = {n: ("series", np.array([row[n] for row in rows]), {"long_name": text}) for n, text in names.items()}
-    coordinates = {"series": labels, "unit": ("series", [described_here(label)[0] for label in labels])}
+    series, parts = ([label.partition(OF_PART)[i] for label in labels] for i in (0, 2))
+    coordinates = {"series": series, "part": ("series", parts)}
+    coordinates["unit"] = ("series", [described(label)[0] for label in labels])
     told = {"years": years, "probability": sum(p for p, _ in states), "notes": _why_not(labels, states, years)}
     return xr.Dataset(data, coordinates, attrs=told)
 

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from . import style
-from .statistics import STATISTICS, described
+from .statistics import STATISTICS, Spread, described, each_series
 from .style import Figure, matplotlib
 
 
@@ -15,14 +15,17 @@ def collect(rows: list[dict]) -> xr.Dataset:
     keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
     data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
-    for name in dict.fromkeys(name for row in rows for name in row["statistics"]):
-        unit, long_name = described(name)
-        for statistic in STATISTICS:
-            values = [row["statistics"].get(name, {}).get(statistic, np.nan) for row in rows]
-            period = statistic == "dominant_period"
-            attributes = {"units": "s" if period else unit, "long_name": f"{statistic.replace('_', ' ')}: {long_name}"}
-            data[f"{name}_{statistic}"] = ("case", np.array(values, dtype=float), attributes)
-    return xr.Dataset(data, attrs={"varied": ", ".join(keys)})
+    labels = list(dict.fromkeys(label for row in rows for label in row["statistics"]))
+    spread = Spread(labels)
+    for statistic in STATISTICS:
+        found = ([row["statistics"].get(label, {}).get(statistic, np.nan) for row in rows] for label in labels)
+        columns = {label: np.array(values, dtype=float) for label, values in zip(labels, found, strict=True)}
+        for name, (dims, values) in spread(columns, "case").items():
+            unit, long_name = described(name)
+            unit = "s" if statistic == "dominant_period" else unit
+            said = {"units": unit, "long_name": f"{statistic.replace('_', ' ')}: {long_name}"}
+            data[f"{name}_{statistic}"] = (dims, values, said)
+    return xr.Dataset(data, spread.names, attrs={"varied": ", ".join(keys)})
 
 
 def _column(values):
@@ -32,15 +35,8 @@ def _column(values):
     return np.array([v if isinstance(v, str) else json.dumps(v) for v in values], dtype=object)
 
 
-#: Beginnings and ends of the quantities in the figure, those of them that are there; of several cables or buoys there
-#: is one of each, with its name in between.
-SHOWN = (
-    ("tension_top", ""),
-    ("tension_anchor", ""),
-    ("buoy_position", "_x"),
-    ("buoy_position", "_z"),
-    ("cone_angle", ""),
-)
+#: Quantities in the figure, those of them that are there, of every cable and buoy.
+SHOWN = ("tension_top", "tension_anchor", "buoy_position_x", "buoy_position_z", "cone_angle")
 MOST_PANELS = 10
 #: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
 MOST_BARS = 200
@@ -50,30 +46,25 @@ MOST_BARS = 200
 def draw(dataset: xr.Dataset) -> Figure:
     """Mean and range of the main quantities: over the first varied key if it is a number, a colour for each combination
     of the others; else, or where these are too many to tell apart, case by case."""
-    names = [str(name).removesuffix("_mean") for name in dataset if str(name).endswith("_mean")]
-    names = [name for shown in SHOWN for name in names if _is(name, *shown)][:MOST_PANELS]
-    figure = style.new_figure(style.PAGE, 1.9 * max(len(names), 1) + 0.8)
-    axes = np.atleast_1d(figure.subplots(max(len(names), 1), 1, sharex=True))
+    series = [one for shown in SHOWN for one in each_series(dataset, "mean") if one[1] == shown][:MOST_PANELS]
+    figure = style.new_figure(style.PAGE, 1.9 * max(len(series), 1) + 0.8)
+    axes = np.atleast_1d(figure.subplots(max(len(series), 1), 1, sharex=True))
     label, groups = _groups(dataset)
     width = 0.015 * max(np.ptp(np.concatenate([x for _, x, _ in groups])), 1e-12)
-    for axis, name in zip(axes, names, strict=False):
-        mean, low, high = (dataset[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
+    for axis, (said, name, one) in zip(axes, series, strict=False):
+        mean, low, high = (one[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
         for k, (group, x, cases) in enumerate(groups):
             good = np.isfinite(mean.values[cases])
             cases = cases[good]
             place, values = x[good] + width * (k - (len(groups) - 1) / 2), [v.values[cases] for v in (mean, low, high)]
             (_cloud if dataset.sizes["case"] > MOST_BARS else _bars)(axis, place, *values, group)
-        axis.set_ylabel(f"{name.replace('_', ' ')} [{mean.attrs['units']}]")
+        axis.set_ylabel(f"{said.replace('_', ' ')} [{mean.attrs['units']}]")
     axes[-1].set_xlabel(label)
     if len(groups) > 1:
         axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     title = dataset.attrs.get("title", "")
     figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize=9)
     return figure
-
-
-def _is(name, begin, end):
-    return name == begin + end or (name.startswith(f"{begin}_") and name.endswith(end))
 
 
 def _bars(axis, x, mean, low, high, label):

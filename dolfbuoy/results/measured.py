@@ -11,7 +11,6 @@ from mpi4py import MPI
 from ..errors import InputError
 from ..motion.simulation import Simulation
 from ..scene import Scene
-from ..scene.network import network_of
 from ..scene.settings import ramp_of
 from ..writing import replacing
 from .observe import cone_angle
@@ -33,7 +32,7 @@ def window_start(scene: Scene) -> float:
 
 def quantities_of(scene: Scene) -> list[str]:
     """Those of QUANTITIES that vary in the scene."""
-    network = network_of(scene)
+    network = scene.network
     tops = [network.pieces[network.last_of(cable)].ends[1] for cable in range(len(network.cables))]
     free = all(end.kind == "free" for end in tops)
     tensions = ["tension_top", "tension_anchor"][1 if free else 0 :] if tops else []

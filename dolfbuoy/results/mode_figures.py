@@ -5,14 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..meshes import HullShape
-from ..model.rigid import mass_properties, rotation_of
+from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import heading
-from ..scene.network import network_of
 from ..writing import made
 from .folder import enlist
 from .mode_record import KINDS, enlargement
-from .paraview import cable_meshes, hull_meshes, write_series
+from .paraview import cable_meshes, file_of, hull_meshes, write_series
 from .parts import parts_of
 from .record import FIXED
 from .style import COLORS, PAGE, STYLE, Figure, files_of, legend_below, matplotlib, new_figure, save
@@ -87,15 +85,11 @@ class _Pose:
         self.nodes, self.hulls = None, []
         if "cable_position" in mode:
             positions = dataset.rest_cable_position.values + moved("cable_position")
-            line = dataset.get("cable_of_node")
-            starts = [] if line is None else np.flatnonzero(np.diff(line.values)) + 1
-            self.nodes = np.split(positions, starts)
+            self.nodes = np.split(positions, np.flatnonzero(np.diff(dataset.cable_of_node.values)) + 1)
         if "buoy_position" in mode:
-            at_rest = (dataset.rest_buoy_position.values, dataset.rest_buoy_orientation.values)
-            centers = np.reshape(at_rest[0] + moved("buoy_position"), (-1, 3))
-            turns = np.reshape(moved("buoy_rotation"), (-1, 3))
-            poses = zip(network_of(scene).buoys.values(), centers, np.reshape(at_rest[1], (-1, 4)), turns, strict=True)
-            for buoy, center, q4, turn in poses:
+            centers = dataset.rest_buoy_position.values + moved("buoy_position")
+            turns = dataset.rest_buoy_orientation.values, moved("buoy_rotation")
+            for buoy, center, q4, turn in zip(scene.network.buoys.values(), centers, *turns, strict=True):
                 self.hulls.append(_outline(buoy, center, rotation_vector(turn) @ rotation_of(q4)))
 
     def curves(self, view):
@@ -118,7 +112,7 @@ def rotation_vector(turn) -> np.ndarray:
 
 def _outline(buoy, center, R):
     """view -> the silhouette of a buoy's hull, or its axis if it has none; buoy: its section."""
-    shape = HullShape(tuple(buoy.hull)) if buoy.hull else None
+    shape = shape_of(buoy)
     height = mass_properties(buoy, shape).height
     stations = np.array(buoy.hull) if shape else np.array([[buoy.mooring_height, 0.0], [height, 0.0]])
     axis = R[:, 2]
@@ -155,13 +149,15 @@ def _animate(folder, dataset, number, scene):
         _as_a_run(dataset, mode, enlargement(dataset, mode), period),
         partial(enlist, folder, kind="modes"),
     )
-    for part, known, alone in parts_of(record, scene):
-        for kind, make in (("cable", cable_meshes), ("hull", hull_meshes)):
-            of_instant = make(known, alone)
-            if of_instant is not None:
-                meshes = [of_instant(i, t) for i, t in enumerate(record.time.values)]
-                target = folder / "paraview" / "_".join([f"mode_{number:02d}", kind, *([part] if part else [])])
-                written += write_series(target, record.time.values, meshes, announce)
+    moving = {file_of("cable", part.label): cable_meshes(part.record) for part in parts_of(record, "cable")}
+    buoys = scene.network.buoys.values()
+    for part, buoy in zip(parts_of(record, "buoy"), buoys, strict=True):
+        moving[file_of("hull", part.label)] = hull_meshes(part.record, buoy)
+    for name, of_instant in moving.items():
+        if of_instant is not None:
+            meshes = [of_instant(i, t) for i, t in enumerate(record.time.values)]
+            target = folder / "paraview" / f"mode_{number:02d}_{name}"
+            written += write_series(target, record.time.values, meshes, announce)
     return written
 
 
@@ -177,7 +173,7 @@ def _as_a_run(dataset, mode, factor, period):
         shape = (-1, *[1] * real.ndim)
         return z.real.reshape(shape) * real - z.imag.reshape(shape) * imaginary
 
-    data = {"time": ("time", times)} | {name: dataset[name] for name in FIXED if name in dataset}
+    data = {"time": ("time", times)} | {n: dataset[n] for n in (*FIXED, "cable", "buoy") if n in dataset}
     if "cable_position" in mode:
         data["frame"] = ("frame", times)
         data["cable_position"] = (
@@ -186,15 +182,14 @@ def _as_a_run(dataset, mode, factor, period):
         )
         data["cable_tension"] = (("frame", "cell"), moved("cable_tension"))
     if "buoy_position" in mode:
-        several = ("buoy",) if "buoy" in mode.dims else ()
         turns = moved("buoy_rotation")
         at_rest = np.broadcast_to(dataset.rest_buoy_orientation.values, (*turns.shape[:-1], 4)).reshape(-1, 4)
         turned = [_turned(q4, turn) for q4, turn in zip(at_rest, turns.reshape(-1, 3), strict=True)]
         data["buoy_position"] = (
-            ("time", *several, "xyz"),
+            ("time", "buoy", "xyz"),
             dataset.rest_buoy_position.values + moved("buoy_position"),
         )
-        data["buoy_orientation"] = (("time", *several, "quaternion"), np.reshape(turned, (*turns.shape[:-1], 4)))
+        data["buoy_orientation"] = (("time", "buoy", "quaternion"), np.reshape(turned, (*turns.shape[:-1], 4)))
     return xr.Dataset(data)
 
 

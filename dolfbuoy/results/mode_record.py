@@ -51,12 +51,12 @@ def dataset_of_modes(found, modes) -> "xr.Dataset":
 
     data = _numbers(modes) | _lines(found, modes) | _bodies(found.bodies, modes)
     labels = {"mode": np.arange(1, len(modes) + 1), "part": list(PARTS), "xyz": list("xyz")}
-    labels["quaternion"] = ["q0", "q1", "q2", "q3"]
-    if len(found.bodies) > 1:
-        labels["buoy"] = [body.name for body in found.bodies]
+    labels |= {"quaternion": ["q0", "q1", "q2", "q3"], "buoy": [body.name for body in found.bodies]}
     made = {name: (dims, values, _said(name)) for name, (dims, values) in data.items()}
     used = {dim for dims, *_ in made.values() for dim in dims}
     coordinates = {name: values for name, values in labels.items() if name in used}
+    if found.problem.lines is not None:
+        coordinates["cable"] = list(found.problem.network.cables)
     return xr.Dataset(made, coordinates, attributes(found.problem)).set_coords([n for n in FIXED if n in made])
 
 
@@ -116,13 +116,11 @@ def _bodies(bodies, modes):
     if not bodies:
         return {}
     motions = np.array([[body.motion(mode.vector) for body in bodies] for mode in modes])
-    several = ("buoy",) if len(bodies) > 1 else ()
-    pick = (lambda x, axis: x) if several else (lambda x, axis: np.take(x, 0, axis))
     return {
-        "buoy_position": (("mode", "part", *several, "xyz"), pick(_parts(motions[..., :3]), 2)),
-        "buoy_rotation": (("mode", "part", *several, "xyz"), pick(_parts(motions[..., 3:]), 2)),
-        "rest_buoy_position": ((*several, "xyz"), pick(np.array([body.position for body in bodies]), 0)),
-        "rest_buoy_orientation": ((*several, "quaternion"), pick(np.array([b.orientation for b in bodies]), 0)),
+        "buoy_position": (("mode", "part", "buoy", "xyz"), _parts(motions[..., :3])),
+        "buoy_rotation": (("mode", "part", "buoy", "xyz"), _parts(motions[..., 3:])),
+        "rest_buoy_position": (("buoy", "xyz"), np.array([body.position for body in bodies])),
+        "rest_buoy_orientation": (("buoy", "quaternion"), np.array([body.orientation for body in bodies])),
     }
 
 

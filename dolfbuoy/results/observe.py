@@ -12,10 +12,11 @@ from ..model.buoy import MOTION, REST
 from ..model.components import components_of
 from ..model.rigid import mass_properties, shape_of
 from ..model.wet_hull import SUBMERGED
-from ..scene.network import attached_ends, is_network
+from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.rows import picked, traced
 from ..version import __version__
+from .record import FORMAT
 from .utilisation import Utilisation, stressed
 
 
@@ -90,21 +91,15 @@ class Observer:
         return [(self.problem.system.u, int(dof), 1.0) for dof in lines.end_dofs[piece][end]]
 
     def labels(self) -> dict[str, np.ndarray]:
-        """Labels of the dimensions that this record has beside those of all: names of several cables, of joints, ..."""
-        found, n = {"cable": self.network.cables, "buoy": self.network.buoys}, self.network
-        found = {name: list(names) for name, names in found.items() if len(names) > 1}
-        ends = [(n.cables[n.pieces[k].cable], ("from", "to")[end]) for k, end in attached_ends(n)]
-        if len(ends) > 1:
-            found["attachment"] = [".".join(end) for end in ends]
-        if n.joints:
-            found["joint"] = list(n.joints)
-        if self._stress is not None and is_network(self.problem.scene):
-            found["segment"] = list(stressed(n))
-        return {name: np.array(names) for name, names in found.items()}
+        """Names of cables, buoys, joints, ... by the dimensions that this record has beside xyz and quaternion."""
+        n = self.network
+        ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
+        found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "joint": n.joints, "segment": stressed(n)}
+        return {name: np.array(list(names)) for name, names in found.items() if names}
 
     def values(self, end_forces):
         """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
-        row, values = self.note(), dict(end_forces)
+        row, values = self.note(), {name: np.reshape(force, (-1, 3)) for name, force in end_forces.items()}
         if "end_tension" in values:
             values["tension_top"] = length(values["end_tension"])
         return values if row is None else values | self.values_of(row.copy())
@@ -142,15 +137,14 @@ class Observer:
             if name in noted:
                 values[name] = _each(noted[name], 3)
         if "tension_anchor" in noted:
-            values["tension_anchor"] = _each(noted["tension_anchor"], 1)[..., 0]
+            values["tension_anchor"] = noted["tension_anchor"]
         if "end_tension" in values:
             values["tension_top"] = length(values["end_tension"])
         if "bed" in noted:
             bed = _each(noted["bed"], 4)
             values["length_on_bed"], values["touchdown"] = bed[..., 0], bed[..., 1:]
         if "utilisation" in noted:
-            named = is_network(self.problem.scene)
-            values["utilisation"] = noted["utilisation"] if named else noted["utilisation"][..., 0]
+            values["utilisation"] = noted["utilisation"]
         if "buoy" in noted:
             fields = MOTION if self.problem.dynamic else REST
             y = fields.of(_each(noted["buoy"], fields.size))
@@ -164,13 +158,13 @@ class Observer:
         if "water" in noted:
             values |= self._wet_hull(_each(noted["water"], SUBMERGED), y.position)
         if "joint" in noted:
-            values["joint_position"] = noted["joint"].reshape(*noted["joint"].shape[:-1], -1, 3)
+            values["joint_position"] = _each(noted["joint"], 3)
         return values
 
     def _wet_hull(self, b, position):
         """Of the numbers of `Buoy.wet_hull_form`."""
         mass, wet = b[..., 0], b[..., 4]
-        dry = mass <= 1e-9 * (self._masses if len(self._masses) > 1 else self._masses[0])
+        dry = mass <= 1e-9 * self._masses
         with np.errstate(divide="ignore", invalid="ignore"):
             center, diameter = b[..., 1:4] / mass[..., None], b[..., 5] / wet
         return {
@@ -204,7 +198,7 @@ class Observer:
         return dict(zip(names, components_of(waves).as_rows().T, strict=True))
 
     def _along(self):
-        """Of a network: cable after cable, each from its lower end on, and which cable and segment they belong to."""
+        """Cable after cable, each from its lower end on, and which cable and segment they belong to."""
         lines = self.problem.lines
         if lines is None:
             return {}
@@ -213,8 +207,6 @@ class Observer:
         if self.comm.rank != 0:
             return {}
         self._node_order, self._cell_order = np.argsort(s, kind="stable"), np.argsort(middle, kind="stable")
-        if len(self.network.pieces) == 1:
-            return {"s": s[self._node_order], "s_cell": middle[self._cell_order]}
         return self._of_pieces(s[self._node_order], middle[self._cell_order])
 
     def _of_pieces(self, s, middle):
@@ -241,7 +233,7 @@ class Observer:
         if self.comm.rank != 0:
             return ""
         since = since[self._cell_order]
-        cable = fixed.get("cable_of_cell", np.zeros(len(since), dtype=int))
+        cable = fixed["cable_of_cell"]
         gone = (k for k in np.argsort(since, kind="stable") if np.isfinite(since[k]))
         where = (f"{self.network.cables[cable[k]]} at s = {fixed['s_cell'][k]:g} m, t = {since[k]:g} s" for k in gone)
         return "; ".join(where)
@@ -279,8 +271,8 @@ def _joined(lists):
 
 
 def _each(flat, size):
-    """Of numbers (..., n size) those of each of n things, (..., n, size), or (..., size) if there is only one."""
-    return flat if flat.shape[-1] == size else flat.reshape(*flat.shape[:-1], -1, size)
+    """Of numbers (..., n size) those of each of n things, (..., n, size)."""
+    return flat.reshape(*flat.shape[:-1], -1, size)
 
 
 def length(vectors):
@@ -338,6 +330,7 @@ def attributes(problem) -> dict:
         "scene": problem.scene.to_toml(),
         "unknowns": problem.system.unknowns,
         "effects": ", ".join(effects.names(problem.scene)),
+        "format": FORMAT,
         "ranks": problem.comm.size,
         "created": clock.strftime("%Y-%m-%dT%H:%M:%SZ", clock.gmtime()),
         "version_dolfbuoy": __version__,

@@ -69,7 +69,7 @@ def _legend(dataset, directions, colours):
     """Some of the directions, the buoys if there are several, and the marks that there are."""
     shown = range(0, len(directions), -(-len(directions) // 4))
     found = [Line2D([], [], color=colours[i], marker=".", label=f"towards {directions[i]:g}°") for i in shown]
-    if "buoy" in dataset.dims:
+    if dataset.sizes.get("buoy", 0) > 1:
         named = zip(dataset.buoy.values.tolist(), itertools.cycle(STYLES))
         found += [Line2D([], [], color=COLORS["ink"], ls=style, label=name) for name, style in named]
     for name, (mark, words) in MARKS.items():

@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..model.feasible import shape_and_mass
-from ..scene.network import network_of, with_buoy
+from ..model.rigid import shape_of
 from .observe import Observer, attributes
 from .offsets import smallest_circle
 from .record import dataset_of
@@ -92,8 +91,7 @@ class Rows:
 
 def top_tension(dataset) -> "xr.DataArray":
     """Largest tension at the upper end of a line [N], over directions and sizes."""
-    tension = dataset.tension_top
-    return tension.max([name for name in ("cable",) if name in tension.dims])
+    return dataset.tension_top.max("cable")
 
 
 def _attributes(said):
@@ -103,8 +101,7 @@ def _attributes(said):
 def _is_under(scene, values):
     if scene.sea is None or "displaced_mass" not in values:
         return False
-    shapes = (shape_and_mass(with_buoy(scene, name).buoy)[0] for name in network_of(scene).buoys)
-    volumes = np.array([shape.volume() for shape in shapes])
+    volumes = np.array([shape_of(buoy).volume() for buoy in scene.network.buoys.values()])
     return bool(np.any(values["displaced_mass"] >= (1 - LEAST_FREEBOARD) * scene.sea.density * volumes))
 
 
@@ -145,7 +142,7 @@ def sentences(dataset) -> list[str]:
         one = dataset.sel(direction=direction)
         for bad, words in (
             (one.slack.values, "some of the line is slack"),
-            (one.under.values, "a buoy is drawn under the water" if "buoy" in one.dims else DRAWN_UNDER),
+            (one.under.values, DRAWN_UNDER if one.sizes.get("buoy") == 1 else "a buoy is drawn under the water"),
             (~one.found.values.astype(bool), "no equilibrium was found"),
         ):
             sizes = one[load].values[np.asarray(bad, dtype=bool)]

@@ -12,7 +12,7 @@ from .tables import force_unit
 MANY_PERIODS = 6
 
 
-@figure_of("tension_top", "tension_anchor")
+@figure_of("tension_top", "tension_anchor", part="cable")
 def tension(record, scene=None) -> Figure:
     """Figs. 6 (right) and 9 (left): tension at both ends of the cable."""
     unit, factor = force_unit([record.tension_top, record.tension_anchor])
@@ -23,7 +23,7 @@ def tension(record, scene=None) -> Figure:
     return _over_time(record, scene, [(f"tension [{unit}]", curves)])
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def heave(record, scene=None) -> Figure:
     """Figs. 7 and 9 (right): height of C and of the water above it, and their difference."""
     z = record.buoy_position.values[:, 2]
@@ -36,13 +36,13 @@ def heave(record, scene=None) -> Figure:
     return _over_time(record, scene, [("height [m]", curves), (r"$r_{C,z} - z_w$ [m]", difference)])
 
 
-@figure_of("cone_angle")
+@figure_of("cone_angle", part="buoy")
 def cone_angle(record, scene=None) -> Figure:
     """Figs. 8 (left) and 10 (right): angle between the vertical and the axis of the buoy."""
     return _over_time(record, scene, [("cone angle [°]", [(record.cone_angle.values, "-", COLORS["blue"], None)])])
 
 
-@figure_of("roll", "pitch", "yaw")
+@figure_of("roll", "pitch", "yaw", part="buoy")
 def roll_pitch_yaw(record, scene=None) -> Figure:
     """Turns of the buoy about x, y and z, each in a panel of its own."""
     panels = [

@@ -12,11 +12,11 @@ from ..meshes import line_mesh
 from ..model.rigid import mass_properties, rotation_of, shape_of
 from ..model.sea import elevation_at, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
-from ..scene.network import is_network, network_of, single
+from ..scene.network import attached_ends
 from ..writing import made, replacing
 from .checkpoint import read_scene
 from .folder import enlist, remarks
-from .parts import parts_of
+from .parts import names_of, parts_of
 from .record import UNFIT, read, undamaged
 
 #: Instants that are written unless others are asked for: each is a file of everything that moves.
@@ -27,9 +27,9 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     """Write folder/paraview/ from the results.nc and scene.toml of a run; returns the files, collections last.
 
     One mesh per instant (cable_NNNN.vtu, ...), of `most` of them evenly from the first to the last that is recorded,
-    and a collection to open (cable.pvd, ...) of each of KINDS that the run has; names of fields have their units.  Of a
-    network each cable and each buoy has its own, with its name behind that of the kind, and network.pvd shows all at
-    once.  Raises InputError if the folder holds no run.
+    and a collection to open (cable.pvd, ...) of each kind that the run has; names of fields have their units.  Of
+    several cables or buoys each has its own, with its name behind that of the kind, and network.pvd shows all at once.
+    Raises InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
     target, recorded = Path(folder) / "paraview", instants(record, scene)
@@ -39,9 +39,9 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
         meshes = _meshes(record, scene)
     shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
     paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
-    collections = {kind: target / f"{kind}.pvd" for kind in paths} | (
-        {"": target / f"{NETWORK}.pvd"} if is_network(scene) else {}
-    )
+    several = max(len(names_of(record, part)) for part in ("cable", "buoy")) > 1
+    collections = {kind: target / f"{kind}.pvd" for kind in paths}
+    collections |= {"": target / f"{NETWORK}.pvd"} if several else {}
     files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
     made(folder, target.name)
     enlist(folder, files)
@@ -55,7 +55,7 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
                 mesh = meshes[kind](chosen[i], shown[kind][i])
             _write_mesh(mesh, path)
         _write_collection(collections[kind], shown[kind], names)
-    if is_network(scene):
+    if several:
         _write_collection(
             collections[""], times, *(names * len(times) if len(names) == 1 else names for names in paths.values())
         )
@@ -64,13 +64,26 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
 
 def _meshes(record, scene):
     """Name of files -> what makes their meshes of an instant's number and time."""
-    named = [(part.replace("-", "_"), known, alone, OF_PART) for part, known, alone in parts_of(record, scene)]
-    found = {}
-    for part, known, alone, kinds in [*named, ("", record, scene, OF_ALL)]:
-        for kind in kinds:
-            if of_instant := KINDS[kind](known, alone):
-                found[f"{kind}_{part}" if part else kind] = of_instant
-    return found
+    network = scene.network
+    found = {file_of("cable", part.label): cable_meshes(part.record) for part in parts_of(record, "cable")}
+    for part in parts_of(record, "buoy"):
+        name = part.record.buoy.item()
+        buoy, pulled = network.buoys[name], _with_pull(record, part.record, network, name)
+        found[file_of("hull", part.label)] = hull_meshes(part.record, buoy)
+        found[file_of("buoy", part.label)] = buoy_meshes(pulled, buoy)
+    found |= {kind: make(record, scene) for kind, make in TOGETHER.items()}
+    return {name: of_instant for name, of_instant in found.items() if of_instant}
+
+
+def file_of(kind: str, label: str) -> str:
+    """Name of the files of a cable or a buoy; label: see `parts.Part`."""
+    return f"{kind}_{label.replace('-', '_')}" if label else kind
+
+
+def _with_pull(record, part, network, buoy):
+    """A buoy's part of a record with the force of all lines on it."""
+    mine = [i for i, (k, end) in enumerate(attached_ends(network)) if network.pieces[k].ends[end].name == buoy]
+    return part.assign(mooring_force=record.mooring_force.isel(attachment=mine).sum("attachment")) if mine else part
 
 
 def write_series(name: Path, times, meshes, announce) -> list[Path]:
@@ -160,10 +173,8 @@ def _refined(outline, cell):
 # -- meshes of an instant ----------------------------------------------------------------------------------------------
 
 
-def cable_meshes(record, scene):
-    """Cable with s and velocity at its nodes and the tension of its elements; None without a cable."""
-    if "cable_position" not in record:
-        return None
+def cable_meshes(record):
+    """A cable with s and velocity at its nodes and the tension of its elements."""
     positions, tensions = record.cable_position.values, record.cable_tension.values
     pieces = (positions.shape[1] - 1) // tensions.shape[1]  # straight pieces that an element is drawn with
 
@@ -172,26 +183,24 @@ def cable_meshes(record, scene):
         if "cable_velocity" in record:
             nodes["velocity [m/s]"] = record.cable_velocity.values[i]
         cells = {"tension [N]": tensions[i]}
-        for name in ("cable", "segment"):  # numbers of the record, in a network
-            if f"{name}_of_cell" in record:
-                cells[f"{name} [1]"] = record[f"{name}_of_cell"].values
+        cells |= {f"{name} [1]": record[f"{name}_of_cell"].values for name in ("cable", "segment")}
         return line_mesh(positions[i], nodes, {name: [np.repeat(of, pieces)] for name, of in cells.items()})
 
     return of_instant
 
 
-def hull_meshes(record, scene):
-    """Surface of the hull where it is, with its velocity; None without a hull."""
-    if "buoy_position" not in record or single(scene).buoy is None or single(scene).buoy.hull is None:
+def hull_meshes(record, buoy):
+    """Surface of the hull of a buoy, a section, where it is, with its velocity; None without a hull."""
+    shape = shape_of(buoy)
+    if shape is None:
         return None
-    shape = shape_of(single(scene).buoy)
-    points, quads = hull_surface(shape.stations, mass_properties(single(scene).buoy, shape).height)
+    points, quads = hull_surface(shape.stations, mass_properties(buoy, shape).height)
 
     def of_instant(_i, time):
         r_C, R = pose(record, time)
         arms, fields = points @ R.T, {}
         if "linear_momentum" in record:
-            v, omega = velocities(record, scene, time)
+            v, omega = velocities(record, buoy, time)
             fields["velocity [m/s]"] = v + np.cross(omega, arms)
         return meshio.Mesh(r_C + arms, [("quad", quads)], point_data=fields)
 
@@ -210,16 +219,14 @@ AT_C = {
 }
 
 
-def buoy_meshes(record, scene):
-    """The point C with the buoy's axis, velocities and what the record has of AT_C, for glyphs; None without a buoy."""
-    if "buoy_position" not in record or single(scene).buoy is None:
-        return None
+def buoy_meshes(record, buoy):
+    """The point C with the buoy's axis, velocities and what the record has of AT_C, for glyphs."""
 
     def of_instant(_i, time):
         (r_C, R), row = pose(record, time), _row(record, time)
         fields = {"axis [1]": R[:, 2]}
         if "linear_momentum" in record:
-            fields["velocity [m/s]"], fields["angular velocity [rad/s]"] = velocities(record, scene, time)
+            fields["velocity [m/s]"], fields["angular velocity [rad/s]"] = velocities(record, buoy, time)
         fields |= {field: record[name].values[row] for name, field in AT_C.items() if name in record}
         return meshio.Mesh([r_C], [("vertex", [[0]])], point_data={k: np.array([v]) for k, v in fields.items()})
 
@@ -227,10 +234,10 @@ def buoy_meshes(record, scene):
 
 
 def joint_meshes(record, scene):
-    """The joints of a network as points, with their numbers in the record and the net weight of their bodies."""
+    """The joints as points, with their numbers in the record and the net weight of their bodies."""
     if "joint_position" not in record:
         return None
-    network, density = network_of(scene), scene.sea.density if scene.sea else 0.0
+    network, density = scene.network, scene.sea.density if scene.sea else 0.0
     bodies = [network.bodies.get(name) for name in network.joints]
     weight = [scene.gravity * (body.mass - density * body.volume) if body else 0.0 for body in bodies]
     fields = {"joint [1]": np.arange(len(bodies)), "net weight [N]": np.array(weight)}
@@ -242,9 +249,9 @@ def joint_meshes(record, scene):
     return of_instant
 
 
-def velocities(record, scene, time: float) -> tuple[np.ndarray, np.ndarray]:
+def velocities(record, buoy, time: float) -> tuple[np.ndarray, np.ndarray]:
     """Velocity of C [m/s] and angular velocity [rad/s] of the buoy, in the world frame, from its recorded momenta."""
-    body = mass_properties(single(scene).buoy, shape_of(single(scene).buoy))
+    body = mass_properties(buoy, shape_of(buoy))
     (_, R), row = pose(record, time), _row(record, time)
     L = record.angular_momentum.values[row]
     return record.linear_momentum.values[row] / body.mass, R @ ((R.T @ L) / body.inertia)
@@ -300,17 +307,9 @@ def water_grid(record, scene) -> tuple[np.ndarray, np.ndarray]:
     return a.reshape(-1, 1) * frame[0] + b.reshape(-1, 1) * frame[1], quads
 
 
-#: Name of the files: what makes their meshes from (record, scene), as a function of the instant's number, time.
-KINDS = {
-    "cable": cable_meshes,
-    "hull": hull_meshes,
-    "buoy": buoy_meshes,
-    "joint": joint_meshes,
-    "water": water_meshes,
-    "bed": bed_meshes,
-}
-#: Of a network: what each cable and buoy has of its own, and what all have together; the collection that shows all.
-OF_PART, OF_ALL, NETWORK = ("cable", "hull", "buoy"), ("joint", "water", "bed"), "network"
+#: What all cables and buoys have together, name of the files: what makes their meshes from (record, scene), as a
+#: function of the instant's number, time; the collection that shows all.
+TOGETHER, NETWORK = {"joint": joint_meshes, "water": water_meshes, "bed": bed_meshes}, "network"
 
 
 def _write_mesh(mesh, path):

@@ -1,59 +1,56 @@
-"""The record of a network part by part: each cable and each buoy as if it were alone, for what knows only one."""
+"""What a record has of one cable, or of one buoy."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..scene.network import is_network, network_of, with_buoy, with_line
-from .record import FIXED, PER
-from .utilisation import stressed
+from ..errors import InputError
+from .record import SERIES
+
+#: Dimensions of what belongs to a cable, and of what belongs to a buoy.
+OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}}
+#: Dimensions of which a part of a record has its own, or none.
+_SHARED = {"attachment", "joint"}.union(*OWN.values())
 
 
 class Part(NamedTuple):
-    """name: of the cable or buoy, empty for a scene that is no network.  record, scene: as of that one alone."""
+    """label: the name, empty for the only one.  record: without the dimension `cable` or `buoy`, which are scalars."""
 
-    name: str
+    label: str
     record: object
-    scene: object
 
 
-def parts_of(record, scene) -> list[Part]:
-    """The record itself, or of a network one for each cable and one for each buoy.  Lazy: nothing is copied."""
-    if not is_network(scene):
-        return [Part("", record, scene)]
-    network = network_of(scene)
-    cables = [Part(name, _cable(record, k, network), cable_alone(scene, k)) for k, name in enumerate(network.cables)]
-    buoys = [Part(name, _buoy(record, k), with_buoy(scene, name)) for k, name in enumerate(network.buoys)]
-    return cables + buoys
+def names_of(record, kind: str) -> list[str]:
+    """Of the cables or the buoys of a record.  Raises InputError for a record that lost that dimension."""
+    if kind in record.dims:
+        return record[kind].values.tolist()
+    for name in record.data_vars:
+        if kind in SERIES.get(name, ((),))[0]:
+            raise InputError(f"{name} of this record has no dimension {kind}: give the record as it was, not squeezed.")
+    return []
 
 
-def cable_alone(scene, number):
-    """The scene as if it had only this cable, all of it of the material of its first segment."""
-    network = network_of(scene)
-    pieces = [piece for piece in network.pieces if piece.cable == number]
-    keys = {"length": sum(piece.section.length for piece in pieces), "top": pieces[-1].ends[1].top}
-    return with_line(scene, pieces[0].section.model_copy(update=keys))
+def parts_of(record, *kinds: str) -> list[Part]:
+    """Of each cable and each buoy in turn.  Lazy: nothing is copied."""
+    named = [(kind, name, names_of(record, kind)) for kind in kinds for name in names_of(record, kind)]
+    return [Part(name if len(names) > 1 else "", part_of(record, kind, name)) for kind, name, names in named]
 
 
-def _cable(record, number, network):
-    """Without buoys and joints, and without the other cables."""
-    others = [name for name, dimension in PER.items() if dimension not in ("cable", "segment")]
-    found = record.drop_vars([name for name in (*others, "joint_position") if name in record], errors="ignore")
-    if "cable" in found.dims:
-        found = found.isel(cable=number)
-    if "utilisation" in found:
-        mine = [name for name, piece in stressed(network).items() if network.pieces[piece].cable == number]
-        found = found.sel(segment=mine) if mine else found.drop_vars(["utilisation", "segment"])
-    for dimension in ("node", "cell"):
-        key = f"cable_of_{dimension}"
-        if key in found:
-            found = found.isel({dimension: np.flatnonzero(record[key].values == number)})
-    return found
+def part_of(record, kind: str, name: str):
+    """Of the cable, or the buoy, of this name."""
+    found = record.drop_dims((_SHARED - OWN[kind]) & set(record.dims))
+    number = names_of(record, kind).index(name)
+    if "segment" in found.dims:
+        mine = [segment for segment in names_of(record, "segment") if segment.partition(".")[0] == name]
+        found = found.sel(segment=mine) if mine else found.drop_dims("segment")
+    for dimension in {"node", "cell"} & set(found.dims):
+        own = np.flatnonzero(found[f"{kind}_of_{dimension}"].values == number)
+        found = found.isel({dimension: slice(own[0], own[-1] + 1)})
+    return found.isel({kind: number})
 
 
-def _buoy(record, number):
-    """Without cables and joints, and without the other buoys."""
-    others = [name for name, dimension in PER.items() if dimension != "buoy"]
-    others += ["joint_position", "cable_position", "cable_velocity", "cable_tension", *FIXED]
-    found = record.drop_vars([name for name in others if name in record.variables])
-    return found.isel(buoy=number) if "buoy" in found.dims else found
+def alone(record):
+    """A record without the dimensions cable, buoy, attachment and segment where there is one: to look at by hand."""
+    return record.squeeze(
+        [d for d in ("cable", "buoy", "attachment", "segment") if record.sizes.get(d) == 1], drop=True
+    )

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ..model.sea import heading
-from ..scene.network import single
 from ..scene.settings import period_of
 from .behind_ramp import Missing, TooShort, after_ramp, mean_over_time
 from .drawing import at_least, figure_of, legend_above
@@ -14,7 +13,7 @@ from .style import COLORS, COLUMN, Figure, new_figure
 PLANAR = 0.02
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def trajectory(record, scene=None) -> Figure:
     """Figs. 6 and 10 (left): path of C from above and from the side.
 
@@ -41,12 +40,12 @@ def trajectory(record, scene=None) -> Figure:
     return figure
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def track(record, scene=None) -> Figure:
     """Horizontal track of C after the ramp, its mean, and where waves, current, wind and an external force push."""
     t = record.time.values
     rows = after_ramp(t, scene, 2, "track of the buoy")
-    x, pushes = record.buoy_position.values[rows, :2], _pushes(scene)
+    x, pushes = record.buoy_position.values[rows, :2], _pushes(scene, record.buoy.item())
     figure = new_figure(COLUMN, min(panel_height(x, 2.3), 2.6) + 1.1)
     ratios = (3.2, 1) if pushes else (1,)
     axes, *compass = figure.subplots(1, len(ratios), width_ratios=ratios, squeeze=False)[0]
@@ -59,13 +58,12 @@ def track(record, scene=None) -> Figure:
     return figure
 
 
-def _pushes(scene):
-    """What pushes, and its horizontal direction (2,)."""
-    found = {}
-    for name in ("waves", "current", "wind"):
-        if getattr(scene, name):
-            found[name] = heading(getattr(scene, name).direction_deg)[:2]
-    force = np.array(single(scene).external_force.force[:2] if single(scene).external_force else (0.0, 0.0))
+def _pushes(scene, name):
+    """What pushes a buoy, and its horizontal direction (2,)."""
+    buoy = scene.network.buoys[name]
+    named = {"waves": scene.waves, "current": scene.current, "wind": buoy.wind}
+    found = {name: heading(section.direction_deg)[:2] for name, section in named.items() if section}
+    force = np.array(buoy.external_force.force[:2] if buoy.external_force else (0.0, 0.0))
     return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 
 
@@ -82,7 +80,7 @@ def _draw_compass(axes, pushes):
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=0)
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def orbit(record, scene=None) -> Figure:
     """Fig. 10 (left): path of C in the last period of the waves."""
     if scene.waves is None:

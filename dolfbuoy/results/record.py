@@ -28,29 +28,33 @@ SERIES = {
     "time": ((), "s", "time"),
     "time_step": ((), "s", "step that led to this time"),
     "newton_iterations": ((), "1", "Newton iterations of that step"),
-    "tension_top": ((), "N", "tension at the upper end of the cable, |T_bnd|"),
-    "tension_anchor": ((), "N", "tension at the anchor, T_h(0)"),
-    "anchor_force": (("xyz",), "N", "force that holds the lower end of the cable, s = 0"),
-    "end_tension": (("xyz",), "N", "force that holds the upper end of the cable, T_bnd"),
-    "utilisation": ((), "1", "largest tension over the breaking load"),
-    "length_on_bed": ((), "m", "unstretched length of the cable on the sea bed"),
-    "touchdown": (("xyz",), "m", "where the cable leaves the sea bed towards its upper end; nan if nothing lies"),
-    "buoy_position": (("xyz",), "m", "position of the buoy's centre of mass, r_C"),
-    "buoy_orientation": (("quaternion",), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),
-    "linear_momentum": (("xyz",), "kg m s-1", "linear momentum of the buoy, p"),
-    "angular_momentum": (("xyz",), "kg m2 s-1", "angular momentum of the buoy about C, L_C (world frame)"),
-    "cone_angle": ((), "degree", "angle between the vertical and the axis of the buoy"),
-    "roll": ((), "degree", "turn of the buoy about its own x axis, after yaw and pitch"),
-    "pitch": ((), "degree", "turn of the buoy about its y axis as the yaw leaves it"),
-    "yaw": ((), "degree", "turn of the buoy about the vertical, before pitch and roll"),
-    "mooring_point": (("xyz",), "m", "mooring point, r_O"),
-    "mooring_force": (("xyz",), "N", "force of the cable on the buoy, T_O"),
+    "tension_top": (("cable",), "N", "tension at the upper end of the cable, |T_bnd|"),
+    "tension_anchor": (("cable",), "N", "tension at the anchor, T_h(0)"),
+    "anchor_force": (("cable", "xyz"), "N", "force that holds the lower end of the cable, s = 0"),
+    "end_tension": (("cable", "xyz"), "N", "force that holds the upper end of the cable, T_bnd"),
+    "utilisation": (("segment",), "1", "largest tension over the breaking load"),
+    "length_on_bed": (("cable",), "m", "unstretched length of the cable on the sea bed"),
+    "touchdown": (
+        ("cable", "xyz"),
+        "m",
+        "where the cable leaves the sea bed towards its upper end; nan if nothing lies",
+    ),
+    "buoy_position": (("buoy", "xyz"), "m", "position of the buoy's centre of mass, r_C"),
+    "buoy_orientation": (("buoy", "quaternion"), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),
+    "linear_momentum": (("buoy", "xyz"), "kg m s-1", "linear momentum of the buoy, p"),
+    "angular_momentum": (("buoy", "xyz"), "kg m2 s-1", "angular momentum of the buoy about C, L_C (world frame)"),
+    "cone_angle": (("buoy",), "degree", "angle between the vertical and the axis of the buoy"),
+    "roll": (("buoy",), "degree", "turn of the buoy about its own x axis, after yaw and pitch"),
+    "pitch": (("buoy",), "degree", "turn of the buoy about its y axis as the yaw leaves it"),
+    "yaw": (("buoy",), "degree", "turn of the buoy about the vertical, before pitch and roll"),
+    "mooring_point": (("attachment", "xyz"), "m", "mooring point, r_O"),
+    "mooring_force": (("attachment", "xyz"), "N", "force of the cable on the buoy, T_O"),
     "joint_position": (("joint", "xyz"), "m", "position of the joints"),
-    "surface_elevation": ((), "m", "water surface above C, eta(r_C, t)"),
-    "displaced_mass": ((), "kg", "mass of the displaced water, M_D"),
-    "buoyancy_center": (("xyz",), "m", "centre of buoyancy, r_BC"),
-    "submerged_length": ((), "m", "wetted length of the axis, H_sub"),
-    "submerged_diameter": ((), "m", "mean diameter of the wetted hull, <D_sub>"),
+    "surface_elevation": (("buoy",), "m", "water surface above C, eta(r_C, t)"),
+    "displaced_mass": (("buoy",), "kg", "mass of the displaced water, M_D"),
+    "buoyancy_center": (("buoy", "xyz"), "m", "centre of buoyancy, r_BC"),
+    "submerged_length": (("buoy",), "m", "wetted length of the axis, H_sub"),
+    "submerged_diameter": (("buoy",), "m", "mean diameter of the wetted hull, <D_sub>"),
 }
 FRAMES = {
     "frame": ((), "s", "time of a frame"),
@@ -72,18 +76,6 @@ FIXED = {
     "wave_direction_deg": (("component",), "degree", "direction towards which it runs, from x towards y"),
     "wave_phase_deg": (("component",), "degree", "its phase in a cos(k.x - omega t + phase)"),
 }
-#: What comes once for each of several cables, buoys or attachments: the dimension in front of the others.
-PER = dict.fromkeys(("tension_top", "tension_anchor", "anchor_force", "end_tension"), "cable")
-PER |= dict.fromkeys(("length_on_bed", "touchdown"), "cable")
-PER["utilisation"] = "segment"
-PER |= dict.fromkeys(("mooring_point", "mooring_force"), "attachment")
-PER |= dict.fromkeys(
-    (
-        *("buoy_position", "buoy_orientation", "linear_momentum", "angular_momentum", "cone_angle", "roll", "pitch"),
-        *("yaw", "surface_elevation", "displaced_mass", "buoyancy_center", "submerged_length", "submerged_diameter"),
-    ),
-    "buoy",
-)
 #: Names that CF has for some of these; x of the body points to the fore, y to port.
 STANDARD_NAMES = {
     "surface_elevation": "sea_surface_height_above_mean_sea_level",
@@ -91,13 +83,15 @@ STANDARD_NAMES = {
     "pitch": "platform_pitch_fore_down",
     "yaw": "platform_yaw_fore_port",
 }
-#: Where nodes and elements are along the cable: coordinates of what has these dimensions.
-ALONG = {"node": "s", "cell": "s_cell"}
+#: Where nodes and elements are along which cable: coordinates of what has these dimensions.
+ALONG = {"node": ("s", "cable_of_node"), "cell": ("s_cell", "cable_of_cell", "segment_of_cell")}
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
 LABELED = {"xyz": "axes of the world, z up", "quaternion": "q0, and q = (q1, q2, q3)"}
 LABELED |= {"cable": "names of the cables", "buoy": "names of the buoys", "joint": "names of the joints"}
 LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
 LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
+#: Of all records, as an attribute: 2 since there is a dimension for cables and buoys also where there is one of them.
+FORMAT = 2
 INTEGERS = {"newton_iterations", "cable_of_node", "cable_of_cell", "segment_of_cell"}
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
@@ -118,13 +112,12 @@ class Record:
     """Rows of named values that go to one NetCDF file.
 
     path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time.
-    labels: of the dimensions that this record has beside xyz and quaternion.  counts: rows on disk along `time` and
-    `frame`.
+    labels: of the dimensions beside xyz and quaternion.  counts: rows on disk along `time` and `frame`.
     """
 
-    def __init__(self, path, attributes, fixed, labels=None):
+    def __init__(self, path, attributes, fixed, labels):
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
-        self.labels = LABELS | (labels or {})
+        self.labels = LABELS | labels
         self.counts = {"time": 0, "frame": 0}
         self._blocks: list[dict] = []
         self._started = clock.monotonic()
@@ -142,14 +135,9 @@ class Record:
         """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
         import xarray as xr
 
-        data = {
-            name: (("time", *_dimensions(name, self.labels)), values, _attributes(name))
-            for name, values in self._columns().items()
-            if name in SERIES
-        }
-        found = [k for k in self.labels if any(k in dimensions for dimensions, _, _ in data.values())]
-        named = {k: (k, self.labels[k], {"long_name": LABELED[k]}) for k in found}
-        return xr.Dataset(data, named, self.attributes).set_coords("time")
+        columns = {name: values for name, values in self._columns().items() if name in SERIES}
+        data = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in columns.items()}
+        return xr.Dataset(data, _named(data, self.labels), self.attributes).set_coords("time")
 
     def _columns(self):
         """All rows that are not on disk yet, by name."""
@@ -220,7 +208,7 @@ class Record:
 
     def _append(self, file, name, rows):
         if name not in file.variables:
-            self._variable(file, name, (_axis(name), *_dimensions(name, self.labels)))
+            self._variable(file, name, (_axis(name), *{**SERIES, **FRAMES}[name][0]))
         first = self.counts[_axis(name)]
         file.variables[name][first : first + len(rows)] = rows
 
@@ -230,16 +218,16 @@ class Record:
         sizes = [CHUNK if d == "time" else 1 if d == "frame" else len(file.dimensions[d]) for d in dimensions]
         variable = file.createVariable(name, kind, dimensions, chunksizes=sizes)
         variable.setncatts(_attributes(name))
-        along = [ALONG[d] for d in dimensions if d in ALONG and name not in FIXED]
+        along = [where for d in dimensions if name not in FIXED for where in ALONG.get(d, ())]
         if along:
             variable.coordinates = " ".join(along)
         return variable
 
 
-def _dimensions(name, labels):
-    """Of a variable after time or frame, in a record with these labels."""
-    own = {**SERIES, **FRAMES}[name][0]
-    return (PER[name], *own) if PER.get(name) in labels else own
+def _named(data, labels):
+    """Coordinates with the names of what these variables have dimensions of."""
+    used = {dimension for dimensions, *_ in data.values() for dimension in dimensions}
+    return {k: (k, labels[k], {"long_name": LABELED[k]}) for k in labels if k in used}
 
 
 def _attributes(name):
@@ -268,7 +256,7 @@ def _length(attributes):
 
 
 def read(path) -> "xr.Dataset":
-    """Load a record into memory.  Raises InputError for a damaged one."""
+    """Load a record into memory.  Raises InputError for a damaged one, or one of an older dolfbuoy."""
     import xarray as xr
 
     verify(path)
@@ -277,11 +265,24 @@ def read(path) -> "xr.Dataset":
 
 
 def verify(path) -> None:
-    """Raise InputError for a record that is damaged, at which HDF5 may crash, or whose numbers are in other files."""
+    """Raise InputError for a record that is damaged, at which HDF5 may crash, whose numbers are in other files, or that
+    is an old one."""
     with undamaged(path, DAMAGED):
         _check_seal(path)
         check_hdf5(path)
-        netCDF4.Dataset(path).close()
+        with netCDF4.Dataset(path) as file:
+            found = {name: file.getncattr(name) for name in file.ncattrs()}
+    check_format(found, str(path))
+
+
+def check_format(attributes, name: str) -> None:
+    """Raise InputError for the attributes of a record that an older dolfbuoy wrote."""
+    version = attributes.get("version_dolfbuoy")
+    if version is not None and attributes.get("format") != FORMAT:
+        raise InputError(
+            f"{name} was written by an older dolfbuoy ({version}), without the dimensions cable and buoy that every "
+            "record has now: compute it again, with --overwrite in the same folder."
+        )
 
 
 def seal(path) -> None:
@@ -326,14 +327,13 @@ def nothing() -> "xr.Dataset":
     return xr.Dataset()
 
 
-def dataset_of(values, fixed, attributes, labels=None) -> "xr.Dataset":
+def dataset_of(values, fixed, attributes, labels) -> "xr.Dataset":
     """A record without time: variables named as in SERIES and FRAMES, without their first dimension."""
     import xarray as xr
 
-    labels = LABELS | (labels or {})
-    data = {name: (_dimensions(name, labels), value, _attributes(name)) for name, value in values.items()}
-    found = [k for k in labels if any(k in d[0] for d in data.values())]
-    named = {k: (k, labels[k], {"long_name": LABELED[k]}) for k in found}
+    known = {**SERIES, **FRAMES}
+    data = {name: (known[name][0], value, _attributes(name)) for name, value in values.items()}
+    named = _named(data, LABELS | labels)
     along = {name: (FIXED[name][0], value, _attributes(name)) for name, value in fixed.items()}
     return xr.Dataset(data, coords=named | along, attrs=attributes)
 

@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 
-from .response_record import complex_of, each_buoy
+from .response_record import complex_of, each_buoy, each_tension
 from .style import COLORS, PAGE, PALETTE, STYLE, Figure, Line2D, legend_below, matplotlib, new_figure
 from .tables import force_unit
 
@@ -23,7 +23,7 @@ def amplitudes(dataset, runs=()) -> Figure:
     runs: dicts with "period", and the amplitudes per metre by name.
     """
     with matplotlib.rc_context(STYLE):
-        panels, tensions = [panel for panel in PANELS if "rao" in dataset], dataset.tension.values.tolist()
+        panels, tensions = [panel for panel in PANELS if "rao" in dataset], each_tension(dataset)
         figure = new_figure(PAGE, 2.9)
         axes = figure.subplots(1, len(panels) + bool(tensions), squeeze=False)[0]
         for ax, (title, names, factor, unit) in zip(axes, panels, strict=False):
@@ -33,8 +33,8 @@ def amplitudes(dataset, runs=()) -> Figure:
             _name(ax)
         if tensions:
             unit, factor = force_unit(np.abs(dataset.rao_tension.values))
-            for name, colour in zip(tensions, itertools.cycle(PALETTE[3:] + PALETTE[:3])):
-                _curves(axes[-1], dataset, "rao", {"tension": name}, factor, colour, runs, name, "_tension")
+            for (name, one), colour in zip(tensions, itertools.cycle(PALETTE[3:] + PALETTE[:3])):
+                _curves(axes[-1], one, "rao", {}, factor, colour, runs, name, "_tension")
             axes[-1].set(xlabel="period [s]", ylabel=f"tension [{unit}/m]")
             _name(axes[-1])
         legend_below(figure, 0.25, 3, _styles(dataset, runs))
@@ -89,9 +89,8 @@ def spectra(dataset) -> Figure:
                 for (name, of_buoy, one), colour in zip(_of_buoys(dataset, names), itertools.cycle(PALETTE)):
                     values = 2 * np.pi * factor**2 * one.motion_spectrum.sel(motion=name)
                     ax.plot(f, values, color=colour, label=f"{name}{of_buoy}")
-        for name, colour in zip(dataset.tension.values.tolist(), itertools.cycle(PALETTE[3:] + PALETTE[:3])):
-            values = 2e-6 * np.pi * dataset.tension_spectrum.sel(tension=name)
-            axes[2].plot(f, values, color=colour, label=name.replace("_", " "))
+        for (name, one), colour in zip(each_tension(dataset), itertools.cycle(PALETTE[3:] + PALETTE[:3])):
+            axes[2].plot(f, 2e-6 * np.pi * one.tension_spectrum, color=colour, label=name.replace("_", " "))
         for ax, unit in zip(axes, ("m²/Hz", "deg²/Hz", "kN²/Hz"), strict=True):
             ax.set(xlabel="frequency [Hz]", ylabel=f"spectral density [{unit}]", ylim=(0, None))
             if ax.lines:

@@ -5,11 +5,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .observe import attributes
+from .parts import names_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+TENSIONS = ("tension_top", "tension_anchor")
 PARTS = ("real", "imaginary")
 #: What is said wherever these numbers are shown.
 LINEAR = (
@@ -32,12 +34,13 @@ def dataset_of_response(seaway, periods, small, high, height, sea=None) -> "xr.D
     for name, X, words in (("rao", small, "in small waves"), ("rao_drag", high, "in waves of this height")):
         if X is not None:
             data |= _amplitudes(seaway, name, X, words)
-    slopes = seaway.tension_slopes()
-    data["tension_mean"] = ("tension", np.array([mean for mean, _ in slopes.values()]), _said("N", "tension at rest"))
+    means = _by_line(seaway, np.array([mean for mean, _ in seaway.tension_slopes().values()]))
+    data["tension_mean"] = (("cable", "tension"), means, _said("N", "tension at rest"))
     if sea is not None:
         data |= _irregular(seaway, *sea)
-    labels = {"motion": list(MOTIONS), "part": list(PARTS), "tension": list(slopes)}
-    if len(seaway.found.bodies) > 1:
+    labels = {"motion": list(MOTIONS), "part": list(PARTS), "tension": list(TENSIONS)}
+    labels["cable"] = [line.name for line in seaway.found.lines]
+    if seaway.found.bodies:
         labels["buoy"] = [body.name for body in seaway.found.bodies]
     info = attributes(seaway.found.problem) | {"direction_deg": seaway.direction_deg, "comment": LINEAR}
     if high is not None:
@@ -50,24 +53,25 @@ def _said(unit, words):
 
 
 def _motions(seaway, X):
-    """(motion, ...) of the only buoy, or (buoy, motion, ...); (0, ...) without one."""
-    found = np.array([np.array(motion) for motion in seaway.motions(X)])
-    return found[0] if len(found) == 1 else found
+    """(buoy, motion, ...)."""
+    return np.array([np.array(motion) for motion in seaway.motions(X)])
+
+
+def _by_line(seaway, values):
+    """(cable, tension, ...) of (tensions of a Seaway, ...); nan of a top that is free."""
+    found = np.full((len(seaway.found.lines), len(TENSIONS), *values.shape[1:]), np.nan, dtype=values.dtype)
+    for (what, cable), value in zip(seaway.tension_slopes(), values, strict=True):
+        found[cable, TENSIONS.index(what)] = value
+    return found
 
 
 def _amplitudes(seaway, name, X, words):
-    found, tensions = {}, seaway.tensions(X)
-    dims = _dims(seaway)
-    if dims:
-        motions = _motions(seaway, X)
-        found[name] = ((*dims, "period", "part"), _parts(motions), _said("m/m, rad/m", f"motions of C {words}"))
+    found, tensions = {}, _by_line(seaway, seaway.tensions(X))
+    if seaway.found.bodies:
+        said = _said("m/m, rad/m", f"motions of C {words}")
+        found[name] = (("buoy", "motion", "period", "part"), _parts(_motions(seaway, X)), said)
     said = _said("N/m", f"tensions {words}")
-    return found | {f"{name}_tension": (("tension", "period", "part"), _parts(tensions), said)}
-
-
-def _dims(seaway):
-    bodies = seaway.found.bodies
-    return () if not bodies else ("motion",) if len(bodies) == 1 else ("buoy", "motion")
+    return found | {f"{name}_tension": (("cable", "tension", "period", "part"), _parts(tensions), said)}
 
 
 def _parts(values):
@@ -76,33 +80,39 @@ def _parts(values):
 
 def _irregular(seaway, bins, X):
     """Spectra and standard deviations."""
-    tensions = np.abs(seaway.tensions(X)) ** 2
+    tensions = np.abs(_by_line(seaway, seaway.tensions(X))) ** 2
     elevation = bins.density(np.ones_like(bins.energy))
+    spectra, deviations = bins.density(tensions), np.sqrt(tensions @ bins.energy)
     found = {
         "omega": ("omega", bins.omega, _said("rad s-1", "angular frequency")),
         "spectrum": ("omega", elevation, _said("m2 s rad-1", "spectral density of the elevation")),
-        "tension_spectrum": (("tension", "omega"), bins.density(tensions), _said("N2 s rad-1", "of the tensions")),
-        "tension_std": (
-            ("tension",),
-            np.sqrt(tensions @ bins.energy),
-            _said("N", "standard deviation of the tensions"),
-        ),
+        "tension_spectrum": (("cable", "tension", "omega"), spectra, _said("N2 s rad-1", "of the tensions")),
+        "tension_std": (("cable", "tension"), deviations, _said("N", "standard deviation of the tensions")),
     }
-    dims = _dims(seaway)
-    if dims:
+    if seaway.found.bodies:
         motions = np.abs(_motions(seaway, X)) ** 2
         said = _said("m2 s/rad, rad2 s/rad", "spectral density of the motions")
-        found["motion_spectrum"] = ((*dims, "omega"), bins.density(motions), said)
+        found["motion_spectrum"] = (("buoy", "motion", "omega"), bins.density(motions), said)
         said = _said("m, rad", "standard deviation of the motions")
-        found["motion_std"] = (dims, np.sqrt(motions @ bins.energy), said)
+        found["motion_std"] = (("buoy", "motion"), np.sqrt(motions @ bins.energy), said)
     return found
 
 
 def each_buoy(dataset) -> list[tuple[str, "xr.Dataset"]]:
-    """(" of its name", its part) of each of several buoys; ("", all of it) of the only one, or without any."""
-    if "buoy" not in dataset.dims:
-        return [("", dataset)]
-    return [(f" of {name}", dataset.sel(buoy=name)) for name in dataset.buoy.values.tolist()]
+    """(" of its name", empty for the only one, its part) of each buoy."""
+    names = names_of(dataset, "buoy")
+    return [(f" of {name}" if len(names) > 1 else "", dataset.sel(buoy=name)) for name in names]
+
+
+def each_tension(dataset) -> list[tuple[str, "xr.Dataset"]]:
+    """(name, with that of the cable if there are several, its part) of each tension; not of tops that are free."""
+    names = names_of(dataset, "cable")
+    found = [
+        (f"{what}_{name}" if len(names) > 1 else what, dataset.sel(cable=name, tension=what))
+        for what in TENSIONS
+        for name in names
+    ]
+    return [(name, one) for name, one in found if np.isfinite(one.tension_mean)]
 
 
 def complex_of(variable) -> np.ndarray:
@@ -113,8 +123,7 @@ def complex_of(variable) -> np.ndarray:
 def warnings(dataset) -> list[str]:
     """Where the response is no longer linear: a line that goes slack."""
     found = []
-    for name in dataset.tension.values.tolist():
-        one = dataset.sel(tension=name)
+    for name, one in each_tension(dataset):
         if "tension_std" in one and 3 * one.tension_std.item() > one.tension_mean.item():
             found.append(
                 f"{name}: three standard deviations, {3 * one.tension_std.item():.4g} N, are more than the mean, "

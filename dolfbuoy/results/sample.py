@@ -3,8 +3,8 @@
 All that counts is behind the ramp.  A sample is a plain dict, so that a store of many cases can hold it:
 
     {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
-     "cycles": {label: [ranges, counts]}, "corners": [[x, y], ...], of the convex hull of the track of C,
-     "watch_circle": radius about the anchor, "parted": which lines have, where and when, if any have}
+     "cycles": {label: [ranges, counts]}, "corners": {buoy: [[x, y], ...]}, of the convex hull of the track of C,
+     "watch_circle": {buoy: radius about the anchor}, "parted": which lines have, where and when, if any have}
 """
 
 import math
@@ -14,24 +14,19 @@ import xarray as xr
 
 from ..errors import InputError
 from ..scene import Scene
-from ..scene.cable import Cable
-from ..scene.network import single
 from ..scene.settings import ramp_of
 from .certainty import memory_of
 from .cycles import binned, crossing_period, peaks, rainflow_cycles
 from .elevation import elevation
 from .offsets import corners
-from .statistics import columns_of, weights_of
+from .parts import names_of
+from .statistics import ADDED, OF_PART, columns_of, weights_of
 
 #: What is said of every series; `period` is the mean time between upward crossings of the mean (nan: none).
 #: `memory` is that of `certainty`, of what an irregular sea moves (nan: no chance is in it).
 NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
 #: The elevation at a point that stays where it is, and the horizontal distance of C from the anchor, as series.
-FIXED_POINT, OFFSET = "fixed_point_elevation", "offset"
-ADDED = {
-    FIXED_POINT: ("m", "water surface at a fixed point"),
-    OFFSET: ("m", "horizontal distance of C from the anchor"),
-}
+FIXED_POINT, OFFSET = ADDED
 #: Series whose peaks are kept, and whose cycles wear a line; all of these beginnings.
 PEAKED = ("tension", FIXED_POINT, "surface_elevation", "buoy_position_z", OFFSET, "cone_angle", "roll", "pitch")
 CYCLED = ("tension",)
@@ -85,36 +80,35 @@ def _added(record, late, scene, point):
     if scene.waves:
         eta = elevation(scene, late.time.values, _point(record, scene) if point is None else point)
         yield FIXED_POINT, eta, 1e-9 * np.abs(eta).max()
-    if _has_track(late) and _anchor(scene) is not None:
-        yield OFFSET, _offset(late, scene), 1e-9 * np.abs(late.buoy_position.values).max()
+    if _anchor(scene) is not None:
+        for name, track in _tracks(late).items():
+            yield f"{OFFSET}{OF_PART}{name}", _offset(track, scene), 1e-9 * np.abs(late.buoy_position.values).max()
 
 
-def _has_track(record):
-    """Whether there is one buoy."""
-    return "buoy_position" in record and record.buoy_position.ndim == 2
-
-
-def _track(record):
-    return record.buoy_position.values[:, :2]
+def _tracks(record):
+    """(x, y) of every buoy over time."""
+    return {name: record.buoy_position.sel(buoy=name).values[:, :2] for name in names_of(record, "buoy")}
 
 
 def _anchor(scene):
-    """(x, y) of the anchor, if there is one line."""
-    return single(scene).anchor[:2] if isinstance(single(scene).cable, Cable) else None
+    """(x, y) of the anchor, if there is one line and it has one."""
+    network = scene.network
+    held = len(network.cables) == 1 and network.pieces[0].ends[0].kind == "fixed"
+    return network.pieces[0].ends[0].top.position[:2] if held else None
 
 
-def _offset(record, scene):
-    return np.linalg.norm(_track(record) - np.array(_anchor(scene)), axis=-1)
+def _offset(track, scene):
+    return np.linalg.norm(track - np.array(_anchor(scene)), axis=-1)
 
 
 def _point(record, scene):
-    if _has_track(record):
-        return _track(record)[0]
-    return _anchor(scene) or (0.0, 0.0)
+    tracks = _tracks(record)
+    return next(iter(tracks.values()))[0] if tracks else _anchor(scene) or (0.0, 0.0)
 
 
 def _circles(record, scene):
-    if not _has_track(record):
-        return {}
-    found = {"corners": corners(_track(record)).tolist()}
-    return found | ({"watch_circle": float(_offset(record, scene).max())} if _anchor(scene) is not None else {})
+    tracks = _tracks(record)
+    found = {"corners": {name: corners(track).tolist() for name, track in tracks.items()}} if tracks else {}
+    if _anchor(scene) is not None and tracks:
+        found["watch_circle"] = {name: float(_offset(track, scene).max()) for name, track in tracks.items()}
+    return found

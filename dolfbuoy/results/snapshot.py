@@ -8,9 +8,8 @@ import numpy as np
 
 from ..model.sea import crest_height, heading, velocity_at, wavenumber
 from ..model.seabed import height_of_bed
-from ..scene.network import is_network
 from .drawing import figure_of
-from .instant import instant
+from .instant import Instant
 from .paraview import hull_surface
 from .space import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
 from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, matplotlib, new_figure
@@ -20,22 +19,22 @@ from .tables import force_unit
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-#: Of the lines of a network, in turn; with more of them than these the legend does not tell which is which.
+#: Of several lines, in turn; with more of them than these the legend does not tell which is which.
 LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], COLORS["purple"]]
-#: A network is drawn from above too if it is wider than this share of its length.
+#: Several lines are drawn from above too if they are wider than this share of their length.
 WIDE = 0.02
 #: From where all is seen [deg] over the horizon.
 ELEVATION = 14
 
 
-@figure_of(network=True)
+@figure_of()
 def snapshot(record, scene=None, time: float | None = None) -> Figure:
     """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
-    the buoy with the forces on it, a network from above.  Lengths have equal scale in all directions; over each panel
-    an arrow of known speed, in the legend the scale of forces."""
-    now = instant(record, scene, time)
-    boxes = [box for box in (_whole(now), None if is_network(scene) else _detail(now)) if box is not None]
-    from_above = is_network(scene) and np.ptp(now.cable[:, :2], axis=0).min() > WIDE * np.ptp(now.cable, axis=0).max()
+    the buoy with the forces on it, several lines from above.  Lengths have equal scale in all directions; over each
+    panel an arrow of known speed, in the legend the scale of forces."""
+    now = Instant(record, scene, time)
+    boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
+    from_above = len(now.lines) > 1 and np.ptp(now.cable[:, :2], axis=0).min() > WIDE * np.ptp(now.cable, axis=0).max()
     figure, legend = new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False), {}
     for box in boxes:
         axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
@@ -65,8 +64,8 @@ def _lay_out(figure, title, time, entries):
 
 
 def _whole(now):
-    """Box (2, 3) of lower and upper corner around everything; None without a cable."""
-    if now.cable is None:
+    """Box (2, 3) of lower and upper corner around everything; None of one buoy without a line."""
+    if now.alone and not now.lines:
         return None
     points = now.points
     low, high = points.min(axis=0), points.max(axis=0)
@@ -85,11 +84,12 @@ def _whole(now):
 
 
 def _detail(now):
-    """Box around the buoy; None without one."""
-    if now.r_C is None:
+    """Box around the buoy; None without one, or of several lines or buoys."""
+    if not now.alone or not now.buoys:
         return None
-    middle = (now.at(max(now.heights)) + now.at(min(now.heights))) / 2
-    half = now.buoy_size * np.array([1.05, 1.05, 0.95])
+    (buoy,) = now.buoys
+    middle = (buoy.at(max(buoy.heights)) + buoy.at(min(buoy.heights))) / 2
+    half = buoy.size * np.array([1.05, 1.05, 0.95])
     return np.array([middle - half, middle + half])
 
 
@@ -107,7 +107,7 @@ def _draw(axes, now, box, legend):
     for buoy in (buoy for buoy in now.buoys if buoy.masses):
         mast = np.array([buoy.at(h) for h in (max(buoy.heights), buoy.shape.height if buoy.shape else buoy.center)])
         axes.plot(*mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
-        size = 4.5 if (box[1] - box[0]).max() < 6 * buoy.buoy_size else 2.0
+        size = 4.5 if (box[1] - box[0]).max() < 6 * buoy.size else 2.0
         axes.plot(*np.array(buoy.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
         legend["masses"] = Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass")
 
@@ -169,7 +169,8 @@ def _draw_below_bed(axes, now, x, legend):
 
 #: Symbol, size, colour and words of joints: held, without a body, heavier and lighter than water.
 JOINTS = {
-    "held": ("s", 3.5, COLORS["ink"], "held end"),
+    "fixed": ("s", 3.5, COLORS["ink"], "held end"),
+    "prescribed": ("s", 3.5, COLORS["ink"], "held end"),
     "joint": (".", 4.0, COLORS["ink"], "joint"),
     "clump": ("D", 4.0, COLORS["ink"], "clump"),
     "float": ("o", 5.0, COLORS["orange"], "float"),
@@ -177,23 +178,21 @@ JOINTS = {
 
 
 def _kind_of(mark):
-    if mark.held:
-        return "held"
-    return "joint" if mark.weight == 0 else "clump" if mark.weight > 0 else "float"
+    return mark.kind if mark.weight == 0 else "clump" if mark.weight > 0 else "float"
 
 
 def _draw_marks(axes, now, box, legend):
-    """Joints, and ends that are held; of a scene that is no network its anchor."""
+    """Joints, and ends that are held; in the sea those that stay where they are are anchors."""
     for mark in now.marks:
         if ((mark.place > box[0] - 1e-9) & (mark.place < box[1] + 1e-9)).all():
             symbol, size, color, words = JOINTS[_kind_of(mark)]
             axes.plot(*mark.place[:, None], symbol, color=color, ms=size, ls="none", zorder=3.5)
-            words = "anchor" if now.scene.sea and not is_network(now.scene) else words
+            words = "anchor" if now.scene.sea and mark.kind == "fixed" else words
             legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
 
 
 def _draw_plan(axes, now):
-    """A network from above: lines, with their names where the legend leaves them out, joints, hulls."""
+    """All from above: lines, with their names where the legend leaves them out, joints, hulls."""
     for name, nodes, color in _colored(now):
         axes.plot(*nodes[:, :2].T, color=color, lw=1.2)
         if len(now.lines) > len(LINES):
@@ -239,7 +238,7 @@ def _draw_key(axes, box, along, speed, scale):
 def _plane(now, box, columns=8):
     """Points under water in the plane of the waves through the buoy, and their distance."""
     middle = (box[0] + box[1]) / 2
-    through, along = middle if now.r_C is None else now.r_C, heading(now.direction_deg)
+    through, along = now.buoys[0].r_C if now.alone and now.buoys else middle, heading(now.direction_deg)
     across = np.array([-along[1], along[0], 0.0])
     base = middle * [1, 1, 0] + across * ((through - middle) @ across)
     half = (box[1] - box[0])[:2] / 2
@@ -295,7 +294,7 @@ def _water_patches(now, box):
 
 
 def _hull_patches(now):
-    points, quads = hull_surface(now.shape.stations, now.center, around=40, cell=now.buoy_size / 14)
+    points, quads = hull_surface(now.shape.stations, now.center, around=40, cell=now.size / 14)
     return (now.r_C + points @ now.R.T)[quads]
 
 
@@ -328,10 +327,10 @@ def _divided(x, pieces=200):
 
 def _tension(now):
     """Least and largest of the elements of the only cable."""
-    if now.tension is None:
+    if len(now.tensions) != 1:
         return ""
-    unit, factor = force_unit(now.tension)
-    least, largest = (f"{factor * T:.3g}" for T in (now.tension.min(), now.tension.max()))
+    unit, factor = force_unit(now.tensions[0])
+    least, largest = (f"{factor * T:.3g}" for T in (now.tensions[0].min(), now.tensions[0].max()))
     return f", tension {least} {unit}" if least == largest else f", tension {least} to {largest} {unit}"
 
 

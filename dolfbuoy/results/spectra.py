@@ -12,7 +12,7 @@ NOISE = 1e-12
 _LINES = (("-", "blue"), ("--", "red"), ("-.", "green"))
 
 
-@figure_of("buoy_position")
+@figure_of("buoy_position", part="buoy")
 def motion_spectrum(record, scene=None) -> Figure:
     """Power spectral density of the position of C after the ramp, and of its turns if the record has them."""
     x = record.buoy_position.values
@@ -21,7 +21,7 @@ def motion_spectrum(record, scene=None) -> Figure:
     return _spectra(record, scene, "spectrum of the motion", panels + ([("°", turns)] if turns else []))
 
 
-@figure_of("tension_top", "tension_anchor")
+@figure_of("tension_top", "tension_anchor", part="cable")
 def tension_spectrum(record, scene=None) -> Figure:
     """Power spectral density of the tension at both ends of the cable after the ramp."""
     unit, factor = force_unit(record.tension_top)

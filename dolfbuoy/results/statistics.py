@@ -18,7 +18,7 @@ TURNING = ("roll", "yaw")
 
 
 def statistics(record: xr.Dataset) -> dict[str, dict[str, float]]:
-    """STATISTICS of every scalar series and every component of a vector series, in the units of the record.
+    """STATISTICS of every series, by the labels of `columns_of`, in the units of the record.
 
     Mean and standard deviation are over time (trapezoidal rule), whatever the steps; see also `dominant_period`.
     """
@@ -39,8 +39,11 @@ def weights_of(t: np.ndarray) -> np.ndarray:
 
 
 def columns_of(record: xr.Dataset) -> Iterator[tuple[str, np.ndarray, float]]:
-    """Every scalar series of a record and every component of another: its label (name, or name_label such as
-    buoy_position_z), its values, and what of them may be rounding noise.  Angles turn on over 180 degrees."""
+    """Every scalar series of a record and every component of another: its label, its values, and what of them may be
+    rounding noise.  Angles turn on over 180 degrees.
+
+    Labels: "tension_top of port", "buoy_position_z of buoy"; of nothing but the name and a component "NAME_z".
+    """
     for name, variable in record.data_vars.items():
         if variable.dims[:1] != ("time",) or name in EFFORT:
             continue
@@ -49,13 +52,86 @@ def columns_of(record: xr.Dataset) -> Iterator[tuple[str, np.ndarray, float]]:
             columns = np.unwrap(columns, period=360, axis=0)
         labels = itertools.product(*(record[dim].values.astype(str) for dim in variable.dims[1:]))
         for label, x in zip(labels, columns.T, strict=True):
-            yield "_".join([name, *label]), x, 1e-9 * np.abs(columns).max()
+            parts = [text for dim, text in zip(variable.dims[1:], label, strict=True) if dim in OF]
+            components = [text for dim, text in zip(variable.dims[1:], label, strict=True) if dim not in OF]
+            yield OF_PART.join(["_".join([name, *components]), *parts]), x, 1e-9 * np.abs(columns).max()
+
+
+#: Dimensions of a record that say what a series is of, and what stands before that in a label.
+OF, OF_PART = ("cable", "buoy", "attachment", "segment", "joint"), " of "
+#: Series of statistics that a record does not have: dimensions, unit, long name.
+ADDED = {
+    "fixed_point_elevation": ((), "m", "water surface at a fixed point"),
+    "offset": (("buoy",), "m", "horizontal distance of C from the anchor"),
+}
+
+
+def _declared(label):
+    """Dimensions, unit and long name of the series of a label."""
+    name, known = label.partition(OF_PART)[0], SERIES | ADDED
+    return known[max((one for one in known if name == one or name.startswith(f"{one}_")), key=len)]
 
 
 def described(label: str) -> tuple[str, str]:
     """(unit, long name) of a column."""
-    name = max((name for name in SERIES if label == name or label.startswith(f"{name}_")), key=len)
-    return SERIES[name][1:]
+    return _declared(label)[1:]
+
+
+class Spread:
+    """Columns by their labels as variables by their names, over the dimension of what they are of.
+
+    names: of that by dimension, as they stand in the labels.
+    """
+
+    def __init__(self, labels):
+        self.names = {}
+        for label in labels:
+            dimension, part = self.place(label)
+            if dimension and part not in self.names.setdefault(dimension, []):
+                self.names[dimension].append(part)
+
+    @staticmethod
+    def place(label: str) -> tuple[str | None, str]:
+        """(dimension, name of what it is of); (None, "")."""
+        dimension = next((d for d in _declared(label)[0] if d in OF), None)
+        return dimension, label.partition(OF_PART)[2]
+
+    def __call__(self, columns: dict[str, np.ndarray], *dims: str) -> dict[str, tuple]:
+        """{name: (dimensions, array)} of columns with these dimensions; the new one is the second."""
+        found = {}
+        for label, column in columns.items():
+            (dimension, part), name = self.place(label), label.partition(OF_PART)[0]
+            if dimension is None:
+                found[name] = dims, column
+                continue
+            names, (first, *others) = self.names[dimension], column.shape
+            whole = np.full((first, len(names), *others), np.nan)
+            found.setdefault(name, ((dims[0], dimension, *dims[1:]), whole))[1][:, names.index(part)] = column
+        return found
+
+
+def each_series(dataset: xr.Dataset, statistic: str) -> list[tuple[str, str, xr.Dataset]]:
+    """(name with what it is of if there are several of that, name, what the dataset has of it) of all series of which
+    there is this statistic, without the dimension of what they are of."""
+    found = []
+    for name in (str(v).removesuffix(f"_{statistic}") for v in dataset.data_vars if str(v).endswith(f"_{statistic}")):
+        variable = dataset[f"{name}_{statistic}"]
+        dimension = next((d for d in variable.dims if d in OF), None)
+        for part in dataset[dimension].values.tolist() if dimension else [None]:
+            label = f"{name}{OF_PART}{part}" if dimension and dataset.sizes[dimension] > 1 else name
+            found.append((label, name, _of_part(dataset, name, dimension, part)))
+    return found
+
+
+def _of_part(dataset, name, dimension, part):
+    """The variables of a series of one part, and of all lists of its peaks and ranges."""
+    if dimension is None:
+        return dataset
+    found = dataset.sel({dimension: part})
+    for kept in (f"{name}_peak", f"{name}_range"):
+        if f"{kept}_{dimension}" in found:
+            found = found.isel({f"{kept}_number": found[f"{kept}_{dimension}"].values == part})
+    return found
 
 
 def dominant_period(t, x, noise=0.0) -> float:

@@ -9,6 +9,7 @@ import xarray as xr
 from .drawing import legend_above
 from .extremes import Gumbel
 from .sample import FIXED_POINT
+from .statistics import each_series
 from .style import COLORS, PAGE, PALETTE, STYLE, Circle, Figure, legend_below, matplotlib, new_figure, save
 from .tables import unit_of
 
@@ -33,35 +34,32 @@ def _sets(statistics):
     return range(min(statistics.sizes["set"], MOST_SETS))
 
 
-def _panels(statistics, suffix):
-    """(figure, {series: axes}) of those of SHOWN that have a variable with this suffix; None if none has."""
-    names = [name for name in SHOWN if statistics.sizes.get(f"{name}{suffix}_number")]
-    if not names:
-        return None, {}
-    return _grid(names)
-
-
-def _grid(names):
-    """A figure with a panel for each name."""
-    rows = (len(names) + 1) // 2
+def _panels(statistics, needs):
+    """(figure, [(axes, name, text of the axis, factor to its unit, what there is of it)]) of those of SHOWN, of every
+    cable and buoy, of which there is what it needs, an ending; (None, []) if there is nothing."""
+    series = [one for shown in SHOWN for one in each_series(statistics, "maximum") if one[1] == shown]
+    series = [(said, name, one) for said, name, one in series if f"{name}{needs}" in one and one[f"{name}{needs}"].size]
+    if not series:
+        return None, []
+    rows = (len(series) + 1) // 2
     figure = new_figure(PAGE, 0.4 + 2.4 * rows)
     grid = figure.subplots(rows, 2, squeeze=False).ravel()
-    for spare in grid[len(names) :]:
+    for spare in grid[len(series) :]:
         spare.remove()
-    return figure, dict(zip(names, grid, strict=False))
+    shown = zip(grid, series, strict=False)
+    return figure, [(axes, name, *_label(said, one[f"{name}_maximum"]), one) for axes, (said, name, one) in shown]
 
 
-def _label(statistics, name):
+def _label(said, largest):
     """Name and unit of an axis, and the factor to that unit."""
-    unit, factor = unit_of(statistics[f"{name}_maximum"].values, statistics[f"{name}_maximum"].attrs["units"])
-    return f"{name.replace('_', ' ')} [{unit}]", factor
+    unit, factor = unit_of(largest.values, largest.attrs["units"])
+    return f"{said.replace('_', ' ')} [{unit}]", factor
 
 
 def exceedance(statistics: xr.Dataset) -> Figure | None:
     """Probability that a peak is higher, and Rayleigh's of a narrow-banded Gaussian process."""
     figure, panels = _panels(statistics, "_peak")
-    for name, axes in panels.items():
-        text, factor = _label(statistics, name)
+    for axes, name, text, factor, statistics in panels:
         for k in _sets(statistics):
             mine = statistics[f"{name}_peak_set"].values == k
             peaks, share = statistics[f"{name}_peak"].values[mine], statistics[f"{name}_peak_exceedance"].values[mine]
@@ -70,7 +68,7 @@ def exceedance(statistics: xr.Dataset) -> Figure | None:
             _rayleigh(axes, statistics, name, k, factor, share.min(initial=1.0))
         axes.set(yscale="log", xlabel=text, ylabel="share of higher peaks")
     if panels:
-        handles = next(iter(panels.values())).get_legend_handles_labels()[0]
+        handles = panels[0][0].get_legend_handles_labels()[0]
         legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
     return figure
 
@@ -95,8 +93,7 @@ def _rayleigh(axes, statistics, name, k, factor, lowest):
 def cycles(statistics: xr.Dataset) -> Figure | None:
     """Rainflow ranges: how many cycles per hour are as large or larger."""
     figure, panels = _panels(statistics, "_range")
-    for name, axes in panels.items():
-        text, factor = _label(statistics, name)
+    for axes, name, text, factor, statistics in panels:
         for k in _sets(statistics):
             mine = statistics[f"{name}_range_set"].values == k
             order = np.argsort(statistics[f"{name}_range"].values[mine])[::-1]
@@ -112,17 +109,14 @@ def cycles(statistics: xr.Dataset) -> Figure | None:
 
 def extremes(statistics: xr.Dataset) -> Figure | None:
     """Largest values of the runs on Gumbel's paper, the line fitted to them, and the most probable one of 3 h."""
-    names = [name for name in SHOWN if f"{name}_most_probable" in statistics]
-    if not names:
-        return None
-    figure, panels = _grid(names)
-    for name, axes in panels.items():
-        text, factor = _label(statistics, name)
+    figure, panels = _panels(statistics, "_most_probable")
+    for axes, name, text, factor, statistics in panels:
         for k in _sets(statistics):
             _gumbel_paper(axes, statistics, name, k, factor)
         axes.set(xlabel=f"largest {text}", ylabel="-ln(-ln P)")
-    handles = panels[names[0]].get_legend_handles_labels()[0]
-    legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
+    if panels:
+        handles = panels[0][0].get_legend_handles_labels()[0]
+        legend_below(figure, 0.3, 2 * min(statistics.sizes["set"], 3), handles)
     return figure
 
 
@@ -155,9 +149,10 @@ def circle(statistics: xr.Dataset) -> Figure | None:
     for k in _sets(statistics):
         mine = statistics.corner_set.values == k
         axes.plot(statistics.corner_x.values[mine], statistics.corner_y.values[mine], ".", ms=3, color=PALETTE[k])
-        x, y, radius = (float(statistics[f"circle_{part}"][k]) for part in ("x", "y", "radius"))
-        axes.add_patch(Circle((x, y), radius, fill=False, lw=0.8, ec=PALETTE[k], label=f"radius {radius:.3g} m"))
-        axes.plot(x, y, "+", color=PALETTE[k], ms=5)
+        circles = (statistics[f"circle_{part}"].values[k] for part in ("x", "y", "radius"))
+        for x, y, radius in zip(*circles, strict=True):
+            axes.add_patch(Circle((x, y), radius, fill=False, lw=0.8, ec=PALETTE[k], label=f"radius {radius:.3g} m"))
+            axes.plot(x, y, "+", color=PALETTE[k], ms=5)
     axes.set(xlabel="x of C [m]", ylabel="y of C [m]", aspect="equal")
     axes.autoscale_view()
     legend_above(axes, 2)

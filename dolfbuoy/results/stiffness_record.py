@@ -27,8 +27,7 @@ def dataset_of_stiffness(problem, found) -> "xr.Dataset":
     """
     import xarray as xr
 
-    several, data = ("buoy",) if len(found.bodies) > 1 else (), {}
-    is_rigid = any(rigid.shape[1] for rigid in found.rigid)
+    data, is_rigid = {}, any(rigid.shape[1] for rigid in found.rigid)
     matrices = {"mooring": found.mooring, "hull": found.hull, "total": found.mooring + found.hull}
     for name, matrix in matrices.items():
         blocks, values, finite = [], [], []
@@ -39,23 +38,17 @@ def dataset_of_stiffness(problem, found) -> "xr.Dataset":
             values.append(_eigenvalues(body, block, directions))
             finite.append(_across(body, block, directions))
         said = {"units": "N/m, N m/rad", "long_name": SAID[name]}
-        data[name] = ((*several, "reaction", "motion"), np.array(blocks) if several else blocks[0], said)
+        data[name] = (("buoy", "reaction", "motion"), np.array(blocks), said)
         said = {"units": "N m-1", "long_name": "eigenvalues of its symmetric part, turns at the radius of gyration"}
-        data[f"{name}_eigenvalue"] = ((*several, "number"), np.array(values) if several else values[0], said)
+        data[f"{name}_eigenvalue"] = (("buoy", "number"), np.array(values), said)
         if is_rigid and name != "hull":
             said = {"units": "N/m, N m/rad", "long_name": f"{SAID[name]}, of motions across what is rigid"}
-            data[f"{name}_across"] = (
-                (*several, "reaction", "motion"),
-                np.array(finite) if several else finite[0],
-                said,
-            )
+            data[f"{name}_across"] = (("buoy", "reaction", "motion"), np.array(finite), said)
     if is_rigid:
         rows = [_motions(body, rigid) for body, rigid in zip(found.bodies, found.rigid, strict=True)]
         said = {"units": "m, rad", "long_name": "motion of each eigenvalue that is infinite"}
-        data["rigid"] = ((*several, "number", "motion"), np.array(rows) if several else rows[0], said)
-    labels = {"reaction": list(REACTIONS), "motion": list(MOTIONS)}
-    if several:
-        labels["buoy"] = [body.name for body in found.bodies]
+        data["rigid"] = (("buoy", "number", "motion"), np.array(rows), said)
+    labels = {"reaction": list(REACTIONS), "motion": list(MOTIONS), "buoy": [body.name for body in found.bodies]}
     return xr.Dataset(data, labels, attributes(problem))
 
 

@@ -8,19 +8,18 @@ from ..meshes import number_of_cells
 from ..model.material import weight_per_length
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
-from ..scene.network import is_network, network_of, single
-from .parts import parts_of
+from .parts import names_of, parts_of
 from .tables import force_unit, unit_of
 from .utilisation import rows_of, warnings_of
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
-    rows, ends = [], _ends(scene)
-    for name, part, _ in parts_of(record, scene):
-        found = [*_extremes(part, *ends.get(name, ENDS)), *rows_of(part), *_grown(part)]
-        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
-    for name in network_of(scene).bodies:
+    network, lines = scene.network, parts_of(record, "cable")
+    rows = [_said(part.label, row) for k, part in enumerate(lines) for row in _of_line(part.record, *_ends(network, k))]
+    rows += [_said(part.label, row) for part in parts_of(record, "buoy") for row in _of_buoy(part.record)]
+    rows += [_said(part.label, row) for part in lines for row in [*rows_of(part.record), *_grown(part.record)]]
+    for name in network.bodies:
         place = record.joint_position.sel(joint=name)
         rows += [_range(f"{name}: {axis} of the body", place.sel(xyz=axis), "m") for axis in "xyz"]
     if "parted" in record.attrs:
@@ -38,14 +37,15 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     return rows
 
 
-#: What the ends of a cable are called that is alone.
-ENDS = "the anchor", "the top"
+def _said(label, row):
+    """A row with the name of the one of several that it is of, if there are several."""
+    return (f"{label}: {row[0]}", *row[1:]) if label else row
 
 
-def _ends(scene):
-    """Of each cable of a network what its ends are called."""
-    network = network_of(scene)
-    return {name: network.ends_of(k) for k, name in enumerate(network.cables)} if is_network(scene) else {}
+def _ends(network, cable):
+    """What the ends of a cable are called: by what they hang on; of the only one that on a buoy is the top."""
+    low, high = network.ends_of(cable)
+    return low, "the top" if len(network.cables) == 1 and high in network.buoys else high
 
 
 def _grown(record):
@@ -62,33 +62,41 @@ def _grown(record):
     ]
 
 
+#: What a number or vector of an equilibrium may be of, in the order of the table; "": of all.
+_OF = ("cable", "buoy", "attachment", "")
+
+
 def static_rows(record, scene) -> list[tuple[str, str, str]]:
-    """(quantity, value, unit) of an equilibrium: all numbers and vectors; of a network by cable, buoy and joint."""
-    rows, ends = [], _ends(scene)
-    for name, part, _ in parts_of(record, scene):
-        if name:  # of the whole network
-            part = part.drop_vars("newton_iterations")
-        for variable in part.data_vars.values():
-            if variable.name != "utilisation" and (variable.ndim == 0 or variable.dims == ("xyz",)):
-                what = _at_ends(variable, *ends[name]) if name in ends else variable.attrs["long_name"]
-                rows.append(_static_row(f"{name}: {what}" if name else what, variable.values, variable.attrs["units"]))
-        found = [*rows_of(part), *_grown(part)]
-        rows += [(f"{name}: {what}" if name else what, value, unit) for what, value, unit in found]
-    for joint in record.get("joint", ()):
+    """(quantity, value, unit) of an equilibrium: all numbers and vectors, of several cables or buoys in turn."""
+    network, rows, lines = scene.network, [], parts_of(record, "cable")
+    for variable in record.data_vars.values():
+        of = "".join(d for d in variable.dims if d != "xyz")
+        names = names_of(record, of)
+        if of not in _OF or (of == "attachment" and len(names) > 1):  # ends of lines, which are there already
+            continue
+        for k, name in enumerate(names or [""]):
+            said = _at_ends(*network.ends_of(k)) if of == "cable" and len(names) > 1 else {}
+            what = said.get(variable.name, variable.attrs["long_name"])
+            row = _static_row(what, variable.values[k] if names else variable.values, variable.attrs["units"])
+            rows.append(((_OF.index(of), k), _said(name if len(names) > 1 else "", row)))
+    if any(len(names_of(record, of)) > 1 for of in _OF):
+        rows.sort(key=lambda pair: pair[0])
+    rows = [row for _, row in rows]
+    rows += [_said(part.label, row) for part in lines for row in [*rows_of(part.record), *_grown(part.record)]]
+    for joint in names_of(record, "joint"):
         position = record.joint_position.sel(joint=joint)
-        rows.append(_static_row(f"{joint.item()}: position of the joint", position.values, "m"))
+        rows.append(_static_row(f"{joint}: position of the joint", position.values, "m"))
     return rows
 
 
-def _at_ends(variable, low, high):
-    """What a quantity of a cable in a network is, with the names of the ends."""
-    of_ends = {
+def _at_ends(low, high):
+    """What quantities of a cable are, with the names of its ends."""
+    return {
         "tension_top": f"tension at {high}, |T_bnd|",
         "tension_anchor": f"tension at {low}, T_h(0)",
         "anchor_force": f"force that holds it at {low}",
         "end_tension": f"force that holds it at {high}, T_bnd",
     }
-    return of_ends.get(variable.name, variable.attrs["long_name"])
 
 
 def _static_row(what, values, unit):
@@ -101,31 +109,27 @@ def _range(name, values, unit, scale=1.0):
     return name, f"{float(np.min(values)) * scale:.4g} ... {float(np.max(values)) * scale:.4g}", unit
 
 
-def _extremes(record, low, high):
-    """Rows of `summary` of one cable, one buoy, or both of a scene that is no network; low, high: what the ends s = 0
-    and s = L are called."""
-    rows = []
-
-    def extremes(*row):
-        rows.append(_range(*row))
-
-    if "tension_top" in record:
-        extremes(f"tension at {high} |T_bnd|", record.tension_top, *force_unit(record.tension_top))
-    if "anchor_force" in record:
-        force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
-        extremes(f"force at {low}", force, *force_unit(force))
-        extremes(f"uplift at {low}", uplift, *force_unit(force))
+def _of_line(record, low, high):
+    """Rows of `summary` of a cable; low, high: what the ends s = 0 and s = L are called."""
+    force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
+    rows = [
+        _range(f"tension at {high} |T_bnd|", record.tension_top, *force_unit(record.tension_top)),
+        _range(f"force at {low}", force, *force_unit(force)),
+        _range(f"uplift at {low}", uplift, *force_unit(force)),
+    ]
     if "length_on_bed" in record:
-        extremes("length on the sea bed", record.length_on_bed, "m")
+        rows.append(_range("length on the sea bed", record.length_on_bed, "m"))
         if np.isfinite(record.touchdown).any():
-            extremes("x of the touchdown", record.touchdown.sel(xyz="x").dropna("time"), "m")
-    if "buoy_position" in record:
-        for axis in "xyz":
-            extremes(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m")
-        if "surface_elevation" in record:
-            extremes("z of C over the water", record.buoy_position.sel(xyz="z") - record.surface_elevation, "m")
-        extremes("cone angle", record.cone_angle, "deg")
+            rows.append(_range("x of the touchdown", record.touchdown.sel(xyz="x").dropna("time"), "m"))
     return rows
+
+
+def _of_buoy(record):
+    """Rows of `summary` of a buoy."""
+    rows = [_range(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
+    if "surface_elevation" in record:
+        rows.append(_range("z of C over the water", record.buoy_position.sel(xyz="z") - record.surface_elevation, "m"))
+    return [*rows, _range("cone angle", record.cone_angle, "deg")]
 
 
 def remaining_amplitude(period, scene) -> float:
@@ -144,7 +148,7 @@ SHARING_SLOWER_TO = 1_000_000
 
 def sharing_note(scene, ranks: int) -> str | None:
     """A sentence if one rank would run this scene faster than so many; None if not."""
-    cells = sum(number_of_cells(piece.section.elements) for piece in network_of(scene).pieces)
+    cells = sum(number_of_cells(piece.section.elements) for piece in scene.network.pieces)
     if ranks == 1 or cells > SHARING_SLOWER_TO:
         return None
     return (
@@ -155,16 +159,7 @@ def sharing_note(scene, ranks: int) -> str | None:
 
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
-    if is_network(scene):
-        return _of_parts(warnings, record, scene) + _out_of_water(record, scene)
-    found = []
-    if "cable_tension" in record:
-        found += _compressed(record, scene) + _unresolved_fold(record, scene)
-        lowest = float(record.cable_position.sel(xyz="z").min())
-        if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * single(scene).cable.length:
-            depth = -scene.sea.depth - lowest
-            found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
-        found += _rising(record, scene) + warnings_of(record, single(scene).cable.fails_at is not None)
+    found = _of_lines(_left, record, scene) + _out_of_water(record, scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     if record.attrs.get("failed_steps"):
@@ -174,34 +169,46 @@ def warnings(record, scene) -> list[str]:
 
 def static_warnings(record, scene) -> list[str]:
     """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
-    if is_network(scene):
-        return _of_parts(static_warnings, record, scene) + _out_of_water(record, scene)
-    if "cable_tension" not in record:
-        return []
-    found = warnings(record.expand_dims("frame"), scene)
-    slack = record.cable_tension.values <= 1e-12 * np.abs(record.cable_tension.values).max()
-    if single(scene).cable.slack == "tension-only" and slack.any():
-        found.append(
-            f"Slack (T = 0) in equilibrium: {_places(record, slack)}; the fold there is shorter than an element, whose "
-            "shape is not that of the cable."
-        )
+    at_once = record.expand_dims("frame") if "cable_position" in record else record
+    return _of_lines(_left, at_once, scene) + _of_lines(_slack, record, scene) + _out_of_water(record, scene)
+
+
+def _of_lines(say, record, scene):
+    """Sentences about each cable, with its name if there are several."""
+    network, found = scene.network, []
+    for k, part in enumerate(parts_of(record, "cable")):
+        pieces = [piece.section for piece in network.pieces if piece.cable == k]
+        sentences = say(part.record, scene, pieces[0], sum(piece.length for piece in pieces))
+        found += [f"{part.label}: {sentence}" if part.label else sentence for sentence in sentences]
     return found
 
 
-def _of_parts(say, record, scene):
-    """Sentences about each cable of a network, by its name; what is said of the whole run is said once."""
-    found = []
-    for name, part, alone in parts_of(record, scene):
-        found += [f"{name}: {sentence}" if "cable" in sentence.lower() else sentence for sentence in say(part, alone)]
-    return list(dict.fromkeys(found))
+def _left(record, scene, section, length):
+    """Sentences about a cable of this length; section: of its first segment."""
+    found = _compressed(record) + _unresolved_fold(record, section)
+    lowest = float(record.cable_position.sel(xyz="z").min())
+    if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * length:
+        depth = -scene.sea.depth - lowest
+        found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
+    return found + _rising(record, scene, section, length) + warnings_of(record, section.fails_at is not None)
 
 
-def _rising(record, scene):
+def _slack(record, _scene, section, _length):
+    slack = record.cable_tension.values <= 1e-12 * np.abs(record.cable_tension.values).max()
+    if section.slack != "tension-only" or not slack.any():
+        return []
+    return [
+        f"Slack (T = 0) in equilibrium: {_places(record, slack)}; the fold there is shorter than an element, whose "
+        "shape is not that of the cable."
+    ]
+
+
+def _rising(record, scene, section, length):
     """A line lighter than water that rises out of it by a hundredth of its length: its buoyancy knows no surface."""
-    if scene.sea is None or weight_per_length(scene, single(scene).cable) >= 0:
+    if scene.sea is None or weight_per_length(scene, section) >= 0:
         return []
     highest = float(record.cable_position.sel(xyz="z").max()) - crest_height(scene)
-    if highest <= 0.01 * single(scene).cable.length:
+    if highest <= 0.01 * length:
         return []
     return [
         f"The cable is lighter than water and rose up to {highest:.3g} m above it, which its buoyancy does not know of."
@@ -211,7 +218,7 @@ def _rising(record, scene):
 def _out_of_water(record, scene):
     """Floats that rise above the highest crest: their buoyancy does not know of the surface."""
     found = []
-    for name, body in network_of(scene).bodies.items() if scene.sea else ():
+    for name, body in scene.network.bodies.items() if scene.sea else ():
         highest = float(record.joint_position.sel(joint=name, xyz="z").max()) - crest_height(scene)
         if highest > 0 and body.mass < scene.sea.density * body.volume:
             found.append(
@@ -221,7 +228,7 @@ def _out_of_water(record, scene):
     return found
 
 
-def _compressed(record, scene):
+def _compressed(record):
     """What was pushed, where and how much; rounding is not counted."""
     tension = np.atleast_2d(record.cable_tension.values)
     smallest = min(float(tension.min()), float(record.tension_anchor.min()))
@@ -237,10 +244,10 @@ def _compressed(record, scene):
     ]
 
 
-def _unresolved_fold(record, scene, corner=90.0, short=0.5):
+def _unresolved_fold(record, section, corner=90.0, short=0.5):
     """Where neighbouring elements turn by more than `corner` degrees, or the ends of an element are nearer than `short`
     times its length: the fold of the cable is smaller than the elements."""
-    degree = single(scene).cable.position_degree
+    degree = section.position_degree
     ends = record.cable_position.values[..., ::degree, :]
     chords = np.diff(ends, axis=-2)
     lengths = np.linalg.norm(chords, axis=-1)

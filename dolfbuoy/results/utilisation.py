@@ -97,9 +97,5 @@ def _largest(record):
     """[(segment of the cable in words, empty if it is the whole, largest T/breaking load), ...]."""
     if "utilisation" not in record:
         return []
-    found = record.utilisation
-    if "segment" not in found.dims:
-        return [("", float(found.max()))]
-    numbers = [name.partition(".")[2] for name in found.segment.values]
-    most = found.transpose("segment", ...).values.reshape(len(numbers), -1).max(axis=1)
-    return [(number and f"segment {number}", float(x)) for number, x in zip(numbers, most, strict=True)]
+    named = [(name.item().partition(".")[2], record.utilisation.sel(segment=name)) for name in record.segment]
+    return [(number and f"segment {number}", float(values.max())) for number, values in named]

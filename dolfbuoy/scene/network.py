@@ -109,11 +109,6 @@ def _called(end):
     return ".".join(filter(None, (end.name, end.fairlead)))
 
 
-def network_of(scene) -> Network:
-    """The network of a scene."""
-    return scene.network
-
-
 def _fixed(position):
     return End("fixed", Top(kind="fixed", position=position))
 
@@ -358,65 +353,3 @@ def _check_buoys(scene, network):
         if name.startswith("buoy_") and getattr(scene.initial, name) is not None:
             value = getattr(scene.initial, name)
             raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
-
-
-# -- for a while: parts of the program that still want a scene of one line and one buoy -------------------------------
-
-
-class One:
-    """A scene as if it had one line or one buoy at most."""
-
-    def __init__(self, scene, **own):
-        self.__dict__.update(own, _scene=scene)
-
-    def __getattr__(self, name):
-        return getattr(self._scene, name)
-
-    def model_copy(self, update):
-        """With other sections."""
-        own = {name: value for name, value in self.__dict__.items() if name != "_scene"}
-        return One(self._scene, **(own | update))
-
-
-class _Cable:
-    def __init__(self, section, top, anchor):
-        self._section, self.top, self.anchor = section, top, anchor
-
-    def __getattr__(self, name):
-        return getattr(self._section, name)
-
-
-def is_network(scene):
-    """Whether it is more than one line from a fixed end to a top or the only buoy, or that buoy alone."""
-    if isinstance(scene, One):
-        return False
-    network = scene.network
-    if len(network.pieces) > 1 or len(network.buoys) > 1 or network.joints:
-        return True
-    ends = network.pieces[0].ends if network.pieces else ()
-    return bool(ends) and (ends[0].kind != "fixed" or bool(ends[1].fairlead))
-
-
-def single(scene):
-    """The One of a scene that is no network."""
-    if isinstance(scene, One):
-        return scene
-    network = scene.network
-    buoy, cable, anchor = next(iter(network.buoys.values()), None), None, None
-    if network.pieces:
-        low, high = network.pieces[0].ends
-        anchor = low.top and low.top.position
-        cable = _Cable(network.pieces[0].section, high.top, anchor)
-    own = {name: buoy and getattr(buoy, name) for name in OWN[:2]}
-    return One(scene, cable=cable, buoy=buoy, anchor=anchor, joint=None, **own)
-
-
-def with_line(scene, section):
-    """As if it had this line only."""
-    return One(scene, cable=_Cable(section, None, None), buoy=None, joint=None, wind=None, external_force=None)
-
-
-def with_buoy(scene, name):
-    """As if it had this buoy only."""
-    buoy = scene.network.buoys[name]
-    return One(scene, cable=None, joint=None, buoy=buoy, **{key: getattr(buoy, key) for key in OWN})

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..scene.network import single
 from .catenary import Catenary
 
 
@@ -10,7 +9,7 @@ class Profile:
     """r_h and T_h of a solved Problem on one rank, as polynomials on each element."""
 
     def __init__(self, problem):
-        cable, u, mu = problem.lines, problem.system.u, single(problem.scene).cable.position_degree
+        cable, u, mu = problem.lines, problem.system.u, problem.lines.section.position_degree
         order = np.argsort(cable.node_s)
         node = mu * np.arange(len(cable.T_s))[:, None] + np.arange(mu + 1)
         self.s, self.r = cable.node_s[order][node], u[cable.node_dofs[order]][node]

@@ -67,15 +67,12 @@ def _theirs(scene, start, end, segments):
 
 def _ours(record, scene):
     network, found = scene.network, {}
-    several = "cable" in record.tension_top.dims
     for k, name in enumerate(network.cables):
         for end in ("top", "anchor"):
-            tension = record[f"tension_{end}"]
-            found[f"{name}: tension_{end}"] = tension.values[:, k] if several else tension.values
+            found[f"{name}: tension_{end}"] = record[f"tension_{end}"].values[:, k]
     for name, buoy in network.buoys.items():
         if "buoy_position" in record:
-            one = record.sel(buoy=name) if "buoy" in record.buoy_position.dims else record
-            keel = _keel(one, buoy)
+            keel = _keel(record.sel(buoy=name), buoy)
             found |= {f"{name}: keel {axis}": keel[:, i] for i, axis in enumerate(AXES)}
     return found
 

@@ -10,7 +10,7 @@ from moorings import APART, LOWEST, Mooring, components
 from dolfbuoy.formats import moordyn_run
 from dolfbuoy.formats.to_moordyn import Export, Numerics, export, start_of
 from dolfbuoy.scene import load_scene
-from dolfbuoy.scene.network import network_of
+from dolfbuoy.scene.everywhere import everywhere
 
 #: Share of the largest stable step that is used.
 MARGIN = 0.95
@@ -41,12 +41,10 @@ def exported(mooring: Mooring, chosen: Settings, end: float) -> Export:
     """MoorDyn's input, with waves until end [s]; from equilibrium, of a driven cable from MoorDyn's own."""
     size = {"elements": chosen.segments, "position_degree": 1, "tension_degree": 0}
     scene, start = mooring.lasting(end), None
-    lines = [line | size for line in scene.to_dict()["cable"]] if scene.is_network else size
-    scene = load_scene(scene, cable=lines)
+    for key, value in size.items():
+        scene = load_scene(scene, **everywhere(scene, f"cable.{key}", value))
     if scene.buoy:
         start = start_of(mooring.rest)
-        if not scene.is_network:
-            scene = load_scene(scene, initial__buoy_position=start.buoys[""].tolist())
     numerics = Numerics(chosen.scheme, chosen.step)
     if scene.waves and scene.waves.irregular:
         return _with_sea(export(load_scene(scene, waves=None), start, numerics), scene)
@@ -83,7 +81,7 @@ def seconds_of(mooring: Mooring, chosen: Settings, end: float) -> float:
 
 def segment_step(mooring: Mooring, segments: int) -> float:
     """2/omega of the shortest axial vibration of a segment [s], the least of all lines: scale of explicit limits."""
-    sections = [piece.section for piece in network_of(mooring.scene).pieces]
+    sections = [piece.section for piece in mooring.scene.network.pieces]
     return min(c.length / segments * math.sqrt(c.line_density / float(c.axial_stiffness)) for c in sections)
 
 

@@ -7,10 +7,9 @@ import math
 
 import numpy as np
 import pytest
+from alone import simulate
 from dynamics_helpers import running
 from helpers import reference
-
-from dolfbuoy import simulate
 
 PULL = reference("bed_and_networks")["cases"]["pull_u1"]
 

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 import pytest
+from alone import solve_static
 from helpers import rates, reference, reference_buoy
 
-from dolfbuoy import solve_static
 from dolfbuoy.errors import InputError
 
 CASES = reference("buoy_statics")["moored_equilibria"]

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from alone import solve_static
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.check import check, derived
 from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.model.feasible import shape_and_mass

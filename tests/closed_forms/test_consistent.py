@@ -5,9 +5,8 @@ Source: conservation of momentum and centripetal force by hand.
 
 import numpy as np
 import pytest
+from alone import simulate
 from mpi4py import MPI
-
-from dolfbuoy import simulate
 
 INF = float("inf")
 BODY, ROD = 2.0, 1.0  # kg of the body, kg/m of the rod of 1 m

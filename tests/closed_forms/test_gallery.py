@@ -6,12 +6,12 @@ Source: catenaries and elastic lines in closed form, one-dimensional balances, i
 import math
 from itertools import pairwise
 
+import alone
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp, trapezoid
 from scipy.optimize import brentq
 
-import dolfbuoy
 from dolfbuoy.scene import load_scene
 
 RHO, G = 1025.0, 9.81
@@ -32,7 +32,7 @@ def volume(hull, draft):
 def test_navigation_buoys_chain_is_an_elastic_catenary():
     """Pushed by 2 kN in still water, without friction: H at the touchdown, V = w s, z = (T - H)/w + V^2/(2 w EA)."""
     H, c = 2000.0, load_scene("navigation-buoy").network.pieces[0].section
-    found = dolfbuoy.solve_static(
+    found = alone.solve_static(
         load_scene(
             "navigation-buoy",
             current=None,
@@ -66,7 +66,7 @@ def test_wave_riders_cord_in_still_water():
         return drawn + 24.0 * (1 + middle / rope.axial_stiffness) - (40.0 - draft)
 
     draft = brentq(gap, 0.4, 0.89)
-    found = dolfbuoy.solve_static(scene)
+    found = alone.solve_static(scene)
     assert float(found.submerged_length) == pytest.approx(draft, abs=1e-4)
     pull = G * (RHO * volume(scene.buoy[0].hull, draft) - scene.buoy[0].mass)
     assert float(found.tension_top) == pytest.approx(pull, rel=2e-3)
@@ -79,14 +79,14 @@ def test_spars_heave_is_that_of_a_spring():
     faces = 2 / 3 * math.pi * RHO * (0.6**3 + (0.6**3 - 0.25**3)) * b.axial_added_mass
     mass = b.mass + faces + c.line_density * c.length / 3
     stiffness = RHO * G * math.pi / 4 * 0.5**2 + c.axial_stiffness / c.length
-    modes = dolfbuoy.modes(scene, 12)
+    modes = alone.modes(scene, 12)
     heave = float(modes.period[modes.name == "heave"][0])
     assert heave == pytest.approx(2 * math.pi * math.sqrt(mass / stiffness), rel=5e-3)
 
 
 def test_disc_buoy_follows_the_surface():
     """Heave and the elevation where the buoy is have the same standard deviation: the waves are 20 times its radius."""
-    found = dolfbuoy.simulate("disc-buoy", time__end=100.0)
+    found = alone.simulate("disc-buoy", time__end=100.0)
     late = found.sel(time=slice(10.0, None))
     heave, water = float(late.buoy_position[:, 2].std()), float(late.surface_elevation.std())
     assert heave == pytest.approx(water, rel=0.03)
@@ -119,7 +119,7 @@ def test_subsurface_float_hangs_as_an_initial_value_problem_says():
     scene = load_scene("subsurface-float", waves=None, cable__line__elements=240)
     c, body = scene.cable[0], scene.joint[0]
     speed = lambda z: 0.8 * max(1 + z / 120.0, 0.0) ** (1 / 7)  # noqa: E731
-    found = dolfbuoy.solve_static(scene)
+    found = alone.solve_static(scene)
     x, _, z = found.joint_position.sel(joint="float").values
     drag = 0.5 * RHO * body.drag_area * speed(z) ** 2
     lift = G * (RHO * body.volume - body.mass)
@@ -132,7 +132,7 @@ def test_subsurface_float_hangs_as_an_initial_value_problem_says():
 
 def test_towed_array_settles_to_its_steady_shape():
     scene = load_scene("towed-array")
-    found = dolfbuoy.simulate(scene)
+    found = alone.simulate(scene)
     body, lines = scene.joint[0], []
     for segment in scene.cable[0].segments:
         m = scene.material[segment.material]

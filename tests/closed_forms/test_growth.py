@@ -8,11 +8,13 @@ import itertools
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 from mpi_helpers import needs_mpirun, start_scenes
 
-from dolfbuoy import load_scene, simulate, solve_static
+import dolfbuoy
+from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.errors import SolveError
 from dolfbuoy.model.growth import mean_factors
@@ -160,14 +162,14 @@ def test_energy_is_kept():
 def test_what_is_said_of_it():
     """By `check`, after a run and after an equilibrium, of each cable that has it."""
     scene = merged(MOORED, cable__marine_growth=TABLE, time={"end": 0.1, "step": 0.05})
-    record, weight = simulate(scene), solve_static(scene).growth_weight
+    record, weight = dolfbuoy.simulate(scene), solve_static(scene).growth_weight
     said = {name: float(value) for name, value, *_ in check(load_scene(scene)).numbers}
     assert said["marine growth adds in water"] == pytest.approx(float(weight.sum()), rel=1e-9)
     rows = {name: (value, unit) for name, value, unit in summary(record, load_scene(scene))}
     factor = 1e-3 if rows["marine growth adds in water"][1] == "kN" else 1.0
     assert float(rows["marine growth adds in water"][0]) == pytest.approx(factor * float(weight.sum()), rel=1e-3)
     legs = load_scene(three_legs())
-    names = [name for name, *_ in static_rows(solve_static(legs), legs) if "marine growth" in name]
+    names = [name for name, *_ in static_rows(dolfbuoy.solve_static(legs), legs) if "marine growth" in name]
     assert names == [f"{name}: marine growth adds in water" for name in ("east", "north")]
     names = [name for name, *_ in check(legs).numbers if "marine growth" in name]
     assert names == [f"marine growth adds in water to {name}" for name in ("east", "north")]

@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from alone import solve_static
 from helpers import reference, reference_buoy
 from mpi4py import MPI
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.linear.linearisation import linearise
 from dolfbuoy.linear.periods import buoy_periods

@@ -9,12 +9,12 @@ import math
 
 import pytest
 import tomli_w
+from alone import solve_static
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
 from dolfbuoy.scene.library import material
-from dolfbuoy.scene.network import network_of
 
 #: Grade, bar [mm], breaking load [kN] as printed, rounded up or to the nearest.
 PRINTED = [
@@ -96,7 +96,7 @@ def test_a_scene_is_complete_without_the_library():
     assert again == first
     a, b = solve_static(first), solve_static(again)
     assert float(a.tension_top) == float(b.tension_top)
-    assert [piece.section.diameter for piece in network_of(first).pieces] == [0.019, 0.0245]
+    assert [piece.section.diameter for piece in first.network.pieces] == [0.019, 0.0245]
     rows = {name: remark for name, _, _, remark in check(first).numbers}
     assert "IACS UR W22" in rows["breaking load of chain-R3-studless-19-mm-less-2-mm"]
 
@@ -107,14 +107,14 @@ def test_what_a_cable_gives_itself_counts():
     found = load_scene(
         {"sea": {"depth": 15.0}, "cable": [one | {"name": "a"}, one | {"name": "b", "normal_drag": 2.0}]}
     )
-    assert [piece.section.normal_drag for piece in network_of(found).pieces] == [1.2, 2.0]
+    assert [piece.section.normal_drag for piece in found.network.pieces] == [1.2, 2.0]
     other = load_scene(found, **{"cable.b.material": "nylon 30 mm"})
-    assert [piece.section.diameter for piece in network_of(other).pieces] == [0.02, 0.03]
+    assert [piece.section.diameter for piece in other.network.pieces] == [0.02, 0.03]
     for_all = scene("wire 20 mm", "wire 20 mm")
     for segment in for_all["cable"]["segments"]:
         del segment["material"]
     for_all["cable"]["material"] = "wire 20 mm"
-    assert [piece.section.diameter for piece in network_of(load_scene(for_all)).pieces] == [0.02, 0.02]
+    assert [piece.section.diameter for piece in load_scene(for_all).network.pieces] == [0.02, 0.02]
 
 
 def test_a_library_of_ones_own(tmp_path):
@@ -123,12 +123,12 @@ def test_a_library_of_ones_own(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(tomli_w.dumps({"library": "mine.toml"} | scene("my rubber cord, 30 mm")))
     found = load_scene(file)
-    assert network_of(found).pieces[0].section.breaking_load == 3000.0
+    assert found.network.pieces[0].section.breaking_load == 3000.0
     (tmp_path / "mine.toml").unlink()
     assert load_scene(found.to_dict()) == found
     (tmp_path / "mine.toml").write_text(OWN)
     own = load_scene(scene("wire 20 mm"), library=str(tmp_path / "mine.toml"))
-    assert network_of(own).pieces[0].section.line_density == 5.0
+    assert own.network.pieces[0].section.line_density == 5.0
 
 
 @pytest.mark.parametrize(

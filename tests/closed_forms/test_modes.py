@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from alone import modes
 from helpers import rates, reference
 from mpi4py import MPI
 
-from dolfbuoy import load_scene, modes
+from dolfbuoy import load_scene
 from dolfbuoy.linear.linearisation import linearise
 from dolfbuoy.linear.natural import lowest_modes
 from dolfbuoy.statics import catenary

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from alone import solve_static
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.model.material import weight_per_length
-from dolfbuoy.scene.network import network_of
 from dolfbuoy.statics.catenary import between
 
 CASES = json.loads((Path(__file__).parents[1] / "reference" / "bed_and_networks.json").read_text())["cases"]
@@ -116,7 +116,7 @@ def test_lines_of_a_shipped_scene_are_catenaries(name, count):
     scene = load_scene(name, current=None, waves=None, **finer)
     found = solve_static(scene)
     assert found.sizes["cable"] == count
-    for k, piece in enumerate(network_of(scene).pieces):
+    for k, piece in enumerate(scene.network.pieces):
         c, nodes = piece.section, found.cable_position.values[found.cable_of_node.values == k]
         shape = between(nodes[0], nodes[-1], c.length, weight_per_length(scene, c), c.axial_stiffness)
         size = shape.tension(np.array([c.length]))[0]

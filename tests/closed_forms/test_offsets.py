@@ -5,6 +5,7 @@ Source: Irvine's catenary with hydrostatics of a cylinder, written here; MoorPy 
 
 import math
 
+import alone
 import numpy as np
 import pytest
 from mpi4py import MPI
@@ -47,7 +48,7 @@ def exact(w, length, EA, H):
 def test_closed_form(w, length, EA):
     """From every side alike, continuation included."""
     sizes = SIZES[1:]
-    found = dolfbuoy.offsets(moored(w, length, EA), sizes, DIRECTIONS, comm=MPI.COMM_SELF)
+    found = alone.offsets(moored(w, length, EA), sizes, DIRECTIONS, comm=MPI.COMM_SELF)
     radius = np.hypot(*(found.buoy_position.sel(xyz=name).values for name in "xy"))
     for j, H in enumerate(sizes):
         distance, tension = exact(w, length, EA, H)
@@ -65,7 +66,7 @@ def test_moorpy():
     """A fairlead that MoorPy holds where C comes to rest is pulled as here."""
     moorpy = pytest.importorskip("moorpy", reason="MoorPy is not installed (extra peers)")
     w, length, EA = 80.0, 43.0, 5e5
-    found = dolfbuoy.offsets(moored(w, length, EA), SIZES[1:], [30.0], comm=MPI.COMM_SELF)
+    found = alone.offsets(moored(w, length, EA), SIZES[1:], [30.0], comm=MPI.COMM_SELF)
     for j in range(len(SIZES) - 1):
         system = moorpy.System(depth=DEPTH, rho=RHO, g=G)
         diameter = 0.04
@@ -98,12 +99,12 @@ def test_several_buoys():
     scene = load_scene("two-buoys").to_dict()
     del scene["waves"]
     for chosen in (None, ["right"]):
-        found = dolfbuoy.offsets(scene, [0.0, 4000.0], [0.0, 90.0, 180.0], buoys=chosen, comm=MPI.COMM_SELF)
+        found = alone.offsets(scene, [0.0, 4000.0], [0.0, 90.0, 180.0], buoys=chosen, comm=MPI.COMM_SELF)
         pulled = scene | {"buoy": [dict(buoy) for buoy in scene["buoy"]]}
         for buoy in pulled["buoy"]:
             if chosen is None or buoy["name"] in chosen:
                 buoy["external_force"] = {"force": [0.0, 4000.0, 0.0]}
-        exact = dolfbuoy.solve_static(pulled, comm=MPI.COMM_SELF)
+        exact = alone.solve_static(pulled, comm=MPI.COMM_SELF)
         one = found.sel(direction=90.0, force=4000.0)
         np.testing.assert_allclose(one.buoy_position, exact.buoy_position, atol=1e-6)
         np.testing.assert_allclose(one.tension_top, exact.tension_top, rtol=1e-6)
@@ -116,6 +117,6 @@ def test_several_buoys():
 
 def test_refusals():
     with pytest.raises(InputError, match="those of moored buoys"):
-        dolfbuoy.offsets("driven", [1.0], [0.0])
+        alone.offsets("driven", [1.0], [0.0])
     with pytest.raises(InputError, match="those of moored buoys"):
-        dolfbuoy.offsets("free-buoy", [1.0], [0.0])
+        alone.offsets("free-buoy", [1.0], [0.0])

@@ -7,9 +7,10 @@ import copy
 
 import numpy as np
 import pytest
+from alone import simulate
 from dynamics_helpers import running
 
-from dolfbuoy import load_scene, simulate, statistics
+from dolfbuoy import load_scene, statistics
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies.sweep import sweep
 

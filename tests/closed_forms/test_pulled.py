@@ -7,11 +7,12 @@ import math
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from mpi_helpers import needs_mpirun, start_scenes
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from dolfbuoy import simulate, solve_static
+from dolfbuoy.results.parts import alone
 from dolfbuoy.results.record import read
 
 G, L, W, EA, X = 9.81, 560.0, 700.0, 4e8, 520.0
@@ -169,7 +170,7 @@ def test_pulled_on_ranks(ranks, tmp_path):
     done = start_scenes(ranks, scenes, tmp_path, script)
     assert done.returncode == 0, done.stderr[-2000:]
     for name, given in scenes.items():
-        alone, together = simulate(given), read(tmp_path / name / "results.nc")
+        one, together = simulate(given), alone(read(tmp_path / name / "results.nc"))
         for quantity in ("cable_position", "cable_tension", "end_tension", "anchor_force"):
-            a, b = alone[quantity].values, together[quantity].values
+            a, b = one[quantity].values, together[quantity].values
             np.testing.assert_allclose(b, a, atol=1e-8 * np.abs(a).max())

@@ -7,9 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from alone import solve_static
 from helpers import CableSolution, catenary_slope, rates, reference
 
-from dolfbuoy import load_scene, solve_static
+import dolfbuoy
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.results.summary import static_warnings
@@ -361,13 +363,13 @@ def test_faults_of_an_equilibrium_are_said():
         ("fine", (0.3, 0.5), "compressive"),
     ):
         scene = fixed_at(*place, 10, (1, 0), slack=slack)
-        said[name] = " ".join(static_warnings(solve_static(scene), scene))
+        said[name] = " ".join(static_warnings(dolfbuoy.solve_static(scene), scene))
     assert "is compressed in this equilibrium (smallest tension -0.02356 N; element 1 " in said["rods"]
     assert "Slack (T = 0) in equilibrium: element 1 (s = 0 ... 0.1 m)" in said["rope"]
     assert "compressed" not in said["rope"]
     assert said["fine"] == ""
     coarse = fixed_at(0.01, 0.8, 7)
-    (fold,) = static_warnings(solve_static(coarse), coarse)
+    (fold,) = static_warnings(dolfbuoy.solve_static(coarse), coarse)
     assert "A fold of the cable is not resolved: elements 1 to 2 (s = 0 ... 0.2857 m)" in fold
 
 

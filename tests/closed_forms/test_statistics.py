@@ -11,7 +11,8 @@ import pytest
 import xarray as xr
 from scipy import optimize, stats
 
-from dolfbuoy import InputError, load_scene, simulate, statistics
+import dolfbuoy
+from dolfbuoy import InputError, load_scene, statistics
 from dolfbuoy.model import sea_statistics, spectra
 from dolfbuoy.model.components import components_of
 from dolfbuoy.model.sea import elevation_at
@@ -19,6 +20,7 @@ from dolfbuoy.results import certainty, cycles, extremes
 from dolfbuoy.results.elevation import elevation
 from dolfbuoy.results.ensemble import set_of
 from dolfbuoy.results.offsets import smallest_circle
+from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import numbers_of, sample_of
 from dolfbuoy.results.statistics import described
 from dolfbuoy.scene.waves import Waves
@@ -220,12 +222,13 @@ def narrow(seed, length=1200.0, scene=SCENE, loud_ramp=50.0):
     x, y = (math.sqrt(2 / 200) * f(np.outer(t, w) + phase).sum(axis=1) for f in (np.cos, np.sin))
     x[t < 100] += loud_ramp
     data = {
-        "surface_elevation": ("time", x),
-        "tension_top": ("time", 5000 + 900 * x),
-        "buoy_position": (("time", "xyz"), np.stack([12 + 2 * x, y, 0 * x], axis=1)),
+        "surface_elevation": (("time", "buoy"), x[:, None]),
+        "tension_top": (("time", "cable"), 5000 + 900 * x[:, None]),
+        "buoy_position": (("time", "buoy", "xyz"), np.stack([12 + 2 * x, y, 0 * x], axis=1)[:, None]),
         "newton_iterations": ("time", np.ones(len(t), dtype=int)),
     }
-    return xr.Dataset(data, {"time": t, "xyz": list("xyz")}, attrs={"scene": scene.to_toml()})
+    labels = {"time": t, "xyz": list("xyz"), "cable": ["cable"], "buoy": ["buoy"]}
+    return xr.Dataset(data, labels, attrs={"scene": scene.to_toml()})
 
 
 @pytest.fixture(scope="module")
@@ -235,7 +238,7 @@ def runs():
 
 @pytest.fixture(scope="module")
 def found(runs):
-    return statistics(runs, exponent=4.0, constant=1e18, frequency=0.2)
+    return alone(statistics(runs, exponent=4.0, constant=1e18, frequency=0.2))
 
 
 def test_the_ramp_is_left_out(runs, found):
@@ -276,14 +279,14 @@ def test_most_probable_maximum_of_a_gaussian_sea(found):
 
 
 def test_wear_of_a_run(runs, found):
-    ranges, counts = cycles.rainflow_cycles(runs[0].tension_top.values[500:])
+    ranges, counts = cycles.rainflow_cycles(runs[0].tension_top.values[500:, 0])
     damage = np.sum(counts * ranges**4)
     assert float(found.tension_top_damage[0]) == pytest.approx(damage / 1e18, rel=1e-12)
     assert float(found.tension_top_equivalent_load[0]) == pytest.approx((damage / 220) ** 0.25, rel=1e-12)
 
 
 def test_circles_of_offsets(runs, found):
-    tracks = np.concatenate([run.buoy_position.values[500:, :2] for run in runs])
+    tracks = np.concatenate([run.buoy_position.values[500:, 0, :2] for run in runs])
     centre = np.array([float(found.circle_x[0]), float(found.circle_y[0])])
     assert np.linalg.norm(tracks - centre, axis=1).max() == pytest.approx(float(found.circle_radius[0]), rel=1e-9)
     assert float(found.watch_circle_radius[0]) == pytest.approx(np.linalg.norm(tracks, axis=1).max(), rel=1e-12)
@@ -301,7 +304,7 @@ def test_runs_of_several_scenes_are_sets(runs):
     several = statistics([*runs[:10], *(narrow(100 + k, scene=other) for k in range(10)), narrow(0, 800.0)])
     assert several.sizes["set"] == 2
     assert several.set_of_run.values.tolist() == [0] * 10 + [1] * 10 + [0]
-    values = several.tension_top_most_probable.values[:, 0]
+    values = several.tension_top_most_probable.sel(cable="cable", bound="estimate").values
     assert np.isnan(values[0])  # not all of its runs are equally long
     assert np.isfinite(values[1])
     assert "not equally long" in several.attrs["notes"]
@@ -348,9 +351,9 @@ def test_a_driven_cable_has_statistics_too(tmp_path):
         "cable": {"length": 3.0, "line_density": 2.0, "elements": 2, "top": {"kind": "free", "force": [1.0, 2.0, 9.0]}},
         "time": {"end": 0.3, "step": 0.01},
     }
-    record = simulate(rod)
+    record = dolfbuoy.simulate(rod)
     sample = sample_of(record, load_scene(rod))
-    assert set(sample["peaks"]) == {"tension_top", "tension_anchor"}
+    assert set(sample["peaks"]) == {"tension_top of cable", "tension_anchor of cable"}
     assert sample["duration"] == pytest.approx(0.3)
     assert "circle_radius" not in statistics(record)
 
@@ -363,10 +366,17 @@ def test_several_lines_have_statistics_each():
     data = {"tension_top": (("time", "cable"), tension), "anchor_force": (("time", "cable", "xyz"), force)}
     record = xr.Dataset(data, {"time": t, "cable": ["fore", "aft"], "xyz": list("xyz")})
     sample = sample_of(record, load_scene("hanging-chain"), start=0.0)
-    assert set(sample["cycles"]) == {"tension_top_fore", "tension_top_aft"}
-    assert sample["series"]["tension_top_aft"]["period"] == pytest.approx(math.pi, rel=1e-3)
-    assert sample["series"]["anchor_force_aft_z"]["minimum"] == pytest.approx(-9, abs=1e-3)
-    assert described("anchor_force_aft_z") == ("N", described("anchor_force")[1])
+    assert set(sample["cycles"]) == {"tension_top of fore", "tension_top of aft"}
+    assert sample["series"]["tension_top of aft"]["period"] == pytest.approx(math.pi, rel=1e-3)
+    assert sample["series"]["anchor_force_z of aft"]["minimum"] == pytest.approx(-9, abs=1e-3)
+    assert described("anchor_force_z of aft") == ("N", described("anchor_force")[1])
+    found = statistics(record.assign_attrs(scene=load_scene("hanging-chain").to_toml()), start=0.0)
+    assert found.tension_top_mean.dims == ("run", "cable")
+    assert found.tension_top_period.sel(cable="aft").item() == pytest.approx(math.pi, rel=1e-3)
+    mine = found.tension_top_range_cable == "aft"
+    worn = found.tension_top_range.values[mine]
+    assert worn.max() == pytest.approx(4.0, abs=1e-3)
+    assert found.tension_top_range.values[~mine].max() == pytest.approx(2.0, abs=1e-3)
 
 
 # -- the command -----------------------------------------------------------------------------------------------------
@@ -386,7 +396,11 @@ def test_the_command_prints_and_writes(call, tmp_path, runs):
     written = xr.load_dataset(tmp_path / "st" / "statistics.nc")
     assert written.sizes["run"] == 12
     assert f"{float(written.surface_elevation_m0.mean()):.5g}" in out
-    assert all({"units", "long_name"} <= set(written[name].attrs) for name in written if not name.endswith("_set"))
+    assert all(
+        {"units", "long_name"} <= set(written[name].attrs)
+        for name in written
+        if not name.endswith(("_set", "_cable", "_buoy"))
+    )
     for name in ("exceedance", "cycles", "extremes", "circle"):
         assert (tmp_path / "st" / f"{name}.png").stat().st_size > 5000
 

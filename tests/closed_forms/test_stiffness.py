@@ -5,14 +5,16 @@ Source: equilibria of `static` under small loads, Irvine's catenary, rho g A and
 
 import math
 
+import alone
 import numpy as np
 import pytest
+from alone import solve_static
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 from scipy.spatial.transform import Rotation
 
 import dolfbuoy
-from dolfbuoy import InputError, load_scene, solve_static
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.results.stiffness_record import notes
 from dolfbuoy.statics import catenary
 
@@ -36,7 +38,7 @@ def test_against_differences_of_equilibria(current):
     base = {"force": [900.0, 300.0, 0.0]}
     scene |= {"current": current} if current else {"wind": None}
     scene = {key: value for key, value in scene.items() if value is not None}
-    K = dolfbuoy.stiffness(merged(scene, external_force=base), comm=MPI.COMM_SELF).total.values
+    K = alone.stiffness(merged(scene, external_force=base), comm=MPI.COMM_SELF).total.values
     for step, height in LOADS:
         sides = []
         for sign in (1, -1):
@@ -73,7 +75,7 @@ def test_catenary():
         "buoy": {"hull": [[0.0, 2.0], [2.0, 2.0]], "mass": 2500.0, "center_of_mass": 0.6, "mooring_height": 0.6},
         "external_force": {"force": [3000.0, 1000.0, 0.0]},
     }
-    found = dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF)
+    found = alone.stiffness(scene, comm=MPI.COMM_SELF)
     record = solve_static(scene, comm=MPI.COMM_SELF)
     r, exact, h = record.mooring_point.values, np.zeros((3, 3)), 1e-4
     for i, e in enumerate(np.eye(3)):
@@ -90,7 +92,7 @@ def test_floating_cylinder():
     """rho g A in heave, weight times GM in roll and pitch, nothing else."""
     D, mass, z_C = 2.4, 3000.0, 0.5
     scene = {"sea": {"depth": 50.0}, "buoy": {"hull": [[0, D], [3, D]], "mass": mass, "center_of_mass": z_C}}
-    found = dolfbuoy.stiffness(scene, comm=MPI.COMM_SELF)
+    found = alone.stiffness(scene, comm=MPI.COMM_SELF)
     area = math.pi * D**2 / 4
     draft = mass / (1025 * area)
     GM = draft / 2 + D**4 * math.pi / 64 / (area * draft) - z_C
@@ -112,8 +114,8 @@ def on_taut_line(EA, **more):
 def test_taut_and_inextensible(force):
     """Rigid along the line, and nowhere else; across it as on a line that is very stiff."""
     more = {"external_force": {"force": list(force)}}
-    found = dolfbuoy.stiffness(on_taut_line(math.inf, **more), comm=MPI.COMM_SELF)
-    stiff = dolfbuoy.stiffness(on_taut_line(1e12, **more), comm=MPI.COMM_SELF)
+    found = alone.stiffness(on_taut_line(math.inf, **more), comm=MPI.COMM_SELF)
+    stiff = alone.stiffness(on_taut_line(1e12, **more), comm=MPI.COMM_SELF)
     for name in ("mooring_eigenvalue", "total_eigenvalue"):
         assert np.isinf(found[name].values[-1])
         np.testing.assert_allclose(found[name].values[1:-1], stiff[name].values[1:-1], rtol=1e-5)
@@ -135,9 +137,9 @@ def test_taut_and_inextensible(force):
 def test_what_is_said():
     """An inextensible taut line holds rigidly; what flows has no potential; a cable alone has no matrix."""
     rigid = on_taut_line(math.inf)
-    said = " ".join(notes(dolfbuoy.stiffness(rigid, comm=MPI.COMM_SELF), load_scene(rigid)))
+    said = " ".join(notes(alone.stiffness(rigid, comm=MPI.COMM_SELF), load_scene(rigid)))
     assert "holds rigidly" in said
     flowing = {key: value for key, value in MOORED.items() if key not in ("waves", "time")}
-    assert "not symmetric" in " ".join(notes(dolfbuoy.stiffness(flowing, comm=MPI.COMM_SELF), load_scene(flowing)))
+    assert "not symmetric" in " ".join(notes(alone.stiffness(flowing, comm=MPI.COMM_SELF), load_scene(flowing)))
     with pytest.raises(InputError, match=r"needs \[buoy\]"):
-        dolfbuoy.stiffness("driven")
+        alone.stiffness("driven")

@@ -8,9 +8,10 @@ import math
 
 import numpy as np
 import pytest
+from alone import simulate
 from dynamics_helpers import merged, running
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.linear.response import responses
 from dolfbuoy.model.components import components_of
 from dolfbuoy.model.problem import Problem

@@ -8,11 +8,13 @@ import itertools
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from dynamics_helpers import MOORED
 from mpi4py import MPI
 from mpi_helpers import needs_mpirun, start_scenes
 
-from dolfbuoy import load_scene, simulate, solve_static
+import dolfbuoy
+from dolfbuoy import load_scene
 from dolfbuoy.motion.energy import STORED, Meter
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.measured import compute, quantities_of
@@ -189,7 +191,7 @@ def test_a_float_above_the_water_is_told():
     """In a run and at rest; a body at a joint has its buoyancy everywhere."""
     line = ROPE | {"name": "line", "from": [0.0, 0.0, -20.0], "to": "float", "length": 24.0, "elements": 6}
     scene = {"sea": {"depth": 20.0}, "cable": [line], "joint": [{"name": "float", "volume": 1.0, "mass": 100.0}]}
-    found, run = solve_static(scene), simulate(scene | {"time": {"end": 0.1, "step": 0.1}})
+    found, run = dolfbuoy.solve_static(scene), dolfbuoy.simulate(scene | {"time": {"end": 0.1, "step": 0.1}})
     z = float(found.joint_position[0, 2])
     said = f"float: The float rose up to {z:.3g} m above the water"
     for sentences in (static_warnings(found, load_scene(scene)), warnings(run, load_scene(scene))):
@@ -197,7 +199,7 @@ def test_a_float_above_the_water_is_told():
     rows = {name: value for name, value, _ in summary(run, load_scene(scene, time={"end": 0.1, "step": 0.1}))}
     assert rows["float: z of the body"].split()[0] == f"{z:.4g}"
     deep = {**scene, "sea": {"depth": 20.0}, "cable": [line | {"length": 15.0}]}
-    assert static_warnings(solve_static(deep), load_scene(deep)) == []
+    assert static_warnings(dolfbuoy.solve_static(deep), load_scene(deep)) == []
 
 
 def test_two_buoys_apart_are_two_answers():
@@ -300,7 +302,7 @@ def test_what_is_said_of_a_network():
     """Of each line, buoy and joint by its name; legs that part, where and when, in summary, record and a sentence."""
     scene = load_scene(shared(), **{"cable.between.fails_at": {"time": 0.1}, "time.end": 0.3})
     scene = load_scene(scene, **{"cable.right-east.fails_at": {"time": 0.05, "at": 1.0}})
-    record = simulate(scene)
+    record = dolfbuoy.simulate(scene)
     assert record.attrs["parted"] == "right-east at s = 4.33333 m, t = 0.05 s; between at s = 22 m, t = 0.1 s"
     assert f"Parted: {record.attrs['parted']}." in warnings(record, scene)
     rows = {name: value for name, value, _ in summary(record, scene)}
@@ -308,7 +310,7 @@ def test_what_is_said_of_a_network():
     z = record.buoy_position.sel(buoy="right", xyz="z")
     assert rows["right: z of C"] == f"{float(z.min()):.4g} ... {float(z.max()):.4g}"
     assert rows["between: force at left.fore"].count("...") == 1
-    bridle, found = load_scene(BRIDLE), solve_static(BRIDLE)
+    bridle, found = load_scene(BRIDLE), dolfbuoy.solve_static(BRIDLE)
     rows = {name: value for name, value, _ in static_rows(found, bridle)}
     tension = float(found.tension_top.sel(cable="port"))
     assert rows["port: tension at rail, |T_bnd|"] == f"{tension / 1e3:.6g}"
@@ -317,7 +319,7 @@ def test_what_is_said_of_a_network():
 
 def test_a_compressed_line_of_a_network_is_named():
     """In the record of an equilibrium; a rope would not take it."""
-    found = solve_static(BRIDLE)
+    found = dolfbuoy.solve_static(BRIDLE)
     found.cable_tension[found.cable_of_cell.values == 1] *= -1.0
     said = static_warnings(found, load_scene(BRIDLE))
     assert next(sentence for sentence in said if "compressed" in sentence).startswith("port: The cable is compressed")

@@ -5,9 +5,10 @@ Source: runs of the same scene until nothing changes from period to period any m
 
 import numpy as np
 import pytest
+from alone import periodic, simulate
 from dynamics_helpers import running
 
-from dolfbuoy import InputError, SolveError, load_scene, periodic, simulate
+from dolfbuoy import InputError, SolveError, load_scene
 from dolfbuoy.motion import periodic as motion
 from dolfbuoy.motion.periodic import Cycle, in_equal_steps
 from dolfbuoy.scene import settings

@@ -6,11 +6,12 @@ Source: balances of momentum and energy; the state of rest itself.
 import numpy as np
 import pytest
 import ufl
+from alone import simulate
 from dolfinx import fem
 from dynamics_helpers import merged, running
 from mpi4py import MPI
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.errors import SolveError
 from dolfbuoy.linear.linearisation import linearise
 from dolfbuoy.model import seabed as bed

@@ -5,8 +5,9 @@ Source: pressure acts through the axis; Euler's equations keep L_C . d of a body
 
 import numpy as np
 import pytest
+from alone import simulate
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.model.rigid import mass_properties, rotation_of, shape_of
 
 

@@ -7,11 +7,12 @@ from typing import Annotated
 
 import numpy as np
 import pytest
+from alone import simulate
 from dynamics_helpers import MOORED, merged
 from pydantic import BeforeValidator, create_model
 from robustness.random_scenes import ranges
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.model import effects
 from dolfbuoy.model.effects import Drawn, Effect
 from dolfbuoy.scene import Scene, network, quantities, reading, sections

@@ -107,12 +107,16 @@ def test_a_network_is_drawn_as_a_whole(network):
     for name, kind in {"Y": "clump", "ring": "float", "port.1": "float"}.items():
         assert symbols[tuple(record.joint_position.sel(joint=name).values[-1])] == JOINTS[kind][0]
     words = [text.get_text() for text in whole.figure.legends[0].get_texts()]
-    assert {"a-b", "port", "starboard", "up", "float", "clump", "held end", "sea bed", "buoy"} <= set(words)
+    assert {"a-b", "port", "starboard", "up", "float", "clump", "anchor", "sea bed", "buoy"} <= set(words)
     names = {file.stem for file in draw_all(folder)}
-    assert {"snapshot", "snapshot_buoy", "tension_port", "shapes_a_b", "heave_buoy"} <= names
-    assert "snapshot_port" not in names
-    with pytest.raises(InputError, match=r"figures\.tension draws one cable or one buoy"):
+    assert {"snapshot", "tension_port", "shapes_a_b", "heave"} <= names
+    assert not {"snapshot_port", "tension", "heave_buoy"} & names
+    with pytest.raises(InputError, match=r"figures\.tension draws one cable of a-b, port, starboard, up: give cable="):
         figures.tension(record)
+    with pytest.raises(InputError, match=r"cable = 'keel' is none"):
+        figures.tension(record, cable="keel")
+    (axes,) = figures.tension(record, cable="port").axes
+    np.testing.assert_allclose(axes.lines[0].get_ydata(), 1e-3 * record.tension_top.sel(cable="port"), rtol=1e-12)
 
 
 def test_snapshot_at_a_time_takes_the_nearest_frame(moored):

@@ -5,10 +5,11 @@ Source: dolfinx's assemblers.
 
 import numpy as np
 import pytest
+from alone import simulate
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.solver import c_code, compat, loops

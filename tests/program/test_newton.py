@@ -7,10 +7,11 @@ import re
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.statics import catenary

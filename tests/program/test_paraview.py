@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 import meshio
 import numpy as np
 import pytest
+from alone import simulate
 from figure_scenes import HANGING, MOORED, NETWORK, write_free_buoy
 from scipy.spatial.transform import Rotation
 
-from dolfbuoy import simulate
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.sea import elevation_at, heading, velocity_at, wavenumber
 from dolfbuoy.results import paraview
@@ -44,8 +44,8 @@ def test_paraview_has_all_of_a_network(network):
         "cable_port",
         "cable_starboard",
         "cable_up",
-        "hull_buoy",
-        "buoy_buoy",
+        "hull",
+        "buoy",
         "joint",
         "water",
         "bed",
@@ -80,7 +80,9 @@ def test_paraview_cable_of_higher_degree_has_its_tension_on_every_piece(tmp_path
     scene = load_scene(HANGING, cable={"elements": 2, "position_degree": 3, "tension_degree": 2})
     scene.save(tmp_path / "scene.toml")
     s = np.linspace(0, 5, 7)
-    record = results.Record(tmp_path / "results.nc", {}, {"s": s, "s_cell": np.array([1.25, 3.75])})
+    along = {"s": s, "s_cell": np.array([1.25, 3.75]), "segment_of_cell": np.zeros(2)}
+    along |= {"cable_of_node": np.zeros(7), "cable_of_cell": np.zeros(2)}
+    record = results.Record(tmp_path / "results.nc", {}, along, {"cable": np.array(["cable"])})
     shape = np.outer(s, [0.0, 0.6, -0.8])
     record.add({"time": [0.0], "frame": [0.0], "cable_position": [shape], "cable_tension": [np.array([70.0, 20.0])]})
     record.flush()
@@ -165,7 +167,7 @@ def test_paraview_buoy_and_hull_move_as_recorded(moored):
     folder, record = moored
     scene = load_scene(folder / "scene.toml")
     fine = record.isel(frame=slice(0, 3)).assign_coords(frame=record.time.values[30:33])
-    moving = paraview.hull_meshes(fine, scene)
+    moving = paraview.hull_meshes(fine, scene.network.buoys["buoy"])
     before, now = (moving(i, t) for i, t in enumerate(fine.frame.values[:2]))
     v = now.point_data["velocity [m/s]"]
     turning = np.abs(v - v.mean(axis=0)).max()

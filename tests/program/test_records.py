@@ -5,6 +5,8 @@ Source: the file on disk, kills at any time.
 
 import json
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,6 +14,7 @@ import time
 import tomllib
 import warnings
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -19,11 +22,13 @@ from dynamics_helpers import MOORED, merged
 
 import dolfbuoy
 import dolfbuoy.results.record
-from dolfbuoy import load_scene
+from dolfbuoy import InputError, figures, load_scene
+from dolfbuoy.results.parts import alone
+from dolfbuoy.results.record import INTEGERS, read, seal
 
 SCENE = merged(MOORED, cable__elements=6, waves__ramp=0.5, time={"end": 0.3, "step": 0.02, "output_every": 0.1})
 
-LABELS = ("xyz", "quaternion")
+LABELS = {"xyz", "quaternion", "cable", "buoy", "attachment"}
 ALWAYS = {"time", "time_step", "newton_iterations"}
 CABLE = {"tension_top", "tension_anchor", "anchor_force", "end_tension"}
 CABLE |= {"frame", "cable_position", "cable_tension", "s", "s_cell"}
@@ -69,7 +74,7 @@ def test_every_variable_is_there(finished):
     with xr.open_dataset(folder / "results.nc", decode_times=False) as on_disk:
         names = set(on_disk.variables)
         assert names >= ALWAYS | CABLE | BUOY | MOORING | WATER
-        for name in names - {"xyz", "quaternion"}:
+        for name in names - LABELS:
             assert on_disk[name].attrs["units"], name
             assert on_disk[name].attrs["long_name"], name
             assert np.all(np.isfinite(on_disk[name])), name
@@ -84,7 +89,7 @@ def test_every_variable_is_there(finished):
 
 
 def test_variables_are_consistent(finished):
-    _, run = finished
+    run = alone(finished[1])
     assert run.time.values == pytest.approx(0.02 * np.arange(16), abs=1e-12)
     assert run.time_step.values[1:] == pytest.approx(np.diff(run.time), abs=1e-12)
     assert run.newton_iterations.values[1:].min() >= 1
@@ -126,7 +131,7 @@ def test_files_tell_what_they_hold(files, kind):
     assert record.attrs["source"] == f"dolfbuoy {dolfbuoy.__version__}"
     assert load_scene(tomllib.loads(record.attrs["scene"])) == load_scene(SCENE)
     for name, variable in record.variables.items():
-        assert variable.dtype.kind in ("i" if name == "newton_iterations" else "OU" if name in LABELS else "f"), name
+        assert variable.dtype.kind in ("i" if name in INTEGERS else "OU" if name in LABELS else "f"), name
         assert variable.attrs["long_name"], name
         assert name in LABELS or variable.attrs["units"], name
         assert "_FillValue" not in variable.encoding, name
@@ -140,6 +145,65 @@ def test_files_tell_what_they_hold(files, kind):
         "platform_pitch_fore_down": "pitch",
         "platform_yaw_fore_port": "yaw",
     }
+
+
+def test_there_is_a_dimension_also_of_what_there_is_one(files):
+    """Cable, buoy and attachment, with their names; which cable and segment nodes and elements are of."""
+    run, static = (read(file) for file in files.values())
+    for record, first in ((run, ("time",)), (static, ())):
+        assert (record.cable.item(), record.buoy.item(), record.attachment.item()) == ("cable", "buoy", "cable.to")
+        assert record.tension_top.dims == (*first, "cable")
+        assert record.anchor_force.dims == (*first, "cable", "xyz")
+        assert record.buoy_position.dims == (*first, "buoy", "xyz")
+        assert record.mooring_force.dims == (*first, "attachment", "xyz")
+        for name in ("cable_of_node", "cable_of_cell", "segment_of_cell"):
+            assert not record[name].any()
+
+
+def test_the_same_scene_in_double_brackets_has_the_same_record(finished):
+    """But for its text and its times."""
+    respelled = dict(SCENE, cable=[SCENE["cable"]], buoy=[SCENE["buoy"]])
+    other = dolfbuoy.simulate(respelled)
+    for name in finished[1].variables:
+        assert other[name].dims == finished[1][name].dims, name
+        assert np.array_equal(other[name].values, finished[1][name].values), name
+
+
+OLD = r"was written by an older dolfbuoy \(0\.2\.0\), without the dimensions cable and buoy"
+
+
+def as_of_before(file):
+    """Make a record one that dolfbuoy 0.2.0 could have written, as far as its attributes say."""
+    with netCDF4.Dataset(file, "a") as record:
+        record.delncattr("format")
+        record.version_dolfbuoy = "0.2.0"
+    seal(file)
+
+
+def test_an_old_record_is_refused(finished, tmp_path, call):
+    """In one sentence that says why and what to do, by whatever reads it: commands and Python."""
+    shutil.copytree(finished[0], folder := tmp_path / "old")
+    as_of_before(folder / "results.nc")
+    for command in (["plot", folder], ["page", folder], ["statistics", folder], ["run", "--resume", folder]):
+        code, _, errors = call(*command)
+        assert code == 2, command
+        assert re.search(OLD, " ".join(errors.split())), command
+        assert "Traceback" not in errors
+    with pytest.raises(InputError, match=OLD):
+        dolfbuoy.simulate(SCENE, out=folder)
+    with xr.open_dataset(folder / "results.nc") as old, pytest.raises(InputError, match=OLD):
+        figures.tension(old)
+    again = dolfbuoy.simulate(SCENE, out=folder, overwrite=True)
+    assert again.tension_top.dims == ("time", "cable")
+
+
+def test_an_old_checkpoint_is_refused(finished, tmp_path, call):
+    shutil.copytree(finished[0], folder := tmp_path / "old")
+    with np.load(folder / "checkpoint.npz") as leaves:
+        np.savez(folder / "checkpoint.npz", **(dict(leaves) | {"format": np.array(3)}))
+    code, _, errors = call("run", "--resume", folder, "--t-end", "0.4")
+    assert code == 2
+    assert "has format 3, and this version resumes format 4 only" in " ".join(errors.split())
 
 
 def test_run_and_equilibrium_say_the_same_of_a_variable(files):
@@ -170,7 +234,7 @@ def test_absent_parts_leave_no_variables():
         "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], [1.8, 0.0, -2.4]]},
         "time": {"end": 0.05, "step": 0.01},
     }
-    run = dolfbuoy.simulate(scene)
+    run = alone(dolfbuoy.simulate(scene))
     assert not (BUOY | MOORING | WATER) & set(run.variables)
     assert set(run.variables) >= ALWAYS | CABLE
     assert run.end_tension.values == pytest.approx(np.tile([1.0, 2.0, 0.0], (6, 1)))

@@ -288,7 +288,7 @@ REFUSALS = {
     "no checkpoint": (lambda d: (d / "checkpoint.npz").unlink(), [], ["no run", "checkpoint.npz"]),
     "no record": (lambda d: (d / "results.nc").unlink(), [], ["no run", "results.nc"]),
     "another scene": (lambda d: edit(d / "scene.toml", "\nmass = 400.0", "\nmass = 410.0"), [], ["buoy.mass"]),
-    "another format": (lambda d: other_format(d / "checkpoint.npz"), [], ["format 99", "format 3"]),
+    "another format": (lambda d: other_format(d / "checkpoint.npz"), [], ["format 99", "format 4"]),
     "half a file": (lambda d: os.truncate(d / "checkpoint.npz", 1000), [], ["checkpoint.npz", "not a checkpoint"]),
     "no file": (lambda d: (d / "checkpoint.npz").write_text("x"), [], ["checkpoint.npz", "not a checkpoint"]),
     "end in the past": (lambda d: None, ["--t-end", "0.04"], ["0.04", "t = 0.1 s"]),

@@ -9,9 +9,10 @@ import math
 import numpy as np
 import pytest
 import ufl
+from alone import simulate, solve_static
 from mpi4py import MPI
 
-from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes, write_line
 from dolfbuoy.model.attachment import Attachment

@@ -11,7 +11,7 @@ import sys
 import numpy as np
 import pytest
 from dynamics_helpers import rotation_matrix
-from made_up import PERIOD, RECORD, SCENE
+from made_up import ALONE, PERIOD, RECORD, SCENE
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from scipy.integrate import trapezoid
@@ -19,7 +19,7 @@ from scipy.integrate import trapezoid
 from dolfbuoy import InputError, figures, load_scene
 from dolfbuoy.model.sea import heading, velocity_at, wavenumber
 from dolfbuoy.results.behind_ramp import density, mean_over_time
-from dolfbuoy.results.instant import Instant, instant
+from dolfbuoy.results.instant import Instant
 from dolfbuoy.results.snapshot import snapshot
 
 
@@ -43,12 +43,12 @@ def test_tension():
             (r"$|\mathbf{T}_{bnd}|$, upper end", "tension_top"),
             ("$T_h(0)$, anchor", "tension_anchor"),
         ):
-            np.testing.assert_allclose(found[label], [RECORD.time[rows], RECORD[name][rows] / 1000])
+            np.testing.assert_allclose(found[label], [RECORD.time[rows], ALONE[name][rows] / 1000])
 
 
 def test_heave_and_cone_angle():
     """Height of C, of the water, and their difference; the angle in degrees."""
-    z, water = RECORD.buoy_position.values[:, 2], RECORD.surface_elevation.values
+    z, water = ALONE.buoy_position.values[:, 2], ALONE.surface_elevation.values
     heights, difference, _ = figures.heave(RECORD, SCENE).axes
     found = curves(heights)
     np.testing.assert_allclose(found["$r_{C,z}$, centre of mass"], [RECORD.time, z])
@@ -56,13 +56,13 @@ def test_heave_and_cone_angle():
     np.testing.assert_allclose(difference.lines[0].get_ydata(), z - water)
     assert [axes.get_ylabel() for axes in (heights, difference)] == ["height [m]", "$r_{C,z} - z_w$ [m]"]
     (angle, _) = figures.cone_angle(RECORD, SCENE).axes
-    np.testing.assert_allclose(angle.lines[0].get_data(), [RECORD.time, RECORD.cone_angle])
+    np.testing.assert_allclose(angle.lines[0].get_data(), [RECORD.time, ALONE.cone_angle])
     assert angle.get_ylabel() == "cone angle [°]"
 
 
 def test_trajectory_and_orbit():
     """The path from above and from the side, its last period set off; the same period alone."""
-    x, late = RECORD.buoy_position.values, RECORD.time.values >= 40 - PERIOD - 1e-6
+    x, late = ALONE.buoy_position.values, RECORD.time.values >= 40 - PERIOD - 1e-6
     for axes, (i, j) in zip(figures.trajectory(RECORD, SCENE).axes, ((0, 1), (0, 2)), strict=True):
         assert (axes.get_xlabel(), axes.get_ylabel()) == (f"{'xyz'[i]} [m]", f"{'xyz'[j]} [m]")
         np.testing.assert_allclose(axes.lines[0].get_data(), x[:, [i, j]].T)
@@ -89,10 +89,10 @@ def test_a_constant_is_a_line_in_the_middle():
 
 def test_a_planar_path_is_shown_from_its_side():
     record = RECORD.copy(deep=True)
-    record.buoy_position[:, 0] = 3.0
+    record.buoy_position[:, 0, 0] = 3.0
     side, time = figures.trajectory(record, SCENE).axes
-    np.testing.assert_allclose(side.lines[0].get_data(), record.buoy_position.values[:, [1, 2]].T)
-    np.testing.assert_allclose(time.lines[0].get_data(), [record.time, record.buoy_position[:, 1]])
+    np.testing.assert_allclose(side.lines[0].get_data(), record.buoy_position.values[:, 0, 1:].T)
+    np.testing.assert_allclose(time.lines[0].get_data(), [record.time, record.buoy_position[:, 0, 1]])
     assert (side.get_xlabel(), time.get_xlabel(), time.get_ylabel()) == ("y [m]", "time [s]", "y [m]")
 
 
@@ -105,7 +105,7 @@ def test_shapes():
     assert times[0] == pytest.approx(40 - PERIOD, abs=0.21)
     assert times[-1] == pytest.approx(40)
     for time, segment in zip(times, lines.get_segments(), strict=True):
-        row = RECORD.cable_position.sel(frame=time, method="nearest")
+        row = ALONE.cable_position.sel(frame=time, method="nearest")
         assert float(row.frame) == pytest.approx(time)
         np.testing.assert_allclose(segment, row.values[:, [0, 2]])
 
@@ -115,14 +115,14 @@ def test_envelope():
     (axes,) = figures.envelope(RECORD, SCENE).axes
     ramp = SCENE.waves.ramp
     assert ramp > 0
-    T = RECORD.cable_tension.sel(frame=slice(ramp - 1e-6, None)) / 1000
+    T = ALONE.cable_tension.sel(frame=slice(ramp - 1e-6, None)) / 1000
     found = curves(axes)
     for label, values in (
         ("largest", T.max("frame")),
         ("mean", T.integrate("frame") / float(40 - T.frame[0])),
         ("least", T.min("frame")),
     ):
-        np.testing.assert_allclose(found[label], [RECORD.s_cell, values], rtol=1e-12)
+        np.testing.assert_allclose(found[label], [ALONE.s_cell, values], rtol=1e-12)
     assert axes.get_ylabel() == "tension [kN]"
     assert (
         axes.get_xlabel()
@@ -133,7 +133,7 @@ def test_envelope():
 def test_track():
     """From above, to equal scale, after the ramp, with the mean place and the directions of all that pushes."""
     axes, compass = figures.track(RECORD, SCENE).axes
-    after = RECORD.sel(time=slice(SCENE.waves.ramp - 1e-6, None)).buoy_position
+    after = ALONE.sel(time=slice(SCENE.waves.ramp - 1e-6, None)).buoy_position
     found = curves(axes)
     np.testing.assert_allclose(axes.lines[0].get_data(), after.values[:, :2].T)
     mean = after.integrate("time") / float(after.time[-1] - after.time[0])
@@ -193,10 +193,10 @@ def test_spectra():
         f"spectral density [{u}²/Hz]" for u in ("m", "°", "kN")
     ]
     for axes, label, values in (
-        (motion, "x", RECORD.buoy_position.values[:, 0]),
-        (motion, "z", RECORD.buoy_position.values[:, 2]),
-        (tension, "upper end", RECORD.tension_top.values / 1000),
-        (tension, "anchor", RECORD.tension_anchor.values / 1000),
+        (motion, "x", ALONE.buoy_position.values[:, 0]),
+        (motion, "z", ALONE.buoy_position.values[:, 2]),
+        (tension, "upper end", ALONE.tension_top.values / 1000),
+        (tension, "anchor", ALONE.tension_anchor.values / 1000),
     ):
         np.testing.assert_allclose(curves(axes)[label], density(t[late], values[late], PERIOD), atol=1e-12)
     for axes in (motion, tension):
@@ -272,16 +272,17 @@ def words(figure):
 
 def held_by_its_cable():
     """RECORD with what the cable does to the buoy: (record, places, forces)."""
-    place = RECORD.buoy_position.values - [0.1, 0.2, 0.9]
+    place = ALONE.buoy_position.values - [0.1, 0.2, 0.9]
     force = np.column_stack([-900 + RECORD.time, 200 - RECORD.time, -6800 + 40 * RECORD.time])
-    return RECORD.assign(mooring_point=(("time", "xyz"), place), mooring_force=(("time", "xyz"), force)), place, force
+    dims = ("time", "attachment", "xyz")
+    return RECORD.assign(mooring_point=(dims, place[:, None]), mooring_force=(dims, force[:, None])), place, force
 
 
 def test_arrows_of_a_snapshot_are_to_their_scale():
     """Water: in each panel to that of the arrow whose speed stands over it.  Forces, around the buoy: the legend says
     size and scale, and that of the cable has one of its own."""
     record, place, pull = held_by_its_cable()
-    figure, now = snapshot(record, SCENE, 12.1), instant(record, SCENE, 12.1)
+    figure, now = snapshot(record, SCENE, 12.1), Instant(record, SCENE, 12.1)
     row = int(np.abs(record.time.values - 12).argmin())
     for axes in figure.axes:
         flow, key, *forces = (shafts(c) for c in artists(axes, Line3DCollection))
@@ -308,7 +309,7 @@ def test_a_snapshot_names_what_it_shows():
     named = load_scene(SCENE, title="Here it is")
     figure = snapshot(RECORD, named, 12.1)
     assert figure.texts[0].get_text().replace("\xa0", " ") == "Here it is, t = 12 s"
-    T = RECORD.cable_tension.sel(frame=12.0, method="nearest").values / 1000
+    T = ALONE.cable_tension.sel(frame=12.0, method="nearest").values / 1000
     assert {"water velocity, waves and current", "anchor", f"cable, tension {T.min():.3g} to {T.max():.3g} kN"} <= set(
         words(figure)
     )
@@ -365,13 +366,13 @@ def test_a_snapshot_is_the_right_way_up():
 
 def test_what_a_snapshot_knows():
     """Points of the axis lie at their heights above the keel, forces where they act; the legend has their numbers."""
-    now = instant(RECORD, SCENE, 12.1)
+    now = Instant(RECORD, SCENE, 12.1)
     assert now.time == pytest.approx(12.0)
-    row = RECORD.sel(time=12.0, method="nearest")
+    row = ALONE.sel(time=12.0, method="nearest")
     R, C = rotation_matrix(row.buoy_orientation.values), row.buoy_position.values
     center = (400 * 0.5 + 150 * 2 + 150 * 3) / 700
-    np.testing.assert_allclose(now.cable, RECORD.cable_position.sel(frame=12.0, method="nearest"))
-    np.testing.assert_allclose(now.masses, [C + (h - center) * R[:, 2] for h in (2.0, 3.0)])
+    np.testing.assert_allclose(now.cable, ALONE.cable_position.sel(frame=12.0, method="nearest"))
+    np.testing.assert_allclose(now.buoys[0].masses, [C + (h - center) * R[:, 2] for h in (2.0, 3.0)])
     (name, place, force, _), (wind, at, push, _) = now.forces()
     assert (name, wind) == ("external force", "wind force")
     np.testing.assert_allclose(place, C + (2.0 - center) * R[:, 2])
@@ -399,4 +400,4 @@ def test_what_a_snapshot_knows():
 
 
 def test_an_instant_without_a_buoy_has_no_forces():
-    assert Instant(SCENE, 0.0, RECORD.cable_position.values[0], None, None).forces() == []
+    assert Instant(RECORD.drop_vars("buoy_position"), SCENE).forces() == []

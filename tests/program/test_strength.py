@@ -5,11 +5,14 @@ Source: the recorded tensions; a record on one rank.
 
 import numpy as np
 import pytest
+from alone import simulate, solve_static
 from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start_scenes
 
-from dolfbuoy import load_scene, simulate, solve_static
+import dolfbuoy
+from dolfbuoy import load_scene
 from dolfbuoy.check import check
+from dolfbuoy.results.parts import alone
 from dolfbuoy.results.record import read
 from dolfbuoy.results.statistics import statistics
 from dolfbuoy.results.summary import static_rows, static_warnings, summary, warnings
@@ -26,7 +29,8 @@ def legs():
     east["breaking_load"] = 1e4
     length = north.pop("length")
     material = {"breaking_load": 5e3}
-    north.pop("elements", None)
+    for key in ("elements", "grading"):
+        north.pop(key, None)
     north["segments"] = [
         {"length": length / 4, "elements": 4, **material},
         {"length": length / 4, "elements": 4},
@@ -58,13 +62,14 @@ def test_no_weight_is_missing(pair, elements):
 def test_one_cable():
     """The largest tension of its elements at every instant; it goes on into statistics, and so into sweeps."""
     scene = load_scene(SCENE)
-    record = simulate(scene)
+    whole = dolfbuoy.simulate(scene)
+    record = alone(whole)
     np.testing.assert_allclose(record.utilisation, largest(record.cable_tension) / 2e4, rtol=1e-12)
     most = float(record.utilisation.max())
-    assert ("largest tension over breaking load", f"{most:.4g}", "") in summary(record, scene)
-    assert statistics(record)["utilisation"]["maximum"] == most
+    assert ("largest tension over breaking load", f"{most:.4g}", "") in summary(whole, scene)
+    assert statistics(whole)["utilisation of cable"]["maximum"] == most
     assert "utilisation" not in simulate(load_scene(SCENE, cable__breaking_load=None))
-    assert not any("breaking load" in sentence for sentence in warnings(record, scene))
+    assert not any("breaking load" in sentence for sentence in warnings(whole, scene))
 
 
 def test_it_changes_nothing_else():
@@ -77,7 +82,7 @@ def test_it_changes_nothing_else():
 def test_segments_of_a_network():
     """Those that have a breaking load, by name; who is above it is warned."""
     scene = load_scene(legs())
-    record, rest = simulate(scene), solve_static(scene)
+    record, rest = dolfbuoy.simulate(scene), dolfbuoy.solve_static(scene)
     assert record.segment.values.tolist() == ["east", "north.0", "north.2"]
     for name, cable, segment, load in (("east", 0, 0, 1e4), ("north.0", 1, 0, 5e3), ("north.2", 1, 2, 5e3)):
         mine = (record.cable_of_cell == cable) & (record.segment_of_cell == segment)
@@ -121,5 +126,5 @@ def test_ranks(tmp_path):
     """A segment that lies on one of two ranks."""
     done = start_scenes(2, {"legs": legs()}, tmp_path, SCRIPT)
     assert done.returncode == 0, done.stderr[-2000:]
-    alone, together = simulate(legs()), read(tmp_path / "legs" / "results.nc")
-    np.testing.assert_allclose(together.utilisation, alone.utilisation, rtol=1e-8)
+    one, together = simulate(legs()), read(tmp_path / "legs" / "results.nc")
+    np.testing.assert_allclose(together.utilisation, one.utilisation, rtol=1e-8)

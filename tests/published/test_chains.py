@@ -7,11 +7,10 @@ import csv
 import functools
 import math
 
+import alone
 import numpy as np
 import pytest
 from helpers import REFERENCE, reference
-
-import dolfbuoy
 
 BEDS = reference("bed_and_networks")["cases"]
 CASES = {name: case for name, case in BEDS.items() if name.startswith("chain_")}
@@ -33,7 +32,7 @@ def run(name, stated=True):
     cable["top"] |= {"amplitude": [0.0, 0.0, HEAVE[name]]}
     bed = {"friction": case["friction"]} | (STATED if stated else {})
     time = {"end": 60.0, "step": 0.05, "scheme": "bdf2"}
-    found = dolfbuoy.simulate({"sea": {"depth": float(case["depth"])}, "cable": cable, "seabed": bed, "time": time})
+    found = alone.simulate({"sea": {"depth": float(case["depth"])}, "cable": cable, "seabed": bed, "time": time})
     assert found.attrs["failed_steps"] == 0
     return found
 
@@ -127,12 +126,12 @@ def test_harmonics_of_the_period(name):
 def test_chain_on_bed():
     """The shipped scene: no failed step, at rest as the closed form says, and the peak is not the bed's."""
     values = BEDS["bed_chain100_frictionless"]["values"]
-    found = dolfbuoy.simulate("chain-on-bed")
+    found = alone.simulate("chain-on-bed")
     assert found.attrs["failed_steps"] == 0
     assert float(found.tension_top[0]) == pytest.approx(values["T_top"], rel=1e-3)
     peak, weight = found.tension_top.values.max(), 700.0
     for factor in (0.1, 10.0, 100.0):
         stiffness = factor * weight / 0.1 / 0.01
-        other = dolfbuoy.simulate("chain-on-bed", seabed__stiffness=stiffness)
+        other = alone.simulate("chain-on-bed", seabed__stiffness=stiffness)
         assert other.attrs["failed_steps"] == 0
         assert other.tension_top.values.max() == pytest.approx(peak, rel=0.02)

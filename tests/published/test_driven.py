@@ -3,11 +3,10 @@
 Source: two independent programs converged under refinement (tests/reference).
 """
 
+import alone
 import numpy as np
 import pytest
 from helpers import reference
-
-import dolfbuoy
 
 DRIVEN = reference("driven")["B_taut"]
 
@@ -41,7 +40,7 @@ def driven(elements, degree, step):
 
 def extremes(elements, degree, step, end=60.0, periods=4):
     """[top max, top min, anchor max] of the last periods [N]."""
-    run = dolfbuoy.simulate(driven(elements, degree, step), time__end=end)
+    run = alone.simulate(driven(elements, degree, step), time__end=end)
     last = run.time.values > end - periods * DRIVEN["T"] - 1e-9
     top, anchor = run.tension_top.values[last], run.tension_anchor.values[last]
     return np.array([top.max(), top.min(), anchor.max()])

@@ -7,12 +7,11 @@ published curves are periodic by then.
 Source: Lowe and Langley 2006 as digitised (tests/reference).
 """
 
+import alone
 import numpy as np
 import pytest
 from dynamics_helpers import merged
 from helpers import REFERENCE
-
-import dolfbuoy
 
 JUMPER = {
     "gravity": 9.807,
@@ -59,7 +58,7 @@ def rms(x):
 
 def test_top_moves_in_still_water():
     """Case 1: within 0.5 kN rms; the signal itself has 3.3."""
-    error, published = difference(dolfbuoy.simulate(TOP_MOVES), 1, start=10.0)
+    error, published = difference(alone.simulate(TOP_MOVES), 1, start=10.0)
     assert rms(error) < 0.5
     assert abs(error.mean()) < 0.15
     assert rms(published - published.mean()) > 5 * 0.5
@@ -67,17 +66,17 @@ def test_top_moves_in_still_water():
 
 def test_fixed_ends_in_waves():
     """Case 4: within 0.8 kN rms of a signal of 3.5, and only with the tangential Froude-Krylov force."""
-    error, published = difference(dolfbuoy.simulate(IN_WAVES), 4, start=10.0, shift=10.0)
+    error, published = difference(alone.simulate(IN_WAVES), 4, start=10.0, shift=10.0)
     assert rms(error) < 0.8
     assert rms(published - published.mean()) > 3 * 0.8
-    without = dolfbuoy.simulate(IN_WAVES, cable__tangential_froude_krylov=False)
+    without = alone.simulate(IN_WAVES, cable__tangential_froude_krylov=False)
     assert rms(difference(without, 4, start=10.0, shift=10.0)[0]) > 3.0
 
 
 @pytest.mark.slow
 def test_refined_jumper_stays_with_the_measurement():
     """Backward Euler at a quarter of the step changes little: its damping is not what agrees."""
-    error, _ = difference(dolfbuoy.simulate(TOP_MOVES, time__step=0.025), 1, start=10.0)
+    error, _ = difference(alone.simulate(TOP_MOVES, time__step=0.025), 1, start=10.0)
     assert rms(error) < 0.5
-    error, _ = difference(dolfbuoy.simulate(IN_WAVES, time__step=0.0125), 4, start=10.0, shift=10.0)
+    error, _ = difference(alone.simulate(IN_WAVES, time__step=0.0125), 4, start=10.0, shift=10.0)
     assert rms(error) < 0.8

@@ -6,10 +6,10 @@ Source: MoorDyn from PyPI (the extra `benchmark`; skipped without it), lumped ma
 import math
 from typing import NamedTuple
 
+import alone
 import numpy as np
 import pytest
 
-import dolfbuoy
 from dolfbuoy.formats.moordyn_run import silent
 from dolfbuoy.model.lines import top_position
 from dolfbuoy.scene import Top
@@ -54,7 +54,7 @@ def ours(case, elements, step):
     legs = [ROPE | water | size | {"name": f"leg{i}", "from": foot, "to": "hub"} for i, foot in enumerate(FEET)]
     time = {"end": END, "step": step, "scheme": "bdf2"}
     joint = {"name": "hub"} | case.top
-    found = dolfbuoy.simulate({"sea": {"depth": DEPTH}, "cable": legs, "joint": [joint], "time": time})
+    found = alone.simulate({"sea": {"depth": DEPTH}, "cable": legs, "joint": [joint], "time": time})
     assert found.cable_tension.values.min() > 0.0
     return extremes(case, found.time.values, found.tension_top.values)
 

@@ -3,9 +3,10 @@
 import re
 
 import numpy as np
+from alone import simulate, solve_static
 from mpi4py import MPI
 
-from dolfbuoy import load_scene, simulate, solve_static
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError, SolveError
 
 

@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 import pytest
+from alone import simulate
 
-from dolfbuoy import simulate
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.results import compare
 from dolfbuoy.results import measured as acc

@@ -5,8 +5,9 @@ Source: an independent finer run; the scene with the key taken out by hand; sing
 
 import numpy as np
 import pytest
+from alone import simulate
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.model import effects as declared
 from dolfbuoy.results import measured as acc
@@ -14,7 +15,6 @@ from dolfbuoy.results.compare import Reference
 from dolfbuoy.results.many import draw
 from dolfbuoy.results.statistics import statistics
 from dolfbuoy.scene import settings
-from dolfbuoy.scene.network import network_of
 from dolfbuoy.scene.settings import Space, Stepping
 from dolfbuoy.studies.accuracy import advise as advice
 from dolfbuoy.studies.accuracy import touchdown, work_precision
@@ -46,7 +46,7 @@ BRIDLE = {
 
 
 def elements(scene):
-    return [piece.section.elements for piece in network_of(scene).pieces]
+    return [piece.section.elements for piece in scene.network.pieces]
 
 
 def test_lines_that_go_slack_take_the_one_generalized_alpha_that_they_may_have():

@@ -11,11 +11,14 @@ import time
 import numpy as np
 import pytest
 import xarray as xr
+from alone import simulate
 from mpi_helpers import needs_mpirun, start
 
-from dolfbuoy import InputError, load_scene, simulate
+import dolfbuoy
+from dolfbuoy import InputError, load_scene
 from dolfbuoy.results import style
 from dolfbuoy.results.many import collect, draw
+from dolfbuoy.results.parts import alone
 from dolfbuoy.results.statistics import STATISTICS, dominant_period, statistics
 from dolfbuoy.scene.variants import cases_of, parse_vary
 from dolfbuoy.studies import one_case
@@ -154,22 +157,22 @@ def test_statistics_of_known_series():
     t = np.linspace(0, 1, 2001) ** 1.5
     record = xr.Dataset(
         {
-            "tension_top": ("time", t**2),
-            "buoy_position": (("time", "xyz"), np.stack([t, np.cos(40 * t), 0 * t], axis=1)),
+            "tension_top": (("time", "cable"), t[:, None] ** 2),
+            "buoy_position": (("time", "buoy", "xyz"), np.stack([t, np.cos(40 * t), 0 * t], axis=1)[:, None]),
             "newton_iterations": ("time", np.ones(len(t), dtype=int)),
             "cable_tension": (("frame", "cell"), np.ones((2, 3))),
         },
-        coords={"time": t, "xyz": ["x", "y", "z"]},
+        coords={"time": t, "xyz": ["x", "y", "z"], "cable": ["port"], "buoy": ["mine"]},
     )
     found = statistics(record)
-    assert set(found) == {"tension_top", "buoy_position_x", "buoy_position_y", "buoy_position_z"}
-    top = found["tension_top"]
+    assert set(found) == {"tension_top of port", *(f"buoy_position_{axis} of mine" for axis in "xyz")}
+    top = found["tension_top of port"]
     assert (top["minimum"], top["maximum"]) == (0.0, 1.0)
     assert top["mean"] == pytest.approx(1 / 3, rel=1e-6)
     assert top["standard_deviation"] == pytest.approx(np.sqrt(1 / 5 - 1 / 9), rel=1e-6)
-    assert found["buoy_position_y"]["dominant_period"] == pytest.approx(2 * np.pi / 40, rel=1e-9)
-    assert np.isnan(found["buoy_position_z"]["dominant_period"])
-    assert found["buoy_position_z"]["standard_deviation"] == 0.0
+    assert found["buoy_position_y of mine"]["dominant_period"] == pytest.approx(2 * np.pi / 40, rel=1e-9)
+    assert np.isnan(found["buoy_position_z of mine"]["dominant_period"])
+    assert found["buoy_position_z of mine"]["standard_deviation"] == 0.0
 
 
 def test_statistics_of_an_angle_that_turns_on():
@@ -194,7 +197,9 @@ def swept(tmp_path_factory):
 
 
 def test_sweep_equals_single_runs(swept):
-    folder, dataset = swept
+    folder, whole = swept
+    assert whole.tension_top_maximum.dims == ("case", "cable")
+    dataset = alone(whole)
     assert dataset.sizes["case"] == 4
     assert list(dataset.status.values) == ["done"] * 4
     for i, (density, gravity) in enumerate([(1, 5), (1, 9), (2, 5), (2, 9)]):
@@ -214,7 +219,7 @@ def test_sweep_equals_single_runs(swept):
         assert written.tension_top_mean.attrs["units"] == "N"
         assert written.tension_top_dominant_period.attrs["units"] == "s"
         assert all({"units", "long_name"} <= set(v.attrs) for n, v in written.items() if n.startswith("tension"))
-        xr.testing.assert_equal(written.load(), dataset)
+        xr.testing.assert_equal(written.load(), whole)
 
 
 def test_a_finished_sweep_computes_nothing(swept, monkeypatch):
@@ -254,7 +259,7 @@ def test_a_failing_case_does_not_stop_the_others(tmp_path, monkeypatch):
     assert [s.split(":")[0] for s in status] == ["done", "InputError", "SolveError", "ZeroDivisionError", "done"]
     assert "cable.length = -3" in status[1]
     assert "DIVERGED" in status[2]
-    assert list(np.isfinite(dataset.tension_top_mean.values)) == [True, False, False, False, True]
+    assert np.isfinite(dataset.tension_top_mean.values[:, 0]).tolist() == [True, False, False, False, True]
     monkeypatch.setattr(sweeping, "evaluate", computed_twice)  # failed cases are not repeated either
     xr.testing.assert_identical(sweep(ROD, [], table, tmp_path), dataset)
 
@@ -316,7 +321,7 @@ def test_set_changes_all_cases(call, tmp_path):
     assert code == 0
     assert "tension top max [N]" in out
     direct = simulate(load_scene(ROD, cable__line_density=2, gravity=3, time__end=0.02))
-    swept = xr.load_dataset(tmp_path / "sw" / "sweep.nc")
+    swept = alone(xr.load_dataset(tmp_path / "sw" / "sweep.nc"))
     assert float(swept.tension_top_maximum[1]) == float(direct.tension_top.max())
 
 
@@ -370,7 +375,7 @@ def test_records_of_cases_are_kept(tmp_path, monkeypatch):
     assert dataset.record.values[1] == ""
     for case in (0, 2):
         folder = tmp_path / dataset.record.values[case]
-        direct = simulate(ROD, cable__line_density=case or 1)
+        direct = dolfbuoy.simulate(ROD, cable__line_density=case or 1)
         with xr.open_dataset(folder / "results.nc") as kept:
             xr.testing.assert_equal(kept, direct)
         assert f"case cable.line_density = {case or 1}" in (folder / "page.html").read_text()

@@ -13,10 +13,12 @@ import xarray as xr
 from dynamics_helpers import MOORED, merged
 from mpi_helpers import needs_mpirun, start
 
-from dolfbuoy import InputError, load_scene, simulate, statistics
+import dolfbuoy
+from dolfbuoy import InputError, load_scene, statistics
 from dolfbuoy.results import cycles
 from dolfbuoy.results.ensemble import Fatigue, Run, gumbels, runs_of
 from dolfbuoy.results.lifetime import lifetime
+from dolfbuoy.results.parts import alone
 from dolfbuoy.scene.variants import cases_of, latin_hypercube, probabilities, with_seeds
 from dolfbuoy.studies.sweep import sweep
 
@@ -92,7 +94,7 @@ def test_the_probability_of_a_table_is_no_change(tmp_path):
 def test_statistics_of_a_sweep_are_those_of_its_runs(swept):
     """Numbers to the last bit; peaks and ranges to the seven digits that are kept, few enough to have no bins."""
     folder, dataset = swept
-    found = statistics(folder)
+    found = alone(statistics(folder))
     assert found.sizes["set"] == 2
     assert found.set_of_run.values.tolist() == [0, 0, 1, 1]
     names = {}
@@ -104,15 +106,15 @@ def test_statistics_of_a_sweep_are_those_of_its_runs(swept):
                 f"{k} = {case[n].item():g}" for k, n in zip(dataset.attrs["varied"].split(", "), keys, strict=True)
             )
         ] = i
-        record = simulate(
+        record = dolfbuoy.simulate(
             SCENE, **{k: case[n].item() for k, n in zip(dataset.attrs["varied"].split(", "), keys, strict=True)}
         )
-        alone = statistics(record)
-        (k,) = np.flatnonzero(found.tension_top_maximum.values == float(alone.tension_top_maximum[0]))
+        one = alone(statistics(record))
+        (k,) = np.flatnonzero(found.tension_top_maximum.values == float(one.tension_top_maximum[0]))
         for name in ("tension_top_mean", "surface_elevation_Hs", "fixed_point_elevation_m0", "pitch_skewness"):
-            assert float(found[name][k]) == float(alone[name][0])
+            assert float(found[name][k]) == float(one[name][0])
         assert float(found.tension_top_equivalent_load[k]) == pytest.approx(
-            float(alone.tension_top_equivalent_load[0]), rel=1e-6
+            float(one.tension_top_equivalent_load[0]), rel=1e-6
         )
     assert len(names) == 4
 
@@ -126,7 +128,10 @@ def test_a_life_is_the_sum_over_its_seas(swept):
     for height, share in ((0.5, 0.6), (1.0, 0.1)):
         mine = [run.sample for run in runs if run.changes["waves.significant_height"] == height]
         assert len(mine) == 2
-        worn = [np.dot(np.array(s["cycles"]["tension_top"][0]) ** 4, s["cycles"]["tension_top"][1]) for s in mine]
+        worn = [
+            np.dot(np.array(s["cycles"]["tension_top of cable"][0]) ** 4, s["cycles"]["tension_top of cable"][1])
+            for s in mine
+        ]
         damage += share * sum(worn) / sum(s["duration"] for s in mine)
     assert float(found.damage_per_year) == pytest.approx(damage * cycles.YEAR / 1e14, rel=1e-12)
     assert float(found.life) == pytest.approx(1e14 / cycles.YEAR / damage, rel=1e-12)

@@ -7,8 +7,9 @@ and short.
 from contextlib import contextmanager
 
 import numpy as np
+from alone import simulate
 
-from dolfbuoy import load_scene, simulate
+from dolfbuoy import load_scene
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.scene import merged as merged  # for the tests that import it from here
 

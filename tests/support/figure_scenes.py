@@ -66,16 +66,15 @@ def write_free_buoy(folder, times):
     scene = load_scene({key: MOORED[key] for key in ("sea", "buoy", "waves")} | {"time": {"end": 1.0, "step": 0.02}})
     folder.mkdir(exist_ok=True)
     scene.save(folder / "scene.toml")
-    record = results.Record(folder / "results.nc", {"title": "made up"}, {})
+    record = results.Record(folder / "results.nc", {"title": "made up"}, {}, {"buoy": np.array(["buoy"])})
     for t in times:
         beta = 0.2 + 0.3 * t
         values = {
-            "time": t,
             "buoy_position": np.array([3.0, -2.0, 0.1 * math.sin(t)]),
             "cone_angle": math.degrees(beta),
         }
         values["buoy_orientation"] = np.array([math.cos(beta / 2), 0.0, math.sin(beta / 2), 0.0])
         values["surface_elevation"] = 0.0
-        record.add({name: [value] for name, value in values.items()})
+        record.add({"time": [t]} | {name: [[value]] for name, value in values.items()})
     record.flush()
     return folder

@@ -7,6 +7,7 @@ import xarray as xr
 from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import load_scene
+from dolfbuoy.results.parts import alone
 from dolfbuoy.results.record import FRAMES, SERIES
 
 PERIOD = 5.0
@@ -44,11 +45,19 @@ def made_up(end=40.0):
     shape = np.stack([nodes / 22 * C[::4, i, None] for i in range(3)], axis=-1)
     shape[..., 2] = -20 + nodes / 22 * (20.4 + 0.2 * np.sin(2 * math.pi * frame / 7)[:, None])
     frames = {"cable_position": shape, "cable_tension": np.linspace(3000, 7000, 6) + frame[:, None]}
-    data = {name: (("time", *SERIES[name][0]), value) for name, value in series.items()}
+    sizes = {"time": len(t), "cable": 1, "buoy": 1, "xyz": 3, "quaternion": 4}
+    dims = {name: ("time", *SERIES[name][0]) for name in series}
+    data = {name: (dims[name], np.reshape(value, [sizes[d] for d in dims[name]])) for name, value in series.items()}
     data |= {name: (("frame", *FRAMES[name][0]), value) for name, value in frames.items()}
     middle = (nodes[1:] + nodes[:-1]) / 2
     coordinates = {"time": t, "frame": frame, "s": ("node", nodes), "s_cell": ("cell", middle), "xyz": ["x", "y", "z"]}
+    coordinates |= {"cable": ["cable"], "buoy": ["buoy"]}
+    for dimension, size in (("node", 7), ("cell", 6)):
+        coordinates[f"cable_of_{dimension}"] = dimension, np.zeros(size, dtype=int)
+    coordinates["segment_of_cell"] = "cell", np.zeros(6, dtype=int)
     return xr.Dataset(data, coordinates, attrs={"failed_steps": 7, "wall_time_s": 12.5})
 
 
 RECORD = made_up()
+#: To read by hand.
+ALONE = alone(RECORD)

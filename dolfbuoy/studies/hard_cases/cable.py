@@ -244,8 +244,8 @@ def current_4(found):
 
 @hard_case
 def below_the_bed(found):
-    from .tools import run
+    from .tools import whole
 
     scene = with_(SHORT, cable__top={"kind": "fixed", "position": [1.0, 0.0, 0.0]}, time={"end": 0.02, "step": 0.01})
     found.says(said(scene), "below the sea bed")
-    found.says(said(scene, run(scene)), "below the sea bed")
+    found.says(said(scene, whole(scene)), "below the sea bed")

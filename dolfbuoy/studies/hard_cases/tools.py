@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from ...api import simulate, solve_static
 from ...check import check
 from ...errors import InputError, SolveError
+from ...results.parts import alone
 from ...results.summary import warnings
 from ...scene import load_scene, merged
 
@@ -27,12 +28,17 @@ def with_(base: dict, **changes) -> dict:
 
 
 def static(scene: dict):
-    """The equilibrium's record."""
-    return solve_static(scene, comm=MPI.COMM_SELF)
+    """The equilibrium's record, see `alone`."""
+    return alone(solve_static(scene, comm=MPI.COMM_SELF))
 
 
 def run(scene: dict, **kwargs):
-    """The run's record."""
+    """The run's record, see `alone`."""
+    return alone(whole(scene, **kwargs))
+
+
+def whole(scene: dict, **kwargs):
+    """The run's record with all its dimensions."""
     return simulate(scene, comm=MPI.COMM_SELF, **kwargs)
 
 

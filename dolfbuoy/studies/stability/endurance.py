@@ -12,6 +12,7 @@ from mpi4py import MPI
 from ...api import simulate
 from ...errors import InputError
 from ...results import checkpoint
+from ...results.parts import alone
 from ...results.style import PAGE, new_figure
 from ...scene import load_scene
 from ..declaration import declared
@@ -85,13 +86,14 @@ def judge(record, rows: list[dict], skip: int, tolerance: float) -> list[tuple[s
 
 
 def long_run(scene, folder: Path):
-    """The record of `scene` in `folder`/run; one that was stopped goes on."""
+    """The record, see `alone`, of `scene` in `folder`/run; one that was stopped goes on."""
     folder = Path(folder) / "run"
     try:
         same = checkpoint.load(folder, MPI.COMM_WORLD.size, scene.time.end).scene == scene
     except InputError:
         same = False
-    return simulate(resume=folder, time__end=scene.time.end) if same else simulate(scene, out=folder, overwrite=True)
+    resumed = {"resume": folder, "time__end": scene.time.end}
+    return alone(simulate(**resumed) if same else simulate(scene, out=folder, overwrite=True))
 
 
 def compute(folder: Path, scene, window: float, skip: int, **_):

@@ -113,15 +113,16 @@ def cable_of(scene: str) -> dict:
     """
     loaded = load_scene(scene)
     refuse_network(loaded)
-    c = loaded.cable
-    if c is None:
+    if not loaded.network.pieces:
         raise InputError("cable: must be given, without it there is no explicit limit to speak of.")
+    (piece,) = loaded.network.pieces
+    c, top = piece.section, piece.ends[1]
     if math.isinf(c.axial_stiffness):
         raise InputError(
             "cable.axial_stiffness = inf: waves along an inextensible cable are infinitely fast and no explicit step "
             "is stable; give a finite axial_stiffness."
         )
-    held = c.top is not None and c.top.kind != "free"
+    held = top.held
     elements = c.elements if isinstance(c.elements, int) else [list(segment) for segment in c.elements]
     cable = {"length": c.length, "elements": elements, "grading": c.grading, "rho0": c.line_density}
     cable |= {"EA": c.axial_stiffness, "degree": c.position_degree, "end": "fixed-fixed" if held else "fixed-free"}

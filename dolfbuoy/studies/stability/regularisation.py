@@ -18,6 +18,7 @@ from mpi4py import MPI
 from ...api import simulate, solve_static
 from ...errors import InputError
 from ...forms import hull, morison
+from ...results.parts import alone
 from ...scene import Scene, load_scene
 from ..declaration import declared
 from ..study import Table, refuse_network
@@ -58,8 +59,10 @@ def cases(scene: Scene) -> list[dict]:
     """One per scale and factor; those that the scene has nothing of are left out."""
     if scene.sea is None:
         raise InputError("sea: must be given, without it there is neither drag nor a wet hull, and nothing to vary.")
-    chosen = {what: factors for what, (module, _, _, factors) in SCALES.items() if module is not hull or scene.buoy}
-    if scene.buoy is not None:
+    chosen = {
+        what: factors for what, (module, _, _, factors) in SCALES.items() if module is not hull or scene.network.buoys
+    }
+    if scene.network.buoys:
         chosen[POINTS] = DEGREES
     data = scene.to_dict()
     return [
@@ -78,15 +81,20 @@ def evaluate(case: dict) -> dict:
     else:
         changed = scaled(case["what"], case["factor"])
     with changed as scale:
-        rest = solve_static(scene, comm=MPI.COMM_SELF)
-        run = simulate(scene, comm=MPI.COMM_SELF)
-    place = "buoy_position" if scene.buoy else "cable_position"
-    moving = run[place] if scene.buoy else run[place][:, run.sizes["node"] // 2]
-    at_rest = rest[place] if scene.buoy else rest[place][rest.sizes["node"] // 2]
+        rest = alone(solve_static(scene, comm=MPI.COMM_SELF))
+        run = alone(simulate(scene, comm=MPI.COMM_SELF))
+    moving, at_rest = map(_followed, (run, rest))
     result = {"scale": scale, "static_height": float(at_rest[2]), "track": moving.values.tolist()}
-    if scene.cable:
+    if scene.network.cables:
         result |= {"static_tension": float(rest.tension_top), "largest_tension": float(run.tension_top.max())}
     return result
+
+
+def _followed(record):
+    """Position of the buoy, without one of the middle of the cable."""
+    if "buoy_position" in record:
+        return record.buoy_position
+    return record.cable_position.isel(node=record.sizes["node"] // 2)
 
 
 def compare(rows: list[dict]) -> list[dict]:

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from ...api import simulate
 from ...errors import SolveError
+from ...results.parts import alone
 from ...results.style import COLORS, PAGE, new_figure
 from ...results.tables import groups
 from ...scene import load_scene
@@ -80,7 +81,7 @@ def snap(case: dict) -> dict:
     cable = {"elements": case["cells"], "position_degree": case["mu"], "tension_degree": case["nu"]}
     time = {"end": case["end"], "step": case["step"], "scheme": case["scheme"], "output_every": 0.05}
     cable["slack"] = case["slack"]
-    record = simulate("driven-slack", comm=MPI.COMM_SELF, cable=cable, time=time)
+    record = alone(simulate("driven-slack", comm=MPI.COMM_SELF, cable=cable, time=time))
     last, frames = record.time > case["end"] - SNAP_COUNTS, record.frame > case["end"] - SNAP_COUNTS
     found = {f"{end}_max": float(record[f"tension_{end}"][last.values].max()) for end in ("top", "anchor")}
     for end in ("top", "anchor"):
