@@ -63,7 +63,12 @@ def find_rest(problem, put, ways) -> None:
 
 
 def is_compressed(problem) -> bool:
-    """Whether some dof of T is negative beyond rounding, on any rank."""
+    """Whether some dof of T is negative beyond rounding, on any rank.
+
+    Beside lines that take no compression those that do are struts, which are meant to.
+    """
+    if problem.law is not None:
+        return False
     T = problem.system.u[problem.lines.T_dofs]
     worst, largest = (problem.comm.allreduce(x, op=max) for x in (-T.min(initial=0.0), np.abs(T).max(initial=0.0)))
     return worst > ROUNDING * largest
@@ -139,7 +144,7 @@ def by_the_other_law(problem):
     """From lines that take no compression to those that do, or the other way round: without slack nodes, which have no
     stiffness, on the way."""
     scene, start = problem.scene, problem.system.u.copy()
-    pushed = any(section.slack == "compressive" for section in problem.lines.sections)
+    pushed = problem.law is None
     slack = "tension-only" if pushed else "compressive"
     cables = [cable.model_copy(update={"slack": slack}) for cable in scene.cables]
     changed = scene.model_copy(update={"cable": cables})
