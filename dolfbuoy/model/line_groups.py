@@ -33,7 +33,7 @@ def _joined(name):
 
 
 def _in_each(name):
-    """Method: calls that of every group."""
+    """Method: that of every group."""
 
     def method(self, *args):
         for group in self.groups:
@@ -42,8 +42,27 @@ def _in_each(name):
     return method
 
 
+def _listed(name):
+    """Method: what that of every group lists."""
+    return lambda self, *args: [found for group in self.groups for found in getattr(group, name)(*args)]
+
+
 class LineGroups:
-    """All lines of a scene; `groups`: the Lines of each kind."""
+    """All lines of a scene; `groups`: the Lines of each kind.  What is not explained here is as in `Lines`."""
+
+    mean_dofs = None
+    cell_ends, stretches, one_sided = _joined("cell_ends"), _joined("stretches"), _joined("one_sided")
+    owned, turnable = _joined("owned"), _joined("turnable")
+    let_go, stop, scale_current = _in_each("let_go"), _in_each("stop"), _in_each("scale_current")
+    follow_water, publish_points, hold = _in_each("follow_water"), _in_each("publish_points"), _in_each("hold")
+    evolutions, blocks = _listed("evolutions"), _listed("blocks")
+    scene = property(lambda self: self.groups[0].scene)
+    pieces = property(lambda self: self.network.pieces)
+    sections = property(lambda self: [piece.section for piece in self.pieces])
+    section = property(lambda self: self.pieces[0].section)
+    elastic = property(lambda self: any(group.elastic for group in self.groups))
+    longest = property(lambda self: max(group.longest for group in self.groups))
+    owned_nodes = property(lambda self: sum(group.owned_nodes for group in self.groups))
 
     def __init__(self, comm, scene, dynamic, kinds):
         self.comm, self.dynamic, self.network = comm, dynamic, scene.network
@@ -52,45 +71,41 @@ class LineGroups:
         self.turns = turns, backwards, joints = order_of_pieces(self.network.pieces)
         for group in self.groups:
             group.turns = turns[group.numbers], backwards[group.numbers], joints
-        self.bed = _Beds(self.groups) if scene.seabed else None
+        self.bed = _Beds(self) if scene.seabed else None
         self.growth = _Growths(self.groups) if any(group.growth for group in self.groups) else None
         self.parting = _Partings(self.groups) if any(group.parting for group in self.groups) else None
         self._holders = {number: (g, k) for g in self.groups for k, number in enumerate(g.numbers)}
         self.memory = {f"{name}_{k}": x for k, g in enumerate(self.groups) for name, x in g.memory.items()}
 
-    # -- one group or another -----------------------------------------------------------------------------------------
-
     def holder(self, piece):
         """(the Lines that have a piece of the scene, its number there)."""
         return self._holders[piece]
 
-    def _of_piece(self, name, piece, *args):
-        group, number = self.holder(piece)
-        return getattr(group, name)(*args, number)
+    def change(self, scene):
+        """Take the numbers of another scene of the same structure."""
+        self.network = scene.network
+        for group in self.groups:
+            group.change(scene)
 
-    def _each(self, name, u, *args):
-        """What a function of every group's own unknowns returns."""
-        return [getattr(group, name)(*args, u[group.part.slice]) for group in self.groups]
+    def clock(self, time, u):
+        """Functions that bring the sea, and in u the ends that are held, to time[0]."""
+        return [function for group in self.groups for function in group.clock(time, u[group.part.slice])]
 
-    @property
-    def scene(self):
-        """The scene whose numbers these are."""
-        return self.groups[0].scene
+    def when_accepted(self, time, u):
+        """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
+        return [function for group in self.groups for function in group.when_accepted(time, u[group.part.slice])]
 
-    @property
-    def pieces(self):
-        """Of the network, in the order of their numbers."""
-        return self.network.pieces
+    def begin(self, u):
+        """Memory as at the start of a run."""
+        for group in self.groups:
+            group.begin(u[group.part.slice])
 
-    @property
-    def sections(self):
-        """Of the pieces."""
-        return [piece.section for piece in self.pieces]
+    def grow_as(self, other):
+        """Take the marine growth of other LineGroups of the same elements."""
+        for group, one in zip(self.groups, other.groups, strict=True):
+            group.grow_as(one)
 
-    @property
-    def section(self):
-        """Of the first piece."""
-        return self.sections[0]
+    # -- where the unknowns are ---------------------------------------------------------------------------------------
 
     @property
     def part(self):
@@ -99,24 +114,15 @@ class LineGroups:
         place = slice(parts[0].offset, parts[-1].slice.stop)
         return SimpleNamespace(parts=parts, offset=place.start, slice=place, size=place.stop - place.start)
 
-    # -- where the unknowns are ---------------------------------------------------------------------------------------
-
-    line_of_node = property(lambda self: self._nodes(lambda g: np.array(g.numbers)[g.line_of_node]))
-    line_of_cell = property(lambda self: np.concatenate([np.array(g.numbers)[g.line_of_cell] for g in self.groups]))
-    node_s = property(lambda self: self._nodes(lambda g: g.node_s))
-    node_dofs = property(lambda self: self._nodes(lambda g: g.node_dofs + g.part.offset))
-    cell_ends, stretches, one_sided = _joined("cell_ends"), _joined("stretches"), _joined("one_sided")
-    mean_dofs = None
-
     def _nodes(self, get):
         """Of the nodes of all groups, those of this rank first."""
         found = [(get(group), group.owned_nodes) for group in self.groups]
         return np.concatenate([*(x[:n] for x, n in found), *(x[n:] for x, n in found)])
 
-    @property
-    def owned_nodes(self):
-        """Number of the nodes of this rank."""
-        return sum(group.owned_nodes for group in self.groups)
+    node_s = property(lambda self: self._nodes(lambda g: g.node_s))
+    node_dofs = property(lambda self: self._nodes(lambda g: g.node_dofs + g.part.offset))
+    line_of_node = property(lambda self: self._nodes(lambda g: np.array(g.numbers)[g.line_of_node]))
+    line_of_cell = property(lambda self: np.concatenate([np.array(g.numbers)[g.line_of_cell] for g in self.groups]))
 
     @property
     def T_dofs(self):
@@ -131,10 +137,18 @@ class LineGroups:
         found = [self.holder(k) for k in range(len(self.pieces))]
         return [tuple(dofs + group.part.offset for dofs in group.end_dofs[k]) for group, k in found]
 
-    @property
-    def owned(self):
-        """Mask of the unknowns that are this rank's."""
-        return np.concatenate([group.owned for group in self.groups])
+    def anchor_dofs(self, line=0):
+        """Dofs of r at s = 0."""
+        return self.end_dofs[line][0]
+
+    def top_dofs(self, line=0):
+        """Dofs of r at s = L."""
+        return self.end_dofs[line][1]
+
+    def held_ends(self):
+        """(piece, end, its dofs) of all ends whose position is given."""
+        ends = [(k, i) for k, piece in enumerate(self.pieces) for i, end in enumerate(piece.ends) if end.held]
+        return [(k, i, self.end_dofs[k][i]) for k, i in ends]
 
     def line_at(self, s):
         """Number of the piece at mesh coordinates."""
@@ -148,20 +162,6 @@ class LineGroups:
     def meetings(self):
         """Name of a free joint -> [(piece, end)] of all that meet there."""
         return self.network.meetings()
-
-    def held_ends(self):
-        """(piece, end, its dofs) of all ends whose position is given."""
-        ends = [(k, i) for k, piece in enumerate(self.pieces) for i, end in enumerate(piece.ends) if end.held]
-        dofs = self.end_dofs
-        return [(k, i, dofs[k][i]) for k, i in ends]
-
-    def anchor_dofs(self, line=0):
-        """Dofs of r at s = 0."""
-        return self.end_dofs[line][0]
-
-    def top_dofs(self, line=0):
-        """Dofs of r at s = L."""
-        return self.end_dofs[line][1]
 
     def places(self):
         """Mesh coordinates of the nodes, in the order of their dofs [m]."""
@@ -183,94 +183,44 @@ class LineGroups:
         order = np.lexsort((dofs, *keys))
         return dofs[order], keys[-1][order]
 
-    # -- time, and what belongs to all --------------------------------------------------------------------------------
-
-    def change(self, scene):
-        """Take the numbers of another scene of the same structure."""
-        self.network = scene.network
-        for group in self.groups:
-            group.change(scene)
-
-    def clock(self, time, u):
-        """Functions that bring the sea, and in u the ends that are held, to time[0]."""
-        return [function for group in self.groups for function in group.clock(time, u[group.part.slice])]
-
-    def when_accepted(self, time, u):
-        """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
-        return [function for group in self.groups for function in group.when_accepted(time, u[group.part.slice])]
-
-    def evolutions(self):
-        """Of all groups."""
-        return [evolution for group in self.groups for evolution in group.evolutions()]
-
-    def begin(self, u):
-        """Memory as at the start of a run."""
-        self._each("begin", u)
-
-    hold, let_go, stop, scale_current = (_in_each(name) for name in ("hold", "let_go", "stop", "scale_current"))
-    follow_water, publish_points = _in_each("follow_water"), _in_each("publish_points")
-
-    def grow_as(self, other):
-        """Take the marine growth of other LineGroups of the same elements."""
-        for group, one in zip(self.groups, other.groups, strict=True):
-            group.grow_as(one)
-
     # -- numbers ------------------------------------------------------------------------------------------------------
-
-    @property
-    def elastic(self):
-        """Whether any piece stretches."""
-        return any(group.elastic for group in self.groups)
-
-    @property
-    def turnable(self):
-        """Whether each piece may be turned inside out."""
-        return np.concatenate([group.turnable for group in self.groups])
-
-    def smallest_stretch(self, u):
-        """Smallest 1 + T/EA of the owned cells that may be turned inside out."""
-        return min(self._each("smallest_stretch", u))
-
-    @property
-    def longest(self):
-        """Length of the longest piece [m]."""
-        return max(group.longest for group in self.groups)
 
     def weight_of(self, line):
         """Weight in water per unstretched length of a piece [N/m]."""
-        return self._of_piece("weight_of", line)
+        group, number = self.holder(line)
+        return group.weight_of(number)
 
     def top_position(self, t, line=0):
         """r_bnd(t) of a fixed or prescribed top [m]."""
-        return self._of_piece("top_position", line, t)
+        group, number = self.holder(line)
+        return group.top_position(t, number)
 
     def set_shape(self, u, position, tension, line=0):
         """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) of a piece into the local unknowns u."""
         group, number = self.holder(line)
         group.set_shape(u[group.part.slice], position, tension, number)
 
-    def mean_tension(self, u):
-        """Average of T on each owned cell [N]."""
-        return np.concatenate(self._each("mean_tension", u))
-
     def anchor_tension(self, u, line=0):
         """T_h(0) of a piece [N], on the rank that owns its first cell; nan elsewhere."""
         group, number = self.holder(line)
         return group.anchor_tension(u[group.part.slice], number)
 
-    def blocks(self, force):
-        """Blocks of the unknowns; `force` is a typical tension [N]."""
-        return [block for group in self.groups for block in group.blocks(force)]
+    def mean_tension(self, u):
+        """Average of T on each owned cell [N]."""
+        return np.concatenate([group.mean_tension(u[group.part.slice]) for group in self.groups])
+
+    def smallest_stretch(self, u):
+        """Smallest 1 + T/EA of the owned cells that may be turned inside out."""
+        return min(group.smallest_stretch(u[group.part.slice]) for group in self.groups)
 
     def one_sided_rows(self, force):
         """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
-        found = [group.one_sided_rows(force) for group in self.groups]
-        parts = {name: [getattr(one, name) for one in found] for name in OneSidedRows.__dataclass_fields__}
-        parts["rows"] = [rows + group.part.offset for rows, group in zip(parts["rows"], self.groups, strict=True)]
-        at_rest = not self.dynamic
-        return OneSidedRows(
-            **{name: None if name == "inertia" and at_rest else np.concatenate(x) for name, x in parts.items()}
-        )
+        found = [(group, group.one_sided_rows(force)) for group in self.groups]
+        parts = {name: [getattr(one, name) for _, one in found] for name in OneSidedRows.__dataclass_fields__}
+        parts["rows"] = [one.rows + group.part.offset for group, one in found]
+        if not self.dynamic:
+            parts["inertia"] = None
+        return OneSidedRows(**{name: x and np.concatenate(x) for name, x in parts.items()})
 
     @property
     def end_loads(self):
@@ -281,23 +231,23 @@ class LineGroups:
 class _Beds:
     """The sea bed under all groups."""
 
-    def __init__(self, groups):
-        self.groups = groups
-        self.normal, self.gap = groups[0].bed.normal, groups[0].bed.gap
+    def __init__(self, lines):
+        self.lines, first = lines, lines.groups[0].bed
+        self.normal, self.gap = first.normal, first.gap
 
     def rub(self):
         """Let friction act in statics too."""
-        for group in self.groups:
+        for group in self.lines.groups:
             group.bed.rub()
 
     def accept(self, u):
         """A step was taken: where friction pulls more than it can, it slides after the line."""
-        for group in self.groups:
+        for group in self.lines.groups:
             group.bed.accept(u[group.part.slice])
 
     def lying(self, u, line=0):
         """What of a piece lies, on every rank."""
-        group, number = next((g, g.numbers.index(line)) for g in self.groups if line in g.numbers)
+        group, number = self.lines.holder(line)
         return group.bed.lying(u[group.part.slice], number)
 
 

@@ -367,14 +367,15 @@ class Lines(Layout):
 
     def blocks(self, force):
         """Blocks of w; `force` is a typical tension [N]."""
-        L, h = self.longest, self.smallest_cell
+        L, h, first = self.longest, self.smallest_cell, self.part.offset
         moving = max(c.line_density for c in self.sections) * h * L
         blocks = [
-            Block("cable position", self.node_dofs.ravel(), L, force, moving, 2, unit="m"),
-            Block("cable tension", self.T_dofs.ravel(), force, h, rounding=moving, unit="N"),
+            Block("cable position", first + self.node_dofs.ravel(), L, force, moving, 2, unit="m"),
+            Block("cable tension", first + self.T_dofs.ravel(), force, h, rounding=moving, unit="N"),
         ]
         if self.mean_dofs is not None:
-            blocks.append(Block("cable mean tension", self.mean_dofs, force, force * h, rounding=moving, unit="N"))
+            means = first + self.mean_dofs
+            blocks.append(Block("cable mean tension", means, force, force * h, rounding=moving, unit="N"))
         return blocks
 
     def one_sided_rows(self, force) -> OneSidedRows:

@@ -32,6 +32,10 @@ JIB = {
         *({"name": name, "from": hook, "to": "tip"} | CHAIN for name, hook in HOOKS.items()),
     ],
     "joint": [{"name": "tip", "mass": 500.0}],
+    "initial": {
+        "points": {"strut": [WALL, [5.9, 0.0, -1.0]]}
+        | {name: [hook, [4.0, 0.5 * hook[1], 2.0], [5.9, 0.0, -1.0]] for name, hook in HOOKS.items()}
+    },
 }
 
 
