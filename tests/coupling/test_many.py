@@ -11,10 +11,11 @@ import pytest
 from dynamics_helpers import running
 from mpi4py import MPI
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
 from dolfbuoy.model import size
+from dolfbuoy.results import figures
 from dolfbuoy.solver import loops
 from dolfbuoy.solver.c_code import address
 
@@ -125,3 +126,19 @@ def test_more_buoys_than_memory_holds(monkeypatch):
     size.check_size(load_scene(buoys_at(range(5), "regular")), MPI.COMM_SELF)
     with pytest.raises(InputError, match=r"^buoy: 6 tables in all: must be fewer, they take"):
         solve_static(buoys_at(range(6), "regular"))
+
+
+def test_figures_of_the_largest(tmp_path, monkeypatch):
+    """Of many cables those that are pulled hardest have figures of their own, and one sentence says so."""
+    scene, said = lines_at([0.0, 30.0, 60.0, 90.0]), []
+    for cable, length in zip(scene["cable"], (60.0, 50.0, 60.0, 49.0), strict=True):
+        cable["length"] = length
+    simulate(scene | {"time": {"end": 0.2, "step": 0.05}}, out=tmp_path / "run")
+    monkeypatch.setattr(figures, "MOST_PARTS", 2)
+    drawn = {path.stem for path in figures.draw_all(tmp_path / "run", said.append)}
+    assert {name for name in drawn if name.startswith("tension")} == {
+        "tension_c0",
+        "tension_c2",
+    }  # the longer hang deeper
+    assert said.count("Of 4 cables the 2 with the largest tension_top have figures of their own.") == 1
+    assert len(said) == len(set(said))
