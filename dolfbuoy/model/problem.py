@@ -7,8 +7,6 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from ..errors import InputError
-from ..meshes import number_of_cells
 from ..parallel.ranks import combined, told
 from ..scene.network import attached_ends
 from ..solver.loops import Loop
@@ -24,18 +22,9 @@ from .buoy import Buoy
 from .joining import Joining
 from .line_groups import lines_of
 from .material import weight_per_length
+from .size import check_size
 from .structure import structure_of
 from .wet_hull import SUBMERGED
-
-
-def _check_ranks(scene, comm):
-    """dolfinx cannot work with a rank that has no cell."""
-    pieces = scene.network.pieces
-    count = sum(number_of_cells(piece.section.elements) for piece in pieces)
-    if pieces and comm.size > count:
-        raise InputError(
-            f"cable.elements = {count}: must be at least the number of MPI ranks of this run, {comm.size}."
-        )
 
 
 class Problem:
@@ -50,7 +39,7 @@ class Problem:
         self.network = scene.network
         self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
         self.route = None  # how the equilibrium was found
-        _check_ranks(scene, comm)
+        check_size(scene, comm)
         self.lines = lines_of(comm, scene, dynamic)
         comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoys by one
         self.bodies = Bodies(scene, dynamic) if self.network.bodies and comm.rank == 0 else None

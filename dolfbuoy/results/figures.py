@@ -40,20 +40,25 @@ _ALL = (
 #: Name of the files: what draws them, from (record, scene).
 FIGURES: dict[str, Callable] = {draw.__name__: draw for draw in _ALL}
 __all__ = [*FIGURES, "draw_all"]
+#: Cables or buoys that have figures of their own: those with the largest value of a quantity.
+MOST_PARTS = 12
+CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
 
 
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
     The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name behind that
-    of the figure.
+    of the figure; of more than MOST_PARTS those with the largest tension at the top or cone angle.
 
-    say: called with a sentence for each that the run is too short for.  Raises InputError if the folder holds no run.
+    say: called with a sentence for what the run is too short for, and if some have no figures.  Raises InputError if
+    the folder holds no run.
     """
     record, scene = read_run(folder)
-    target, written = Path(folder) / "figures", []
+    target, written, said = Path(folder) / "figures", [], {}
+    chosen = {kind: _largest(record, kind, said) for kind in CHOSEN_BY}
     for name, draw in FIGURES.items():
-        parts = names_of(record, draw.part) if draw.part else []
+        parts = chosen[draw.part] if draw.part else []
         for part in parts or [None]:
             try:
                 with undamaged(Path(folder) / "results.nc", UNFIT):
@@ -61,10 +66,24 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
             except Missing:
                 continue
             except TooShort as reason:
-                say(str(reason))
+                said[str(reason)] = None
                 continue
             file = target / (f"{name}_{part.replace('-', '_')}" if len(parts) > 1 else name)
             made(folder, target.name)
             enlist(folder, files_of(file))
             written += save(figure, file)
+    for sentence in said:
+        say(sentence)
     return written
+
+
+def _largest(record, kind, said):
+    """Names of the cables or buoys of a record that have figures of their own, in their order."""
+    names = names_of(record, kind)
+    if len(names) <= MOST_PARTS:
+        return names
+    largest = abs(record[CHOSEN_BY[kind]]).max("time").values
+    said[f"Of {len(names)} {kind}s the {MOST_PARTS} with the largest {CHOSEN_BY[kind]} have figures of their own."] = (
+        None
+    )
+    return [names[k] for k in sorted(largest.argsort(kind="stable")[-MOST_PARTS:])]

@@ -10,7 +10,7 @@ from . import checkpoint
 from .observe import Observer, attributes
 from .record import Record
 
-ROWS = 1024  # instants that are noted before quantities are made of them
+ROWS, NUMBERS = 1024, 4_000_000  # instants, or numbers, that are noted before quantities are made of them
 
 
 class Recorder:
@@ -32,7 +32,8 @@ class Recorder:
         self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)
         self._drift, self._parted = 0.0, ""
         self._end, self._tolerance = scene.time.end, 1e-6 * scene.time.step
-        self._rows, self._count = np.zeros((ROWS, 3 + self.observer.width)), 0
+        rows = max(1, min(ROWS, NUMBERS // (3 + self.observer.width)))
+        self._rows, self._count = np.zeros((rows, 3 + self.observer.width)), 0
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
         if point is None:
             self.add(0.0, 0)
@@ -50,7 +51,7 @@ class Recorder:
             row = self._rows[self._count]
             row[0], row[1], row[2], row[3:] = sim.t, step, iterations, noted
             self._count += 1
-            if self._count == ROWS:
+            if self._count == len(self._rows):
                 self._make_values()
         if sim.t >= self._next_frame - self._tolerance or sim.t >= self._end - self._tolerance:
             self._add_frame()

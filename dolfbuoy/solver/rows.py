@@ -12,60 +12,58 @@ import numpy as np
 from . import c_code, instructions
 from .c_code import address
 
-MOST = 5  # rows in a sum
-
-_DECLARATIONS = f"""
-typedef struct {{
+_DECLARATIONS = """
+typedef struct {
     double *out;
-    const double *rows[{MOST}];
+    double **rows;
     int terms;
     ptrdiff_t n;
-}} sum;
+} sum;
 
-typedef struct {{
+typedef struct {
     double *to;
     const double *from;
     ptrdiff_t n;
-}} copy;
+} copy;
 
-typedef struct {{
+typedef struct {
     const double *from;
     double factor;
-}} entry;
+} entry;
 
-typedef struct {{
+typedef struct {
     const sum *sums;
     int count;
     const double *weights;      /* of each sum, and its divisor */
-}} sums;
+} sums;
 
-typedef struct {{
+typedef struct {
     const copy *copies;
     int count;
-}} copies;
+} copies;
 
-typedef struct {{
+typedef struct {
     const double *times;
     int count;
     const double *t;
     double *weights;
-}} polynomial;
+} polynomial;
 
-typedef struct {{
+typedef struct {
     const entry *entries;
     int count;
     double *out;
-}} picked;
+} picked;
 
-typedef struct {{
+typedef struct {
     uintptr_t call;             /* void (*)(const void *context) */
     const void *context;
-}} work;
+} work;
 
-typedef struct {{
+typedef struct {
     const work *works;
     int count;
-}} works;
+} works;
 
 void add_rows(const void *context);
 void copy_all(const void *context);
@@ -215,10 +213,10 @@ class Sums:
         if not self.in_c:
             return self.in_python
         described = _described("sum", len(self._sums))
-        for one, (out, rows) in zip(described, self._sums, strict=False):
-            one.out, one.terms, one.n = address(out), len(rows), len(out)
-            one.rows[0 : len(rows)] = [address(row) for row in rows]
-        return _work("add_rows", "sums", [described, len(self._sums), address(self._weights)], self)
+        lists = [compiled().ffi.new("double *[]", [address(row) for row in rows]) for _, rows in self._sums]
+        for one, of_one, (out, rows) in zip(described, lists, self._sums, strict=False):
+            one.out, one.rows, one.terms, one.n = address(out), of_one, len(rows), len(out)
+        return _work("add_rows", "sums", [described, len(self._sums), address(self._weights)], (self, lists))
 
     def in_python(self):
         """The same."""

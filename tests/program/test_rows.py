@@ -15,8 +15,9 @@ from dolfbuoy.model import body_c, clock_c
 from dolfbuoy.model.held import held, motion_of
 from dolfbuoy.model.sea import amplitude, main_propagation, time_phase
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.solver.rows import MOST, Extrapolation, Sums, Work, copies, picked, smallest, together, traced
+from dolfbuoy.solver.rows import Extrapolation, Sums, Work, copies, picked, smallest, together, traced
 
+MOST = 9  #: rows in a sum, as many as one likes
 RANDOM = np.random.default_rng(17)
 SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "step": 0.02})
 
@@ -103,7 +104,7 @@ def test_what_is_given_as_a_function_of_time(duration):
     waves = load_scene("short", waves__ramp=duration, waves__phase_deg=30)
     swing = {"amplitude": [0.2, -0.7, 1.5], "phase_deg": [20, 70, -40], "ramp": duration}
     prescribed = load_scene("driven", **{f"cable__top__{key}": value for key, value in swing.items()})
-    motion, frequency = motion_of(prescribed.cable.top), main_propagation(waves).at_ground
+    motion, frequency = motion_of(prescribed.cables[0].top), main_propagation(waves).at_ground
     time, a, phase, u = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(4)
     wave = clock_c.wave(time, waves.waves.size, duration, math.radians(waves.waves.phase_deg), frequency, (a, phase))
     bring = together(wave, *held([([3, 0, 2], motion)], time, u))
