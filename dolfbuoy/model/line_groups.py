@@ -4,6 +4,7 @@ What reads or moves all lines of a scene finds the same names here as in `Lines`
 other, and functions of one piece, by its number in the scene, that ask the group which has it.
 """
 
+from dataclasses import replace
 from functools import cached_property
 from types import SimpleNamespace
 
@@ -260,7 +261,8 @@ class LineGroups:
 
     def blocks(self, force):
         """Blocks of the unknowns; `force` is a typical tension [N]."""
-        return [block for group in self.groups for block in group.blocks(force)]
+        found = [(group.part.offset, block) for group in self.groups for block in group.blocks(force)]
+        return [replace(block, dofs=block.dofs + offset) for offset, block in found]
 
     def one_sided_rows(self, force):
         """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
