@@ -127,11 +127,11 @@ def _propped(problem, network, rest):
         ends = sorted((piece.start, piece.end), key=lambda i: network.joints[i].free)
         held, free = (network.joints[i] for i in ends)
         way = rest.positions[ends[1]] - rest.positions[ends[0]]
-        is_strut = problem.law is not None and section.slack == "compressive"
-        if held.free or not free.free or not is_strut or np.linalg.norm(way) > piece.length:
+        is_strut, reach = problem.law is not None and section.slack == "compressive", (1 - NUDGE) * piece.length
+        if held.free or not free.free or not is_strut or np.linalg.norm(way) > reach:
             continue
         level = way * [1.0, 1.0, 0.0] if np.hypot(*way[:2]) > NUDGE * piece.length else _aside(problem)
-        level *= np.sqrt(piece.length**2 - way[2] ** 2) / np.linalg.norm(level)
+        level *= np.sqrt(reach**2 - way[2] ** 2) / np.linalg.norm(level)
         place = rest.positions[ends[0]] + level + [0.0, 0.0, way[2]]
         joints[ends[1]] = replace(free, free=False, position=place)
     changed = any(a is not b for a, b in zip(joints, network.joints, strict=True))
