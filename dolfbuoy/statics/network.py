@@ -161,7 +161,10 @@ class Rest:
 def _between(network, piece, start, end):
     """Closed form of a piece between two places."""
     given = start, end, piece.length, piece.w, piece.EA
-    return catenary.between(*given) if network.plane is None else on_bed.between(*given, network.plane)
+    try:
+        return catenary.between(*given) if network.plane is None else on_bed.between(*given, network.plane)
+    except ValueError as error:
+        raise SolveError(str(error)) from None
 
 
 def solve(network) -> Rest:

@@ -248,17 +248,16 @@ class Equations:
 
     def _predicted(self, y, eps, target):
         """Along the tangent: what is slack and what lies follows eps in proportion."""
-        _, jacobian = self.evaluate(y, eps, eps, jacobian=True)
-        small = 1e-5 * eps
-        change = (self.evaluate(y, eps + small, eps + small) - self.evaluate(y, eps - small, eps - small)) / (2 * small)
+        residual, jacobian = self.evaluate(y, eps, eps, jacobian=True)
+        change = (self.evaluate(y, (1 + 1e-6) * eps, (1 + 1e-6) * eps) - residual) / (1e-6 * eps)
         ahead = y - (target - eps) * _solved(jacobian, change)
         sizes = [np.linalg.norm(self.evaluate(state, target, target)) for state in (y, ahead)]
         return ahead if sizes[1] < sizes[0] else y
 
     def _newton(self, y, eps, more, enough, accepted=None, iterations=60):
         """Newton down to a residual of `enough`; one of `accepted` will do where rounding allows no less."""
+        residual, jacobian = self.evaluate(y, eps, more, jacobian=True)
         for _ in range(iterations):
-            residual, jacobian = self.evaluate(y, eps, more, jacobian=True)
             norm = np.linalg.norm(residual)
             if norm < enough:
                 return y
@@ -266,18 +265,19 @@ class Equations:
             better = self._search(y, step, norm, eps, more) if np.all(np.isfinite(step)) else None
             if better is None:
                 break
-            y = better
+            y, residual, jacobian = better
         if norm > (accepted or enough):
             raise SolveError(f"no rest of the lines was found (residual {norm:.1e} at smoothing {eps:.0e})")
         return y
 
     def _search(self, y, step, norm, eps, more):
-        """The longest of the halved steps that makes the residual smaller; None if there is none."""
+        """The longest of the halved steps that makes the residual smaller, and both there; None if there is none."""
         for halvings in range(30):
             fraction = 0.5**halvings
             trial = y + fraction * step
-            if np.linalg.norm(self.evaluate(trial, eps, more)) < (1 - 1e-4 * fraction) * norm:
-                return trial
+            residual, jacobian = self.evaluate(trial, eps, more, jacobian=True)
+            if np.linalg.norm(residual) < (1 - 1e-4 * fraction) * norm:
+                return trial, residual, jacobian
         return None
 
 

@@ -144,21 +144,6 @@ def between(start, end, L, w, EA, bed):
     return _Contact(free.start, np.asarray(end, float), free.along, L, w, EA, bed).solve()
 
 
-def under_end_force(start, force, L, w, EA, bed):
-    """Cable held at `start` and pulled at s = L by `force` (world vector) [N]: a Catenary if it hangs free, else OnBed.
-
-    A start above the bed is taken to be on it.
-    """
-    free = catenary.under_end_force(start, force, L, w, EA)
-    if w <= 0 or not _dips(free, L, bed):
-        return free
-    contact = _Contact(free.start, free.start, free.along, L, w, EA, bed)
-    hanging = min(max((float(force[2]) - free.H * contact.k) / w, 0.0), L)
-    lying = contact.lying(free.H, L - hanging, free.start)
-    last = Catenary(lying.position(lying.length), free.along, w, EA, free.H, free.H * contact.k)
-    return OnBed(free, lying, last, 0.0, hanging)
-
-
 def _dips(free, L, bed):
     """Whether a free catenary goes below the bed, where its tangent is parallel to it."""
     k = bed.rise(free.along)

@@ -91,8 +91,10 @@ def closed_form(problem, easier=lambda network: network) -> Start:
     def rest():
         network = easier(still_network(problem, poses, _pressure(problem.scene)))
         found = still.solve(network)
-        nudged = _drawn_apart(network, found, problem.scene.current)
-        return Start(problem, (found if nudged is network else still.solve(nudged)).shapes, poses)
+        for change in (_drawn_apart, _propped):
+            other = change(problem, network, found)
+            network, found = (network, found) if other is network else (other, still.solve(other))
+        return Start(problem, found.shapes, poses)
 
     start = rest()
     overturned = [name for name in poses if _overturns(start, name)]
@@ -100,14 +102,38 @@ def closed_form(problem, easier=lambda network: network) -> Start:
     return rest() if overturned else start
 
 
-def _drawn_apart(network, rest, current):
+def _aside(problem):
+    """Direction of the current, or of x."""
+    current = problem.scene.current
+    return heading(current.direction_deg if current else 0.0)
+
+
+def _drawn_apart(problem, network, rest):
     """The network with its lines that are slack and have no width pulled aside, if they can be."""
-    along, joints = heading(current.direction_deg if current else 0.0), list(network.joints)
+    along, joints = _aside(problem), list(network.joints)
     for piece, pull, lying in zip(network.pieces, rest.pulls, rest.lying, strict=True):
         weight, joint = abs(piece.w) * piece.length, joints[piece.end]
         folds = pull[2] * (pull[2] + piece.w * (piece.length - lying)) < -NUDGE * weight**2
         if joint.free and (folds or lying > 0) and np.hypot(*pull[:2]) < NUDGE * weight:
             joints[piece.end] = replace(joint, push=joint.push + NUDGE * weight * along)
+    changed = any(a is not b for a, b in zip(joints, network.joints, strict=True))
+    return replace(network, joints=joints) if changed else network
+
+
+def _propped(problem, network, rest):
+    """The network with joints held aside where struts, the two-sided lines beside ropes, are as long as they are."""
+    joints = list(network.joints)
+    for piece, section in zip(network.pieces, problem.lines.sections, strict=True):
+        ends = sorted((piece.start, piece.end), key=lambda i: network.joints[i].free)
+        held, free = (network.joints[i] for i in ends)
+        way = rest.positions[ends[1]] - rest.positions[ends[0]]
+        is_strut, reach = problem.law is not None and section.slack == "compressive", (1 - NUDGE) * piece.length
+        if held.free or not free.free or not is_strut or np.linalg.norm(way) > reach:
+            continue
+        level = way * [1.0, 1.0, 0.0] if np.hypot(*way[:2]) > NUDGE * piece.length else _aside(problem)
+        level *= np.sqrt(reach**2 - way[2] ** 2) / np.linalg.norm(level)
+        place = rest.positions[ends[0]] + level + [0.0, 0.0, way[2]]
+        joints[ends[1]] = replace(free, free=False, position=place)
     changed = any(a is not b for a, b in zip(joints, network.joints, strict=True))
     return replace(network, joints=joints) if changed else network
 

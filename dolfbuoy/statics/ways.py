@@ -170,12 +170,15 @@ def by_stiffness(problem):
     arrays = [array_of(group.cable.EA) for group in problem.lines.groups]
     given, sections = [array.copy() for array in arrays], problem.lines.sections
     soft = max(*_weights(problem), *(1e-6 * section.axial_stiffness for section in sections))
-    _begin(problem, lambda network: replace(network, pieces=[replace(p, EA=min(soft, p.EA)) for p in network.pieces]))
+
+    def easier(network):
+        return replace(network, pieces=[replace(piece, EA=min(soft, piece.EA)) for piece in network.pieces])
 
     def stiffen(x):
         for array, EA in zip(arrays, given, strict=True):
             array[:] = np.minimum(soft, EA) ** (1 - x) * EA**x
 
+    closed_form(problem, easier).put()
     march(problem, stiffen)
 
 
@@ -186,11 +189,6 @@ def _has_stiffness(problem):
 def _weights(problem):
     """Of the pieces [N]."""
     return [abs(problem.lines.weight_of(k)) * c.length for k, c in enumerate(problem.lines.sections)]
-
-
-def _begin(problem, easier):
-    """The closed form of an easier problem, with all data as the scene has them."""
-    closed_form(problem, easier).put()
 
 
 def by_end_force(problem):
@@ -209,7 +207,7 @@ def by_end_force(problem):
         for k, load in loads.items():
             load.value[:] = (1 - x) * easy[k] + x * given[k]
 
-    _begin(problem, easier)
+    closed_form(problem, easier).put()
     march(problem, pull)
 
 
@@ -222,12 +220,13 @@ def by_end_position(problem):
     easy = low + 0.5 * piece.section.length * (aside + [0.0, 0.0, 1.0 if high[2] >= low[2] else -1.0])
     top = lines.end_dofs[0][1]
 
+    def easier(network):
+        return replace(network, joints=[network.joints[0], replace(network.joints[1], position=easy)])
+
     def move(x):
         u[top] = np.tile((1 - x) * easy + x * high, len(top) // 3)
 
-    _begin(
-        problem, lambda network: replace(network, joints=[network.joints[0], replace(network.joints[1], position=easy)])
-    )
+    closed_form(problem, easier).put()
     march(problem, move)
 
 

@@ -75,7 +75,7 @@ def test_a_cable_that_hangs_in_a_fold_below_its_anchor(brackets):
     buoy = {"hull": [[0.0, 1.6], [2.8, 1.6]], "mass": 2400.0, "center_of_mass": 0.9}
     scene = {"sea": {"depth": 20.0}, "cable": [cable] if brackets else cable, "buoy": buoy}
     found = solve_static(scene)
-    draft = -float(found.mooring_point[2])
+    draft = -float(np.ravel(found.mooring_point)[2])
     pull = RHO * math.pi * 0.8**2 * draft * G - 2400 * G
     hanging = (22.0 + 20.0 - draft) / 2  # both parts reach as deep
     w = (27.6 - RHO * math.pi * 0.04**2) * G
