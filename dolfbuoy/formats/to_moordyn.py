@@ -179,7 +179,7 @@ class _Writer:
         bodies, types, rods = [], [], []
         for number, (name, buoy) in enumerate(self.network.buoys.items(), 1):
             own = mass_properties(buoy, shape_of(buoy))
-            center = self.start.buoys.get(name, self.start.buoys.get(""))
+            center = self.start.buoys.get(name)
             if center is None:
                 center = self.scene.initial.buoy_position or (0.0, 0.0, 0.0)
             place = (center[0], center[1], center[2] - own.height)

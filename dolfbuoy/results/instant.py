@@ -147,7 +147,7 @@ class Instant:
         return [("mooring force", *self._moorings[0], COLORS["purple"])]
 
     def _marks(self, record):
-        """Joints, and ends of cables that are held without a name."""
+        """Joints, and ends of cables that stay where they are and have no name."""
         network, scene = self.network, self.scene
         for k, name in enumerate(names_of(record, "joint")):
             body, density = network.bodies.get(name), scene.sea.density if scene.sea else 0.0
@@ -157,5 +157,5 @@ class Instant:
         for number, (_, nodes) in enumerate(self.lines):
             for piece, end in ((network.first_of(number), 0), (network.last_of(number), 1)):
                 holder = network.pieces[piece].ends[end]
-                if holder.held and holder.name is None:
+                if holder.kind == "fixed" and holder.name is None:
                     yield Mark("", nodes[-end], holder.kind)

@@ -48,7 +48,7 @@ def check_quantity(scene: Scene, quantity: str) -> None:
 
 @dataclass
 class Run:
-    """Quantities over time, and what they cost: seconds of the stepping loop alone."""
+    """Quantities (time, numbers) over time, and what they cost: seconds of the stepping loop alone."""
 
     t: np.ndarray
     values: dict[str, np.ndarray]
@@ -98,7 +98,7 @@ def _once(scene, names, comm):
 
 
 def _look(simulation, names):
-    """Of a network the numbers of each cable and of each buoy side by side."""
+    """The numbers of each cable and of each buoy side by side."""
     problem = simulation.problem
     states = [buoy.fields.of(problem.system.u[buoy.part.slice]) for buoy in problem.buoys.values()]
     how = {
@@ -107,7 +107,7 @@ def _look(simulation, names):
         "buoy_position": lambda: np.concatenate([state.position for state in states]),
         "cone_angle": lambda: [cone_angle(state.orientation) for state in states],
     }
-    return {name: np.squeeze(how[name]()) for name in names}
+    return {name: np.ravel(how[name]()) for name in names}
 
 
 def machine() -> str:

@@ -19,9 +19,8 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
-from alone import solve_static
 
-from dolfbuoy import load_scene
+from dolfbuoy import load_scene, solve_static
 from dolfbuoy.scene import Scene, settings
 
 #: The whole run whose cost is compared [s].

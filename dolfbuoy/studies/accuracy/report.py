@@ -200,7 +200,7 @@ def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
     start, rows = acc.window_start(scene), []
     own, second = (Run.kept(fine[key]["file"]) for key in ("whole_own", "whole"))
     for name in acc.quantities_of(scene):
-        if own.values[name].ndim > 1:
+        if own.values[name].shape[1] > 1:
             continue
         a, b = (run.values[name][run.t >= start - 1e-9] for run in (own, second))
         row = {"quantity": acc.QUANTITIES[name], "unit": "deg" if name == "cone_angle" else "N"}
