@@ -46,7 +46,7 @@ def check_refusal(message):
     assert "\n" not in message
     assert message.endswith(".")
     assert len(message) < 400
-    assert re.search(r"\b[a-z_]+\.[a-z_]+\b|\[[a-z_.]+\]", message), message
+    assert re.search(r"\b\w+\.\w+\b|\[[a-z_.]+\]", message), message
 
 
 def check_failure(message):
