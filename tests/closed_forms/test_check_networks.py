@@ -6,6 +6,7 @@ Source: the closed forms of test_check, equilibria of `static`, and the same buo
 import math
 
 import pytest
+from alone import solve_static
 from test_check import (
     BUOY,
     CENTER,
@@ -19,8 +20,6 @@ from test_check import (
     floating,
     numbers_of,
 )  # fmt: skip
-
-from dolfbuoy import solve_static
 
 LEGS = {
     "gravity": G,

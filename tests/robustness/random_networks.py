@@ -10,8 +10,10 @@ import collections
 import itertools
 import math
 import signal
+import sys
 import time
 import traceback
+from pathlib import Path
 
 import numpy as np
 
@@ -310,6 +312,7 @@ def _interrupt(*_):
 
 def ending(number: int, seconds: float) -> tuple[str, str]:
     """(how a network ends, what is wrong with it or what was said)."""
+    sys.path.append(str(Path(__file__).parents[1] / "support"))
     from network_judge import judge
 
     signal.signal(signal.SIGALRM, _interrupt)
