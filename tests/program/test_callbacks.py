@@ -101,7 +101,7 @@ def equilibrium(scene):
     ("scene", "route"),
     [
         (MOORED, "newton"),
-        ({"sea": {"depth": 20.0}, "cable": STREAM, "current": {"speed": 4.0}}, "tension-only law"),
+        ({"sea": {"depth": 20.0}, "cable": STREAM, "current": {"speed": 4.0}}, "relaxation"),
         ({"gravity": 1.0, "cable": ROPE}, "newton"),
         ({"gravity": 1.0, "cable": ROPE | {"axial_stiffness": 20.0, **P2_P1}}, "newton"),
     ],
