@@ -37,7 +37,7 @@ def find_rest(problem, put, ways) -> None:
     """The first of the ways that leads to a state where nothing is compressed; `put` puts the start into the unknowns.
 
     Adds to problem.iterations and sets problem.route, the name of the way that led there ("newton" if none was
-    needed).  A compressed state is kept only if neither relaxation nor the other law leads to another.  Raises SolveError.
+    needed).  A compressed state is kept if neither relaxation nor the other law leads to another.  Raises SolveError.
     """
     system, failures, compressed = problem.system, [], None
     for way in (way for way in ways if way.suits(problem)):
