@@ -50,7 +50,7 @@ def columns_of(record: xr.Dataset) -> Iterator[tuple[str, np.ndarray, float]]:
         columns = variable.values.reshape(variable.shape[0], -1)
         if name in TURNING:
             columns = np.unwrap(columns, period=360, axis=0)
-        own = int(variable.dims[1:2] and variable.dims[1] in OF)
+        own = len(set(variable.dims) & set(OF))
         labels = itertools.product(*(record[dim].values.astype(str) for dim in variable.dims[1:]))
         for label, x in zip(labels, columns.T, strict=True):
             yield OF_PART.join(["_".join([name, *label[own:]]), *label[:own]]), x, 1e-9 * np.abs(columns).max()
