@@ -214,7 +214,7 @@ class Scene(Section):
         """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
         found = _without_none(self.model_dump(include=sections))
         if "cable" in found:
-            found["cable"] = [table | _defaults(self.network, k, table) for k, table in enumerate(found["cable"])]
+            found["cable"] = [_complete(table, self.network, k) for k, table in enumerate(found["cable"])]
         return {name: value[0] if name in SEVERAL and len(value) == 1 else value for name, value in found.items()}
 
     def to_toml(self) -> str:
@@ -226,12 +226,13 @@ class Scene(Section):
         Path(path).write_text(self.to_toml(), encoding="utf-8")
 
 
-def _defaults(network, cable, table):
-    """What the table of a cable does not give, where neither segments nor a material do."""
+def _complete(table, network, cable):
+    """The table of a cable with all defaults, where neither segments nor a material stand for them."""
     names = {*SHARED, *SIZE, *PHYSICAL}
     names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
     section = network.pieces[network.first_of(cable)].section
-    return _without_none(section.model_dump(include=names - set(table)))
+    whole = _without_none(section.model_dump(include=names)) | table
+    return {name: whole[name] for name in Line.model_fields if name in whole}
 
 
 def _without_none(value):

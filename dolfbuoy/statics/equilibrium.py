@@ -19,6 +19,8 @@ from .ways import MOTIONS, WAYS, find_rest
 
 #: A yaw that still changes by less [rad] has been found.
 SETTLED = 1e-11
+#: Torque that is left, relative to what is typical, where a yaw is free.
+BALANCED = 1e-8
 
 
 def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
@@ -118,7 +120,7 @@ def _free_buoys(scene, comm, make):
     return problem
 
 
-def let_turn(problem, rounds=20):
+def let_turn(problem, rounds=100):
     """The yaw that lines off the axis want: what holds a buoy against turning about its axis goes away by and by."""
     off_axis = any(end.fairlead for piece in problem.network.pieces for end in piece.ends)
     if not off_axis:
@@ -130,10 +132,14 @@ def let_turn(problem, rounds=20):
             buoy.gauge.value = 0.1 * buoy.gauge.value
         try:
             problem.iterations += problem.newton.solve()
-        except SolveError:  # nothing but the gauge holds it: where it is it may stay
+        except SolveError:
             problem.system.u[:] = before
             problem.system.publish()
-            return
+            if problem.system.residual_by_block()["buoy torque balance"] < BALANCED:
+                return  # nothing but the gauge holds it: where it is it may stay
+            for buoy in problem.buoys.values():  # too far to turn at once
+                buoy.gauge.value = 50 * buoy.gauge.value
+            continue
         turned = max((_largest_turn(b, before, problem.system.u) for b in problem.buoys.values()), default=0.0)
         if max(problem.comm.allgather(turned)) < SETTLED:
             return
