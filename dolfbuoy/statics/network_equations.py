@@ -110,7 +110,10 @@ class Equations:
         """Positions of held joints, and the first guess of the others."""
         known = [joint.position for joint in self.network.joints if joint.position is not None]
         middle = np.mean(known, axis=0) if known else np.zeros(3)
-        joints = [middle if joint.position is None else joint.position for joint in self.network.joints]
+        afloat = middle * [1.0, 1.0, 0.0]  # where a load that depends on the place changes: at the water line
+        guesses = [afloat if callable(joint.load) else middle for joint in self.network.joints]
+        places = zip(self.network.joints, guesses, strict=True)
+        joints = [guess if joint.position is None else joint.position for joint, guess in places]
         return np.array(joints, float) / self.length_unit
 
     def first_guess(self):
@@ -236,7 +239,7 @@ class Equations:
                     if factor > 0.9:
                         raise
                 else:
-                    eps, factor = target, max(factor**2, 0.01)
+                    eps, factor = target, max(factor**2, 1e-4)
             y, softness = self._newton(y, eps, LAST_SOFTNESS, 1e-14, accepted=TIGHT), LAST_SOFTNESS
         except SolveError:
             softness = eps
