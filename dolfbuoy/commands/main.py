@@ -188,7 +188,7 @@ def advise(
     loaded = load(scene, assign)
     check_feasible(loaded)
     folder = default_folder(folder, f"advise-{Path(scene).stem}")
-    if write is not None:
+    if write is not None and not write.is_dir():
         refuse_present([write], overwrite)
     with claimed(folder, MPI.COMM_WORLD):
         advised(loaded, quantity, accuracy, folder, write)
@@ -257,7 +257,7 @@ def main():
     interruption.listen()
     try:
         ranks.only_first_speaks()
-        _refuse_empty(sys.argv[1:])
+        _check_options(sys.argv[1:])
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)
@@ -292,13 +292,30 @@ def main():
         _fail(f"{traceback.format_exc()}Error on rank {rank()}; this is a fault of the program.", 1)
 
 
-def _refuse_empty(arguments):
-    """An option with nothing in it, mostly a variable of a shell that is not set: a path of no name is the folder that
-    one is in."""
+def _check_options(arguments):
+    """Refuse an option with nothing in it, mostly a variable of a shell that is not set (a path of no name is the
+    folder that one is in), and a number that nobody means.  Raises InputError."""
     for option, value in itertools.pairwise([*arguments, "-"]):
         name, equals, given = option.partition("=")
         if name.startswith("--") and not (given if equals else value).strip():
             raise InputError(f"{name} '': must not be empty.")
+        if name.startswith("--") and name not in TEXTS and _is_odd_number(given if equals else value):
+            raise InputError(
+                f"{name} {given if equals else value}: must be a number in plain digits, such as 10 or 0.5."
+            )
+
+
+#: Options whose values are names or lists, and not numbers.
+TEXTS = ("--out", "--write", "--table", "--scatter", "--resume", "--like", "--set", "--vary", "--buoy")
+
+
+def _is_odd_number(text):
+    """Whether Python reads it as a number that nobody means: 1_0, or digits of another script."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return "_" in text or not text.isascii()
 
 
 def _fail(message, code):

@@ -7,13 +7,15 @@ go to mu = 0.  With a buoy K is singular (|q|, yaw, the place of a free buoy), s
 
 import numpy as np
 from scipy.sparse import diags
-from scipy.sparse.linalg import LinearOperator, eigs, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 
 from ..errors import SolveError
 from .linearisation import Linearisation
 
 #: Up to this size of the standard problem all its eigenvalues are computed.
 DENSE = 500
+#: Of ARPACK, which needs some tens where it converges.
+RESTARTS = 300
 
 
 def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarray, np.ndarray]:
@@ -40,7 +42,12 @@ def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarr
     else:
         operator = LinearOperator((2 * n, 2 * n), invert, dtype=complex)
         start = np.random.default_rng(0).standard_normal(2 * n).astype(complex)
-        mu, vectors = eigs(operator, k=min(count, 2 * n - 2), which="LM", v0=start, tol=1e-10)
+        try:
+            mu, vectors = eigs(operator, k=min(count, 2 * n - 2), which="LM", v0=start, tol=1e-10, maxiter=RESTARTS)
+        except ArpackError as error:
+            mu, vectors = getattr(error, "eigenvalues", []), getattr(error, "eigenvectors", None)
+            if not len(mu):
+                raise SolveError(f"no modes next to {shift:.3g}/s: ARPACK finds none in {RESTARTS} restarts") from None
     order = [k for k in np.argsort(-np.abs(mu)) if abs(mu[k]) > 1e-12 * np.abs(mu).max()]
     x = vectors[:n, order]
     x = x / np.linalg.norm(x, axis=0)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from ..errors import InputError
+from ..meshes import cable_nodes
 from .hydrostatics import float_upright
 from .material import cross_section, weight_per_length
 from .rigid import mass_properties, shape_of
@@ -22,6 +23,21 @@ def check_feasible(scene) -> None:
             _check_floats(scene, name)
     for number in range(len(network.cables)):
         _check_length(network, number)
+    _check_elements(network)
+
+
+def _check_elements(network):
+    """Nodes are told apart by where they are along all lines, one behind the other, see `layout.Layout.slip`."""
+    sections = [piece.section for piece in network.pieces]
+    whole = sum(c.length for c in sections) + 0.1 * len(sections) * max((c.length for c in sections), default=0.0)
+    for piece in network.pieces:
+        c = piece.section
+        shortest = np.diff(cable_nodes(c.length, c.elements, c.grading)).min() / c.position_degree
+        if shortest < 4e-9 * whole:
+            raise InputError(
+                f"{network.key_of(piece.cable)}.elements: nodes {shortest:.2g} m apart are too close beside lines of "
+                f"{whole:.4g} m: they must be {4e-9 * whole:.2g} m apart at least."
+            )
 
 
 def _check_length(network, number):

@@ -76,7 +76,7 @@ class Buoy(Section):
     )
     point_masses: list[PointMass] = key("masses on the axis, added to the hull's", default=[])
     mooring_height: Height = key("height above the keel at which the cable is attached", "m", default=0.0)
-    fairleads: Annotated[dict[Name, Vector], Field(min_length=1)] | None = key(
+    fairleads: dict[Name, Vector] | None = key(
         "{NAME = [x, y, z], ...}: points of the body, from the keel, for cables", "m", default=None
     )
     added_mass: AddedMass = key("C_A = C_M - 1 of the displaced mass, across the axis", "1", default=0.0)
@@ -100,6 +100,8 @@ class Buoy(Section):
 
     @model_validator(mode="after")
     def _consistent(self):
+        if self.fairleads == {}:
+            raise Wrong("fairleads", {}, "must name a point or more, or be left out")
         if self.hull is not None:
             heights, diameters = [h for h, _ in self.hull], [d for _, d in self.hull]
             if len(heights) < 2 or any(b < a for a, b in itertools.pairwise(heights)) or heights[-1] <= heights[0]:

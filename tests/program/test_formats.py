@@ -11,7 +11,7 @@ import pytest
 import dolfbuoy
 from dolfbuoy.errors import InputError
 from dolfbuoy.formats import from_moordyn, from_yaml
-from dolfbuoy.formats.files import as_toml
+from dolfbuoy.formats.files import as_toml, read
 from dolfbuoy.formats.to_moordyn import Start, export
 from dolfbuoy.scene import load_scene
 from dolfbuoy.scene.reading import parse
@@ -163,12 +163,56 @@ def test_moorpys_yaml_and_its_equilibrium():
         (SECOND.format(**PLAIN).replace("1 chain 1 3 220", "1 chain 1 R1A 220"), "line 16"),
         (SECOND.format(**PLAIN).replace("Fixed", "Glued"), "line 10: the attachment 'Glued'"),
         (SECOND.format(**PLAIN).replace("2e6 kBot", "hard kBot"), "line 22: kBot is 'hard'"),
+        (SECOND.format(**PLAIN).replace("1000 rhoW", "heavy rhoW"), "line 20: rho is 'heavy'"),
+        (SECOND.format(**PLAIN).replace("-60 500", "-60 nan"), "line 12: mass is 'nan'"),
+        (SECOND.format(**PLAIN).replace("-60 500", "-60 inf"), "line 12: mass is 'inf'"),
+        (SECOND.format(**PLAIN).replace("3 220", "3 1e-400"), "line 16: length is '1e-400'"),
+        (SECOND.format(**PLAIN).replace("3 220", "3 2_20"), "line 16: length is '2_20'"),
+        (SECOND.format(**PLAIN).replace("3 220", "3 ٢٢٠"), "line 16: length is '٢٢٠'"),
+        (SECOND.format(**PLAIN).replace("(m) (kg/m)", "(ft) (kg/m)"), "line 5: the unit (ft)"),
+        (SECOND.format(**PLAIN).replace("Mass/m EA", "Mass/m"), "line 4"),
+        (SECOND.format(**PLAIN).replace("100.0 5e8 0", "5e8 0"), "line 6: there are 9 values in 10 columns"),
+        (SECOND.format(**PLAIN).replace(" Cd Ca CdAx", " Ca CdAx"), "line 6: there are 10 values in 9 columns"),
+        (SECOND.format(**PLAIN).replace("ID LineType AttachA AttachB UnstrLen NumSegs LineOutputs\n", ""), "must name"),
+        (SECOND.format(**PLAIN).replace("2 Coupled", "1 Coupled"), "line 11: 1 of POINTS is given twice"),
+        (SECOND.format(**PLAIN).replace("2 chain 3 2", "1 chain 3 2"), "line 17: 1 of LINES is given twice"),
     ],
 )
 def test_a_bad_file_of_moordyn_is_one_sentence(text, words):
     with pytest.raises(InputError) as error:
         from_moordyn.scene_of(text)
     assert words in str(error.value)
+
+
+ODD = ("nan", "inf", "-inf", "1_0", "٣", "1e400", "1e-400", "-1", "0", "1e9", "x", "(", "---", "|", "1|2", "\0")
+
+
+def changed_files():
+    """The file above with one word taken away, written twice or replaced, or one line taken away or written twice."""
+    lines = SECOND.format(**PLAIN).splitlines()
+    for k, line in enumerate(lines):
+        yield [*lines[:k], *lines[k + 1 :]]
+        yield [*lines[: k + 1], *lines[k:]]
+        words = line.split()
+        for i, word in enumerate(words):
+            for new in ("", f"{word} {word}", *ODD):
+                yield [*lines[:k], " ".join([*words[:i], new, *words[i + 1 :]]), *lines[k + 1 :]]
+
+
+def test_any_change_of_a_file_of_moordyn(tmp_path):
+    """A scene, or one sentence; what is new is said, unless it is another number."""
+    path, ended = tmp_path / "lines.txt", {"scene": 0, "sentence": 0}
+    said = []
+    for lines in changed_files():
+        path.write_text("\n".join(lines), encoding="utf-8")
+        try:
+            read("moordyn", path)
+            ended["scene"] += 1
+        except InputError as error:
+            ended["sentence"] += 1
+            said.append(str(error))
+    assert [text for text in said if not (text.isprintable() and text.endswith("."))] == []
+    assert min(ended.values()) > 300
 
 
 @pytest.mark.parametrize(
@@ -179,6 +223,7 @@ def test_a_bad_file_of_moordyn_is_one_sentence(text, words):
         ("[" * 5000, "YAML"),
         ("mooring: {points: [1], lines: [1], line_types: [1]}\n", "is no table"),
         ("x: 1\n", "no file of MoorPy or RAFT"),
+        ("points: [{name: a}, {name: a}]\nlines: [{name: a}]\nline_types: [{name: a}]\n", "points: 'a' is given twice"),
     ],
 )
 def test_bad_yaml_is_one_sentence_and_runs_nothing(text, words):

@@ -13,7 +13,7 @@ import tomli_w
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import cable_nodes, write_line
-from dolfbuoy.scene import load_scene
+from dolfbuoy.scene import load_scene, merged
 
 NODES = np.array([0.0, 1.0, 3.0, 10.5, 22.0])
 
@@ -100,6 +100,20 @@ def test_only_files_are_opened(folder):
     (folder / "folder.vtu").mkdir()
     for name in ("pipe.vtu", "folder.vtu"):
         assert "not found" in refusal(scene_with(folder, name))
+
+
+@pytest.mark.parametrize("key", ["waves.elevation", "waves.spectrum", "waves.components", "cable.elements", "library"])
+@pytest.mark.parametrize("name", ["loop", "a" * 300, "loop/x", "x/" * 2000 + "y", "a" * 255 + "/b"])
+def test_names_that_lead_nowhere(folder, key, name):
+    """Links in a circle, and names that are too long."""
+    (folder / "loop").symlink_to("pool")
+    (folder / "pool").symlink_to("loop")
+    data = merged(load_scene("short").to_dict(), **{key: name})
+    (folder / "scene.toml").write_text(tomli_w.dumps(data))
+    with pytest.raises(InputError) as caught:
+        load_scene(folder / "scene.toml")
+    assert str(caught.value).isprintable()
+    assert "not found" in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["line.inp", "line.pvtu", "line.med", "line", "line.npy", "line.py"])

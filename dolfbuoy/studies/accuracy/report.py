@@ -31,7 +31,7 @@ from ...results.measured import Run
 from ...results.style import STYLE, matplotlib
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
-from ...writing import write_text
+from ...writing import refuse_link, write_text
 from ..study import Table, save
 from ..study import run as run_study
 from . import convergence
@@ -218,6 +218,7 @@ def run(folder: Path, quick: bool = False) -> None:
     folder = Path(folder)
     if MPI.COMM_WORLD.rank == 0:
         folder.mkdir(parents=True, exist_ok=True)
+    refuse_link(folder / "work")
     cells = (4, 8, 16) if quick else (4, 8, 16, 32)
     static = run_study(convergence, folder / "work" / "convergence", figures=(2,), cells=cells).rows
     free = evaluate_all(evaluate_pendulum, pendulum_cases(quick), folder / "work" / "pendulum")
