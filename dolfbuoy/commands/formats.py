@@ -22,7 +22,8 @@ COLUMNS = {
     "least_moordyn": "MoorDyn",
     "largest": "largest",
     "largest_moordyn": "MoorDyn",
-    "percent": "rms difference [% of range]",
+    "percent": "rms difference [%]",
+    "of": "of the",
 }
 
 

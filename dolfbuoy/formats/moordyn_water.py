@@ -24,6 +24,8 @@ def options(scene, network, note) -> tuple[dict, dict]:
     depth = scene.sea.depth if scene.sea else DRY
     far = FAR_DOWN if scene.sea and not (scene.waves or scene.seabed) else 1.0  # waves need the true depth
     found["WtrDpth"] = depth * far
+    if far > 1:
+        note(f"sea.depth: WtrDpth is {far:g} times it, which keeps MoorDyn's bed away from the lines")
     found |= _bed(scene, network, note)
     found |= {"TmaxIC": 0, "disableOutput": 1, "disableOutTime": 1}
     files = {}

@@ -241,6 +241,8 @@ class _Writer:
             for name in ("fails_at", "marine_growth"):
                 if getattr(piece.section, name):
                     self.note(f"{name} is not carried over")
+            if piece.section.grading != 1 or isinstance(piece.section.elements, list):
+                self.note("elements: MoorDyn's segments of a line are equally long")
             if piece.section.slack == "compressive":
                 self.note("slack: MoorDyn's lines carry no compression, those of this scene do")
             if not piece.section.tangential_froude_krylov:
