@@ -187,8 +187,10 @@ FOREIGN |= {"mm", "cm", "km", "kn", "mn", "gn", "t", "te", "ton", "tonne", "g"}
 
 
 def _check_header(section, number, line):
+    if section not in NEEDED:
+        return
     names = [canonical(section, column) for column in line.split()]
-    absent = [name for name in NEEDED.get(section, ()) if name not in names]
+    absent = [name for name in NEEDED[section] if name not in names]
     if absent:
         raise InputError(
             f"line {number}: {line.strip()!r} must name the columns of {section.upper()}, and has no {absent[0]}."

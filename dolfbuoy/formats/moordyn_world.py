@@ -7,7 +7,8 @@ from ..errors import InputError
 from ..scene.quantities import number_of
 from .moordyn_text import Tables, is_number
 
-GRAVITY, DENSITY, DEPTH = ("g", "gravity"), ("WtrDnsty", "rhoW", "rho"), ("WtrDpth", "WtrDepth", "depth")
+GRAVITY, DENSITY = ("g", "gravity"), ("rho", "rhoW", "WtrDnsty")
+DEPTH = ("WtrDpth", "WtrDepth", "depth")
 STIFFNESS, FRICTION = ("kBot", "kb"), ("FrictionCoefficient",)
 #: Of MoorDyn in Fortran: across a line and along it.
 ACROSS, ALONG = ("mu_kT",), ("mu_kA",)
