@@ -264,3 +264,32 @@ def test_a_current():
     _, _, _, found = exported({"current": {"profile": [[-31.0, 0.1], [-5.0, 0.4], [0.0, 0.8]]}})
     rows = np.loadtxt(found.files["current_profile.txt"].splitlines()[3:])
     assert rows.tolist() == [[-31.0, 0.1, 0.0, 0.0], [-5.0, 0.4, 0.0, 0.0], [0.0, 0.8, 0.0, 0.0]]
+
+
+def test_tensions_at_ends_are_carried_on_from_the_nodes_beside_them():
+    """Of a line that hangs straight the tension grows linearly: 7 N a segment, here with 5 or 2 of them."""
+    from types import SimpleNamespace
+
+    from dolfbuoy.formats.moordyn_run import _ends
+
+    for last in (5, 3):
+        grown = SimpleNamespace(
+            GetLineN=lambda _, n=last: n,
+            GetLineNodeTen=lambda _, node: (0.0, 0.6 * (10 + 7 * node), 0.8 * (10 + 7 * node)),
+        )
+        assert _ends(grown, None) == pytest.approx((10.0, 10.0 + 7 * last), rel=1e-12)
+
+
+def test_moordyn_runs_what_is_exported():
+    """A taut line between two places, one above the other, in air: its ends differ by its weight, m g L."""
+    pytest.importorskip("moordyn")
+    from dolfbuoy.formats.moordyn_run import run
+
+    top = {"kind": "fixed", "position": [0.0, 0.0, 0.5]}
+    line = {"length": 20.0, "line_density": 12.0, "diameter": 0.06, "axial_stiffness": 1e5, "elements": 20}
+    line |= {"anchor": [0.0, 0.0, -20.0], "top": top}
+    found = run(export(load_scene({"gravity": 9.79, "cable": line})), 10.0)
+    low, high = found.tension[-1, 0]
+    assert high - low == pytest.approx(12.0 * 9.79 * 20.0, rel=1e-4)
+    assert (high + low) / 2 == pytest.approx(1e5 * 0.5 / 20.0, rel=1e-9)
+    assert found.t[-1] == pytest.approx(10.0, abs=0.05)
