@@ -216,7 +216,9 @@ class _Reader:
         place = np.array([row.number(axis) for axis in "xyz"])
         if kind.startswith(("fix", "anch")):
             self._put(row, "held", place, place.tolist())
-        elif kind.startswith(("body", "turbine")) and kind[-1].isdigit():
+        elif kind.startswith("turbine"):
+            raise InputError(f"line {row.line}: point {name} is on {kind}, and where that stands is not in this file.")
+        elif kind.startswith("body") and kind[-1].isdigit():
             self._on_body(row, name, kind, place)
         elif kind.startswith(("coupled", "vessel", "ves", "cpld", "fair")):
             why = f"point {name} is moved by the program that calls MoorDyn: it is held where it stands here"

@@ -72,7 +72,10 @@ def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
     if not isinstance(mooring, dict) or not all(
         isinstance(mooring.get(name), list) and mooring[name] for name in ("points", "lines", "line_types")
     ):
-        raise InputError("there is no mooring with points, lines and line_types: this is no file of MoorPy or RAFT.")
+        raise InputError(
+            "there is no mooring with points, lines and line_types: this is no file of MoorPy or RAFT; text files that "
+            "MoorPy reads too are MoorDyn's: import moordyn."
+        )
     return _Reader(mooring, data if mooring is not data else {}, title).scene()
 
 

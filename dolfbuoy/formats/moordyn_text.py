@@ -134,7 +134,7 @@ def parse(text: str) -> Tables:
             if not re.match(r"\s*\d+\s+N[A-Z]", line):  # of early files: how many rows there are
                 tables.columns[section] = number, line.split()
                 _check_header(section, number, line)
-        elif section not in tables.units and section not in tables.rows and line.lstrip()[0] in "([":
+        elif section not in tables.units and section not in tables.rows and not any(map(is_number, line.split())):
             tables.units[section] = line.split()
             _check_units(tables, section, number)
         else:

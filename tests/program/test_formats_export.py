@@ -104,6 +104,12 @@ def test_points():
     ]
 
 
+def test_a_line_without_a_fairlead_ends_on_the_axis():
+    tail = SCENE["cable"][1] | {"to": "float"}
+    tables, *_ = exported({"cable": [SCENE["cable"][0], tail], "buoy": [BUOY | {"mooring_height": 0.3}]})
+    assert tables["POINTS"][2][1:5] == ["Body1", 0.0, 0.0, 0.3]
+
+
 def test_a_body_and_its_rods():
     """The keel stands 0.9 m below C; faces of diameters 1, 3 - 1 and 3 over those of both rods: 1 + 8 + 9 over
     2 (1 + 9) in area, 1 + 26 + 27 over 2 (1 + 27) in volume; 18 segments over the height of the hull."""

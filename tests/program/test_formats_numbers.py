@@ -208,7 +208,7 @@ def test_damping_in_pascal_seconds(column, unit, damping):
     assert any("cIntDamp = 1e8 Pa s" in note for note in said) == (damping < 1e8)
 
 
-FIRST = """--------------------- MoorDyn Input File ---------------------
+FIRST = """--------------------- MoorDyn Input File of two LINES ---------------------
 FALSE Echo - echo the input file data (flag)
 --- LINE DICTIONARY ---
 1 NTypes - number of line types
@@ -255,6 +255,7 @@ def test_a_file_of_the_first_version():
 def test_ends_by_other_names_and_odd_ends_of_lines():
     for names in ("EndA EndB", "NodeA NodeB", "AttachAnch NodeFair"):
         assert read(LINES.replace("AttachA AttachB", names)) == read(LINES)
+    assert read(LINES.replace("(-) (m) (kg/m) (N) (N-s/-)", "- m kg/m N N-s/-")) == read(LINES)
     for end in ("\r\n", "\r"):
         assert read("\ufeff" + LINES.replace("\n", end)) == read(LINES)
 
