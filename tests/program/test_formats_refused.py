@@ -47,7 +47,7 @@ BODY = BODY.format(**FREE)
         (("2 Coupled", "2 Body3"), "line 12: there is no body 3"),
         (("2 Coupled", "2 Turbine1"), "line 12: point 2 is on turbine1, and where that stands is not in this file"),
         (("2 Coupled", "2 Glued"), "line 12: the attachment 'Glued'"),
-        (("102.5 WtrDpth", "50 WtrDpth"), "line 11: z = -100.5 is below the bed, which WtrDpth puts at -50 m"),
+        (("102.5 WtrDpth", "100 WtrDpth"), "line 11: z = -100.5 is below the bed, which WtrDpth puts at -100 m"),
         (("102.5 WtrDpth", "0 WtrDpth"), "line 23: WtrDpth is 0: must be above 0"),
         (("102.5 WtrDpth", "-102.5 WtrDpth"), "line 23: WtrDpth is -102.5: must be above 0"),
         (("102.5 WtrDpth", "WtrDpth 102.5"), "line 23: 'WtrDpth 102.5' is no option: a value and then its name"),
