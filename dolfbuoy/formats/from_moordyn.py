@@ -61,7 +61,7 @@ class _Reader:
         cables = [self._cable(row, materials) for row in self.tables.of("lines")]
         self._left_out()
         used = {row["type"] for row in self.tables.of("lines")}
-        places = [(row.line, at[2], kind == "held") for row, kind, at in self.places.values()]
+        places = [(row.line, at[2], kind) for row, kind, at in self.places.values()]
         scene = {"title": self.title} if self.title else {}
         scene |= world(self.tables, places, self.note)
         scene["material"] = {self.names.of(name): keys for name, keys in materials.items() if name in used}
@@ -215,7 +215,7 @@ class _Reader:
         kind, name = row["attachment"].lower(), row["id"]
         place = np.array([row.number(axis) for axis in "xyz"])
         if kind.startswith(("fix", "anch")):
-            self._put(row, "held", place, place.tolist())
+            self._put(row, "fixed", place, place.tolist())
         elif kind.startswith("turbine"):
             raise InputError(f"line {row.line}: point {name} is on {kind}, and where that stands is not in this file.")
         elif kind.startswith("body") and kind[-1].isdigit():
@@ -236,7 +236,7 @@ class _Reader:
     def _hold(self, row, place, why):
         name = f"point{row['id']}"
         self.joints[row["id"]] = {"name": name, "position": place.tolist()}
-        self._put(row, "held", place, name)
+        self._put(row, "moved", place, name)
         self.note(row.line, why)
 
     def _free(self, row, place):

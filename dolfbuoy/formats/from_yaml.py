@@ -153,10 +153,10 @@ class _Reader:
 
     def _depth(self, places):
         depth = self._given("water_depth")
-        heights = {name: place[2] for name, (_, place, held) in places.items() if held}
+        heights = {name: place[2] for name, (_, place, kind) in places.items() if kind != "free"}
         if depth is None:
             low = min(place[2] for _, place, _ in places.values())
-            if low >= 0 or low not in heights.values():
+            if low >= 0 or (low, "fixed") not in [(place[2], kind) for _, place, kind in places.values()]:
                 raise InputError("there is no water_depth, and no fixed point is the deepest: give it.")
             self.note(f"there is no water_depth: the deepest fixed point sets it, {-low:g} m")
             return -low
@@ -183,7 +183,7 @@ class _Reader:
         return found
 
     def _points(self):
-        """What an end there is, the place and whether it is held, by names; the joints."""
+        """What an end there is, the place and "fixed", "moved" or "free", by names; the joints."""
         places, joints = {}, []
         for row in self._rows("points"):
             name, kind = _text(row, "name", "points"), _text(row, "type", "points").lower()
@@ -192,7 +192,7 @@ class _Reader:
                 raise InputError(f"points, {name}: location must be [x, y, z].")
             place = [_number(value, f"points, {name}: location") for value in place]
             if "anch" in kind or "fix" in kind:
-                places[name] = place, place, True
+                places[name] = place, place, "fixed"
                 continue
             own = self.parts.of(name)
             if any(word in kind for word in ("ves", "fair", "coupled", "body")):
@@ -203,7 +203,7 @@ class _Reader:
                 joints.append({"name": own} | body)
             else:
                 raise InputError(f"points, {name}: the type {row['type']!r} is not known: fixed, vessel or free.")
-            places[name] = own, place, "position" in joints[-1]
+            places[name] = own, place, "moved" if "position" in joints[-1] else "free"
         return places, joints
 
     def _cable(self, row, materials, places):

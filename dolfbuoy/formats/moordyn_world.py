@@ -31,7 +31,7 @@ KBOT = 3e6
 
 
 def world(tables: Tables, places: list, note) -> dict:
-    """The sections that options make.  places: (line, z [m], whether it is held) of points; note(line, text).
+    """The sections that options make.  places: (line, z [m], "fixed", "moved" or "free") of points; note.
 
     Raises InputError for numbers that are none, and for a depth that neither an option nor an anchor gives.
     """
@@ -71,8 +71,8 @@ def _depth(tables, places, note):
     depth = number_of(text)
     if depth <= 0:
         raise InputError(f"line {line}: WtrDpth is {text}: must be above 0.")
-    for where, z, held in places:
-        if held and z < -depth * (1 + 1e-9):
+    for where, z, kind in places:
+        if kind != "free" and z < -depth * (1 + 1e-9):
             raise InputError(f"line {where}: z = {z:g} is below the bed, which WtrDpth puts at -{depth:g} m.")
     return depth
 
@@ -80,7 +80,7 @@ def _depth(tables, places, note):
 def _deepest(places, why):
     """Depth [m] of the deepest point, if that is an anchor."""
     low = min((z for _, z, _ in places), default=0.0)
-    if low >= 0 or not any(held and z == low for _, z, held in places):
+    if low >= 0 or (low, "fixed") not in [(z, kind) for _, z, kind in places]:
         raise InputError(f"{why}, and no fixed point is the deepest: give the depth as OPTIONS, NUMBER WtrDpth.")
     return -low
 

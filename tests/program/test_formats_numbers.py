@@ -114,6 +114,11 @@ def test_options_are_what_the_file_says(change, section, expected):
     assert scene.get(section) == expected
 
 
+def test_the_depth_of_a_small_tank():
+    text = LINES.replace("102.5 WtrDpth\n", "").replace("12 -100.5", "12 -0.6").replace("4 -5", "4 -0.1")
+    assert read(text.replace("7 -60", "7 -0.3"))[0]["sea"]["depth"] == 0.6
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

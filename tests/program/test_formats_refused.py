@@ -62,10 +62,12 @@ def test_a_file_of_moordyn(change, words):
     assert words in str(error.value)
 
 
-@pytest.mark.parametrize("points", ["1 Fixed -301 12 0", "1 Fixed -301 12 5", "1 Fixed -301 12 -59"])
-def test_a_depth_that_no_anchor_gives_is_asked_for(points):
-    """The deepest point floats, or all is above the water: 1 m of depth would put a joint 59 m below the bed."""
-    text = LINES.replace("102.5 WtrDpth\n", "").replace("1 Fixed -301 12 -100.5", points)
+@pytest.mark.parametrize("heights", [(0, -5, -60), (5, -5, -60), (-59, -5, -60), (-59, -61, -58), (0, 1, 2), (0, 0, 0)])
+def test_a_depth_that_no_anchor_gives_is_asked_for(heights):
+    """The deepest point floats or is moved, or all are above the water: 1 m would put a joint 59 m below the bed."""
+    anchor, ship, joint = heights
+    text = LINES.replace("102.5 WtrDpth\n", "").replace("12 -100.5", f"12 {anchor}")
+    text = text.replace("3 4 -5", f"3 4 {ship}").replace("7 -60", f"7 {joint}")
     with pytest.raises(InputError) as error:
         from_moordyn.scene_of(text)
     assert str(error.value) == (
