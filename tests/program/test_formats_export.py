@@ -273,17 +273,20 @@ def test_a_current():
 
 
 def test_tensions_at_ends_are_carried_on_from_the_nodes_beside_them():
-    """Of a line that hangs straight the tension grows linearly: 7 N a segment, here with 5 or 2 of them."""
+    """Of a line that hangs straight the tension grows linearly: 7 N a segment, here with 5, 3 and 2 of them."""
     from types import SimpleNamespace
 
     from dolfbuoy.formats.moordyn_run import _ends
 
-    for last in (5, 3):
-        grown = SimpleNamespace(
-            GetLineN=lambda _, n=last: n,
-            GetLineNodeTen=lambda _, node: (0.0, 0.6 * (10 + 7 * node), 0.8 * (10 + 7 * node)),
-        )
-        assert _ends(grown, None) == pytest.approx((10.0, 10.0 + 7 * last), rel=1e-12)
+    def ends_of(last):
+        def tension(_, node):
+            return 0.0, 0.6 * (10 + 7 * node), 0.8 * (10 + 7 * node)
+
+        return _ends(SimpleNamespace(GetLineN=lambda _: last, GetLineNodeTen=tension), None)
+
+    assert ends_of(5) == pytest.approx((10.0, 45.0), rel=1e-12)
+    assert ends_of(3) == pytest.approx((10.0, 31.0), rel=1e-12)
+    assert ends_of(2) == pytest.approx((17.0, 17.0), rel=1e-12)  # only one node between the ends
 
 
 def test_moordyn_runs_what_is_exported():
