@@ -22,7 +22,8 @@ COLUMNS = {
     "least_moordyn": "MoorDyn",
     "largest": "largest",
     "largest_moordyn": "MoorDyn",
-    "percent": "rms difference [% of range]",
+    "percent": "rms difference [%]",
+    "of": "of the",
 }
 
 
@@ -72,6 +73,8 @@ def export(
         write_text(folder / name, text)
     for note in written.notes:
         _say(str(note))
+    if written.driven:
+        _say("Coupled points are moved by the program that calls MoorDyn: their motion is in none of these files")
     _say(f"{', '.join(written.files)} in {folder}")
 
 

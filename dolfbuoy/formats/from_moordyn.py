@@ -5,6 +5,8 @@ What has another meaning there, and how it is carried over:
 - tangential drag refers to the surface pi d l there and to the diameter d l here: tangential_drag = pi CdAx (pi Cdt);
 - a line carries no compression there: slack = "tension-only";
 - BA < 0 is a share of the critical damping of a segment's shortest axial vibration: it belongs to the mesh;
+- internal damping is in N s, but in Pa s where a file calls it cIntDamp: damping = cIntDamp pi d^2/4;
+- a negative length is a multiple of the distance between the ends;
 - every input has a sea bed of its stiffness kBot at the depth WtrDpth, and no other start than an equilibrium;
 - a coupled point or body is moved by the program that calls MoorDyn: here it is held where it stands.
 """
@@ -17,50 +19,22 @@ from ..errors import InputError
 from ..scene.quantities import number_of
 from .moordyn_body import buoy_of, is_free, placed
 from .moordyn_text import Row, Tables, canonical, is_number, parse
+from .moordyn_world import world
+from .names import Names
 from .notes import Note
 
 #: What the columns of version 1 are called, in the order of its files.
 FIRST_VERSION = ("Can", "Cat", "Cdn", "Cdt")
-#: Options that are carried over, or say how MoorDyn computes and nothing about the mooring.
-CARRIED = (
-    "g",
-    "gravity",
-    "rho",
-    "rhow",
-    "wtrdnsty",
-    "wtrdpth",
-    "wtrdepth",
-    "depth",
-    "kbot",
-    "kb",
-    "frictioncoefficient",
-    "mu_kt",
-)
-NUMERICAL = (
-    "dtm",
-    "tscheme",
-    "writelog",
-    "dtout",
-    "tmaxic",
-    "dtic",
-    "cdscaleic",
-    "threshic",
-    "icgendynamic",
-    "writeunits",
-)
-NUMERICAL += (
-    "disableoutput",
-    "disableouttime",
-    "echo",
-    "cfl",
-    "version",
-    "icdfac",
-    "icdt",
-    "ictmax",
-    "icthresh",
-    "mc",
-    "cv",
-)
+#: Sections whose rows have numbers.
+NUMBERED = ("points", "lines", "bodies", "rods")
+#: Columns that may be missing, and what counts in their places.
+WANTED = {
+    "line types": dict.fromkeys(("BA", "Cd", "Ca", "CdAx"), 0),
+    "rod types": dict.fromkeys(("mass_density", "Cd", "Ca", "CdEnd", "CaEnd"), 0),
+    "bodies": dict.fromkeys(("mass", "CG", "I"), 0),
+    "points": dict.fromkeys(("mass", "volume", "CdA", "Ca"), 0),
+    "lines": {"segments": 20},
+}
 
 
 def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
@@ -74,7 +48,8 @@ def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
 class _Reader:
     def __init__(self, tables: Tables, title):
         self.tables, self.title, self.notes = tables, title, []
-        self.places, self.joints, self.buoys = {}, [], {}
+        self.places, self.ends, self.joints, self.buoys, self.used = {}, {}, {}, {}, set()
+        self.names = Names("type", lambda text: self.note(None, f"line types: {text}"))
 
     def scene(self):
         self._headers()
@@ -84,17 +59,15 @@ class _Reader:
         for row in self.tables.of("points"):
             self._point(row)
         cables = [self._cable(row, materials) for row in self.tables.of("lines")]
-        for number, heading in self.tables.unknown:
-            self.note(number, f"the section {heading!r} is not known and was left out")
-        for name in ("failure", "control", "external loads"):
-            for row in self.tables.of(name):
-                self.note(row.line, f"the section {name.upper()} is not carried over")
-        used = {cable["material"] for cable in cables}
+        self._left_out()
+        used = {row["type"] for row in self.tables.of("lines")}
+        places = [(row.line, at[2], kind) for row, kind, at in self.places.values()]
         scene = {"title": self.title} if self.title else {}
-        scene |= self._world()
-        scene["material"] = {name: keys for name, keys in materials.items() if name in used}
+        scene |= world(self.tables, places, self.note)
+        scene["material"] = {self.names.of(name): keys for name, keys in materials.items() if name in used}
         scene["cable"] = cables
-        scene |= {"joint": self.joints} if self.joints else {}
+        if joints := [joint for joint in self.joints.values() if joint["name"] in self.used]:
+            scene["joint"] = joints
         scene |= {"buoy": [buoy.section for buoy in self.buoys.values()]} if self.buoys else {}
         scene["time"] = {"end": 60.0, "step": 0.05, "scheme": "bdf2"}
         self.note(None, "the file says nothing about the length of a run: time.end and time.step are a proposal")
@@ -103,22 +76,7 @@ class _Reader:
     def note(self, line, text):
         self.notes.append(Note(text, line))
 
-    def _check_names(self):
-        """Each name once; a column that is missing counts as 0, and is said to."""
-        for section, column in (("line types", "name"), ("points", "id"), ("lines", "id"), ("bodies", "id")):
-            seen = set()
-            for row in self.tables.of(section):
-                if (name := row.values.get(column)) in seen:
-                    raise InputError(f"line {row.line}: {name} of {section.upper()} is given twice.")
-                seen |= {name} - {None}
-        for section, wanted in (("line types", ("BA", "Cd", "Ca", "CdAx")), ("points", ("mass", "volume"))):
-            line, columns = self.tables.columns.get(section, (0, []))
-            names = {canonical(section, column) for column in columns}
-            for name in wanted if columns else ():
-                if name not in names:
-                    self.note(line, f"{section.upper()} has no column {name}: 0 is taken")
-
-    # -- the world ----------------------------------------------------------------------------------------------------
+    # -- what the columns are ------------------------------------------------------------------------------------------
 
     def _headers(self):
         """Columns of version 1, which version 2 of MoorDyn would read by their places, and wrongly."""
@@ -130,91 +88,91 @@ class _Reader:
                 "by their places, and would take them for EI or Cd, Ca, CdAx, CaAx",
             )
 
-    def _world(self):
-        option = self.tables.option
-        found = {}
-        if gravity := self._number("g", "gravity"):
-            found["gravity"] = gravity
-        depth = option("WtrDpth", "WtrDepth", "depth")
-        sea = {"depth": self._number("WtrDpth", "WtrDepth", "depth", may_be_file=True) or self._deepest()}
-        if depth is None or not is_number(depth[1]):
-            line = depth[0] if depth else None
-            self.note(line, f"no single depth is given: the deepest fixed point sets it, {sea['depth']:g} m")
-        if density := self._number("rho", "rhoW", "WtrDnsty"):
-            sea["density"] = density
-        found["sea"] = sea
-        bed = {}
-        line, kbot = option("kBot", "kb") or (None, "3e6")
-        if not is_number(kbot):
-            raise InputError(f"line {line}: kBot is {kbot!r}, which is no number.")
-        if float(kbot) > 0:
-            bed["stiffness"] = float(kbot)
-        if friction := self._number("FrictionCoefficient", "mu_kT"):
-            bed["friction"] = friction
-        if bed:
-            found["seabed"] = bed
-        self._other_options()
-        return found
+    def _check_names(self):
+        """Each name once; a column that is missing counts as 0, and is said to."""
+        for section, column in (("line types", "name"), ("rod types", "name"), *((s, "id") for s in NUMBERED)):
+            seen = set()
+            for row in self.tables.of(section):
+                if (name := row.values.get(column)) in seen:
+                    raise InputError(f"line {row.line}: {name} of {section.upper()} is given twice.")
+                seen |= {name} - {None}
+        for section, wanted in WANTED.items():
+            line, columns = self.tables.columns.get(section, (0, []))
+            names = {canonical(section, column) for column in columns}
+            for name in wanted if columns else ():
+                if name not in names:
+                    self.note(line, f"{section.upper()} has no column {name}: {wanted[name]} is taken")
 
-    def _number(self, *names, may_be_file=False):
-        line, text = self.tables.option(*names) or (None, None)
-        if text is None or (may_be_file and not is_number(text)):
-            return None
-        if not is_number(text):
-            raise InputError(f"line {line}: {names[0]} is {text!r}, which is no number.")
-        return number_of(text)
-
-    def _deepest(self):
-        heights = [place[2] for kind, place in self.places.values() if kind == "fixed"]
-        return max(1.0, -min(heights, default=-100.0))
-
-    def _other_options(self):
-        for name, (line, value) in self.tables.options.items():
-            if name in ("cbot", "cb"):
-                self.note(line, f"cBot = {value}: damping of the bed is seabed.damping_ratio here, left at its default")
-            elif name == "wavekin" and value not in ("0", "0.0"):
-                self.note(
-                    line, f"WaveKin = {value}: waves are in files of their own and are not carried over; add [waves]"
-                )
-            elif name == "currents" and value not in ("0", "0.0"):
-                self.note(
-                    line, f"Currents = {value}: they are in files of their own and are not carried over; add [current]"
-                )
-            elif name not in (*CARRIED, *NUMERICAL, "wavekin", "currents"):
-                self.note(line, f"the option {name} = {value} is not carried over")
+    def _left_out(self):
+        """Columns and sections that are not known, each once by its name."""
+        for section in ("line types", "rod types", "bodies", "rods", "points", "lines"):
+            line, columns = self.tables.columns.get(section, (0, []))
+            for column in columns:
+                values = [row.other.get(column, "-") for row in self.tables.of(section)]
+                if said := sorted({value for value in values if not _is_nothing(value)}):
+                    what = f"the column {column} of {section.upper()} is not carried over"
+                    self.note(line, f"{what}: {', '.join(said[:5])}")
+        for number, heading in self.tables.unknown:
+            self.note(number, f"the section {heading!r} is not known and was left out")
+        for name in ("failure", "control", "external loads"):
+            if rows := self.tables.of(name):
+                self.note(rows[0].line, f"the section {name.upper()} is not carried over")
+        for point, joint in self.joints.items():
+            if joint["name"] not in self.used:
+                self.note(self.places[point][0].line, f"point {point} holds no line and was left out")
 
     # -- lines --------------------------------------------------------------------------------------------------------
 
     def _material(self, row: Row):
         found = {"line_density": row.number("mass_density"), "diameter": row.number("diameter")}
-        stiffness = row["EA"].split("|")
-        if len(stiffness) > 1:
-            self.note(row.line, f"EA = {row['EA']} is viscoelastic: the first value is taken, as the static one")
-        if not is_number(stiffness[0]):
+        static, *more = row["EA"].split("|")
+        if not is_number(static):
             raise InputError(
                 f"line {row.line}: EA is the file {row['EA']}, which is not read: give a number in its place."
             )
-        found["axial_stiffness"] = float(stiffness[0])
+        found["axial_stiffness"] = number_of(static)
         found |= {"normal_drag": row.number("Cd", 0.0), "added_mass": row.number("Ca", 0.0)}
         found["tangential_drag"] = math.pi * row.number("CdAx", 0.0)
-        self._damping(row, found)
-        if row.number("EI", 0.0):
-            self.note(row.line, f"EI = {row['EI']} N m^2: lines have no bending stiffness here")
+        if more:
+            self._viscoelastic(row)
+        else:
+            self._damping(row, found)
+        if not _is_nothing(EI := row.values.get("EI", "0")):
+            self.note(row.line, f"EI = {EI} N m^2: lines have no bending stiffness here")
         if row.number("CaAx", 0.0):
             self.note(row.line, f"CaAx = {row['CaAx']}: there is no added mass along a line here")
         return found
 
+    def _viscoelastic(self, row):
+        """Two springs in series, each with a damper: of both dampers none acts beside the static stiffness."""
+        self.note(
+            row.line,
+            f"EA = {row['EA']} with BA = {row.values.get('BA', '0')} is viscoelastic: of these the static stiffness, "
+            "the first of EA, is taken, and damping = 0; for motions in waves put the dynamic one in its place",
+        )
+
     def _damping(self, row, found):
-        text = row.values.get("BA", "0").split("|")[0]
+        text = row.values.get("BA", "0")
         if not is_number(text):
-            self.note(row.line, f"BA = {text} is a file, which is not read: damping = 0")
-        elif float(text) > 0:
-            found["damping"] = float(text)
-        elif float(text) < 0:
+            self.note(row.line, f"BA = {text} is no single number, and is not read: damping = 0")
+        elif number_of(text) > 0:
+            found["damping"] = number_of(text) * self._area_of_damping(row)
+        elif number_of(text) < 0:
             self.note(
                 row.line,
                 f"BA = {text} is a share of critical damping of a segment: numerical, for explicit steps; damping = 0",
             )
+
+    def _area_of_damping(self, row):
+        """Area [m^2] by which a damping in Pa s, as early files call cIntDamp, is one in N s; else 1."""
+        columns = [column.lower() for column in self.tables.columns["line types"][1]]
+        if "cintdamp" not in columns:
+            return 1.0
+        place, units = columns.index("cintdamp"), self.tables.units.get("line types", [])
+        if place < len(units) and "pa" not in units[place].lower():
+            return 1.0
+        self.note(row.line, f"cIntDamp = {row['BA']} Pa s: damping is it times pi Diam^2/4")
+        return math.pi * row.number("diameter") ** 2 / 4
 
     def _cable(self, row, materials):
         material = row["type"]
@@ -222,10 +180,24 @@ class _Reader:
             raise InputError(
                 f"line {row.line}: LineType {material!r} is none of the LINE TYPES: {', '.join(materials)}."
             )
-        found = {"name": f"line{row.values.get('id', row.line)}", "material": material}
+        found = {"name": f"line{row.values.get('id', row.line)}", "material": self.names.of(material)}
         found |= {"from": self._end(row, "A"), "to": self._end(row, "B")}
-        found |= {"length": row.number("length"), "elements": max(1, round(row.number("segments", 20.0)))}
+        if row["A"] == row["B"]:
+            raise InputError(f"line {row.line}: both ends are on point {row['A']}: must be two.")
+        segments = row.number("segments", 20.0)
+        if segments < 1 or segments != round(segments):
+            raise InputError(f"line {row.line}: NumSegs is {row['segments']}: must be a whole number from 1 on.")
+        found |= {"length": self._length(row), "elements": round(segments)}
         return found | {"slack": "tension-only"}
+
+    def _length(self, row):
+        length = row.number("length")
+        if length >= 0:
+            return length
+        ends = [self.places[row[end]][2] for end in "AB"]
+        found = -length * math.dist(*ends)
+        self.note(row.line, f"UnstrLen = {length:g} is that multiple of the distance between the ends: {found:g} m")
+        return found
 
     def _end(self, row, column):
         place = row[column]
@@ -233,61 +205,76 @@ class _Reader:
             raise InputError(f"line {row.line}: an end on {place!r} is not carried over: lines end on points here.")
         if place not in self.places:
             raise InputError(f"line {row.line}: there is no point {place}.")
-        kind, where = self.places[place]
-        return list(where) if kind == "fixed" else where
+        name = self.ends[place]
+        self.used |= {name} if isinstance(name, str) else set()
+        return name
 
     # -- points -------------------------------------------------------------------------------------------------------
 
     def _point(self, row):
-        kind, name = row["attachment"].lower(), row.values.get("id", "")
+        kind, name = row["attachment"].lower(), row["id"]
         place = np.array([row.number(axis) for axis in "xyz"])
         if kind.startswith(("fix", "anch")):
-            self.places[name] = "fixed", tuple(place.tolist())
-        elif kind.startswith(("body", "turbine")) and kind[-1].isdigit():
+            self._put(row, "fixed", place, place.tolist())
+        elif kind.startswith("turbine"):
+            raise InputError(f"line {row.line}: point {name} is on {kind}, and where that stands is not in this file.")
+        elif kind.startswith("body") and kind[-1].isdigit():
             self._on_body(row, name, kind, place)
         elif kind.startswith(("coupled", "vessel", "ves", "cpld", "fair")):
-            self.joints.append({"name": f"point{name}", "position": place.tolist()})
-            self.places[name] = "joint", f"point{name}"
-            self.note(
-                row.line, f"point {name} is moved by the program that calls MoorDyn: it is held where it stands here"
-            )
+            why = f"point {name} is moved by the program that calls MoorDyn: it is held where it stands here"
+            self._hold(row, place, why)
         elif kind.startswith(("free", "con", "point")):
-            self._free(row, name)
+            self._free(row, place)
         else:
             raise InputError(f"line {row.line}: the attachment {row['attachment']!r} of a point is not known.")
 
-    def _free(self, row, name):
-        joint = {"name": f"point{name}"}
+    def _put(self, row, kind, place, end):
+        """Remember where a point stands, and what a cable that ends on it names."""
+        self.places[row["id"]] = row, kind, place.tolist()
+        self.ends[row["id"]] = end
+
+    def _hold(self, row, place, why):
+        name = f"point{row['id']}"
+        self.joints[row["id"]] = {"name": name, "position": place.tolist()}
+        self._put(row, "moved", place, name)
+        self.note(row.line, why)
+
+    def _free(self, row, place):
+        joint = {"name": f"point{row['id']}"}
         for key, column in (("mass", "mass"), ("volume", "volume"), ("drag_area", "CdA"), ("added_mass", "Ca")):
             if value := row.number(column, 0.0):
                 joint[key] = value
-        if any(row.number(column, 0.0) for column in ("fx", "fy", "fz")):
-            self.note(row.line, f"the constant force on point {name} is not carried over")
-        self.joints.append(joint)
-        self.places[name] = "joint", joint["name"]
+        if any(not _is_nothing(row.values.get(column, "0")) for column in ("fx", "fy", "fz")):
+            self.note(row.line, f"the constant force on point {row['id']} is not carried over")
+        self.joints[row["id"]] = joint
+        self._put(row, "free", place, joint["name"])
 
     def _on_body(self, row, name, kind, place):
         number = "".join(c for c in kind if c.isdigit())
-        if number in self.buoys:
-            self.places[name] = "joint", self.buoys[number].fairlead(name, place)
-            return
-        body = next((b for b in self.tables.of("bodies") if b.values.get("id") == number), None)
+        body = next((b for b in self.tables.of("bodies") if b["id"] == number), None)
         if body is None:
             raise InputError(f"line {row.line}: there is no body {number}.")
         position = placed(body, place)
-        self.joints.append({"name": f"point{name}", "position": position.tolist()})
-        self.places[name] = "joint", f"point{name}"
-        self.note(row.line, f"point {name} on body {number} is held where it stands")
+        if number not in self.buoys:
+            self._hold(row, position, f"point {name} on body {number} is held where it stands")
+            return
+        self._put(row, "free", position, self.buoys[number].fairlead(name, place))
+        if own := [column for column in ("mass", "volume", "CdA") if row.number(column, 0.0)]:
+            self.note(row.line, f"{', '.join(own)} of point {name} on body {number} is not carried over")
 
     def _rods(self):
         """Free bodies with an upright rod become buoys; all others cannot."""
         types = {row["name"]: row for row in self.tables.of("rod types")}
         rods = self.tables.of("rods")
         for body in self.tables.of("bodies"):
-            number = body.values.get("id", "1")
+            number = body["id"]
             own = [rod for rod in rods if rod.values.get("attachment", "").lower() == f"body{number}"]
             if is_free(body) and (found := buoy_of(body, own, types, self.note)):
                 self.buoys[number] = found
                 rods = [rod for rod in rods if rod not in own]
         for rod in rods:
             self.note(rod.line, f"rod {rod.values.get('id', '')} is not carried over")
+
+
+def _is_nothing(text):
+    return text in ("-", "#") or (is_number(text) and number_of(text) == 0)

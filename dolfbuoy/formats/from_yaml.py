@@ -6,6 +6,8 @@
         lines:      [{name, endA, endB, type, length}, ...]
         line_types: [{name, diameter, mass_density, stiffness, breaking_load, transverse_drag, ...}, ...]
 
+A design of RAFT has beside it a site, with water_depth, rho_water and g.
+
 The tangential drag refers to the surface pi d l there and to the diameter d l here; lines carry no compression; the bed
 is there, and has no stiffness of its own.
 """
@@ -14,6 +16,7 @@ import math
 
 from ..errors import InputError, missing
 from ..scene.quantities import number_of
+from .names import Names
 from .notes import Note
 
 #: Keys of a line type and what they are called here, with the factor between them.
@@ -26,6 +29,9 @@ LINE_TYPE = {
     "tangential_drag": ("tangential_drag", math.pi),
     "breaking_load": ("breaking_load", 1.0),
 }
+#: Other keys that are read, and words about a file.
+POINT, LINE = ("name", "type", "location", "mass", "volume"), ("name", "endA", "endB", "type", "length")
+SITE, WORDS = ("water_depth", "rho_water", "g"), ("type", "name", "comments")
 ELEMENTS = 20
 
 
@@ -61,16 +67,24 @@ def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
     """
     data = read_yaml(text)
     mooring = data.get("mooring", data) if isinstance(data, dict) else None
+    if isinstance(mooring, dict) and mooring.get("file"):
+        raise InputError(f"mooring.file = {mooring['file']!r}: the mooring is in that file: import it as moordyn.")
     if not isinstance(mooring, dict) or not all(
         isinstance(mooring.get(name), list) and mooring[name] for name in ("points", "lines", "line_types")
     ):
-        raise InputError("there is no mooring with points, lines and line_types: this is no file of MoorPy or RAFT.")
-    return _Reader(mooring, title).scene()
+        raise InputError(
+            "there is no mooring with points, lines and line_types: this is no file of MoorPy or RAFT; text files that "
+            "MoorPy reads too are MoorDyn's: import moordyn."
+        )
+    return _Reader(mooring, data if mooring is not data else {}, title).scene()
 
 
 class _Reader:
-    def __init__(self, mooring, title):
+    def __init__(self, mooring, design, title):
         self.mooring, self.title, self.notes = mooring, title, []
+        self.design, self.site = design, design.get("site") if isinstance(design.get("site"), dict) else {}
+        self.types = Names("type", lambda text: self.note(f"line_types: {text}"))
+        self.parts = Names("part", lambda text: self.note(f"points and lines: {text}"))
 
     def scene(self):
         for section in ("points", "lines", "line_types"):
@@ -80,20 +94,33 @@ class _Reader:
         materials = {_text(row, "name", "line_types"): self._material(row) for row in self._rows("line_types")}
         places, joints = self._points()
         cables = [self._cable(row, materials, places) for row in self._rows("lines")]
-        used = {cable["material"] for cable in cables}
-        for name in self.mooring:
-            if name not in ("water_depth", "rho", "water_density", "points", "lines", "line_types"):
-                self.note(f"{name} is not carried over")
-        self.note("the file says nothing about the length of a run: time.end and time.step are a proposal")
+        used = {_text(row, "type", "lines") for row in self._rows("lines")}
+        self._left_out()
         scene = {"title": self.title} if self.title else {}
-        scene |= {"sea": self._sea(places), "seabed": {}}
-        scene |= {"material": {name: keys for name, keys in materials.items() if name in used}, "cable": cables}
-        named = {place for place in places.values() if isinstance(place, str)}
-        scene |= {"joint": [joint for joint in joints if joint["name"] in named]} if joints else {}
+        scene |= self._world(places)
+        scene["material"] = {self.types.of(name): keys for name, keys in materials.items() if name in used}
+        scene["cable"] = cables
+        named = {end for cable in cables for end in (cable["from"], cable["to"]) if isinstance(end, str)}
+        if kept := [joint for joint in joints if joint["name"] in named]:
+            scene["joint"] = kept
         return scene | {"time": {"end": 60.0, "step": 0.05, "scheme": "bdf2"}}, self.notes
 
     def note(self, text):
         self.notes.append(Note(text))
+
+    def _left_out(self):
+        """Keys that are not known, each once by its name."""
+        if left := [key for key in self.design if key not in ("mooring", "site", *WORDS)]:
+            self.note(f"of this design only mooring is carried over, and not {', '.join(map(str, left))}")
+        if left := [key for key in self.site if key not in SITE]:
+            self.note(f"of site only {', '.join(SITE)} are carried over, and not {', '.join(map(str, left))}")
+        for name in self.mooring:
+            if name not in ("water_depth", "rho", "water_density", "points", "lines", "line_types", *WORDS):
+                self.note(f"{name} is not carried over")
+        for section, known in (("points", POINT), ("lines", LINE)):
+            for key in dict.fromkeys(key for row in self._rows(section) for key in row if key not in known):
+                self.note(f"{section}: {key} is not carried over")
+        self.note("the file says nothing about the length of a run: time.end and time.step are a proposal")
 
     def _rows(self, name):
         for row in self.mooring[name]:
@@ -101,13 +128,44 @@ class _Reader:
                 raise InputError(f"{name}: {row!r} is no table of keys.")
             yield row
 
-    def _sea(self, places):
-        depth = self.mooring.get("water_depth")
+    # -- the world ----------------------------------------------------------------------------------------------------
+
+    def _world(self, places):
+        gravity = self._given("g")
+        density = self._given("rho", "water_density", "rho_water")
+        found = {} if gravity is None else {"gravity": gravity}
+        if density == 0:
+            self.note("the density of the water is 0: there is none here, and no bed, which belongs to a sea")
+            return found
+        found["sea"] = {"depth": self._depth(places)} | ({} if density is None else {"density": density})
+        if gravity == 0:
+            self.note("g is 0: there is no bed here, since nothing would lie on it")
+            return found
+        return found | {"seabed": {}}
+
+    def _given(self, *names):
+        """A number of the mooring, or of the site of a design; None if neither gives it."""
+        for where, section in (("mooring", self.mooring), ("site", self.site)):
+            for name in names:
+                if section.get(name) is not None:
+                    return _number(section[name], f"{where}.{name}")
+        return None
+
+    def _depth(self, places):
+        depth = self._given("water_depth")
+        heights = {name: place[2] for name, (_, place, kind) in places.items() if kind != "free"}
         if depth is None:
-            depth = max(1.0, -min(place[2] for place in places.values() if not isinstance(place, str)))
-            self.note(f"there is no water_depth: the deepest fixed point sets it, {depth:g} m")
-        density = self.mooring.get("rho", self.mooring.get("water_density"))
-        return {"depth": _number(depth, "water_depth")} | ({"density": _number(density, "rho")} if density else {})
+            low = min(place[2] for _, place, _ in places.values())
+            if low >= 0 or (low, "fixed") not in [(place[2], kind) for _, place, kind in places.values()]:
+                raise InputError("there is no water_depth, and no fixed point is the deepest: give it.")
+            self.note(f"there is no water_depth: the deepest fixed point sets it, {-low:g} m")
+            return -low
+        for name, z in heights.items():
+            if z < -depth * (1 + 1e-9):
+                raise InputError(f"points, {name}: z = {z:g} is below the bed, which water_depth puts at -{depth:g} m.")
+        return depth
+
+    # -- parts --------------------------------------------------------------------------------------------------------
 
     def _material(self, row):
         name = _text(row, "name", "line_types")
@@ -125,6 +183,7 @@ class _Reader:
         return found
 
     def _points(self):
+        """What an end there is, the place and "fixed", "moved" or "free", by names; the joints."""
         places, joints = {}, []
         for row in self._rows("points"):
             name, kind = _text(row, "name", "points"), _text(row, "type", "points").lower()
@@ -133,30 +192,32 @@ class _Reader:
                 raise InputError(f"points, {name}: location must be [x, y, z].")
             place = [_number(value, f"points, {name}: location") for value in place]
             if "anch" in kind or "fix" in kind:
-                places[name] = place
+                places[name] = place, place, "fixed"
                 continue
-            places[name] = name
-            if "con" in kind or "free" in kind:
-                own = {key: _number(row[key], f"points, {name}: {key}") for key in ("mass", "volume") if row.get(key)}
-                joints.append({"name": name} | own)
-            elif any(word in kind for word in ("ves", "fair", "coupled", "body")):
-                joints.append({"name": name, "position": place})
+            own = self.parts.of(name)
+            if any(word in kind for word in ("ves", "fair", "coupled", "body")):
+                joints.append({"name": own, "position": place})
                 self.note(f"points, {name}: on the vessel, held where it stands about the vessel's origin")
+            elif "con" in kind or "free" in kind:
+                body = {key: _number(row[key], f"points, {name}: {key}") for key in ("mass", "volume") if row.get(key)}
+                joints.append({"name": own} | body)
             else:
                 raise InputError(f"points, {name}: the type {row['type']!r} is not known: fixed, vessel or free.")
+            places[name] = own, place, "moved" if "position" in joints[-1] else "free"
         return places, joints
 
     def _cable(self, row, materials, places):
         name, material = _text(row, "name", "lines"), _text(row, "type", "lines")
         if material not in materials:
             raise InputError(f"lines, {name}: type {material!r} is none of the line_types: {', '.join(materials)}.")
-        ends = []
-        for key in ("endA", "endB"):
-            end = _text(row, key, f"lines, {name}")
+        ends = [_text(row, key, f"lines, {name}") for key in ("endA", "endB")]
+        for key, end in zip(("endA", "endB"), ends, strict=True):
             if end not in places:
                 raise InputError(f"lines, {name}: {key} = {end!r} is none of the points: {', '.join(places)}.")
-            ends.append(places[end])
-        found = {"name": name, "material": material, "from": ends[0], "to": ends[1]}
+        if ends[0] == ends[1]:
+            raise InputError(f"lines, {name}: endA and endB are both {ends[0]!r}: must be two points.")
+        found = {"name": self.parts.of(name), "material": self.types.of(material)}
+        found |= {"from": places[ends[0]][0], "to": places[ends[1]][0]}
         found["length"] = _number(row.get("length"), f"lines, {name}: length")
         return found | {"elements": ELEMENTS, "slack": "tension-only"}
 
@@ -170,8 +231,8 @@ def _text(row, key, place):
 
 def _number(value, place):
     try:
-        found = number_of(value) if isinstance(value, str) else float(value)
-    except (TypeError, ValueError):
+        found = number_of(value) if isinstance(value, str) else math.nan if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
         found = math.nan
     if not math.isfinite(found):
         raise InputError(f"{place} is {value!r}, which is no number.")

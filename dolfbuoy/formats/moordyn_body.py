@@ -59,7 +59,7 @@ def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note) -> BodyOf |
 
     Raises InputError for a rod of no type.
     """
-    number = body.values.get("id", "1")
+    number = body["id"]
     for rod in rods:
         if rod["type"] not in types:
             raise InputError(f"line {rod.line}: RodType {rod['type']!r} is none of the ROD TYPES: {', '.join(types)}.")
@@ -67,7 +67,7 @@ def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note) -> BodyOf |
     if reason:
         note(body.line, f"body {number} {reason}: its points are held where they stand")
         return None
-    rods = sorted(rods, key=lambda rod: rod.number("za"))
+    rods = sorted(rods, key=lambda rod: _ends(rod)[0][2])
     low, ends = rods[0], [_ends(rod) for rod in rods]
     keel = ends[0][0]
     hull = [
@@ -76,7 +76,7 @@ def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note) -> BodyOf |
         for end in pair
     ]
     kind = types[low["type"]]
-    section = {"name": f"body{number}", "hull": hull} | _masses(body, rods, types, keel)
+    section = {"name": f"body{number}", "hull": hull} | _masses(body, rods, types, keel, note)
     section |= {"normal_drag": kind.number("Cd", 0.0), "added_mass": kind.number("Ca", 0.0)}
     section |= {"axial_drag": kind.number("CdEnd", 0.0), "axial_added_mass": kind.number("CaEnd", 0.0)}
     _say_rest(body, rods, types, note)
@@ -84,7 +84,9 @@ def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note) -> BodyOf |
 
 
 def _ends(rod):
-    return [np.array([rod.number(f"{axis}{end}") for axis in "xyz"]) for end in "ab"]
+    """The lower and the upper end of a rod [m], which is the same upside down."""
+    ends = [np.array([rod.number(f"{axis}{end}") for axis in "xyz"]) for end in "ab"]
+    return sorted(ends, key=lambda end: end[2])
 
 
 def _why_not(rods):
@@ -96,16 +98,17 @@ def _why_not(rods):
     if any(np.abs(end[:2] - axis).max() > _CLOSE for pair in ends for end in pair):
         return "has rods that do not stand on one axis"
     if any(high[2] <= low[2] for low, high in ends):
-        return "has a rod whose end B is not above its end A"
+        return "has a rod without height"
     if any(abs(below[1][2] - above[0][2]) > _CLOSE for below, above in pairwise(ends)):
         return "has rods with gaps between them"
     return ""
 
 
-def _masses(body, rods, types, keel):
+def _masses(body, rods, types, keel, note):
     """Mass, height of its centre and moments about it, of body and rods together."""
-    numbers = _triple(body.values.get("I", "0"))
-    parts = [(body.number("mass", 0.0), _triple(body.values.get("CG", "0"), axis=2) - keel, numbers)]
+    center = _numbers(body, "CG", (1, 3))
+    center = center if len(center) == 3 else center[0] * np.array([0.0, 0.0, 1.0])
+    parts = [(body.number("mass", 0.0), center - keel, np.broadcast_to(_numbers(body, "I", (1, 3)), 3))]
     for rod in rods:
         low, high = _ends(rod)
         length, kind = high[2] - low[2], types[rod["type"]]
@@ -114,33 +117,37 @@ def _masses(body, rods, types, keel):
         parts.append((mass, (low + high) / 2 - keel, np.array([across, across, mass * diameter**2 / 8])))
     total = sum(mass for mass, _, _ in parts)
     if total <= 0:
-        raise InputError(f"line {body.line}: body {body.values.get('id', '')} and its rods have no mass.")
+        raise InputError(f"line {body.line}: body {body['id']} and its rods have no mass.")
     if any(np.abs(center[:2]).max() > _CLOSE for mass, center, _ in parts if mass):
         raise InputError(f"line {body.line}: the centre of mass of a body off its rods' axis is not carried over.")
     height = sum(mass * center[2] for mass, center, _ in parts) / total
     moments = sum(own + mass * (center[2] - height) ** 2 * np.array([1.0, 1.0, 0.0]) for mass, center, own in parts)
     found = {"mass": float(total), "center_of_mass": float(height)}
-    return found | ({"inertia": moments.tolist()} if moments.min() > 0 else {})
+    if moments.min() > 0:
+        return found | {"inertia": moments.tolist()}
+    note(body.line, f"body {body['id']} has no inertia: that of its mass spread over the hull is taken")
+    return found
 
 
-def _triple(text, axis=None):
-    """Numbers a|b|c; a single one is of all axes, or of one of them."""
+def _numbers(body, column, counts=(1, 2, 3, 6)):
+    """Numbers a|b|c, so many of them."""
+    text = body.values.get(column, "0")
     try:
         values = np.array([number_of(part) for part in text.split("|")])
     except ValueError:
-        raise InputError(f"{text!r} of a body is no number, nor numbers with | between them.") from None
-    if len(values) == 1:
-        return np.full(3, values[0]) if axis is None else values[0] * np.eye(3)[axis]
+        values = np.array([])
+    if len(values) not in counts:
+        allowed = " or ".join(map(str, counts))
+        raise InputError(f"line {body.line}: {column} is {text!r}: must be {allowed} numbers, with | between them.")
     return values
 
 
 def _say_rest(body, rods, types, note):
     """What a buoy has no place for."""
     for column, what in (("volume", "a volume beside its rods'"), ("CdA", "drag beside its rods'")):
-        text = body.values.get(column, "0")
-        if _triple(text).any():
-            note(body.line, f"the body has {what}, {text}, which is not carried over")
-    if any(_triple(body.values.get(name, "0")).any() for name in ("Ca", "point_Ca")):
+        if _numbers(body, column).any():
+            note(body.line, f"the body has {what}, {body[column]}, which is not carried over")
+    if any(_numbers(body, name).any() for name in ("Ca", "point_Ca")):
         note(body.line, "the added mass of the body beside its rods' is not carried over")
     for column in ("Cd", "Ca", "CdEnd", "CaEnd"):
         if len({types[rod["type"]].number(column, 0.0) for rod in rods}) > 1:

@@ -1,7 +1,8 @@
 """Input files of MoorDyn as tables: sections, rows by the names of their columns, options.
 
-Source: MoorDyn's manual, "Model Structure and Input File", versions 1 and 2.  Columns are found by their names and not
-by their places, because the two versions order them differently.
+Source: MoorDyn's manual, "Input Files", versions 1 and 2.  Columns are found by their names and not by their places,
+because the two versions order them differently.  What stands in front of the first section is free text; !, # and %
+begin a comment.
 """
 
 import re
@@ -10,6 +11,7 @@ from dataclasses import dataclass, field
 from ..errors import InputError
 from ..scene.quantities import number_of
 
+COMMENT = "!#%"
 #: Sections by words in their headings, both versions; the first that fits counts.
 SECTIONS = {
     "line types": ("LINE TYPES", "LINE DICTIONARY"),
@@ -51,10 +53,10 @@ COLUMNS = {
     "CdA": ("cda", "cda*"),
     "point_Ca": ("ca*",),
     "type": ("linetype", "rodtype"),
-    "A": ("attacha", "nodeanch", "nodea", "anchnode"),
-    "B": ("attachb", "nodefair", "nodeb", "fairnode"),
+    "A": ("attacha", "attachanch", "nodeanch", "nodea", "anchnode", "enda"),
+    "B": ("attachb", "attachfair", "nodefair", "nodeb", "fairnode", "endb"),
     "length": ("unstrlen", "length", "unstrlength"),
-    "segments": ("numsegs", "numseg"),
+    "segments": ("numsegs", "numseg", "numnodes"),
     "roll": ("r0",),
     "pitch": ("p0",),
     "yaw": ("y0",),
@@ -75,10 +77,11 @@ _IN = {
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table: its line in the file, its values by canonical names of columns."""
+    """A row of a table: its line in the file, its values by canonical names of columns, those of `other` columns."""
 
     line: int
     values: dict[str, str]
+    other: dict[str, str] = field(default_factory=dict)
 
     def number(self, column: str, default: float | None = None) -> float:
         """A number of the row.  Raises InputError for none."""
@@ -100,11 +103,12 @@ class Row:
 @dataclass
 class Tables:
     """The sections of a file; options: line and value by their names in lower case; columns: those of each section as
-    the file names them; unknown: lines and headings of sections that are not known."""
+    the file names them, with units where it gives them; unknown: lines and headings of sections that are not known."""
 
     rows: dict[str, list[Row]] = field(default_factory=dict)
     options: dict[str, tuple[int, str]] = field(default_factory=dict)
     columns: dict[str, tuple[int, list[str]]] = field(default_factory=dict)
+    units: dict[str, list[str]] = field(default_factory=dict)
     unknown: list[tuple[int, str]] = field(default_factory=list)
 
     def of(self, section: str) -> list[Row]:
@@ -118,70 +122,91 @@ class Tables:
 
 def parse(text: str) -> Tables:
     """The tables of an input file.  Raises InputError for a file that has no lines of a mooring, or a bad row."""
-    tables, section, skip = Tables(), None, 0
-    for number, line in enumerate(text.replace("\r", "").split("\n"), 1):
-        if line.count("---"):
-            section, skip = _section(line), 0
-            if section is None and re.search("[A-Za-z]", line) and "need this line" not in line.lower():
-                tables.unknown.append((number, line.strip("- \t")))
-        elif not line.strip() or line.lstrip().startswith("#") or section is None:
+    tables, section = Tables(), None
+    for number, line in enumerate(re.split("\r\n|\r|\n", text.removeprefix("\ufeff")), 1):
+        if "---" in line:
+            section = _begun(tables, number, line)
+        elif section is None or section == "outputs" or not line.strip() or line.lstrip()[0] in COMMENT:
             continue
         elif section == "options":
             _option(tables, number, line)
-        elif section == "outputs":
-            continue
         elif section not in tables.columns:
-            tables.columns[section], skip = (number, line.split()), 1
-            _check_header(section, number, line)
-        elif skip:
-            skip = 0  # the units
-            if line.lstrip().startswith("("):
-                _check_units(number, line)
-            else:
-                _row(tables, section, number, line)
+            if not re.match(r"\s*\d+\s+N[A-Z]", line):  # of early files: how many rows there are
+                tables.columns[section] = number, line.split()
+                _check_header(section, number, line)
+        elif section not in tables.units and section not in tables.rows and not any(map(is_number, line.split())):
+            tables.units[section] = line.split()
+            _check_units(tables, section, number)
         else:
-            _row(tables, section, number, line)
+            _row(tables, section, number, re.split(f"[{COMMENT}]", line)[0])
     if not tables.of("lines"):
         raise InputError("there is no section LINES with at least one line: this is no input file of MoorDyn.")
     return tables
 
 
-def _section(line):
-    heading = re.sub(r"[^A-Z ]", " ", line.upper())
-    heading = " ".join(heading.split())
-    return next((name for name, words in SECTIONS.items() if any(word in heading for word in words)), None)
+def _begun(tables, number, line):
+    """The section that a heading begins, None for one that is not known, or for a title."""
+    heading = " ".join(re.sub(r"[^A-Z ]", " ", line.upper()).split())
+    first = not tables.columns
+    for name, words in SECTIONS.items():
+        if any(heading.startswith(word) if first else word in heading for word in words):
+            return name
+    if heading and not first and "NEED THIS LINE" not in heading:
+        tables.unknown.append((number, line.strip("- \t")))
+    return None
 
 
 def _option(tables, number, line):
     parts = line.split()
-    if len(parts) < 2:
-        raise InputError(f"line {number}: {line.strip()!r} is no option: a value and a name.")
-    tables.options[parts[1].lower()] = (number, parts[0].strip('"'))
+    if len(parts) < 2 or (is_number(parts[1]) and not is_number(parts[0])):
+        raise InputError(f"line {number}: {line.strip()!r} is no option: a value and then its name.")
+    value, name = parts[0].strip("\"'"), parts[1].lower()
+    if name in tables.options and not _same(tables.options[name][1], value):
+        raise InputError(f"line {number}: the option {parts[1]} is given twice, {tables.options[name][1]} and {value}.")
+    if value.lower() != "default":
+        tables.options[name] = number, value
+
+
+def _same(one, other):
+    return one == other or (is_number(one) and is_number(other) and number_of(one) == number_of(other))
 
 
 #: Columns without which a section cannot be read.
 NEEDED = {
     "line types": ("name", "diameter", "mass_density", "EA"),
+    "rod types": ("name", "diameter"),
+    "bodies": ("id",),
+    "rods": ("type", "attachment", *(f"{axis}{end}" for end in "ab" for axis in "xyz")),
     "points": ("id", "attachment", "x", "y", "z"),
     "lines": ("type", "A", "B", "length"),
 }
-#: In which no file of MoorDyn is, which takes all numbers for m, kg, s and N.
-IMPERIAL = {"ft", "feet", "in", "lb", "lbs", "lbf", "kip", "kips", "slug", "slugs"}
+#: Units in which no file of MoorDyn is, which takes all numbers for m, kg, s and N; it says kN of forces in columns
+#: that are not carried over.
+FOREIGN = {"ft", "feet", "in", "lb", "lbs", "lbf", "kip", "kips", "slug", "slugs"}
+FOREIGN |= {"mm", "cm", "km", "kn", "mn", "gn", "t", "te", "ton", "tonne", "g"}
 
 
 def _check_header(section, number, line):
+    if section not in NEEDED:
+        return
     names = [canonical(section, column) for column in line.split()]
-    absent = [name for name in NEEDED.get(section, ()) if name not in names]
+    absent = [name for name in NEEDED[section] if name not in names]
     if absent:
         raise InputError(
             f"line {number}: {line.strip()!r} must name the columns of {section.upper()}, and has no {absent[0]}."
         )
+    known = [name for name in (_bodies(names) if section == "bodies" else names) if name]
+    if twice := {name for name in known if known.count(name) > 1}:
+        raise InputError(f"line {number}: two columns of {section.upper()} mean {min(twice)}: {line.strip()!r}.")
 
 
-def _check_units(number, line):
-    found = IMPERIAL & set(re.split(r"[^a-z]+", line.lower()))
-    if found:
-        raise InputError(f"line {number}: the unit ({min(found)}) is none of MoorDyn, which has m, kg, s and N.")
+def _check_units(tables, section, number):
+    for column, unit in zip(tables.columns[section][1], tables.units[section], strict=False):
+        found = FOREIGN & set(re.split(r"[^a-z]+", unit.lower()))
+        if found and canonical(section, column) not in ("fx", "fy", "fz"):
+            raise InputError(
+                f"line {number}: the unit {unit} of {column} is none of MoorDyn's, which are m, kg, s and N."
+            )
 
 
 def canonical(section: str, column: str) -> str | None:
@@ -202,10 +227,12 @@ def _row(tables, section, number, line):
     least = len(names)
     while least and names[least - 1] in (None, "outputs"):
         least -= 1
-    if len(parts) < least or any(is_number(part) for part in parts[len(names) :]):
+    if section in NEEDED and (len(parts) < least or any(map(is_number, parts[len(names) :]))):
         raise InputError(f"line {number}: there are {len(parts)} values in {len(names)} columns, {' '.join(columns)}.")
-    values = {name: part for name, part in zip(names, parts, strict=False) if name is not None}
-    tables.rows.setdefault(section, []).append(Row(number, values))
+    pairs = list(zip(names, columns, parts, strict=False))
+    values = {name: part for name, _, part in pairs if name is not None}
+    other = {column: part for name, column, part in pairs if name is None}
+    tables.rows.setdefault(section, []).append(Row(number, values, other))
 
 
 def is_number(text: str) -> bool:

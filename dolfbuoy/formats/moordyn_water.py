@@ -24,6 +24,8 @@ def options(scene, network, note) -> tuple[dict, dict]:
     depth = scene.sea.depth if scene.sea else DRY
     far = FAR_DOWN if scene.sea and not (scene.waves or scene.seabed) else 1.0  # waves need the true depth
     found["WtrDpth"] = depth * far
+    if far > 1:
+        note(f"sea.depth: WtrDpth is {far:g} times it, which keeps MoorDyn's bed away from the lines")
     found |= _bed(scene, network, note)
     found |= {"TmaxIC": 0, "disableOutput": 1, "disableOutTime": 1}
     files = {}
@@ -85,9 +87,10 @@ def _grid(scene, network):
     """
     wave, depth = 2 * math.pi / main_propagation(scene).wavenumber, scene.sea.depth
     places = [np.array(end.top.position) for piece in network.pieces for end in piece.ends if end.held]
-    if scene.initial.buoy_position:
-        buoy = np.array(scene.initial.buoy_position)
-        places = [buoy, *(buoy + min(1.0, wave / 2 / max(-place[2], 1e-9)) * (place - buoy) for place in places)]
+    buoys = [np.array(buoy.initial.buoy_position) for buoy in network.buoys.values() if buoy.initial.buoy_position]
+    if buoys:
+        near = [[min(1.0, wave / 2 / max(-place[2], 1e-9)) * (place - buoy) for place in places] for buoy in buoys]
+        places = [buoy + way for buoy, ways in zip(buoys, near, strict=True) for way in (np.zeros(3), *ways)]
     low, high = np.min(places, axis=0), np.max(places, axis=0)
     along = np.abs(heading(scene.waves.direction_deg))
     axes = []

@@ -181,7 +181,7 @@ class _Writer:
             own = mass_properties(buoy, shape_of(buoy))
             center = self.start.buoys.get(name)
             if center is None:
-                center = self.scene.initial.buoy_position or (0.0, 0.0, 0.0)
+                center = buoy.initial.buoy_position or (0.0, 0.0, 0.0)
             place = (center[0], center[1], center[2] - own.height)
             inertia = "|".join(f"{value:.14g}" for value in own.inertia)
             bodies.append(
@@ -237,10 +237,15 @@ class _Writer:
             for name in ("rotational_added_mass", "wave_damping", "disk_averages", "rotational_damping"):
                 if getattr(buoy, name):
                     self.note(f"buoy.{name} is not carried over")
+            for name in ("buoy_orientation", "buoy_velocity", "buoy_angular_velocity"):
+                if getattr(buoy.initial, name):
+                    self.note(f"initial.{name} is not carried over: a body begins upright and at rest")
         for piece in self.network.pieces:
             for name in ("fails_at", "marine_growth"):
                 if getattr(piece.section, name):
                     self.note(f"{name} is not carried over")
+            if piece.section.grading != 1 or isinstance(piece.section.elements, list):
+                self.note("elements: MoorDyn's segments of a line are equally long")
             if piece.section.slack == "compressive":
                 self.note("slack: MoorDyn's lines carry no compression, those of this scene do")
             if not piece.section.tangential_froude_krylov:

@@ -16,6 +16,8 @@ from ..results.style import PAGE, new_figure, save
 
 #: A run that diverges is tried again with half the step, so often.
 TRIES = 4
+#: What varies by less than this share of its size is a constant: a difference is then relative to that size.
+CONSTANT = 1e-3
 AXES = "xyz"
 
 
@@ -68,8 +70,8 @@ def _theirs(scene, start, end, segments):
 def _ours(record, scene):
     network, found = scene.network, {}
     for k, name in enumerate(network.cables):
-        for end in ("top", "anchor"):
-            found[f"{name}: tension_{end}"] = record[f"tension_{end}"].values[:, k]
+        for end, force in (("top", record.end_tension), ("anchor", record.anchor_force)):
+            found[f"{name}: tension_{end}"] = np.linalg.norm(force.values[:, k], axis=-1)
     for name, buoy in network.buoys.items():
         if "buoy_position" in record:
             keel = _keel(record.sel(buoy=name), buoy)
@@ -100,7 +102,8 @@ def _names(ours, theirs):
 
 
 def _row(name, unit, ours, theirs, start):
-    """Mean, least and largest of both, and the rms of their difference relative to our range."""
+    """Mean, least and largest of both, and the rms of their difference relative to our range, or to the value of what
+    hardly varies."""
     t, values = ours[0], ours[1][name]
     other = np.interp(t, theirs[0], theirs[1][name])
     late = t >= start
@@ -109,8 +112,9 @@ def _row(name, unit, ours, theirs, start):
     row = {"quantity": name, "unit": unit}
     for what, of in (("mean", np.mean), ("least", np.min), ("largest", np.max)):
         row |= {what: float(of(a)), f"{what}_moordyn": float(of(b))}
-    span = float(np.ptp(a))
-    return row | {"difference": difference, "relative": difference / span if span > 0 else float("nan")}
+    span, size = float(np.ptp(a)), float(np.abs(a).max())
+    of, scale = ("range", span) if span > CONSTANT * size else ("value", size)
+    return row | {"difference": difference, "of": of, "relative": difference / scale if scale else float("nan")}
 
 
 def draw(found: Comparison, folder: Path) -> list[Path]:

@@ -1,0 +1,123 @@
+"""Gravity, water and bed of MoorDyn's options.
+
+Its bed is everywhere, of the stiffness kBot at the depth WtrDpth; without water or gravity nothing lies on one here.
+"""
+
+from ..errors import InputError
+from ..scene.quantities import number_of
+from .moordyn_text import Tables, is_number
+
+GRAVITY, DENSITY = ("g", "gravity"), ("rho", "rhoW", "WtrDnsty")
+DEPTH = ("WtrDpth", "WtrDepth", "depth")
+STIFFNESS, FRICTION = ("kBot", "kb"), ("FrictionCoefficient",)
+#: Of MoorDyn in Fortran: across a line and along it.
+ACROSS, ALONG = ("mu_kT",), ("mu_kA",)
+CARRIED = {name.lower() for name in (*GRAVITY, *DENSITY, *DEPTH, *STIFFNESS, *FRICTION, *ACROSS, *ALONG)}
+#: Options that say how MoorDyn computes or what it writes, and nothing about the mooring.
+NUMERICAL = {
+    "dt", "dtm", "tscheme", "cfl", "tmax", "version", "echo",
+    "writelog", "writeunits", "dtout", "outswitch", "disableoutput", "disableouttime",
+    "dtic", "tmaxic", "cdscaleic", "threshic", "icgendynamic", "icdfac", "icdt", "ictmax", "icthresh",
+    "inertialf", "inertialf_rampt", "dtwave", "unifycurrentgrid",
+}  # fmt: skip
+#: Options that name files beside the input, and the section of a scene in their place.
+ELSEWHERE = {
+    "wavekin": "waves are in files of their own and are not carried over; add [waves]",
+    "currents": "they are in files of their own and are not carried over; add [current]",
+    "waterkin": "waves and current are in a file of their own and are not carried over; add [waves], [current]",
+}
+#: Of MoorDyn, where a file does not say [Pa/m].
+KBOT = 3e6
+
+
+def world(tables: Tables, places: list, note) -> dict:
+    """The sections that options make.  places: (line, z [m], "fixed", "moved" or "free") of points; note.
+
+    Raises InputError for numbers that are none, and for a depth that neither an option nor an anchor gives.
+    """
+    _say_others(tables, note)
+    line, gravity = _number(tables, *GRAVITY)
+    found = {} if gravity is None else {"gravity": gravity}
+    wet, density = _number(tables, *DENSITY)
+    if density == 0:
+        note(wet, "the density of the water is 0: there is none here, and no bed, which belongs to a sea")
+        return found
+    depth = _depth(tables, places, note)
+    found["sea"] = {"depth": depth} | ({} if density is None else {"density": density})
+    bed = _bed(tables, note)
+    if bed and gravity == 0:
+        note(line, "gravity is 0: there is no bed here, since nothing would lie on it")
+    elif bed:
+        found["seabed"] = bed
+    return found
+
+
+def _number(tables, *names, default=None):
+    """Line and value of an option; None and the default without it."""
+    line, text = tables.option(*names) or (None, None)
+    if text is None:
+        return None, default
+    if not is_number(text):
+        raise InputError(f"line {line}: {names[0]} is {text!r}, which is no number.")
+    return line, number_of(text)
+
+
+def _depth(tables, places, note):
+    line, text = tables.option(*DEPTH) or (None, None)
+    if text is None or not is_number(text):
+        depth = _deepest(places, f"line {line}: WtrDpth is the file {text}" if text else "there is no WtrDpth")
+        note(line, f"no single depth is given: the deepest point, which is fixed, sets it, {depth:g} m")
+        return depth
+    depth = number_of(text)
+    if depth <= 0:
+        raise InputError(f"line {line}: WtrDpth is {text}: must be above 0.")
+    for where, z, kind in places:
+        if kind != "free" and z < -depth * (1 + 1e-9):
+            raise InputError(f"line {where}: z = {z:g} is below the bed, which WtrDpth puts at -{depth:g} m.")
+    return depth
+
+
+def _deepest(places, why):
+    """Depth [m] of the deepest point, if that is an anchor."""
+    low = min((z for _, z, _ in places), default=0.0)
+    if low >= 0 or (low, "fixed") not in [(z, kind) for _, z, kind in places]:
+        raise InputError(f"{why}, and no fixed point is the deepest: give the depth as OPTIONS, NUMBER WtrDpth.")
+    return -low
+
+
+def _bed(tables, note):
+    _, stiffness = _number(tables, *STIFFNESS, default=KBOT)
+    line, friction = _friction(tables, note)
+    if stiffness < 0:
+        raise InputError(f"line {tables.option(*STIFFNESS)[0]}: kBot is {stiffness:g}: must be 0 or above.")
+    if stiffness == 0:
+        if friction:
+            note(line, "there is no bed (kBot = 0), and no friction on it")
+        return {}
+    return {"stiffness": stiffness} | ({"friction": friction} if friction else {})
+
+
+def _friction(tables, note):
+    line, friction = _number(tables, *FRICTION)
+    if friction is not None:
+        return line, friction
+    line, across = _number(tables, *ACROSS, default=0.0)
+    other, along = _number(tables, *ALONG, default=0.0)
+    if across != along:
+        note(
+            other or line,
+            f"friction differs across lines (MU_KT = {across:g}) and along them (MU_KA = {along:g}); here it does not: "
+            "that along them is taken",
+        )
+    return other or line, along
+
+
+def _say_others(tables, note):
+    for name, (line, value) in tables.options.items():
+        if name in ELSEWHERE:
+            if not (is_number(value) and float(value) == 0):
+                note(line, f"{name} = {value}: {ELSEWHERE[name]}")
+        elif name in ("cbot", "cb"):
+            note(line, f"cBot = {value}: damping of the bed is seabed.damping_ratio here, left at its default")
+        elif name not in CARRIED and name not in NUMERICAL:
+            note(line, f"the option {name} = {value} is not carried over")

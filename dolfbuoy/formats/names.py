@@ -1,0 +1,26 @@
+"""Names of another program's parts, as a scene allows them."""
+
+import re
+
+LONGEST = 50
+
+
+class Names:
+    """Names of one kind, each once: letters, digits, _ and -, a letter first; note(text) of those that change."""
+
+    def __init__(self, what: str, note):
+        self.what, self.note, self.found = what, note, {}
+
+    def of(self, name: str) -> str:
+        """The name in the scene."""
+        if name not in self.found:
+            self.found[name] = self._fresh(name)
+            if self.found[name] != name:
+                self.note(f"{self.what} {name!r} is called {self.found[name]} here")
+        return self.found[name]
+
+    def _fresh(self, name):
+        own = re.sub(r"[^0-9A-Za-z_-]", "_", name)
+        own = (own if own[:1].isalpha() else f"{self.what}{own}")[:LONGEST]
+        taken = set(self.found.values())
+        return own if own not in taken else next(n for k in range(2, 10**6) if (n := f"{own[:40]}_{k}") not in taken)
