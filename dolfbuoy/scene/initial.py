@@ -15,10 +15,7 @@ class Initial(Section):
 
     kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
     points: Corners | dict[Name, Corners] | None = key(
-        "corners of the line, from the anchor to the top, from which the run or the search for the equilibrium starts; "
-        "of several cables by name",
-        "m",
-        default=None,
+        "corners of the start or of a first guess, from the anchor up; of several by name", "m", default=None
     )
     buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
     buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
