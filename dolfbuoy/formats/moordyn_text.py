@@ -158,7 +158,7 @@ def _begun(tables, number, line):
 
 def _option(tables, number, line):
     parts = line.split()
-    if len(parts) < 2 or (is_number(parts[1]) and not is_number(parts[0])):
+    if len(parts) < 2 or is_number(parts[1]):
         raise InputError(f"line {number}: {line.strip()!r} is no option: a value and then its name.")
     value, name = parts[0].strip("\"'"), parts[1].lower()
     if name in tables.options and not _same(tables.options[name][1], value):

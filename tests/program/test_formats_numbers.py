@@ -28,7 +28,7 @@ ID Attachment X Y Z Mass Volume CdA Ca
 ID LineType AttachA AttachB UnstrLen NumSegs LineOutputs
 (#) (-) (#) (#) (m) (-) (-)
 1 chain 1 3 221 41 p
-2 rope 3 2 123 33 p,t ! a remark
+2 rope 3 2 123 33 p,t ! 5 knots
 --- OPTIONS ---
 0.001 dtM
 9.79 g
