@@ -123,7 +123,7 @@ class Tables:
 def parse(text: str) -> Tables:
     """The tables of an input file.  Raises InputError for a file that has no lines of a mooring, or a bad row."""
     tables, section = Tables(), None
-    for number, line in enumerate(re.split("\r\n|\r|\n", text.removeprefix("\ufeff")), 1):
+    for number, line in enumerate(re.split("\r\n|\r|\n", text), 1):
         if "---" in line:
             section = _begun(tables, number, line)
         elif section is None or section == "outputs" or not line.strip() or line.lstrip()[0] in COMMENT:
