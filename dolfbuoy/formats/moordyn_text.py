@@ -123,7 +123,7 @@ class Tables:
 def parse(text: str) -> Tables:
     """The tables of an input file.  Raises InputError for a file that has no lines of a mooring, or a bad row."""
     tables, section = Tables(), None
-    for number, line in enumerate(re.split("\r\n|\r|\n", text.removeprefix("\ufeff")), 1):
+    for number, line in enumerate(re.split("\r\n|\r|\n", text), 1):
         if "---" in line:
             section = _begun(tables, number, line)
         elif section is None or section == "outputs" or not line.strip() or line.lstrip()[0] in COMMENT:
@@ -158,7 +158,7 @@ def _begun(tables, number, line):
 
 def _option(tables, number, line):
     parts = line.split()
-    if len(parts) < 2 or (is_number(parts[1]) and not is_number(parts[0])):
+    if len(parts) < 2 or is_number(parts[1]):
         raise InputError(f"line {number}: {line.strip()!r} is no option: a value and then its name.")
     value, name = parts[0].strip("\"'"), parts[1].lower()
     if name in tables.options and not _same(tables.options[name][1], value):

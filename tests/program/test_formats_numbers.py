@@ -28,7 +28,7 @@ ID Attachment X Y Z Mass Volume CdA Ca
 ID LineType AttachA AttachB UnstrLen NumSegs LineOutputs
 (#) (-) (#) (#) (m) (-) (-)
 1 chain 1 3 221 41 p
-2 rope 3 2 123 33 p,t ! a remark
+2 rope 3 2 123 33 p,t ! 5 knots
 --- OPTIONS ---
 0.001 dtM
 9.79 g
@@ -467,3 +467,14 @@ def test_keys_that_are_left_out_are_said_once(change, said):
     _, before = read_yaml(MOORING)
     _, after = read_yaml(MOORING.replace(*change))
     assert [note for note in after if note not in before] == [said]
+
+
+def test_moorpys_and_rafts_files_are_read_alike(tmp_path):
+    """By name, with the title of the file."""
+    pytest.importorskip("yaml")
+    from dolfbuoy.formats.files import read as read_file
+
+    path = tmp_path / "harbour.yaml"
+    path.write_text(MOORING)
+    expected = {"title": "harbour"} | read_yaml(MOORING)[0]
+    assert read_file("raft", path)[0] == read_file("moorpy", path)[0] == expected
