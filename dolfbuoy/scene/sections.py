@@ -214,8 +214,16 @@ class Scene(Section):
         """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
         found = _without_none(self.model_dump(include=sections))
         if "cable" in found:
-            found["cable"] = [_complete(table, self.network, k) for k, table in enumerate(found["cable"])]
+            found["cable"] = [self._complete(table, k) for k, table in enumerate(found["cable"])]
         return {name: value[0] if name in SEVERAL and len(value) == 1 else value for name, value in found.items()}
+
+    def _complete(self, table, cable):
+        """The table of a cable with all defaults, where neither segments nor a material stand for them."""
+        names = {*SHARED, *SIZE, *PHYSICAL}
+        names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
+        section = self.network.pieces[self.network.first_of(cable)].section
+        whole = _without_none(section.model_dump(include=names)) | table
+        return {name: whole[name] for name in type(self.cable[cable]).model_fields if name in whole}
 
     def to_toml(self) -> str:
         """The complete scene as a scene file."""
@@ -224,15 +232,6 @@ class Scene(Section):
     def save(self, path: str | Path) -> None:
         """Write the complete scene as TOML."""
         Path(path).write_text(self.to_toml(), encoding="utf-8")
-
-
-def _complete(table, network, cable):
-    """The table of a cable with all defaults, where neither segments nor a material stand for them."""
-    names = {*SHARED, *SIZE, *PHYSICAL}
-    names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
-    section = network.pieces[network.first_of(cable)].section
-    whole = _without_none(section.model_dump(include=names)) | table
-    return {name: whole[name] for name in Line.model_fields if name in whole}
 
 
 def _without_none(value):

@@ -33,7 +33,7 @@ def estimates(scene, h, steps):
         observer = Observer(simulation.problem)
         for _ in range(steps):
             assert simulation.step(h, lambda _, error: found.append(error) or True) is not None
-            x, y, _ = observer.values(simulation.end_forces)["buoy_position"]
+            x, y, _ = observer.values(simulation.end_forces)["buoy_position"][0]
             found[-1] = (np.arctan2(y, x), found[-1])
     return np.array([pair for pair in found if pair[1] is not None])
 

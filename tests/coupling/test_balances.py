@@ -89,7 +89,8 @@ class History:
                 simulation.step(self.dt)
                 self.snapshots.append(Snapshot(simulation))
                 self.blocks.append(simulation.system.residual_by_block())
-            self.recorded = Observer(simulation.problem).values(simulation.end_forces)
+            recorded = Observer(simulation.problem).values(simulation.end_forces)
+            self.recorded = {name: np.squeeze(value) for name, value in recorded.items()}
 
     def omega(self, s):
         return s.R @ (s.R.T @ s.L_C / self.body.inertia)

@@ -16,10 +16,10 @@ from scipy.spatial.transform import Rotation
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import HullShape
+from dolfbuoy.model.feasible import shape_and_mass
 from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.results.observe import Observer
-from dolfbuoy.statics.equilibrium import shape_and_mass
 
 BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")
 HEADING = 0.4  # [rad] towards which the hull is tilted
@@ -51,8 +51,8 @@ class Pose:
         """(displaced mass, moment of it about C towards the lean)."""
         r_C = self.put(keel_height, degrees)
         values = self.observer.values({})
-        mass = values["displaced_mass"]
-        return mass, mass * float((values["buoyancy_center"] - r_C) @ self.lean)
+        mass, center = values["displaced_mass"].item(), values["buoyancy_center"][0]
+        return mass, mass * float((center - r_C) @ self.lean)
 
     def loads(self, keel_height, degrees):
         """(force, torque about C) of weight and water on the buoy, from the compiled residual."""

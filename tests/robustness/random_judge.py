@@ -105,7 +105,7 @@ def _check_balance(record, scene):
 def _tension_noise(scene):
     """Tension that one rounding of the positions makes [N]."""
     EA, c = _line(scene).section.axial_stiffness, _line(scene).section
-    return 0.0 if np.isinf(EA) else 1e-14 * EA * (1 + np.abs(scene.anchor).max() / c.length)
+    return 0.0 if np.isinf(EA) else 1e-14 * EA * (1 + np.abs(_line(scene).ends[0].top.position).max() / c.length)
 
 
 def _motion_noise(scene, h):

@@ -104,7 +104,7 @@ def test_a_run_holds_what_a_record_holds():
     run, record = acc.compute(scene, list(acc.QUANTITIES)), simulate(scene)
     np.testing.assert_allclose(run.t, record.time)
     for name, values in run.values.items():
-        np.testing.assert_allclose(values, record[name], rtol=1e-9, atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(np.squeeze(values), record[name].squeeze(), rtol=1e-9, atol=1e-9, err_msg=name)
     assert (run.steps, run.iterations) == (10, int(record.newton_iterations.sum()))
     assert run.unknowns == record.attrs["unknowns"]
 

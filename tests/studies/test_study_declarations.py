@@ -73,7 +73,7 @@ def test_a_table_is_written_and_read(tmp_path):
     """Rows of different keys share one header; a table without a figure has no picture."""
     save(tmp_path, Table("name", [{"a": 1, "b": None}, {"a": 2.5, "c": "x"}], notes=["said"]))
     assert (tmp_path / "name.csv").read_text().splitlines() == ["a,b,c", "1,,", "2.5,,x"]
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["name.csv", "name.json"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == [".dolfbuoy.json", "name.csv", "name.json"]
 
 
 def test_a_study_that_fails_is_exit_code_1(monkeypatch, tmp_path):
