@@ -12,6 +12,7 @@ from ..model.lines import top_position
 from ..model.material import weight_per_length
 from ..model.problem import MPI, Problem
 from ..model.seabed import rubs
+from .damped import relax
 from .growth import settle
 from .pulled import pull
 from .start import UPRIGHT, closed_form, given_start
@@ -120,8 +121,9 @@ def _free_buoys(scene, comm, make):
     return problem
 
 
-def let_turn(problem, rounds=100):
-    """The yaw that lines off the axis want: what holds a buoy against turning about its axis goes away by and by."""
+def let_turn(problem, rounds=20):
+    """The yaw that lines off the axis want: what holds a buoy against turning about its axis goes away by and by; where
+    that fails it turns in a damped motion."""
     off_axis = any(end.fairlead for piece in problem.network.pieces for end in piece.ends)
     if not off_axis:
         return
@@ -137,13 +139,16 @@ def let_turn(problem, rounds=100):
             problem.system.publish()
             if problem.system.residual_by_block()["buoy torque balance"] < BALANCED:
                 return  # nothing but the gauge holds it: where it is it may stay
-            for buoy in problem.buoys.values():  # too far to turn at once
-                buoy.gauge.value = 50 * buoy.gauge.value
-            continue
+            break
         turned = max((_largest_turn(b, before, problem.system.u) for b in problem.buoys.values()), default=0.0)
         if max(problem.comm.allgather(turned)) < SETTLED:
             return
-    raise SolveError(f"the yaw of the buoys was not found in {rounds} rounds")
+    for buoy in problem.buoys.values():
+        buoy.gauge.value = 1e-9 * buoy.gauge.value
+    try:
+        relax(problem, growth=1.1, steps=900)
+    except SolveError as error:
+        raise SolveError(f"the yaw of the buoys was not found: {error}") from None
 
 
 def _largest_turn(buoy, before, after):
