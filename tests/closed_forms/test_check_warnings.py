@@ -7,17 +7,18 @@ import math
 
 import numpy as np
 import pytest
+from alone import solve_static
 
 from dolfbuoy import load_scene
-from dolfbuoy.check import derived
+from dolfbuoy.check import check, derived
 
 G = 9.81
 FLOAT = {"hull": [[0, 2], [2, 2]], "mass": 500.0}
 
 
-def said_of(scene, words):
+def said_of(scene, words, look=derived):
     """The sentences about a scene that hold these words."""
-    return [sentence for sentence in derived(load_scene(scene)).warnings if words in sentence]
+    return [sentence for sentence in look(load_scene(scene)).warnings if words in sentence]
 
 
 def floating(waves, **sections):
@@ -100,3 +101,17 @@ def test_a_velocity_that_jumps_from_row_to_row():
     ends_at_rest = [row for row in rows["swing"] if row[0] <= 8.75]
     assert not said_of(moved(ends_at_rest, ramp=2.0), words)
     assert not said_of(moved([[0.0, 0, 0, 0], [10.0, 0, 0, 5.0]]), words)
+
+
+def test_what_floats_up():
+    """A rope that stands above its ends, by as much as its points; not one that is taut, nor a lazy wave."""
+    rope = {"length": 12.0, "line_density": 1.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 24}
+    rope |= {"anchor": [0.0, 0.0, -20.0], "top": {"kind": "fixed", "position": [8.0, 0.0, -20.0]}}
+    scene = {"sea": {"depth": 20.0}, "cable": rope}
+    (found,) = said_of(scene, "floats up", check)
+    rise = float(solve_static(scene).cable_position[:, 2].max()) + 20
+    lift = 12 * (1025 * math.pi * 0.05**2 / 4 - 1.0) * G
+    assert found == f"The cable is lighter than water, by {lift:.4g} N: it floats up, {rise:.3g} m above its ends."
+    taut = rope | {"length": 8.0, "top": {"kind": "fixed", "position": [0.0, 0.0, -11.9]}}
+    assert not said_of(scene | {"cable": taut}, "floats up", check)
+    assert not said_of("lazy-wave", "floats up", check)
