@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
@@ -11,6 +12,7 @@ from ..model.feasible import check_feasible
 from ..model.first_shape import check_first_shape
 from ..model.held import overshoot
 from ..model.upright import buoys_of
+from ..scene import Scene, load_scene
 from ..statics.equilibrium import solve_equilibrium
 from .buoys import buoys_at_rest, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
@@ -48,11 +50,13 @@ class Report:
         self.warnings.append(self.prefix + sentence)
 
 
-def check(scene, comm=MPI.COMM_WORLD) -> Report:
+def check(scene: Scene | str | Path | dict, comm=MPI.COMM_WORLD, **overrides) -> Report:
     """Derived numbers and warnings; solves for the equilibrium if the scene starts from it, collectively.
 
+    overrides: see load_scene.
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
     """
+    scene = load_scene(scene, **overrides)
     check_feasible(scene)
     check_first_shape(scene)
     if scene.initial.kind != "equilibrium" or not (scene.cable or scene.sea):

@@ -1,9 +1,11 @@
-"""Sentences of `check` about scenes that would run and mean nothing, each with its numbers, and their absence.
+"""`check` from Python, and its sentences about scenes that would run and mean nothing, each with its numbers.
 
 Source: the same numbers by hand.
 """
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -115,3 +117,22 @@ def test_what_floats_up():
     taut = rope | {"length": 8.0, "top": {"kind": "fixed", "position": [0.0, 0.0, -11.9]}}
     assert not said_of(scene | {"cable": taut}, "floats up", check)
     assert not said_of("lazy-wave", "floats up", check)
+
+
+@pytest.mark.parametrize(
+    "before", ["from dolfbuoy import check", "import dolfbuoy.check; from dolfbuoy import check", "import dolfbuoy"]
+)
+def test_from_python(before):
+    """`dolfbuoy.check(scene)` is a function and a package of one name, whichever comes first; not imported before."""
+    code = f"""import sys, dolfbuoy
+assert "mpi4py" not in sys.modules
+{before}
+call = dolfbuoy.check if "check" not in globals() else check
+for call in (call, dolfbuoy.check):
+    report = call("driven", cable__length=21.0)
+    assert type(report).__name__ == "Report"
+print([value for name, value, *_ in report.numbers if name == "cable weight in water"][0])"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    numbers = {name: value for name, value, *_ in check("driven", cable__length=21.0).numbers}
+    assert float(done.stdout) == numbers["cable weight in water"]
