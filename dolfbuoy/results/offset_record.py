@@ -25,7 +25,7 @@ SAID = {
     "slack": ("1", "whether some of the line is slack"),
     "under": ("1", "whether a buoy is drawn under the water"),
     "smallest_tension": ("N", "smallest mean tension of an element"),
-    "offset": ("m", "horizontal distance of C from its place at rest in the scene as it is"),
+    "offset": ("m", "horizontal distance of C from where it rests without current, wind and external force"),
     "offset_along": ("m", "the part of it along the load"),
     "watch_radius": ("m", "radius of the smallest circle around the places of C under loads towards all sides"),
     "watch_centre": ("m", "its centre"),
@@ -60,7 +60,7 @@ class Rows:
         return values | {"smallest_tension": smallest, "slack": slack, "under": _is_under(problem.scene, values)}
 
     def dataset(self, at_rest) -> "xr.Dataset":
-        """All of them on rank 0; at_rest: r_C without the load [m], or None."""
+        """All of them on rank 0; at_rest: r_C without any load [m], or None."""
         import xarray as xr
 
         shapes = {name: np.shape(value) for _, _, row in self._rows for name, value in row.items()}
