@@ -62,6 +62,10 @@ def _grown(record):
     ]
 
 
+#: Part of the steps from which on it is said that they were cut; and no result is left where so many were.
+OFTEN, NEARLY_ALL = 0.05, 0.9
+
+
 #: What a number or vector of an equilibrium may be of, in the order of the table; "": of all.
 _OF = ("cable", "buoy", "attachment", "")
 
@@ -163,8 +167,23 @@ def warnings(record, scene) -> list[str]:
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     if record.attrs.get("failed_steps"):
-        found.append(f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones.")
+        words, share = (
+            f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones",
+            cut(record, scene),
+        )
+        doubt = f", in {100 * share:.3g} % of the run: see whether its numbers stay with a smaller time.step"
+        found.append(f"{words}{doubt if share > OFTEN else ''}.")
     return found
+
+
+def cut(record, scene) -> float:
+    """Part of the steps of a run that could not be taken as they were; with a tolerance, of those that failed."""
+    steps, failed = record.sizes["time"] - 1, record.attrs.get("failed_steps", 0)
+    if not failed or not steps or scene.time.tolerance is not None:
+        return min(failed / max(steps, 1), 1.0)
+    step = scene.time.step
+    numbers = np.ceil(record.time.values[1:] / step - 1e-6)
+    return len(np.unique(numbers[record.time_step.values[1:] < (1 - 1e-6) * step])) / len(np.unique(numbers))
 
 
 def static_warnings(record, scene) -> list[str]:
