@@ -9,6 +9,7 @@ from ..model.material import weight_per_length
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
 from .parts import names_of, parts_of
+from .states import states_of
 from .tables import force_unit, unit_of
 from .utilisation import rows_of, warnings_of
 
@@ -163,7 +164,7 @@ def sharing_note(scene, ranks: int) -> str | None:
 
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
-    found = _of_lines(_left, record, scene) + _out_of_water(record, scene)
+    found = _of_lines(_left, record, scene) + _out_of_water(record, scene) + states_of(record, scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     if record.attrs.get("failed_steps"):
@@ -189,7 +190,14 @@ def cut(record, scene) -> float:
 def static_warnings(record, scene) -> list[str]:
     """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
     at_once = record.expand_dims("frame") if "cable_position" in record else record
-    return _of_lines(_left, at_once, scene) + _of_lines(_slack, record, scene) + _out_of_water(record, scene)
+    return (
+        _of_lines(_left, at_once, scene)
+        + _of_lines(_slack, record, scene)
+        + [
+            *_out_of_water(record, scene),
+            *states_of(record, scene),
+        ]
+    )
 
 
 def _of_lines(say, record, scene):
