@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from .errors import InputError, SolveError
 from .model.components import components_of
+from .model.held import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation
 from .parallel import interruption
@@ -83,8 +84,9 @@ def offsets(
 
     load: "force" [N], added to the scene's external force, or "current" [m/s], in its place.  buoys: names of those
     that the force acts on, each with all of it (default: all).  out: folder for offsets.nc.  Returns what a record says
-    of an equilibrium over directions and sizes (complete on rank 0); where there is none, `found` is False.  Raises
-    InputError for an impossible scene or one without a moored buoy.
+    of an equilibrium over directions and sizes (complete on rank 0), with offsets from where the buoy rests without any
+    current, wind and external force; where there is none, `found` is False.  Raises InputError for an impossible scene
+    or one without a moored buoy.
     """
     scene = load_scene(scene, **overrides)
     folders.make_ready(out, "offsets", scene, comm)
@@ -96,7 +98,7 @@ def offsets(
     if len(reasons) == len(rows):
         raise SolveError(f"Under none of these loads is there an equilibrium that can be found: {reasons[0]}.")
     try:
-        at_rest = _equilibrium(scene, comm)
+        at_rest = _equilibrium(adrift_nowhere(scene), comm)
     except SolveError:
         at_rest = {}
     if comm.rank != 0:

@@ -6,7 +6,7 @@ from ..parallel.ranks import told
 from ..scene.network import attached_ends
 
 
-def of_buoys(buoys, report) -> None:
+def of_buoys(scene, buoys, report) -> None:
     """Add masses, drafts and metacentric heights to the Report of `check`."""
     for buoy in buoys:
         said, free, lever = report.about(buoy.name), buoy.under(0.0), "restoring lever per weight of the buoy"
@@ -16,6 +16,10 @@ def of_buoys(buoys, report) -> None:
         said.add("GM, free", free.GM, "m")
         if buoy.drowned:
             said.add("the cable holds the buoy under water: pull", buoy.spare, "N", "all of its spare buoyancy")
+            said.warn(
+                f"All of the hull is under water, held there with {buoy.spare:.4g} N: its lines are too short or too "
+                f"heavy for {scene.sea.depth:.4g} m of water."
+            )
             said.add("GM under water", buoy.GM, "m", lever)
         elif buoy.how:
             said.add(f"draft {buoy.how}", buoy.under(buoy.pull).draft, "m")

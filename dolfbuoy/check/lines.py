@@ -15,6 +15,8 @@ from .bed import on_the_bed
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
+#: Part of its length by which a cable lighter than water may rise above its ends without a word.
+RISE = 1e-3
 #: Keys by which pieces of a cable differ.
 MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass")
 
@@ -50,8 +52,6 @@ def of_lines(scene, network, report) -> None:
         w, slowness = weight_per_length(scene, c), math.sqrt(c.line_density / c.axial_stiffness)
         said.add(f"cable weight {where} per metre", w, "N/m")
         said.add(f"cable weight {where}", w * line.length, "N")
-        if w < 0:
-            said.warn("The cable is lighter than water: it floats up.")
         remark = "C = 1; for P1, smaller for higher degrees" if c.position_degree > 1 else "C = 1"
         if slowness:
             report.periods[f"{line.name or 'cable'}, first axial (fixed ends)"] = 2 * line.length * slowness
@@ -66,6 +66,7 @@ def lines_at_rest(problem, report) -> None:
     network = problem.network
     for cable in range(len(network.cables)):
         _forces(problem, report, cable)
+        _rising(problem, report.about(network.cables[cable] if len(network.cables) > 1 else ""), cable)
     _strength(problem, report)
     smallest = problem.smallest_tension()
     if smallest <= 0:
@@ -96,6 +97,22 @@ def _forces(problem, report, cable):
         remark = f"diameter times {diameter:.4g}, mass times {mass:.4g} at most"
         weight = problem.comm.allreduce(sum(float(growth.weights[here].sum()) for growth, here in found))
         report.add(f"marine growth adds in water{to}", weight, "N", remark)
+
+
+def _rising(problem, report, cable):
+    """A cable that is lighter than water as a whole, and how far it stands above its ends."""
+    network, lines, scene = problem.network, problem.lines, problem.scene
+    sections = [network.pieces[k].section for k in network.pieces_of(cable)]
+    weight, length = sum(weight_per_length(scene, c) * c.length for c in sections), sum(c.length for c in sections)
+    if not scene.sea or weight >= 0:
+        return
+    mine = np.isin(lines.line_of_node, network.pieces_of(cable))
+    ends = lines.end_dofs[network.first_of(cable)][0][2:], lines.end_dofs[network.last_of(cable)][1][2:]
+    heights = [problem.system.u[dofs] for dofs in (lines.node_dofs[mine, 2], np.concatenate(ends))]
+    highest, end = (problem.comm.allreduce(z.max(initial=-math.inf), op=MPI.MAX) for z in heights)
+    rise = highest - end
+    if rise > RISE * length:
+        report.warn(f"The cable is lighter than water, by {-weight:.4g} N: it floats up, {rise:.3g} m above its ends.")
 
 
 def _strength(problem, report):

@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
+import numpy as np
 from mpi4py import MPI
 
 from ..model.effects import names as effects_of
@@ -10,6 +12,7 @@ from ..model.feasible import check_feasible
 from ..model.first_shape import check_first_shape
 from ..model.held import overshoot
 from ..model.upright import buoys_of
+from ..scene import Scene, load_scene
 from ..statics.equilibrium import solve_equilibrium
 from .buoys import buoys_at_rest, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
@@ -17,6 +20,8 @@ from .waves import in_waves
 
 #: Part of its range by which a motion along rows may go beyond them without a word.
 OVERSHOOT = 0.01
+#: A velocity that jumps from row to row: by this part of the largest speed, and so many times what is usual there.
+JUMP = 0.5, 5
 
 
 @dataclass
@@ -45,11 +50,13 @@ class Report:
         self.warnings.append(self.prefix + sentence)
 
 
-def check(scene, comm=MPI.COMM_WORLD) -> Report:
+def check(scene: Scene | str | Path | dict, comm=MPI.COMM_WORLD, **overrides) -> Report:
     """Derived numbers and warnings; solves for the equilibrium if the scene starts from it, collectively.
 
+    overrides: see load_scene.
     Raises InputError for an impossible scene, SolveError if the equilibrium is not found.
     """
+    scene = load_scene(scene, **overrides)
     check_feasible(scene)
     check_first_shape(scene)
     if scene.initial.kind != "equilibrium" or not (scene.cable or scene.sea):
@@ -69,7 +76,7 @@ def derived(scene, rest=None) -> Report:
     report, network, buoys = Report(effects_of(scene)), scene.network, buoys_of(scene, rest)
     _motions(network, report)
     of_lines(scene, network, report)
-    of_buoys(buoys if scene.gravity else [], report)
+    of_buoys(scene, buoys if scene.gravity else [], report)
     for name, material in (scene.material or {}).items():
         if material.source is not None:
             report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)
@@ -90,6 +97,26 @@ def _motions(network, report):
                 f"The motion of {name} goes {100 * beyond:.2g} % of its range beyond its rows, which a cubic spline "
                 "joins: give more rows where it turns."
             )
+        jump, t = _jump(end.top)
+        if jump:
+            report.warn(
+                f"The velocity of {name} jumps by {jump:.3g} m/s from one row of its motion to the next at "
+                f"t = {t:g} s: lines feel that as a blow."
+            )
+
+
+def _jump(top):
+    """(size [m/s], time [s]) of the largest jump of the velocity along rows; (0, 0) if there is none.
+
+    An end rests before the first row, unless a ramp lets it go, and after the last one.
+    """
+    rows = np.array(top.motion)
+    velocity = np.diff(rows[:, 1:], axis=0) / np.diff(rows[:, :1], axis=0)
+    speed = np.linalg.norm(velocity, axis=1).max()
+    before = velocity[:1] if top.ramp else np.zeros((1, 3))
+    jumps = np.linalg.norm(np.diff(velocity, axis=0, prepend=before, append=np.zeros((1, 3))), axis=1)
+    k, (part, times) = int(jumps.argmax()), JUMP
+    return (jumps[k], rows[k, 0]) if jumps[k] > max(part * speed, times * np.median(jumps)) else (0.0, 0.0)
 
 
 def _at_rest(problem, report):

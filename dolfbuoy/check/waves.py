@@ -15,6 +15,8 @@ from ..scene.waves import Waves
 THREE_HOURS = 10800.0
 #: k D of a component from which on a hull of diameter D does more to it than strips know.
 SHORTEST_KD = 2
+#: Steps of a given size in a period of the waves; significant steepness of seas that exist.
+STEPS, STEEPEST = 20, 0.1
 
 
 def in_waves(scene, lines, buoys, report) -> None:
@@ -27,6 +29,7 @@ def in_waves(scene, lines, buoys, report) -> None:
     k = wavenumber(main)
     way = 2 * math.pi * main.waves.size / math.tanh(k * scene.sea.depth)  # of the water at the surface
     _waves(main, k, report)
+    _step(main, report)
     for buoy in buoys:
         said, D = report.about(buoy.name), buoy.shape.max_diameter
         _hull(main, buoy, k * D / 2, said)
@@ -48,14 +51,23 @@ def _sea(scene, buoys, report):
     _cut(scene, report)
     if scene.gravity:
         steepness = 2 * math.pi * 4 * math.sqrt(m0) / (scene.gravity * Tz**2)
-        report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", "seas stay below 0.1")
+        report.add("significant steepness 2 pi Hs/(g Tz^2)", steepness, "", f"seas stay below {STEEPEST}")
+        if steepness > STEEPEST:
+            report.warn(f"The significant steepness of {steepness:.3g} is above {STEEPEST}: such a sea would break.")
     _repetition(waves, report)
     _statistics(scene, Tz, report)
     k = AirySum.of(scene).wavenumber
     for buoy in buoys:  # Morison's equation and strips are not meant for these
         count = np.sum(k * buoy.shape.max_diameter > SHORTEST_KD)
         remark = f"of {len(k)}, shorter than {math.pi:.3g} diameters"
-        report.about(buoy.name).add(f"components with k D > {SHORTEST_KD}", count, "", remark)
+        said, k_R = report.about(buoy.name), _wavenumber(scene, Tz) * buoy.shape.max_diameter / 2
+        said.add(f"components with k D > {SHORTEST_KD}", count, "", remark)
+        said.add("k R of the hull at Tz", k_R, "", f"of waves of {Tz:.3g} s")
+        _strips(k_R, f" at the mean period Tz = {Tz:.3g} s", said)
+
+
+def _wavenumber(scene, period):
+    return dispersion_wavenumber(period, scene.sea.depth, scene.gravity)
 
 
 def _cut(scene, report):
@@ -136,6 +148,24 @@ def _waves(scene, k, report):
         report.warn(f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.")
 
 
+def _step(scene, report):
+    """A given step that is long beside the period that a fixed point sees."""
+    if scene.time is None or scene.time.tolerance is not None:
+        return
+    step, omega = scene.time.step, abs(main_propagation(scene).at_ground)
+    if STEPS * step * omega > 2 * math.pi:
+        period = 2 * math.pi / omega
+        report.warn(
+            f"time.step = {step:g} s is {step / period:.2g} of the waves' period of {period:.4g} s: take "
+            f"{period / STEPS:.2g} s or less, or time.tolerance."
+        )
+
+
+def _strips(k_R, where, report):
+    if k_R > LARGEST_KR:
+        report.warn(f"k R = {k_R:.3g}{where} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong.")
+
+
 def _hull(scene, buoy, k_R, report):
     """Where strips leave their range: short waves, and no waves of the buoy's own."""
     ratio, b, wave = k_R / math.pi, buoy.section, scene.waves
@@ -143,8 +173,7 @@ def _hull(scene, buoy, k_R, report):
     if ratio >= 0.2:
         report.warn(f"D/lambda = {ratio:.3g} is not below 0.2: diffraction is not negligible.")
     report.add("k R of the hull", k_R, "", "strips are good to 3 % of the motion below 0.4")
-    if k_R > LARGEST_KR:
-        report.warn(f"k R = {k_R:.3g} is above {LARGEST_KR}: strips of the hull may be 20 to 100 % wrong.")
+    _strips(k_R, "", report)
     if scene.gravity and not buoy.drowned:  # drag linearised to the same work
         floating = buoy.under(buoy.pull)
         area, spheres, _ = buoy.shape.projected(floating.draft)

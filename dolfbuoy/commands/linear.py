@@ -148,19 +148,22 @@ def offsets(
 
 
 def _show_offsets(found, what, folder):
-    """Largest offset and tension of each direction, and the watch circle of the largest load."""
+    """Largest offset along the load and tension of each direction, and the watch circle of the largest load."""
     from ..results.offset_record import top_tension
     from ..results.response_record import each_buoy
 
     unit, factor = force_unit(found.tension_top.values)
-    title, buoys = f"Largest offset and tension towards each side, {folder / 'offsets.nc'}", each_buoy(found)
+    title, buoys = (
+        f"Largest offset along the load and tension towards each side, {folder / 'offsets.nc'}",
+        each_buoy(found),
+    )
     offsets = [f"offset{of_buoy} [m]" for of_buoy, _ in buoys]
     shown = table_of(title, "direction [deg]", f"at {what}", *offsets, f"tension at the top [{unit}]")
     for direction in found.direction.values:
         one = found.sel(direction=direction)
         if not one.found.any():
             continue
-        moved = [part.sel(direction=direction).offset for _, part in buoys] if "offset" in one else []
+        moved = [part.sel(direction=direction).offset_along for _, part in buoys] if "offset_along" in one else []
         row = int(np.nanargmax(np.max(moved, axis=0))) if moved else -1
         texts = [f"{values.values[row]:.5g}" for values in moved] or ["-"] * len(buoys)
         tension = f"{factor * top_tension(one).max().item():.5g}"

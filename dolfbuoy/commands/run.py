@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ..errors import InputError
+from ..errors import InputError, SolveError
 from ..parallel import interruption
 from .shared import (
     InstantsOption,
@@ -116,10 +116,12 @@ def _show_again(scene, folder, shows):
     if rank() != 0:
         return
     out.print(f"The run in {folder} is complete already; --overwrite computes it again.", soft_wrap=True)
-    _print_summary(read(folder / "results.nc"), scene, folder)
+    record = read(folder / "results.nc")
+    _print_summary(record, scene, folder)
     for name, show in shows.items():
         if not (folder / name).exists():
             show(folder)
+    _refuse_if_cut(record, scene, folder)
 
 
 def _compute(scene, folder, shows, source, advice=None):
@@ -146,6 +148,18 @@ def _compute(scene, folder, shows, source, advice=None):
     _print_summary(record, scene, folder)
     for show in shows.values():
         show(folder)
+    _refuse_if_cut(record, scene, folder)
+
+
+def _refuse_if_cut(record, scene, folder):
+    """Raise SolveError for a run whose steps could hardly ever be taken."""
+    from ..results.summary import NEARLY_ALL, cut
+
+    if (share := cut(record, scene)) > NEARLY_ALL:
+        raise SolveError(
+            f"{100 * share:.3g} % of all steps failed and were retried with smaller ones: {folder} holds no result; "
+            "take a smaller time.step or another time.scheme."
+        )
 
 
 def _left(scene, folder):

@@ -37,30 +37,41 @@ class Parting:
 
     def accept(self, u, t) -> bool:
         """Part what has reached its time or its tension in an accepted step; whether anything has parted now."""
-        found = [self._part(k, section.fails_at, u, t) for k, section in enumerate(self.lines.sections)]
+        found = [self._part(pieces, rule, u, t) for (_, rule), pieces in self._rules().items()]
         if not any(found):
             return False
         compat.scatter_forward(self.parted)
         return True
 
-    def _part(self, line, rule, u, t):
-        """One line parts once, at one place."""
-        mine = self.lines.line_of_cell == line
+    def _rules(self):
+        """Numbers of the pieces by cable and rule: what a cable gives all its segments parts it once."""
+        found = {}
+        for k, piece in enumerate(self.lines.pieces):
+            if piece.section.fails_at is not None:
+                found.setdefault((piece.cable, piece.section.fails_at), []).append(k)
+        return found
+
+    def _part(self, pieces, rule, u, t):
+        """Pieces that follow one another part once, at one place."""
+        mine = np.isin(self.lines.line_of_cell, pieces)
         parted = self.parted.x.array[self._dofs[mine]].max(initial=0.0)
-        if rule is None or combined(self.lines.comm, float(parted), MPI.MAX):
+        if combined(self.lines.comm, float(parted), MPI.MAX):
             return False
-        weakest = self._at(line, rule, mine) if rule.tension is None else self._above(rule.tension, u, mine)
+        weakest = self._at(pieces, rule.at) if rule.tension is None else self._above(rule.tension, u, mine)
         if rule.tension is None and t < rule.time * (1 - 1e-12):
             return False
         self.parted.x.array[self._dofs[weakest]], self.memory["parted_at"][self._dofs[weakest]] = 1.0, t
         return combined(self.lines.comm, bool(weakest.any()), MPI.LOR)
 
-    def _at(self, line, rule, mine):
-        """Mask of the element at `rule.at`, at the upper end without it."""
-        section, begin = self.lines.sections[line], self.lines.begins[line]
-        s = begin + (section.length if rule.at is None else min(rule.at, section.length))
+    def _at(self, pieces, at):
+        """Mask of the element at a length over pieces, at the upper end without it."""
+        ends = np.cumsum([self.lines.sections[k].length for k in pieces])
+        s, slip = ends[-1] if at is None else min(at, ends[-1]), 1e-9 * ends[-1]
+        number = int(np.searchsorted(ends, s - slip))
+        line = pieces[number]
+        mine, begin = self.lines.line_of_cell == line, self.lines.begins[line]
+        s += begin - (ends[number - 1] if number else 0.0)
         low, high = self.lines.cell_ends[: len(mine)].T
-        slip = 1e-9 * section.length
         return mine & (low < max(s, begin + 2 * slip) - slip) & (s - slip <= high)
 
     def _above(self, tension, u, mine):

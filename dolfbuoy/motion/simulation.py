@@ -184,7 +184,7 @@ class Simulation:
         Raises SolveError and leaves the state as it was.
         """
         self.newton.set_scales(self.past.prepare(h))
-        if self._made_for != (self.past.operations, self.predictor, self.predictor.count):
+        if self._made_for != self._basis():
             self._make_functions()
         t = self.problem.time[0] = self.t + h
         counts = False
@@ -223,10 +223,14 @@ class Simulation:
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
         return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
+    def _basis(self):
+        """What the functions of a step are made of; `problem.change` between two steps gives another scene."""
+        return self.past.operations, self.predictor, self.predictor.count, self.problem.scene
+
     def _make_functions(self):
         """What a step does, as functions of C as far as possible, before it is judged and when it was taken."""
         past, problem = self.past.operations, self.problem
-        self._made_for = past, self.predictor, self.predictor.count
+        self._made_for = self._basis()
         predict, remember = self.predictor.functions(problem.time, self.system.u)
         self._begin = together(self._keep, *past.begin, predict, *problem.clock(), self.newton.begin)
         self._find_rates = together(*past.find_rates)

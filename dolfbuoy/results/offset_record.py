@@ -4,17 +4,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..model.rigid import shape_of
 from .observe import Observer, attributes
 from .offsets import smallest_circle
 from .record import dataset_of
+from .states import is_under
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A line with less tension than this part of the forces of its scene is slack; a buoy with less than this part of its
-#: volume above the water is under it.
-LEAST_TENSION, LEAST_FREEBOARD = 1e-4, 1e-6
+#: A line with less tension than this part of the forces of its scene is slack.
+LEAST_TENSION = 1e-4
 UNITS = {
     "force": ("N", "horizontal force, added to the scene's"),
     "current": ("m s-1", "speed of the current at the surface"),
@@ -25,7 +24,7 @@ SAID = {
     "slack": ("1", "whether some of the line is slack"),
     "under": ("1", "whether a buoy is drawn under the water"),
     "smallest_tension": ("N", "smallest mean tension of an element"),
-    "offset": ("m", "horizontal distance of C from its place at rest in the scene as it is"),
+    "offset": ("m", "horizontal distance of C from where it rests without current, wind and external force"),
     "offset_along": ("m", "the part of it along the load"),
     "watch_radius": ("m", "radius of the smallest circle around the places of C under loads towards all sides"),
     "watch_centre": ("m", "its centre"),
@@ -60,7 +59,7 @@ class Rows:
         return values | {"smallest_tension": smallest, "slack": slack, "under": _is_under(problem.scene, values)}
 
     def dataset(self, at_rest) -> "xr.Dataset":
-        """All of them on rank 0; at_rest: r_C without the load [m], or None."""
+        """All of them on rank 0; at_rest: r_C without any load [m], or None."""
         import xarray as xr
 
         shapes = {name: np.shape(value) for _, _, row in self._rows for name, value in row.items()}
@@ -101,8 +100,8 @@ def _attributes(said):
 def _is_under(scene, values):
     if scene.sea is None or "displaced_mass" not in values:
         return False
-    volumes = np.array([shape_of(buoy).volume() for buoy in scene.network.buoys.values()])
-    return bool(np.any(values["displaced_mass"] >= (1 - LEAST_FREEBOARD) * scene.sea.density * volumes))
+    found = zip(values["displaced_mass"], scene.network.buoys.values(), strict=True)
+    return any(bool(is_under(mass, scene, buoy)) for mass, buoy in found)
 
 
 def _with_offsets(made, at_rest):

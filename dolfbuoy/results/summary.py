@@ -9,6 +9,7 @@ from ..model.material import weight_per_length
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
 from .parts import names_of, parts_of
+from .states import states_of
 from .tables import force_unit, unit_of
 from .utilisation import rows_of, warnings_of
 
@@ -60,6 +61,10 @@ def _grown(record):
         ("marine growth adds in water", f"{factor * weight:.4g}", unit),
         ("its largest factors of diameter and mass", ", ".join(f"{float(x):.4g}" for x in largest), ""),
     ]
+
+
+#: Part of the steps from which on it is said that they were cut; and no result is left where so many were.
+OFTEN, NEARLY_ALL = 0.05, 0.9
 
 
 #: What a number or vector of an equilibrium may be of, in the order of the table; "": of all.
@@ -159,18 +164,40 @@ def sharing_note(scene, ranks: int) -> str | None:
 
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
-    found = _of_lines(_left, record, scene) + _out_of_water(record, scene)
+    found = _of_lines(_left, record, scene) + _out_of_water(record, scene) + states_of(record, scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     if record.attrs.get("failed_steps"):
-        found.append(f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones.")
+        words, share = (
+            f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones",
+            cut(record, scene),
+        )
+        doubt = f", in {100 * share:.3g} % of the run: see whether its numbers stay with a smaller time.step"
+        found.append(f"{words}{doubt if share > OFTEN else ''}.")
     return found
+
+
+def cut(record, scene) -> float:
+    """Part of the steps of a run that could not be taken as they were; with a tolerance, of those that failed."""
+    steps, failed = record.sizes["time"] - 1, record.attrs.get("failed_steps", 0)
+    if not failed or not steps or scene.time.tolerance is not None:
+        return min(failed / max(steps, 1), 1.0)
+    step = scene.time.step
+    numbers = np.ceil(record.time.values[1:] / step - 1e-6)
+    return len(np.unique(numbers[record.time_step.values[1:] < (1 - 1e-6) * step])) / len(np.unique(numbers))
 
 
 def static_warnings(record, scene) -> list[str]:
     """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
     at_once = record.expand_dims("frame") if "cable_position" in record else record
-    return _of_lines(_left, at_once, scene) + _of_lines(_slack, record, scene) + _out_of_water(record, scene)
+    return (
+        _of_lines(_left, at_once, scene)
+        + _of_lines(_slack, record, scene)
+        + [
+            *_out_of_water(record, scene),
+            *states_of(record, scene),
+        ]
+    )
 
 
 def _of_lines(say, record, scene):

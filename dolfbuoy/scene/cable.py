@@ -166,8 +166,6 @@ class Cable(Section):
     def _consistent(self):
         if self.damping and math.isinf(self.axial_stiffness):
             raise Wrong("damping", self.damping, "needs a finite axial_stiffness: an inextensible cable has no strain")
-        if self.fails_at and self.fails_at.at is not None and self.fails_at.at > self.length:
-            raise Wrong("fails_at.at", self.fails_at.at, f"must be on the cable, 0 to length = {self.length} m")
         if self.tension_degree >= self.position_degree:
             allowed = (
                 f"must be lower than position_degree = {self.position_degree} (Eq. (13): other pairs are unstable)"

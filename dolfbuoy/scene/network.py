@@ -308,6 +308,7 @@ def check_network(scene) -> None:
     if unknown:
         raise Wrong("initial.points", min(unknown), f"must be of the cables: {', '.join(network.cables) or 'none'}")
     _check_two_places(scene, network)
+    _check_parting(network)
     _check_held(network)
     _check_buoys(scene, network)
 
@@ -319,6 +320,18 @@ def _check_two_places(scene, network):
         if low.held and high.held and low.top.position == high.top.position:
             key = f"{network.key_of(number)}.{'to' if getattr(section, 'to', None) is not None else 'top.position'}"
             raise Wrong(key, high.top.position, "is where the cable comes from: its ends must be two places")
+
+
+def _check_parting(network):
+    """A cable parts where it is, a segment with a rule of its own there."""
+    lengths = {}
+    for piece in network.pieces:
+        place = piece.cable, piece.section.fails_at
+        lengths[place] = lengths.get(place, 0.0) + piece.section.length
+    for (cable, rule), length in lengths.items():
+        if rule is not None and rule.at is not None and rule.at > length:
+            key = f"{network.key_of(cable)}.fails_at.at"
+            raise Wrong(key, rule.at, f"must be on the cable, 0 to length = {length:g} m")
 
 
 def _check_held(network):

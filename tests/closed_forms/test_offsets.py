@@ -4,10 +4,12 @@ Source: Irvine's catenary with hydrostatics of a cylinder, written here; MoorPy 
 """
 
 import math
+import re
 
 import alone
 import numpy as np
 import pytest
+import xarray as xr
 from mpi4py import MPI
 from scipy.optimize import brentq
 
@@ -111,7 +113,9 @@ def test_several_buoys():
         places = found.buoy_position.sel(force=4000.0).values[..., :2]
         reach = np.linalg.norm(places - found.watch_centre.sel(force=4000.0).values, axis=-1)
         np.testing.assert_allclose(reach.max(axis=0), found.watch_radius.sel(force=4000.0), rtol=1e-9)
-    assert np.all(found.offset.sel(force=0.0) < 1e-6)
+    calm = alone.solve_static({key: v for key, v in scene.items() if key != "current"}, comm=MPI.COMM_SELF)
+    own = np.linalg.norm((found.buoy_position.sel(force=0.0) - calm.buoy_position).values[..., :2], axis=-1)
+    np.testing.assert_allclose(found.offset.sel(force=0.0), own, atol=1e-6)  # what the current does
     assert found.offset.dims == ("direction", "force", "buoy")
 
 
@@ -120,3 +124,21 @@ def test_refusals():
         alone.offsets("driven", [1.0], [0.0])
     with pytest.raises(InputError, match="those of moored buoys"):
         alone.offsets("free-buoy", [1.0], [0.0])
+
+
+def test_offsets_from_where_nothing_pulls(call, tmp_path):
+    """A force of the scene's own carries the buoy to one side: offsets along the load, and what is printed of them."""
+    scene, own = moored(0.5, 39.0, 4e4), 1500.0
+    scene["external_force"] = {"force": [own, 0.0, 0.0]}
+    path = tmp_path / "scene.toml"
+    path.write_text(load_scene(scene).to_toml())
+    calm = alone.solve_static({k: v for k, v in scene.items() if k != "external_force"}, comm=MPI.COMM_SELF)
+    code, out, _ = call("offsets", path, "--force", "500,1000", "--directions", "0,180", "--out", tmp_path / "o")
+    assert code == 0
+    with xr.open_dataset(tmp_path / "o" / "offsets.nc") as found:
+        x = found.buoy_position.values[..., 0, 0] - float(calm.buoy_position[0])
+        np.testing.assert_allclose(found.offset_along.values[..., 0], x * [[1], [-1]], atol=1e-9)
+        assert x[1, 0] > 0.01  # still where its own force carries it
+    rows = {row[0]: row for line in out.splitlines() if len(row := re.findall(r"-?[\d.]+", line)) == 4}
+    assert rows["0"][1:3] == ["1000", f"{x[0, 1]:.5g}"]
+    assert rows["180"][1:3] == ["1000", f"{-x[1, 1]:.5g}"]

@@ -133,3 +133,33 @@ def test_statistics_say_that_a_line_parted(tmp_path):
 def test_what_is_no_rule(rule, said):
     with pytest.raises(InputError, match=said):
         chain(rule)
+
+
+def segmented(fails_at, own=None):
+    """The chain in three segments, the middle one with a rule of its own."""
+    segments = [{"length": length, "elements": n} for length, n in ((1.0, 2), (2.0, 4), (1.0, 2))]
+    segments[1] |= {"fails_at": own} if own else {}
+    cable = {"line_density": 3.0, "anchor": [0.0, 0.0, 0.0], "top": {"kind": "free"}, "fails_at": fails_at}
+    time = {"end": 0.4, "step": 0.02, "scheme": "backward-euler"}
+    return load_scene({"cable": cable | {"segments": segments}, "time": time})
+
+
+@pytest.mark.parametrize(
+    ("rule", "own", "places"),
+    [
+        ({"time": 0.2}, None, [(3.75, 0.2)]),
+        ({"time": 0.2, "at": 1.7}, None, [(1.75, 0.2)]),
+        ({"time": 0.2, "at": 1.0}, None, [(0.75, 0.2)]),
+        ({"tension": 100.0}, None, [(0.25, 0.02)]),
+        ({"time": 0.2}, {"time": 0.3, "at": 0.2}, [(3.75, 0.2), (1.25, 0.3)]),
+    ],
+)
+def test_a_line_of_segments_parts_once(rule, own, places):
+    """By the cable's rule at one place, counted from its lower end; a segment by its own besides."""
+    said = "; ".join(f"cable at s = {s} m, t = {t} s" for s, t in places)
+    assert simulate(segmented(rule, own)).attrs["parted"] == said
+
+
+def test_where_no_line_is():
+    with pytest.raises(InputError, match=r"cable.fails_at.at = 4.1: must be on the cable, 0 to length = 4 m"):
+        segmented({"time": 0.2, "at": 4.1})

@@ -8,15 +8,17 @@ import re
 
 import numpy as np
 import pytest
+import xarray as xr
 from dynamics_helpers import rotation_matrix
 from made_up import ALONE, PERIOD, RECORD, SCENE
 from scipy.spatial.transform import Rotation
 
-from dolfbuoy import load_scene, solve_static
+from dolfbuoy import SolveError, load_scene, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
-from dolfbuoy.results.summary import summary, warnings
+from dolfbuoy.results.summary import cut, summary, warnings
 
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
@@ -51,6 +53,38 @@ def test_warnings_have_their_numbers():
     said = " ".join(warnings(record, SCENE))
     assert "up to 0.37 m below the sea bed" in said
     assert "smallest tension -12.5 N; element 2 (s = 3.667 ... 7.333 m)" in said
+
+
+def test_steps_that_were_cut():
+    """One in ten of the steps, each in two halves; with a tolerance those that failed."""
+    t = np.sort(np.concatenate([0.1 * np.arange(41), 0.1 * np.arange(4) + 0.25]))
+    data = {"time_step": ("time", np.diff(t, prepend=0.0))}
+    record = xr.Dataset(data, {"time": t}, attrs={"failed_steps": 4})
+    assert cut(record, SCENE) == 0.1
+    adaptive = load_scene(SCENE, time__scheme="bdf2", time__tolerance=1e-3)
+    assert cut(record, adaptive) == pytest.approx(4 / 44)
+    whole = RECORD.isel(time=slice(41))
+    assert cut(whole, SCENE) == 0
+    said = "4 steps failed and were retried with smaller ones, in 10 % of the run: see whether its numbers stay"
+    longer = RECORD.isel(time=np.searchsorted(RECORD.time, t - 1e-9)).assign_coords(time=t).assign_attrs(failed_steps=4)
+    longer["time_step"] = "time", data["time_step"][1]
+    assert any(sentence.startswith(said) for sentence in warnings(longer, SCENE))
+
+
+def test_a_run_of_cut_steps_is_no_result(call, tmp_path, monkeypatch):
+    """Every step fails once: told, and exit code 1, also of the finished run."""
+    step = Simulation.step
+
+    def fails_whole(self, h, judge=None):
+        if h > 0.6 * self.scene.time.step:
+            raise SolveError("on purpose")
+        return step(self, h, judge)
+
+    monkeypatch.setattr(Simulation, "step", fails_whole)
+    for _ in range(2):
+        code, _, err = call("run", "driven", "--t-end", "0.05", "--no-plot", "--out", tmp_path / "out")
+        assert code == 1
+        assert "100 % of all steps failed and were retried with smaller ones" in " ".join(err.split())
 
 
 def test_cone_angle_is_the_angle_of_the_axis():

@@ -1,0 +1,138 @@
+"""`check` from Python, and its sentences about scenes that would run and mean nothing, each with its numbers.
+
+Source: the same numbers by hand.
+"""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from alone import solve_static
+
+from dolfbuoy import load_scene
+from dolfbuoy.check import check, derived
+
+G = 9.81
+FLOAT = {"hull": [[0, 2], [2, 2]], "mass": 500.0}
+
+
+def said_of(scene, words, look=derived):
+    """The sentences about a scene that hold these words."""
+    return [sentence for sentence in look(load_scene(scene)).warnings if words in sentence]
+
+
+def floating(waves, **sections):
+    return {"sea": {"depth": 500.0}, "buoy": FLOAT, "waves": waves} | sections
+
+
+@pytest.mark.parametrize(
+    ("step", "tolerance", "said"), [(5.0, None, 1), (0.45, None, 0), (0.46, None, 1), (5, 1e-3, 0)]
+)
+def test_a_step_that_is_long_in_waves(step, tolerance, said):
+    """Twenty steps in a period; with a tolerance the step is found."""
+    time = {"end": 60.0, "step": step, "scheme": "bdf2"} | ({"tolerance": tolerance} if tolerance else {})
+    found = said_of(floating({"amplitude": 1.0, "period": 9.0}, time=time), "time.step")
+    assert len(found) == said
+    words = f"time.step = {step:g} s is {step / 9:.2g} of the waves' period of 9 s: take 0.45 s or less"
+    assert all(sentence.startswith(words) for sentence in found)
+
+
+def test_a_step_in_the_period_that_the_ground_sees():
+    """Waves of 9 s in the water that a current carries past."""
+    waves = {"amplitude": 1.0, "period": 9.0, "period_seen_from": "water"}
+    scene = floating(waves, current={"speed": 3.0}, time={"end": 60.0, "step": 0.44})
+    seen = 9 / (1 + 3.0 * 2 * math.pi / 9 / G)
+    assert f"the waves' period of {seen:.4g} s: take {seen / 20:.2g} s" in said_of(scene, "time.step")[0]
+    assert not said_of(scene | {"waves": waves | {"period_seen_from": "ground"}}, "time.step")
+
+
+@pytest.mark.parametrize("length", [16.0, 30.0])
+def test_a_cable_that_drowns_the_hull(length):
+    """With all of the spare buoyancy."""
+    cable = {"length": length, "line_density": 31.0, "diameter": 0.09, "axial_stiffness": 4e6}
+    found = said_of({"sea": {"depth": 24.0, "density": 1019.0}, "cable": cable, "buoy": FLOAT}, "under water, held")
+    spare = (1019.0 * 2 * math.pi - 500.0) * G
+    words = f"All of the hull is under water, held there with {spare:.4g} N: its lines are too short"
+    assert len(found) == (length < 20)
+    assert all(sentence.startswith(words) and "24 m of water" in sentence for sentence in found)
+
+
+@pytest.mark.parametrize(("height", "said"), [(6.0, 1), (2.0, 0)])
+def test_a_sea_that_would_break(height, said):
+    """Two components of one period: Hs^2 = 16 m0 = 8 (a1^2 + a2^2)."""
+    a, T = height / 4, 4.7
+    waves = {"components": [[a, T, 0.0, 0.0], [a, T * (1 + 1e-9), 90.0, 0.0]]}
+    steepness = 2 * math.pi * height / (G * T**2)
+    assert (steepness > 0.1) == said
+    found = said_of(floating(waves), "significant steepness")
+    assert found == [f"The significant steepness of {steepness:.3g} is above 0.1: such a sea would break."] * said
+
+
+@pytest.mark.parametrize(("peak", "at_peak", "at_mean"), [(2.0, 1, 1), (3.0, 0, 1), (9.0, 0, 0)])
+def test_strips_at_the_mean_period_too(peak, at_peak, at_mean):
+    """k R = (2 pi/T)^2/g of a hull of 1 m radius in deep water; Tz is shorter than Tp."""
+    scene = floating({"spectrum": "jonswap", "significant_height": 0.3, "peak_period": peak, "band": [0.5, 5.0]})
+    Tz = next(value for name, value, *_ in derived(load_scene(scene)).numbers if name.startswith("mean period Tz"))
+    found = said_of(scene, "strips of the hull")
+    assert ["at the mean period" in sentence for sentence in found] == [True] * at_mean + [False] * at_peak
+    words = f"k R = {(2 * math.pi / Tz) ** 2 / G:.3g} at the mean period Tz = {Tz:.3g} s"
+    assert all(sentence.startswith(words) for sentence in found[:at_mean])
+
+
+def moved(rows, **more):
+    top = {"kind": "prescribed", "position": [0.0, 0.0, 9.0], "motion": rows} | more
+    return {"cable": {"length": 10.0, "line_density": 1.0, "axial_stiffness": 1e5, "top": top}}
+
+
+def test_a_velocity_that_jumps_from_row_to_row():
+    """A triangle at its corners, a swing that begins at full speed; not one that begins at rest or behind a ramp."""
+    t = np.linspace(0.0, 10.0, 201)
+    rows = {
+        "triangle": np.interp(t, [0, 2.5, 7.5, 10], [0, 1, -1, 0]),
+        "swing": np.sin(2 * math.pi * t / 5),
+        "rest": 1 - np.cos(2 * math.pi * t / 5),
+    }
+    rows = {name: [[a, 0.0, 0.0, b] for a, b in zip(t, z, strict=True)] for name, z in rows.items()}
+    words = "The velocity of the top jumps by "
+    assert said_of(moved(rows["triangle"]), words)[0].startswith(f"{words}0.8 m/s from one row of its motion to the")
+    assert "at t = 2.5 s" in said_of(moved(rows["triangle"]), words)[0]
+    assert said_of(moved(rows["swing"]), words)
+    assert not said_of(moved(rows["rest"]), words)
+    ends_at_rest = [row for row in rows["swing"] if row[0] <= 8.75]
+    assert not said_of(moved(ends_at_rest, ramp=2.0), words)
+    assert not said_of(moved([[0.0, 0, 0, 0], [10.0, 0, 0, 5.0]]), words)
+
+
+def test_what_floats_up():
+    """A rope that stands above its ends, by as much as its points; not one that is taut, nor a lazy wave."""
+    rope = {"length": 12.0, "line_density": 1.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 24}
+    rope |= {"anchor": [0.0, 0.0, -20.0], "top": {"kind": "fixed", "position": [8.0, 0.0, -20.0]}}
+    scene = {"sea": {"depth": 20.0}, "cable": rope}
+    (found,) = said_of(scene, "floats up", check)
+    rise = float(solve_static(scene).cable_position[:, 2].max()) + 20
+    lift = 12 * (1025 * math.pi * 0.05**2 / 4 - 1.0) * G
+    assert found == f"The cable is lighter than water, by {lift:.4g} N: it floats up, {rise:.3g} m above its ends."
+    taut = rope | {"length": 8.0, "top": {"kind": "fixed", "position": [0.0, 0.0, -11.9]}}
+    assert not said_of(scene | {"cable": taut}, "floats up", check)
+    assert not said_of("lazy-wave", "floats up", check)
+
+
+@pytest.mark.parametrize(
+    "before", ["from dolfbuoy import check", "import dolfbuoy.check; from dolfbuoy import check", "import dolfbuoy"]
+)
+def test_from_python(before):
+    """`dolfbuoy.check(scene)` is a function and a package of one name, whichever comes first; not imported before."""
+    code = f"""import sys, dolfbuoy
+assert "mpi4py" not in sys.modules
+{before}
+call = dolfbuoy.check if "check" not in globals() else check
+for call in (call, dolfbuoy.check):
+    report = call("driven", cable__length=21.0)
+    assert type(report).__name__ == "Report"
+print([value for name, value, *_ in report.numbers if name == "cable weight in water"][0])"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    numbers = {name: value for name, value, *_ in check("driven", cable__length=21.0).numbers}
+    assert float(done.stdout) == numbers["cable weight in water"]
