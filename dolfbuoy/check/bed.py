@@ -5,6 +5,8 @@ import math
 import numpy as np
 from mpi4py import MPI
 
+from .snaps import undamped
+
 #: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
 #: 1, and of higher ones (`dolfbuoy study touchdown`).
 LONGEST_AT_TOUCHDOWN = 0.3, 0.45
@@ -25,7 +27,10 @@ def on_the_bed(problem, report) -> None:
                 away = math.dist(found.touchdown, piece.ends[0].top.position)
                 report.add(f"equilibrium: touchdown{of} from {network.ends_of(piece.cable)[0]}", away, "m")
             report.add(f"equilibrium: deepest sag{of} into the bed", found.sag, "m")
-            _touchdown_elements(problem, report.about(network.name_of(k) if several else ""), k, found)
+            about = report.about(network.name_of(k) if several else "")
+            _touchdown_elements(problem, about, k, found)
+            if piece.section.slack != "tension-only":
+                undamped(problem.scene, piece.section, about)
         below |= {end.top.position: -float(bed.gap(np.array(end.top.position))) for end in piece.ends if end.held}
     for position, depth in below.items():
         if depth > DEEPEST_SAG:

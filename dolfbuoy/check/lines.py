@@ -12,13 +12,14 @@ from ..model.material import cross_section, weight_per_length
 from ..results.utilisation import Utilisation, stressed
 from ..scene.cable import Cable
 from .bed import on_the_bed
+from .snaps import of_snaps
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
 #: Part of its length by which a cable lighter than water may rise above its ends without a word.
 RISE = 1e-3
 #: Keys by which pieces of a cable differ.
-MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass")
+MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass", "damping", "slack")
 
 
 class Line(NamedTuple):
@@ -59,6 +60,8 @@ def of_lines(scene, network, report) -> None:
         h = min(np.diff(cable_nodes(*size)).min() for size in sizes)
         limit, none = h / (2 * math.sqrt(3)) * slowness, "inextensible: no explicit step at all"
         said.add("explicit step limit of Eq. (24)", limit, "s", remark if slowness else none)
+        if slowness:
+            of_snaps(scene, c, line.length, said)
 
 
 def lines_at_rest(problem, report) -> None:

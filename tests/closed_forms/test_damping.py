@@ -1,8 +1,9 @@
 """Kelvin-Voigt damping T = EA e + c e_t: decay of axial vibrations, order of the scheme, energy, and where it acts.
 
-Source: the damped oscillator of the first axial mode in closed form, an energy balance in numpy.
+Source: the damped oscillator of the first axial mode in closed form, d'Alembert's waves, an energy balance in numpy.
 """
 
+import alone
 import numpy as np
 import pytest
 from dynamics_helpers import rates, running
@@ -112,6 +113,25 @@ def test_energy_goes_into_the_damper():
         by_scheme = 1 - amplification ** (2 * len(t))
         np.testing.assert_allclose(lost / energy[0], dissipated / energy[0], atol=2e-3 + by_scheme)
         assert (lost[-1] > 0.5 * energy[0]) == (damping > 0)
+
+
+@pytest.mark.parametrize("slack", ["tension-only", "compressive"])
+@pytest.mark.parametrize("damping", [0.0, 200.0])
+def test_a_jerk_is_an_elastic_wave(slack, damping):
+    """Pulled at 0.5 m/s an end has T + Z v, Z = sqrt(EA rho), the fixed one T + 2 Z v from L/c to 3 L/c = 60 ms on."""
+    top = {"kind": "prescribed", "position": [20.02, 0.0, 0.0], "amplitude": [2.5 / np.pi, 0.0, 0.0], "period": 10.0}
+    cable = {"length": 20.0, "line_density": 1.0, "axial_stiffness": 1e6, "elements": 80, "top": top}
+    cable |= {"anchor": [0.0, 0.0, 0.0], "slack": slack, "damping": damping}
+    time = {"end": 0.05, "step": 2.5e-4, "scheme": "bdf2"}
+    found = alone.simulate({"gravity": 0.0, "cable": cable, "time": time})
+    held = np.linalg.norm(found.anchor_force, axis=1)
+
+    def between(force, begin, end):
+        return np.asarray(force)[(found.time > begin) & (found.time < end)]
+
+    assert between(held, 0.0, 0.012) == pytest.approx(1000, abs=1)
+    assert between(found.tension_top, 0.01, 0.03) == pytest.approx(1500, abs=1)
+    assert between(held, 0.03, 0.05) == pytest.approx(2000, abs=3)
 
 
 def test_rest_knows_no_damping():

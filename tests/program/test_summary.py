@@ -18,7 +18,7 @@ from dolfbuoy.check import check
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
 from dolfbuoy.results.record import FIXED, FRAMES, SERIES
-from dolfbuoy.results.summary import cut, summary, warnings
+from dolfbuoy.results.summary import cut, steps_of_peak, summary, warnings
 
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
@@ -85,6 +85,37 @@ def test_a_run_of_cut_steps_is_no_result(call, tmp_path, monkeypatch):
         code, _, err = call("run", "driven", "--t-end", "0.05", "--no-plot", "--out", tmp_path / "out")
         assert code == 1
         assert "100 % of all steps failed and were retried with smaller ones" in " ".join(err.split())
+
+
+@pytest.mark.parametrize(
+    ("force", "steps"),
+    [
+        ([1, 1, 1, 9, 1, 1, 1], 1),
+        ([1, 1, 1, 6, 9, 5, 1, 1, 1], 2),  # 5 is the middle itself
+        ([1, 8, 1, 1, 6, 7, 9, 8, 1, 1, 1, 1], 4),
+        ([1, 1, 1, 1, 1, 6, 9], math.inf),  # still rising
+        ([9, 1, 1, 1, 1], math.inf),  # of the start
+        ([9.1, 9.1, 10, 9.1, 9.1], math.inf),  # hardly a peak
+        ([8.9, 8.9, 10, 8.9, 8.9], 1),
+    ],
+)
+def test_steps_of_a_peak(force, steps):
+    assert steps_of_peak(force) == steps
+
+
+@pytest.mark.parametrize(("width", "said"), [(1, "1 step:"), (5, "5 steps:"), (6, None)])
+def test_a_peak_of_a_few_steps_is_told(width, said):
+    """At the end where it is, with its size and time."""
+    record = RECORD.copy(deep=True)
+    record.tension_top[:] = 4000.0
+    record.tension_top[100 : 100 + width, 0] = 9000.0
+    record.anchor_force[:] = np.array([0.0, 3000.0, -4000.0])
+    at = f"{float(record.time[100]):.5g}"
+    told = (
+        f"The largest tension at the top, 9 kN at {at} s, rests on {said} a snap, of which smaller steps may show more."
+    )
+    expected = [told] if said else []
+    assert [sentence for sentence in warnings(record, SCENE) if "rests on" in sentence] == expected
 
 
 def test_cone_angle_is_the_angle_of_the_axis():
