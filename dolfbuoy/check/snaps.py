@@ -21,10 +21,10 @@ def of_snaps(scene, material, length, report) -> None:
     pull = math.sqrt(material.line_density * material.axial_stiffness)
     report.add("pull of a snap at a held end per m/s", pull, "N", f"without damping, for {travel:.3g} s at most")
     undamped(scene, material, report)
-    longest = max(travel / STEPS_OF_A_WAVE, tau / STEPS_OF_DAMPING)
-    if scene.time and scene.time.tolerance is None and scene.time.step > longest:
+    longest = f"{max(travel / STEPS_OF_A_WAVE, tau / STEPS_OF_DAMPING):.2g}"
+    if scene.time and scene.time.tolerance is None and scene.time.step > float(longest):
         report.warn(
-            f"Where the cable comes taut, steps of {scene.time.step:g} s hide the peak: it needs {longest:.2g} s, or "
+            f"Where the cable comes taut, steps of {scene.time.step:g} s hide the peak: it needs {longest} s, or "
             "damping and time.tolerance = 0.01."
         )
 

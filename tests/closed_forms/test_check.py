@@ -266,7 +266,7 @@ SNAP = "pull of a snap at a held end per m/s"
     ("damping", "step"), [(0.0, 0.05), (0.0, 0.01), (8e4, 0.05), (8e4, 0.01), (4e5, 0.05), (4e5, 0.06)]
 )
 def test_snaps(slack, damping, step):
-    """c/EA, Z = sqrt(EA rho0) and the 167 ms of a wave along 30 m and back; who is warned, of what."""
+    """c/EA, Z = sqrt(EA rho0) and the 167 ms of a wave along 30 m and back; who is warned, of what, in two digits."""
     cable = CABLE | {"slack": slack, "damping": damping, "top": {"kind": "fixed", "position": [20.0, 0.0, -3.0]}}
     time = {"end": 1.0, "step": step}
     numbers, report = numbers_of({"sea": {"depth": DEPTH, "density": RHO}, "cable": cable, "time": time})
