@@ -97,7 +97,7 @@ class _Laying:
         L, ends = self.lines.sections[piece].length, [(found.first, found.foot), (found.s, found.touchdown)]
         (a, start), (b, end) = ends if near == 0 else [(L - s, place) for s, place in reversed(ends)]
         along = end - start - np.dot(end - start, self.n) * self.n
-        laid = Laid(piece, near, a, b, along / np.linalg.norm(along))
+        laid = Laid(piece, near, a, b, along / (np.linalg.norm(along) or 1.0))  # straight down it slides nowhere
         far = self.lines.pieces[piece].ends[1 - near]
         if b < L * (1 - WHOLE) or far.kind != "joint":
             return laid

@@ -91,14 +91,18 @@ def _mass(scene):
 
 
 def _check_balance(record, scene):
-    """End force = pull of the first element + weight of all that hangs above its middle."""
+    """End force = pull of the first element + weight of all that hangs above its middle.
+
+    The program knows forces to 1e-9 of a typical one, which without gravity is that of the line's mass at 1 m/s^2.
+    """
     r, s, T = record.cable_position.values, record.s.values, record.cable_tension.values
     tangent = (r[1] - r[0]) / np.linalg.norm(r[1] - r[0])
     hanging = _weight(scene) * (s[-1] - s[1] / 2)
     if "growth_weight" in record:
         hanging += float(record.growth_weight.sum() - record.growth_weight[0] / 2)
     rest = record.end_tension.values - T[0] * tangent - [0, 0, hanging]
-    noise = _tension_noise(scene)
+    c = _line(scene).section
+    noise = _tension_noise(scene) + 1e-9 * c.line_density * c.length
     assert np.abs(rest).max() <= 1e-6 * max(np.abs(T).max(), abs(hanging)) + noise + 1e-12, (rest, T, hanging)
 
 
