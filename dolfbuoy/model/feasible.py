@@ -76,8 +76,9 @@ def _check_effective_masses(scene):
         if buoy.added_mass < 0:
             shape, mass = shape_and_mass(buoy)
             effective = mass.mass + buoy.added_mass * rho_w * shape.volume()
-            key = "buoy" if len(network.buoys) == 1 else f"buoy.{name}"
-            _check_positive(f"{key}.added_mass", buoy.added_mass, effective, "kg of the submerged buoy")
+            _check_positive(
+                f"{network.key_of_buoy(name)}.added_mass", buoy.added_mass, effective, "kg of the submerged buoy"
+            )
 
 
 def _check_positive(key, value, effective, what):

@@ -139,10 +139,6 @@ class Layout:
         """Dofs that are given."""
         return np.concatenate([np.zeros(0, int), *(dofs for _, _, dofs in self.held_ends())])
 
-    def anchor_dofs(self, line=0):
-        """Dofs of r at s = 0."""
-        return self.end_dofs[line][0]
-
     def top_dofs(self, line=0):
         """Dofs of r at s = L."""
         return self.end_dofs[line][1]

@@ -137,10 +137,6 @@ class LineGroups:
         found = [self.holder(k) for k in range(len(self.pieces))]
         return [tuple(dofs + group.part.offset for dofs in group.end_dofs[k]) for group, k in found]
 
-    def anchor_dofs(self, line=0):
-        """Dofs of r at s = 0."""
-        return self.end_dofs[line][0]
-
     def top_dofs(self, line=0):
         """Dofs of r at s = L."""
         return self.end_dofs[line][1]

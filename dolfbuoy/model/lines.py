@@ -153,9 +153,7 @@ class Lines(Layout):
         for k, piece in enumerate(self.pieces):
             top = piece.ends[1].top
             if piece.ends[1].kind == "free" and any(top.force):
-                self.end_loads[k] = self._numbers.constant(
-                    lambda scene, _, k=k: np.array(self._part_of(scene).pieces[k].ends[1].top.force)
-                )
+                self.end_loads[k] = self._numbers.constant(lambda scene, _, k=k: self._end_load(scene, k))
 
     def _bends(self, below):
         """Bends of tables T(e); a section that has fewer than others has bends that change nothing."""

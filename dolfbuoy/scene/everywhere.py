@@ -8,8 +8,7 @@ def keys_of_lines(scene) -> list[str]:
 
 def keys_of_buoys(scene) -> list[str]:
     """Key of the table of each buoy: "buoy" of the only one, else "buoy.NAME"."""
-    names = scene.network.buoys
-    return [f"buoy.{name}" for name in names] if len(names) > 1 else ["buoy"] * len(names)
+    return [scene.network.key_of_buoy(name) for name in scene.network.buoys]
 
 
 def everywhere(scene, key: str, value) -> dict:

@@ -102,7 +102,15 @@ class Network:
 
     def key_of(self, cable: int) -> str:
         """Key of the table of a cable: "cable" of the only one, else "cable.NAME"."""
-        return "cable" if len(self.cables) == 1 else f"cable.{self.cables[cable]}"
+        return _key_of("cable", self.cables, self.cables[cable])
+
+    def key_of_buoy(self, name: str) -> str:
+        """Key of the table of a buoy: "buoy" of the only one, else "buoy.NAME"."""
+        return _key_of("buoy", self.buoys, name)
+
+
+def _key_of(section, names, name):
+    return section if len(names) == 1 else f"{section}.{name}"
 
 
 def _called(end):
@@ -159,7 +167,7 @@ class _Resolver:
         return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, self._complete_buoys())
 
     def _key(self, cable):
-        return "cable" if len(self.cables) == 1 else f"cable.{cable}"
+        return _key_of("cable", self.cables, cable)
 
     def _complete_buoys(self):
         """Each with its own wind, external force and start; those of the scene serve the only one."""
