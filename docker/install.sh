@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs all that dolfbuoy needs: Debian packages, then .venv with this tree in editable mode.
 # Usage: sh docker/install.sh [browser|system]    (as root, or as a user who may sudo; not needed once the Debian packages are there)
-#        browser: with chromium, in which tests open pages
+#        browser: with chromium, in which tests open pages, and cppcheck, which looks through the C
 #        system:  the Debian packages only
 set -eu
 
@@ -23,7 +23,7 @@ case $system in
         ;;
 esac
 
-# ---- Debian packages: everything that links MPI, PETSc or HDF5, and a compiler for FFCx's generated code
+# ---- Debian packages: everything that links MPI, PETSc or HDF5, and a compiler for the core and for FFCx's generated code
 
 packages="python3-dolfinx python3-dolfinx-real python3-petsc4py python3-petsc4py-real
     python3-slepc4py python3-slepc4py-real python3-mpi4py openmpi-bin
@@ -31,7 +31,7 @@ packages="python3-dolfinx python3-dolfinx-real python3-petsc4py python3-petsc4py
     python3-venv python3-dev python3-setuptools python3-cffi gcc g++ libc6-dev pkgconf ca-certificates"
 case ${1:-} in
     "" | system) ;;
-    browser) packages="$packages chromium" ;;
+    browser) packages="$packages chromium cppcheck" ;;
     *) die "unknown: $1; there are browser and system" ;;
 esac
 

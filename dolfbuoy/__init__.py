@@ -49,7 +49,7 @@ def __getattr__(name):
 
         return figures
     if name == "statistics":
-        from .results.ensemble import statistics
+        from .results.statistics import statistics
 
         return statistics
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

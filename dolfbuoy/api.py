@@ -1,18 +1,21 @@
 """The Python interface: `solve_static`, `offsets`, `simulate`, `periodic`, `wave_components`; see `linear_api` too."""
 
 import tempfile
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
-from .errors import InputError, SolveError
+from .errors import InputError, NoResult, SolveError
 from .model.components import components_of
 from .model.held import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation
+from .motion.stepping import StepControl
 from .parallel import interruption
-from .results import checkpoint
+from .parallel.ranks import told
+from .results import checkpoint, retried
 from .results import folder as folders
 from .results import record as results
 from .results.observe import Observer, attributes
@@ -125,8 +128,9 @@ def simulate(
     `overwrite` only, as soon as the new one begins, and what is not dolfbuoy's never.  progress: called after each step
     with the Simulation and the step's iterations.  overrides: see load_scene.  resume: folder of a run that was
     stopped, instead of scene and out; only `time__end` may then be changed.  It goes on as if it had not been stopped.
-    Raises InputError for an impossible scene, folder or resumption, SolveError when a step fails for good, OSError when
-    nothing can be written; everything computed until then is on disk.
+    Raises InputError for an impossible scene, folder or resumption, SolveError when a step fails for good, NoResult
+    when most of them had to be retried with smaller ones, OSError when nothing can be written; everything computed
+    until then is on disk.  Warns when many steps were retried.
     """
     if resume is not None:
         ends = [value for key, value in overrides.items() if key.replace("__", ".") == "time.end"]
@@ -136,15 +140,15 @@ def simulate(
         with folders.claimed(resume, comm):
             point = checkpoint.load(resume, comm.size, *ends)
             folders.go_on(resume, point.scene, comm)
-            return _drive(point.scene, Path(resume), comm, progress, point)
+            return _sound(_drive(point.scene, Path(resume), comm, progress, point), point.scene, comm)
     scene = load_scene(scene, **overrides)
     if out is None:
         with tempfile.TemporaryDirectory() as folder:
             return simulate(scene, comm.bcast(folder), comm, progress)
     with folders.claimed(out, comm):
         if folders.holds(out, "run", scene, overwrite, comm):
-            return _read(Path(out) / "results.nc", comm)
-        return _drive(scene, Path(out), comm, progress)
+            return _sound(_read(Path(out) / "results.nc", comm), scene, comm)
+        return _sound(_drive(scene, Path(out), comm, progress), scene, comm)
 
 
 def periodic(
@@ -168,7 +172,8 @@ def periodic(
         every = scene.time.output_every or FRAMES * cycle.period
         one = load_scene(scene, **{"time.end": begin + cycle.period, "time.output_every": every})
         with tempfile.TemporaryDirectory() as folder:
-            dataset = _drive(one, Path(folder), comm, None, state=cycle.simulation.state() | {"control": {}})
+            state = cycle.simulation.state() | {"control": {}}
+            dataset = _drive(one, Path(folder), comm, None, state=state, control=StepControl(one.time.step))
     finally:
         cycle.simulation.problem.destroy()
     for name in {"time", "frame"} & set(dataset.coords):
@@ -195,10 +200,11 @@ def wave_components(scene: "Scene | str | Path | dict", **overrides) -> "xr.Data
     return xr.Dataset({name: ("component", array, {"units": units[name]}) for name, array in values})
 
 
-def _drive(scene, folder, comm, progress, point=None, state=None):
-    """From the start, a state or a Checkpoint to the end."""
+def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
+    """From the start, a state or a Checkpoint to the end; control: of the steps, by default as the scene wants it."""
     if point is None or not point.complete:
         simulation = Simulation(scene, comm, state=point.states[comm.rank] if point else state)
+        simulation.control = control or simulation.control
         if point is None and comm.rank == 0:
             folders.begin(folder, "run", scene)
         recorder, done = Recorder(simulation, folder, point), False
@@ -216,8 +222,18 @@ def _drive(scene, folder, comm, progress, point=None, state=None):
                 simulation.problem.destroy()
     if comm.rank == 0:
         folders.finish(folder, "run")
-    return _read(folder / "results.nc", comm)
+    return _read(folder / "results.nc", comm, own=point is None)
 
 
-def _read(path, comm):
-    return results.read(path) if comm.rank == 0 else results.nothing()
+def _sound(record, scene, comm):
+    """The record of a finished run, said so if its steps were often retried.  Raises NoResult if most of them were."""
+    unsound = retried.refused(record, scene) if comm.rank == 0 else None
+    if (sentence := told(comm, unsound and str(unsound))) is not None:
+        raise unsound or NoResult(sentence)
+    if comm.rank == 0 and retried.cut(record, scene) > retried.OFTEN:
+        warnings.warn(*retried.said(record, scene), stacklevel=3)
+    return record
+
+
+def _read(path, comm, own=False):
+    return results.read(path, own) if comm.rank == 0 else results.nothing()

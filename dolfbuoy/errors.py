@@ -29,6 +29,14 @@ class SolveError(RuntimeError):
     """A nonlinear solve failed; names time, step, block and PETSc's reason; exit code 1."""
 
 
+class NoResult(SolveError):
+    """A run that came to its end and means nothing; record: what it has recorded."""
+
+    def __init__(self, sentence, record=None):
+        super().__init__(sentence)
+        self.record = record
+
+
 def missing(error: ImportError) -> "InputError | None":
     """A failed import of one of OF_THE_SYSTEM as one sentence; None if something else failed."""
     name = (error.name or "").partition(".")[0]

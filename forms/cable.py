@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ufl import dot, inner, max_value, min_value, sqrt
 
-from . import morison
+from . import morison, sea
 from .kinds import Expr, Scalar
 from .sea import Flow, relative
 
@@ -126,6 +126,25 @@ def weight_in_water(cable: Cable, gravity: Expr, rho_w: Scalar | None = None) ->
     if rho_w is None:
         return cable.line_density * gravity
     return (cable.line_density - rho_w * cable.area) * gravity
+
+
+def weight(cable: Cable, gravity: Expr, rho_w: Scalar | None, wet: Expr | None) -> list[Expr]:
+    """[weight in water], or of a line of which a part is wet [its weight, -wet rho_w A0 g], as `weight_in_water`."""
+    if wet is None:
+        return [weight_in_water(cable, gravity, rho_w)]
+    return [weight_in_water(cable, gravity), -wet * rho_w * cable.area * gravity]
+
+
+def wet_part(cable: Cable, flow: Flow, r: Expr, share: Expr) -> Expr:
+    """Part of a line that is under water, about a point that stands for the length `share` [m].
+
+    Where the surface cuts the line this falls from 1 to 0 over twice the height of that length and the line's diameter.
+    Over half of that the points of a quadrature would leave gaps: 3 instead of 25 % of `share` are wrong so, and the
+    force has a slope wherever the surface is.  Of an irregular sea that is summed at every evaluation the curvature is
+    not known, and missing in the derivative of that height.
+    """
+    up = r.dx(0)[2] if flow.slope is None else r.dx(0)[2] - dot(flow.slope, r.dx(0))
+    return sea.wet_part(flow.depth(r), sqrt((share * up) ** 2 + (0.5 * cable.diameter) ** 2))
 
 
 def tangent(r: Expr) -> Expr:

@@ -7,9 +7,15 @@ with the velocity U and the acceleration a_w of the undisturbed water at the poi
 
 from typing import NamedTuple
 
+from ufl import max_value, pi
+
+from . import sea
 from .kinds import Expr, Scalar
 from .morison import smooth_norm
 from .sea import Flow, relative
+
+#: A body of less has this volume where it comes out of the water [m^3].
+LEAST_VOLUME = 1e-9
 
 
 class JointBody(NamedTuple):
@@ -29,6 +35,18 @@ class Point(NamedTuple):
 def weight_in_water(body: JointBody, gravity: Expr, rho_w: Scalar | None = None) -> Expr:
     """(m - rho_w V) g [N]; dry without rho_w."""
     return body.mass * gravity if rho_w is None else (body.mass - rho_w * body.volume) * gravity
+
+
+def weight(body: JointBody, gravity: Expr, rho_w: Scalar | None, wet: Expr | None) -> list[Expr]:
+    """[weight in water], or of a body of which a part is wet [its weight, -wet rho_w V g], as `weight_in_water`."""
+    if wet is None:
+        return [weight_in_water(body, gravity, rho_w)]
+    return [weight_in_water(body, gravity), -wet * rho_w * body.volume * gravity]
+
+
+def wet_part(body: JointBody, flow: Flow, r: Expr) -> Expr:
+    """Part of a body that is under water: of a ball of its volume."""
+    return sea.wet_part(flow.depth(r), (0.75 / pi * max_value(body.volume, LEAST_VOLUME)) ** (1 / 3))
 
 
 # -- forces of the water: functions (coefficient, body, rho_w, flow, point) [N], None where there is nothing to feel --

@@ -263,6 +263,12 @@ def with_current(waves: Flow, x: Expr, current: Current | None) -> Flow:
     return waves._replace(velocity=stream if waves.velocity is None else waves.velocity + stream)
 
 
+def wet_part(depth: Expr, extent: Expr) -> Expr:
+    """Part under water of what reaches as far as `extent` above and below a point at a depth: of a ball, 0 to 1."""
+    c = max_value(min_value(depth / extent, 1.0), -1.0)
+    return 0.5 + 0.75 * c - 0.25 * c**3
+
+
 def linear_below(x: Expr, x0: Scalar, value: Expr) -> Expr:
     """`value` above x0, its linear fall to zero at x = 0, zero below: removes an infinite slope at 0."""
     return conditional(lt(x, x0), max_value(x, 0.0) / x0, 1.0) * value

@@ -3,18 +3,13 @@
 import numpy as np
 
 
-def line_mesh(points, point_data=None, cell_data=None):
-    """A polyline of points (n, 3) as line cells, a `meshio.Mesh`."""
+def write_line(path, points, point_data=None, cell_data=None):
+    """Write a polyline of points (n, 3) as line cells; the format follows the file's suffix."""
     import meshio
 
     points = np.asarray(points, dtype=float)
     cells = np.column_stack([np.arange(len(points) - 1), np.arange(1, len(points))])
-    return meshio.Mesh(points, [("line", cells)], point_data=point_data, cell_data=cell_data)
-
-
-def write_line(path, points, point_data=None, cell_data=None):
-    """Write the `line_mesh` of points; the format follows the file's suffix."""
-    line_mesh(points, point_data, cell_data).write(path)
+    meshio.Mesh(points, [("line", cells)], point_data=point_data, cell_data=cell_data).write(path)
 
 
 def read_nodes(path):

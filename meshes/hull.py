@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,11 +15,11 @@ class HullShape:
 
     stations: tuple[tuple[float, float], ...]
 
-    @property
+    @cached_property
     def heights(self):
         return np.array([h for h, _ in self.stations])
 
-    @property
+    @cached_property
     def radii(self):
         return np.array([d for _, d in self.stations]) / 2
 
@@ -31,10 +32,11 @@ class HullShape:
     def max_diameter(self) -> float:
         return float(2 * self.radii.max())
 
+    @cached_property
     def segments(self):
         """(height0, height1, radius0, radius1) of every frustum; stations that nearly coincide are a step, and where
         the diameter is zero there is nothing."""
-        h, r, least = self.heights, self.radii, 1e-9 * self.height
+        h, r, least = self.heights.tolist(), self.radii.tolist(), 1e-9 * self.height
         pairs = zip(h, h[1:], r, r[1:], strict=False)
         return [(a, b, ra, rb) for a, b, ra, rb in pairs if b - a > least and ra + rb > 0]
 
@@ -44,7 +46,7 @@ class HullShape:
         No part is longer than two diameters of the hull: waves that are short enough to change along it diffract.
         """
         found = []
-        for a, b, ra, rb in self.segments():
+        for a, b, ra, rb in self.segments:
             count = max(1, round(cells * (b - a) / self.height), math.ceil((b - a) / (2 * self.max_diameter) - 1e-9))
             heights, radii = np.linspace(a, b, count + 1), np.linspace(ra, rb, count + 1)
             found += zip(heights, heights[1:], radii, radii[1:], strict=False)
@@ -64,7 +66,7 @@ class HullShape:
         """Sums over the faces below the height `draft` of the upright hull, cones among them: area pi |d R^2| [m^2],
         half spheres 2/3 pi |d R^3| [m^3], discs about a diameter 8/45 |d R^5| [m^5]."""
         pairs = [(inner, outer) for z, inner, outer in self.faces() if z <= draft and z < self.height]
-        for a, b, ra, rb in self.segments():
+        for a, b, ra, rb in self.segments:
             if a < draft:
                 pairs.append((ra, ra + (rb - ra) * (min(b, draft) - a) / (b - a)))
         if draft >= self.height:
@@ -75,13 +77,13 @@ class HullShape:
     @property
     def tapered(self) -> bool:
         """Whether it has a cone."""
-        return any(ra != rb for _, _, ra, rb in self.segments())
+        return any(ra != rb for _, _, ra, rb in self.segments)
 
     def radius(self, zeta, inside):
         """R(zeta) [m] of the frustum that contains the height `inside` (decides at a step)."""
         zeta, inside = np.broadcast_arrays(np.asarray(zeta, float), inside)
         result = np.zeros(zeta.shape)
-        for a, b, ra, rb in self.segments():
+        for a, b, ra, rb in self.segments:
             here = (inside > a) & (inside < b)
             result[here] = (ra + (rb - ra) * (zeta - a) / (b - a))[here]
         return result
@@ -89,7 +91,7 @@ class HullShape:
     def integrate(self, function, top=None):
         """Integral over heights from the keel to `top` of function(height, radius); exact up to degree 9."""
         total = 0.0
-        for a, b, ra, rb in self.segments():
+        for a, b, ra, rb in self.segments:
             end = b if top is None else min(b, top)
             if end <= a:
                 break

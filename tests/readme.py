@@ -25,6 +25,7 @@ FOLDERS = {
     "coupling": "balances, derivatives, symmetry, equal trajectories on several ranks",
     "program": "what a user reads, writes and sees",
     "studies": "what the studies say",
+    "verification": "scripts that verify the program, and what their tables say",
     "robustness": "hard and random scenes, endings of several ranks, wrong changes of the program",
 }
 

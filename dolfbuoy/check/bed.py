@@ -5,10 +5,11 @@ import math
 import numpy as np
 from mpi4py import MPI
 
+from ..model.seabed import rubs, stick_length
 from .snaps import undamped
 
 #: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
-#: 1, and of higher ones (`dolfbuoy study touchdown`).
+#: 1, and of higher ones (tests/verification/touchdown.py).
 LONGEST_AT_TOUCHDOWN = 0.3, 0.45
 #: Lines sink less than this into the bed [m].
 DEEPEST_SAG = 0.01
@@ -16,10 +17,10 @@ DEEPEST_SAG = 0.01
 
 def on_the_bed(problem, report) -> None:
     """Add to the Report of `check` what lies of every piece of line of a solved static Problem with a bed."""
-    network, bed, below = problem.network, problem.lines.bed, {}
+    network, lines, below = problem.network, problem.lines, {}
     several = len(network.pieces) > 1
     for k, piece in enumerate(network.pieces):
-        found, of = bed.lying(problem.system.u, k), f" of {network.name_of(k)}" if several else ""
+        found, of = lines.lying(problem.system.u, k), f" of {network.name_of(k)}" if several else ""
         if found.length or not several:
             report.add(f"equilibrium: length on the sea bed{of}", found.length, "m")
         if found.length:
@@ -27,15 +28,27 @@ def on_the_bed(problem, report) -> None:
                 away = math.dist(found.touchdown, piece.ends[0].top.position)
                 report.add(f"equilibrium: touchdown{of} from {network.ends_of(piece.cable)[0]}", away, "m")
             report.add(f"equilibrium: deepest sag{of} into the bed", found.sag, "m")
+            _friction_to_come(problem, report, k, found, of)
             about = report.about(network.name_of(k) if several else "")
             _touchdown_elements(problem, about, k, found)
             if piece.section.slack != "tension-only":
                 undamped(problem.scene, piece.section, about)
-        below |= {end.top.position: -float(bed.gap(np.array(end.top.position))) for end in piece.ends if end.held}
+        below |= {end.top.position: -float(lines.bed.gap(np.array(end.top.position))) for end in piece.ends if end.held}
     for position, depth in below.items():
         if depth > DEEPEST_SAG:
             what = f"The end at {list(position)}" if several else "The anchor"
             report.warn(f"{what} is {depth:.3g} m below the sea bed, which presses the cable up there.")
+
+
+def _friction_to_come(problem, report, piece, found, of):
+    """What friction could carry and does not at rest: it needs a slip."""
+    scene = problem.scene
+    if not scene.seabed.friction or rubs(scene, dynamic=False) or not problem.network.pieces[piece].ends[0].held:
+        return
+    most = scene.seabed.friction * abs(problem.lines.weight_of(piece)) * found.length
+    could = min(most, max(problem.tension_at(found.s, piece), 0.0))
+    slip = f"once it has slipped by {stick_length(scene):.3g} m; seabed.start = 'pulled' has it at rest"
+    report.add(f"equilibrium: tension that friction could carry{of}", could, "N", slip)
 
 
 def _touchdown_elements(problem, report, piece, found):

@@ -8,14 +8,20 @@ import numpy as np
 from mpi4py import MPI
 
 from ..meshes import cable_nodes
-from ..model.material import cross_section, weight_per_length
-from ..results.utilisation import Utilisation, stressed
+from ..model.effects import called_by
+from ..model.rigid import cross_section, weight_per_length
+from ..model.surfacing import surfacing
+from ..results.summary import UNSEEN
+from ..results.utilisation import Utilisation, never_parted, stressed
 from ..scene.cable import Cable
+from ..solver import compat
 from .bed import on_the_bed
 from .snaps import of_snaps
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
+#: Compression below this part of the forces of its scene is rounding.
+ROUNDING = 1e-9
 #: Part of its length by which a cable lighter than water may rise above its ends without a word.
 RISE = 1e-3
 #: Keys by which pieces of a cable differ.
@@ -48,6 +54,8 @@ def lines_of(network) -> list[Line]:
 
 def of_lines(scene, network, report) -> None:
     """Add weights, axial periods and limits of explicit steps to the Report of `check`."""
+    for sentence in never_parted(scene):
+        report.warn(sentence)
     for line in lines_of(network):
         c, said, where = line.material, report.about(line.name), "in water" if scene.sea else "in air"
         w, slowness = weight_per_length(scene, c), math.sqrt(c.line_density / c.axial_stiffness)
@@ -70,9 +78,11 @@ def lines_at_rest(problem, report) -> None:
     for cable in range(len(network.cables)):
         _forces(problem, report, cable)
         _rising(problem, report.about(network.cables[cable] if len(network.cables) > 1 else ""), cable)
+    if problem.scene.sea:
+        _above_water(problem, report)
     _strength(problem, report)
     smallest = problem.smallest_tension()
-    if smallest <= 0:
+    if smallest < -ROUNDING * problem.typical_force:  # a slack rope has none
         report.warn(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
     if problem.lines.bed is not None:
         on_the_bed(problem, report)
@@ -118,6 +128,27 @@ def _rising(problem, report, cable):
         report.warn(f"The cable is lighter than water, by {-weight:.4g} N: it floats up, {rise:.3g} m above its ends.")
 
 
+def _above_water(problem, report):
+    """What of each cable is out of the water, or may get there."""
+    network, may, above = problem.network, surfacing(problem.scene), np.zeros(len(problem.network.cables))
+    for lines in problem.lines.groups:
+        ends = compat.cell_dofs(lines.positions)[:, :2]  # the ends of a cell are its first nodes
+        z = problem.system.u[lines.part.slice][lines.node_dofs[ends]][..., 2]
+        low, high = z.min(axis=1), z.max(axis=1)
+        share = np.clip(high / np.maximum(high - low, 1e-300), 0.0, 1.0)
+        cables = np.array([piece.cable for piece in lines.pieces])[lines.line_of_cell]
+        np.add.at(above, cables, share * np.diff(lines.cell_ends, axis=1)[:, 0])
+    above, ends = problem.comm.allreduce(above), bool(called_by(problem.scene, "line_wet"))
+    for cable, name in enumerate(network.cables):
+        length, of = above[cable], f" of {name}" if len(network.cables) > 1 else ""
+        if ends and (name in may or length > 0):
+            report.add(
+                f"equilibrium: length above the water{of}", length, "m", "dry there, in waves above their surface"
+            )
+        elif length > RISE * sum(network.pieces[k].section.length for k in network.pieces_of(cable)):
+            report.warn(f"{length:.4g} m{of or ' of the cable'} are above the water, {UNSEEN}")
+
+
 def _strength(problem, report):
     """How near lines are to breaking."""
     if names := stressed(problem.network):
@@ -152,9 +183,9 @@ def _transverse(problem, report, line):
     c, scene, comm, least, travel = line.material, problem.scene, problem.comm, math.inf, 0.0
     added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
     for lines, k in map(problem.lines.holder, line.pieces):
-        u, swings = problem.system.u[lines.part.slice], lines.line_of_cell == k
+        u, swings = problem.system.u, lines.line_of_cell == k
         if lines.bed is not None:  # what lies does not swing
-            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.bed.lying(u, k).s
+            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.lying(u, k).s
         T, h = lines.mean_tension(u)[swings], np.diff(lines.cell_ends[swings], axis=1)[:, 0]
         thicker, heavier = lines.growth.factors[swings].T if lines.growth is not None else np.ones((2, len(T)))
         least = min(least, T.min(initial=math.inf))

@@ -9,13 +9,13 @@ from mpi4py import MPI
 
 from ..model.effects import names as effects_of
 from ..model.feasible import check_feasible
-from ..model.first_shape import check_first_shape
 from ..model.held import overshoot
-from ..model.upright import buoys_of
 from ..scene import Scene, load_scene
 from ..statics.equilibrium import solve_equilibrium
+from ..statics.first_shape import check_first_shape
 from .buoys import buoys_at_rest, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
+from .upright import buoys_of
 from .waves import in_waves
 
 #: Part of its range by which a motion along rows may go beyond them without a word.

@@ -8,11 +8,9 @@ from ..linear import LARGEST_KR
 from ..model.airy import AirySum
 from ..model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
 from ..model.sea import crest_height, main_propagation, wavenumber
-from ..model.sea_statistics import components_needed, largest_crest, scatter_of_m0, seeds_needed
+from ..results.extremes import components_needed, crests_of, largest_crest, memory_of
 from ..scene.waves import Waves
 
-#: What extremes are counted over [s].
-THREE_HOURS = 10800.0
 #: k D of a component from which on a hull of diameter D does more to it than strips know.
 SHORTEST_KD = 2
 #: Steps of a given size in a period of the waves; significant steepness of seas that exist.
@@ -95,16 +93,16 @@ def _repetition(waves, report):
 
 def _statistics(scene, Tz, report):
     """How many components and seeds extremes of this sea need, and what one run tells of its height."""
-    crests = max(THREE_HOURS / Tz, 2.0)
-    mean, deviation = largest_crest(crests)
-    height, scatter = mean * crest_height(scene) / 4, 100 * deviation / mean
+    crests = crests_of(Tz)
+    largest = largest_crest(crests)
+    height, scatter = largest.mean * crest_height(scene) / 4, 100 * largest.standard_deviation / largest.mean
     report.add("largest crest in 3 h", height, "m", f"+- {scatter:.2g} % from seed to seed")
     if scene.waves.spectrum is not None:
-        needed, seeds = components_needed(crests, 0.01), seeds_needed(crests, 0.03)
+        needed, seeds = components_needed(crests, 0.01), largest.runs_needed(0.03)
         report.add("components for 1 % of that crest", needed, "", f"3 % of it need {seeds} seeds of 3 h")
         if scene.time and scene.time.end:
-            scatter = scatter_of_m0(spectrum_of(scene.waves), scene.time.end)
-            report.add("scatter of Hs in one run", 50 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
+            scatter = math.sqrt(memory_of(spectrum_of(scene.waves)) / scene.time.end) / 2
+            report.add("scatter of Hs in one run", 100 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
 
 
 def _shift(scene, report):

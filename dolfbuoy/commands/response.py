@@ -135,7 +135,8 @@ def _few_periods(found):
 
 def _amplitudes(found, key):
     """[(what, name -> amplitudes over the periods)] of tables: one, or of a network of each buoy, tops and anchors."""
-    from ..results.response_record import complex_of, each_buoy, each_tension
+    from ..results.labelled import complex_of
+    from ..results.response_record import each_buoy, each_tension
 
     tables, tensions = [], each_tension(found)
     for of_buoy, one in each_buoy(found) if key in found else ():
@@ -165,7 +166,8 @@ def _ends_move(scene):
 
 def _verified(found, scene, periods, height):
     """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
-    from ..results.response_record import complex_of, each_buoy, each_tension
+    from ..results.labelled import complex_of
+    from ..results.response_record import each_buoy, each_tension
     from ..studies.physics.response_runs import compared, measured
 
     runs, key = [], "rao_drag" if "rao_drag_tension" in found else "rao"

@@ -3,6 +3,7 @@
 import os
 import shlex
 import time as clock
+import warnings
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +11,7 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ..errors import InputError, SolveError
+from ..errors import InputError, NoResult
 from ..parallel import interruption
 from .shared import (
     InstantsOption,
@@ -112,6 +113,7 @@ def _is_there(folder, scene, overwrite):
 
 def _show_again(scene, folder, shows):
     from ..results.record import read
+    from ..results.retried import refused
 
     if rank() != 0:
         return
@@ -121,7 +123,8 @@ def _show_again(scene, folder, shows):
     for name, show in shows.items():
         if not (folder / name).exists():
             show(folder)
-    _refuse_if_cut(record, scene, folder)
+    if (error := refused(record, scene)) is not None:
+        raise error
 
 
 def _compute(scene, folder, shows, source, advice=None):
@@ -131,10 +134,12 @@ def _compute(scene, folder, shows, source, advice=None):
 
     say_warnings(derived(scene).warnings)
     _say_if_one_rank_is_faster(scene)
-    bar = _Bar(scene)
+    bar, unsound = _Bar(scene), None
     try:
-        with bar:
+        with bar, warnings.catch_warnings(action="ignore", category=UserWarning):  # the summary says it
             record = simulate(progress=bar.update, **source)
+    except NoResult as error:
+        record, unsound = error.record, error
     except BaseException:
         if interruption.received():
             raise Interrupted(_left(scene, folder)) from None
@@ -148,18 +153,8 @@ def _compute(scene, folder, shows, source, advice=None):
     _print_summary(record, scene, folder)
     for show in shows.values():
         show(folder)
-    _refuse_if_cut(record, scene, folder)
-
-
-def _refuse_if_cut(record, scene, folder):
-    """Raise SolveError for a run whose steps could hardly ever be taken."""
-    from ..results.summary import NEARLY_ALL, cut
-
-    if (share := cut(record, scene)) > NEARLY_ALL:
-        raise SolveError(
-            f"{100 * share:.3g} % of all steps failed and were retried with smaller ones: {folder} holds no result; "
-            "take a smaller time.step or another time.scheme."
-        )
+    if unsound is not None:
+        raise unsound
 
 
 def _left(scene, folder):
@@ -250,10 +245,10 @@ class _Bar:
 
 
 def _print_summary(record, scene, folder):
-    from ..results.summary import summary, warnings
+    from ..results import summary as results
 
     shown = table_of(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
-    for name, value, unit in summary(record, scene):
+    for name, value, unit in results.summary(record, scene):
         shown.add_row(name, value, unit)
     out.print(shown)
-    say_warnings(warnings(record, scene))
+    say_warnings(results.warnings(record, scene))

@@ -1,5 +1,6 @@
-"""`dolfbuoy statistics`: what runs say together, their ramps left out."""
+"""`dolfbuoy statistics`: statistics of runs, their ramps left out."""
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -12,20 +13,6 @@ from .shared import OverwriteOption, default_folder, finite, out, out_option, ta
 
 #: Sets that are printed; netCDF has them all.
 MOST_SETS = 20
-#: Series in the tables, those of them that are there; netCDF has them all.
-SHOWN = (
-    "tension_top",
-    "tension_anchor",
-    "buoy_position_x",
-    "buoy_position_y",
-    "buoy_position_z",
-    "offset",
-    "roll",
-    "pitch",
-    "cone_angle",
-    "surface_elevation",
-    "fixed_point_elevation",
-)
 FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs or sweeps.")]
 StartOption = Annotated[
     float | None,
@@ -43,7 +30,8 @@ ConstantOption = Annotated[
     typer.Option("--constant", help="K of the S-N curve, S the range of the tension in N; for Miner sums."),
 ]
 ScatterOption = Annotated[
-    Path | None, typer.Option("--scatter", help="CSV of a sweep's keys and probability: wear and extremes of a life.")
+    Path | None,
+    typer.Option("--scatter", help="CSV of a sweep's keys and probability: fatigue and extremes of a life."),
 ]
 YearsOption = Annotated[float, typer.Option("--years", help="In which the largest value of --scatter occurs once.")]
 FrequencyOption = Annotated[float, typer.Option("--frequency", help="Cycles of the equivalent load per second \\[Hz].")]
@@ -64,14 +52,13 @@ def statistics(
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
     from mpi4py import MPI
 
-    from ..results.ensemble import Fatigue, runs_of, together
     from ..results.folder import claimed
-    from ..results.lifetime import lifetime
+    from ..results.statistics import Fatigue, lifetime, runs_of, together
     from ..results.statistics_figures import FIGURES, draw_all
     from ..results.style import files_of
     from ..writing import refuse_present, replacing
 
-    folder = default_folder(folder, f"statistics-{folders[0].resolve().name}")
+    folder = default_folder(folder, f"statistics-{Path(os.path.realpath(folders[0])).name}")
     with claimed(folder, MPI.COMM_WORLD):
         if rank() != 0:
             return
@@ -109,11 +96,12 @@ def _point(text):
 
 def show(found, folder):
     """The tables of every set."""
-    from ..results.statistics import each_series
+    from ..results.quantities import shown_in
+    from ..results.series import each_series
 
     for k in range(min(found.sizes["set"], MOST_SETS)):
         mine = found.isel(run=found.set_of_run.values == k, set=k)
-        series = [one for shown in SHOWN for one in each_series(mine, "mean") if one[1] == shown]
+        series = each_series(mine, "mean", shown_in("statistics"))
         out.print(_numbers(series, _title(mine, found, folder)))
         fatigue, extremes = _fatigue(series, found.attrs), _extremes(series)
         for table in (_sea(series), fatigue, extremes, _certainty(series), *_circles(mine)):
@@ -160,35 +148,33 @@ def _count(mine, name):
     return int((mine[f"{name}_peak_set"].values == int(mine.set)).sum())
 
 
-#: Where the elevations are.
-PLACES = {"surface_elevation": "at the buoy", "fixed_point_elevation": "at a fixed point"}
-
-
 def _sea(series):
+    from ..results.quantities import QUANTITIES
+
     series = [(said, name, mine) for said, name, mine in series if f"{name}_m0" in mine]
     if not series:
         return None
     table = table_of("\nThe sea, mean over the runs", "where", "m0 [m²]", "Hs [m]", "Tz [s]")
     for said, name, mine in series:
-        where = said.replace(name, PLACES[name])
+        where = said.replace(name, QUANTITIES[name].place)
         table.add_row(where, *(f"{float(mine[f'{name}_{part}'].mean()):.5g}" for part in ("m0", "Hs", "period")))
     return table
 
 
 def _fatigue(series, how):
-    from ..results.cycles import YEAR
+    from ..results.statistics import YEAR
 
     series = [(said, name, mine) for said, name, mine in series if f"{name}_equivalent_load" in mine]
     if not series:
         return None
-    worn = "constant" in how
+    damaged = "constant" in how
     title = f"\nFatigue, m = {how['exponent']:g}, equivalent load at {how['frequency_Hz']:g} Hz"
-    table = table_of(title, "series", "equivalent load", *(["Miner sum per year"] if worn else []))
+    table = table_of(title, "series", "equivalent load", *(["Miner sum per year"] if damaged else []))
     for said, name, mine in series:
         unit, factor = _unit(mine, name)
         load = (mine[f"{name}_equivalent_load"].values ** how["exponent"]).mean() ** (1 / how["exponent"])
         row = [f"{factor * load:.4g} {unit}"]
-        if worn:
+        if damaged:
             row.append(f"{float(mine[f'{name}_damage'].sum() / mine.duration.sum()) * YEAR:.4g}")
         table.add_row(said.replace("_", " "), *row)
     return table
@@ -209,9 +195,8 @@ def _extremes(series):
 
 def _certainty(series):
     """How well these runs tell deviations and extremes, and how many tell the extremes to 5 % above the mean."""
-    from ..results.certainty import deviation_known, part_known, runs_needed
     from ..results.compare import duration
-    from ..results.extremes import Gumbel
+    from ..results.extremes import Gumbel, deviation_uncertainty
 
     series = [(said, name, mine) for said, name, mine in series if np.isfinite(mine[f"{name}_memory"]).any()]
     if not series:
@@ -224,12 +209,17 @@ def _certainty(series):
         *("series", "deviation", "maximum of 3 h, above the mean", "runs for 5 % of it", "computing"),
     )
     for said, name, mine in series:
-        row = [f"+- {100 * deviation_known(float(mine[f'{name}_memory'].mean()), runs * length):.2g} %", "", "", ""]
+        row = [
+            f"+- {100 * deviation_uncertainty(float(mine[f'{name}_memory'].mean()), runs * length):.2g} %",
+            "",
+            "",
+            "",
+        ]
         if f"{name}_gumbel_scale" in mine and np.isfinite(mine[f"{name}_gumbel_scale"]):
             largest = Gumbel(float(mine[f"{name}_gumbel_location"]), float(mine[f"{name}_gumbel_scale"]), runs)
             mean = float(mine[f"{name}_mean"].mean())
-            needed = runs_needed(largest, 0.05, times, mean)
-            row[1:] = f"+- {100 * part_known(largest, runs, times, mean):.2g} %", f"{needed}", duration(needed * each)
+            needed = largest.runs_needed(0.05, times, mean)
+            row[1:] = f"+- {100 * largest.uncertainty(runs, times, mean):.2g} %", f"{needed}", duration(needed * each)
         table.add_row(said.replace("_", " "), *row)
     return table
 
@@ -243,15 +233,17 @@ def _show_life(life, folder):
     table = table_of(title, "series", "Miner sum per year", "life [years]", "equivalent load", once)
     series, parts = life.series.values.tolist(), life.part.values.tolist()
     for k, (name, part) in enumerate(zip(series, parts, strict=True)):
-        wear, years, load, largest = (
+        damage, years, load, largest = (
             float(life[n][k]) for n in ("damage_per_year", "life", "equivalent_load", "largest")
         )
-        if not np.isfinite([wear, load, largest]).any():
-            continue  # nothing wears it, and its seeds are too few
+        if not np.isfinite([damage, load, largest]).any():
+            continue  # no cycles damage it, and its seeds are too few
         unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
         forces = (f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest))
         said = f"{name} of {part}" if series.count(name) > 1 else name
-        table.add_row(said.replace("_", " "), *(f"{x:.4g}" if np.isfinite(x) else "-" for x in (wear, years)), *forces)
+        table.add_row(
+            said.replace("_", " "), *(f"{x:.4g}" if np.isfinite(x) else "-" for x in (damage, years)), *forces
+        )
     out.print(table)
     if life.attrs["notes"]:
         out.print(life.attrs["notes"], soft_wrap=True, markup=False, highlight=False)

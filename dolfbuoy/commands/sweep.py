@@ -108,17 +108,31 @@ def _end(dataset, folder):
 
     if dataset is not None:
         _show(dataset, folder)
+        say_warnings(_doubts(dataset))
     done = dataset is not None and bool((dataset.status == "done").any())
     if not ranks.told(MPI.COMM_WORLD, done):
         raise typer.Exit(1)
 
 
+def _doubts(dataset):
+    """A sentence about cases whose steps were often retried."""
+    from ..results.retried import OFTEN
+
+    share = dataset.cut_steps.values
+    often, worst = int((share > OFTEN).sum()), int(share.argmax())
+    return [
+        f"In {often} case{'s' if often > 1 else ''} many steps failed and were retried with smaller ones, most in "
+        f"number {worst + 1}, {100 * share[worst]:.3g} %: see whether its numbers stay with a smaller time.step."
+    ][: often > 0]
+
+
 def _show(dataset, folder):
     """Its cases and the largest of their main quantities."""
-    from ..results.statistics import each_series
+    from ..results.quantities import shown_in
+    from ..results.series import each_series
 
     keys = [key.replace(".", "_") for key in dataset.attrs["varied"].split(", ")]
-    found = [one for main in MAIN for one in each_series(dataset, "maximum") if one[1] == main]
+    found = each_series(dataset, "maximum", shown_in("sweep"))
     shown = [(label, one[f"{name}_maximum"]) for label, name, one in found]
     units = [unit_of(values.values, values.attrs["units"]) for _, values in shown]
     titles = [f"{n.replace('_', ' ')} max [{unit}]" for (n, _), (unit, _) in zip(shown, units, strict=True)]
@@ -133,8 +147,8 @@ def _show(dataset, folder):
         out.print(f"... and {dataset.sizes['case'] - MOST_ROWS} more", highlight=False)
 
 
-#: Cases that are printed, and the series whose largest values are.
-MOST_ROWS, MAIN = 1000, ("tension_top", "tension_anchor", "cone_angle")
+#: Cases that are printed.
+MOST_ROWS = 1000
 
 
 def _show_status(found, folder, part):

@@ -22,6 +22,8 @@ def read(kind: str, path: Path) -> tuple[dict, list[Note]]:
     if kind not in READERS:
         raise InputError(f"FORMAT = {kind!r}: must be {' or '.join(READERS)}.")
     try:
+        if Path(path).is_fifo():  # nobody may ever write to it
+            raise InputError(f"{path}: must be a file, and is a pipe.")
         with Path(path).open("rb") as file:
             raw = file.read(MOST_BYTES + 1)
     except OSError as error:

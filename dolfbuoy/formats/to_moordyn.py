@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..model.rigid import mass_properties, shape_of
+from ..model.rigid import mass_properties
 from ..scene.network import Network
 from ..scene.stretching import TensionTable
 from . import moordyn_water
@@ -178,7 +178,7 @@ class _Writer:
     def _bodies(self):
         bodies, types, rods = [], [], []
         for number, (name, buoy) in enumerate(self.network.buoys.items(), 1):
-            own = mass_properties(buoy, shape_of(buoy))
+            own = mass_properties(buoy)
             center = self.start.buoys.get(name)
             if center is None:
                 center = buoy.initial.buoy_position or (0.0, 0.0, 0.0)

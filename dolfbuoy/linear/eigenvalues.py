@@ -14,8 +14,8 @@ from .linearisation import Linearisation
 
 #: Up to this size of the standard problem all its eigenvalues are computed.
 DENSE = 500
-#: Of ARPACK, which needs some tens where it converges.
-RESTARTS = 300
+#: Of ARPACK, which needs some tens at most where it converges.
+RESTARTS = 60
 
 
 def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarray, np.ndarray]:

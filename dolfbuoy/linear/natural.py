@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from ..errors import InputError
-from ..solver.quadratic import lowest_pairs
+from ..solver.quadratic import RESTARTS, lowest_pairs
 from .linearisation import Linearisation
 from .moving import Moving, named
 from .unit_quaternions import UnitQuaternions
@@ -53,18 +53,18 @@ class Mode:
         return 2 * np.pi / abs(self.root) if self.root.imag else np.nan
 
 
-def lowest_modes(found: Linearisation, number=10, direction_deg=0.0) -> list[Mode]:
+def lowest_modes(found: Linearisation, number=10, direction_deg=0.0, restarts=RESTARTS) -> list[Mode]:
     """The `number` modes of smallest |lambda|, or all that there are; collective, the same on all ranks.
 
-    direction_deg: of surge and roll, from x.  Raises InputError for a state about which there is no linear motion,
-    SolveError if the solver fails.
+    direction_deg: of surge and roll, from x.  restarts: see `Quadratic`.  Raises InputError for a state about which
+    there is no linear motion, SolveError if the solver fails.
     """
     check_smooth(found)
     comm = found.problem.comm
     quaternions = UnitQuaternions(found.bodies, found.K.shape[1])
     first = comm.exscan(found.K.shape[0]) or 0
     matrices = quaternions.without_lengths(first, found.K, found.E, found.M)
-    pairs = lowest_pairs(comm, *matrices, number + 6 * len(found.bodies))
+    pairs = lowest_pairs(comm, *matrices, number + 6 * len(found.bodies), restarts)
     moving = Moving(found, direction_deg)
     drifting = _drifting(moving, quaternions.as_they_were(pairs.at_zero()))
     unheld = pairs.residuals_at_zero(quaternions.exchanged(drifting))

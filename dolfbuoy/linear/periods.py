@@ -7,6 +7,7 @@ import numpy as np
 from mpi4py import MPI
 
 from ..errors import InputError, SolveError
+from ..solver.quadratic import FEW
 from .eigenvalues import DENSE, modes_near
 from .linearisation import Linearisation, linearise
 from .moving import Moving
@@ -90,7 +91,7 @@ def _oscillations(found):
 def _of_lines(found):
     """Periods of slow modes that are a line's more than anything else, by their names; none of slack lines."""
     try:
-        modes = lowest_modes(found, SLOWEST + 6 * len(found.bodies)) if found.lines else []
+        modes = lowest_modes(found, SLOWEST + 6 * len(found.bodies), restarts=FEW) if found.lines else []
     except (InputError, SolveError):
         return {}
     moving = Moving(found)

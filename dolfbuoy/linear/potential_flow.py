@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
 from ..errors import InputError
+from ..scene.mesh_file import check_netcdf
 
 DOFS = ("Surge", "Heave", "Pitch")
 _FORCES = ("excitation_force",), ("Froude_Krylov_force", "diffraction_force")
@@ -52,12 +54,15 @@ def read_capytaine(path) -> PotentialFlow:
     """Coefficients of waves along x.  Raises InputError if the file cannot be read or does not hold them."""
     path = Path(path)
     try:
+        if not path.is_file():
+            raise FileNotFoundError("there is no such file")
+        check_netcdf(path)
         with xr.open_dataset(path) as data:
             return _read(data, path)
-    except (OSError, ValueError, KeyError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: not a netCDF file of Capytaine ({error}).") from None
+    except InputError:
+        raise
+    except Exception as error:  # netCDF4, HDF5 and xarray have errors of many kinds for a damaged file
+        raise InputError(f"{path}: not a netCDF file of Capytaine ({str(error).rstrip('.')}).") from None
 
 
 def _read(data, path):

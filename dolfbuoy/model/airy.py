@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..scene import Scene
 from .components import components_of, propagation
 
 
@@ -30,7 +31,7 @@ class AirySum:
     _latest: list = field(default_factory=lambda: [None, None], repr=False, compare=False)  #: a time, and phases then
 
     @classmethod
-    def of(cls, scene) -> "AirySum":
+    def of(cls, scene: Scene) -> "AirySum":
         """Of a scene's waves, irregular or not; the latest are remembered, for every part of a scene asks."""
         sections = scene.waves, scene.sea, scene.current
         for gravity, known, found in _KNOWN:
@@ -49,22 +50,24 @@ class AirySum:
         arrays = (c.amplitude, k, in_water, at_ground, np.cos(angles), np.sin(angles), c.phase)
         return cls(*(a[order] for a in arrays), scene.sea.depth, scene.waves.stretching, scene.waves.ramp)
 
-    def grown(self, t) -> float:
+    def grown(self, t: float) -> float:
         """The ramp at a time."""
         return ramp(t, self.ramp)
 
-    def elevation(self, t, points) -> np.ndarray:
+    def elevation(self, t: float, points: np.ndarray) -> np.ndarray:
         """eta [m] at points (..., 2 or 3)."""
         return np.cos(self._phases(t, points)) @ self.amplitude * self.grown(t)
 
-    def over_time(self, times, point) -> np.ndarray:
-        """eta [m] at one point (x, y) at these times."""
-        there = self.phase + self.wavenumber * (self.cosine * point[0] + self.sine * point[1])
-        parts = np.array_split(times, max(1, len(times) * len(there) // 1_000_000))
-        heights = [np.cos(there - np.outer(part, self.at_ground)) @ self.amplitude for part in parts]
+    def over_time(self, times: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """eta [m] at these times, at one point (2 or 3,) or at one for each time (n, 2 or 3)."""
+        x, y = np.moveaxis(np.broadcast_to(point, (len(times), np.shape(point)[-1]))[:, :2, None], 1, 0)
+        heights = []
+        for part in np.array_split(np.arange(len(times)), max(1, len(times) * len(self.phase) // 1_000_000)):
+            there = self.phase + self.wavenumber * (self.cosine * x[part] + self.sine * y[part])
+            heights.append(np.cos(there - np.outer(times[part], self.at_ground)) @ self.amplitude)
         return np.concatenate(heights) * np.array([self.grown(t) for t in times])
 
-    def flow(self, t, points) -> tuple[np.ndarray, np.ndarray]:
+    def flow(self, t: float, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Velocity [m/s] and local acceleration [m/s^2], each (..., 3), at points (..., 3)."""
         points = np.asarray(points, dtype=float)
         theta, k, h = self._phases(t, points), self.wavenumber, self.depth
@@ -77,13 +80,13 @@ class AirySum:
         w = self.in_water
         return velocity, self._vector(w * along * np.sin(theta), -w * upwards * np.cos(theta))
 
-    def stretched(self, z, eta):
+    def stretched(self, z: np.ndarray, eta: np.ndarray) -> np.ndarray:
         """Height at which linear theory is read, with the total elevation, as `forms.sea.stretched`."""
         if self.stretching == "wheeler":
             return np.minimum(self.depth * (z - eta) / (self.depth + eta), 0.0)
         return np.minimum(z, 0.0) if self.stretching == "vertical" else z
 
-    def time_phase(self, t) -> np.ndarray:
+    def time_phase(self, t: float) -> np.ndarray:
         """phase - omega t of every component [rad], between 0 and 2 pi."""
         if self._latest[0] != t:
             self._latest[:] = t, np.mod(self.phase - np.mod(self.at_ground * t, 2 * math.pi), 2 * math.pi)

@@ -1,13 +1,21 @@
 """A line's end on a body: six numbers (r_O, T_O) that both meshes know, and equations (9), (29) between them."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+import ufl
 from dolfinx import fem
 
 from ..forms import buoy as body
 from ..forms import coupling
+from ..forms.kinds import Expr
 from ..solver.fields import Fields
 from ..solver.real import real_space
 from ..solver.unknowns import Block, Part
+
+if TYPE_CHECKING:
+    from .buoy import Buoy
+    from .lines import Lines
 
 FIELDS = Fields(point=3, force=3)
 
@@ -20,7 +28,9 @@ class Attachment:
     its mesh.
     """
 
-    def __init__(self, lines, piece, end, rank, buoy=None, offset=None):
+    def __init__(
+        self, lines: "Lines", piece: int, end: int, rank: int, buoy: "Buoy | None" = None, offset: Expr | None = None
+    ):
         self.lines, number = lines.holder(piece)
         self.piece, self.end, self.rank = piece, end, rank
         self.buoy, self.offset = buoy, offset
@@ -29,40 +39,40 @@ class Attachment:
         self._ds = self.lines.end_measure(number, end)
         self.line_part = self.body_part = None
 
-    def number(self, place):
+    def number(self, place: int) -> None:
         """Take the unknowns `place` ... `place` + 6 of this rank."""
         self.line_part = Part("mooring", self._on_line, place)
         if self.buoy:
             self.body_part = Part("mooring on the axis", self._on_body, place)
 
     @property
-    def slice(self):
+    def slice(self) -> slice:
         """Place among the local unknowns."""
         return self.line_part.slice
 
-    def of(self, u):
+    def of(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(point, force): r_O [m] and T_O [N] among the local unknowns."""
         return FIELDS.of(u[self.slice])
 
     # -- on the line's mesh --------------------------------------------------------------------------------------------
 
-    def end_force(self, v):
+    def end_force(self, v: Expr) -> ufl.Form:
         """The last term of (11)_1, with T_bnd = -T_O, Eq. (29)_2."""
         return coupling.end_force(-FIELDS.split(self._on_line).force, v) * self._ds
 
-    def position_equation(self, r):
+    def position_equation(self, r: Expr) -> ufl.Form:
         """Eq. (29)_1: r = r_O at the end."""
         r_O, test = FIELDS.split(self._on_line).point, FIELDS.split(self.line_part.test).force
         return coupling.attachment(r, r_O, test) * self._ds
 
     # -- on the body's mesh --------------------------------------------------------------------------------------------
 
-    def load(self, state):
+    def load(self, state: body.Body) -> tuple[Expr, Expr]:
         """(force, torque about C) of the line on the body; state: a forms.buoy.Body."""
         T_O = FIELDS.split(self._on_body).force
         return T_O, body.point_torque(state.quaternion, self.offset, T_O)
 
-    def link(self, state):
+    def link(self, state: body.Body) -> Expr:
         """Eq. (9): r_O is a point of the body."""
         r_O, test = FIELDS.split(self._on_body).point, FIELDS.split(self.body_part.test).point
         return coupling.rigid_link(r_O, state.position, state.quaternion, self.offset, test)
@@ -72,11 +82,11 @@ class Attachment:
     def _dofs(self):
         return FIELDS.of(np.arange(self.slice.start, self.slice.stop))
 
-    def force_dofs(self):
+    def force_dofs(self) -> np.ndarray:
         """Local unknowns that are T_O."""
         return self._dofs().force
 
-    def blocks(self, reach, force, mass):
+    def blocks(self, reach: float, force: float, mass: float) -> list[Block]:
         """Blocks of the six numbers on the body's rank; typical length [m], force [N] and mass [kg]."""
         point, pull = self._dofs()
         return [

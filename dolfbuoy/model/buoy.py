@@ -1,5 +1,6 @@
 """A buoy of a scene: 13 numbers for its motion (7 for its pose in statics), on its hull's axis."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,18 +9,24 @@ from dolfinx import fem
 
 from ..forms import buoy as body
 from ..forms import hull
+from ..forms.kinds import Expr
 from ..forms.rotation import rotation_matrix
+from ..forms.sea import Flow
+from ..scene import Scene
 from ..solver import compat
 from ..solver.fields import Fields
 from ..solver.real import real_space
-from ..solver.unknowns import Block
-from . import body_c, effects
-from .evolution import Evolution
+from ..solver.rows import Work, work
+from ..solver.system import System
+from ..solver.unknowns import Block, Part
+from . import effects
+from .attachment import Attachment
+from .interface import Evolution, Model
 from .kinematics import on_cells
 from .numbers import Numbers
 from .rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from .sea import SeaState
-from .wet_hull import SUBMERGED, WetHull, add
+from .wet_hull import SUBMERGED, WetHull, add, add_forms
 
 #: State in motion, (r_C, p, q_4, L_C), and at rest; in statics |q_4| = 1 and the torques are the rows of the latter.
 MOTION = Fields(position=3, momentum=3, orientation=4, angular_momentum=3)
@@ -44,43 +51,44 @@ class Load(NamedTuple):
 class Spin(Evolution):
     """L_C . d of a buoy: no unknown, but with a rate of its own, gamma x value + history."""
 
-    def __init__(self, buoy):
+    def __init__(self, buoy: "Buoy"):
         self.gamma, self.history, self.followed = (fem.Constant(buoy.mesh, 0.0) for _ in range(3))
         super().__init__(buoy.part, [(self.gamma, self.history)], True, [np.array([np.inf])])
 
-    def values(self, u):
-        y = MOTION.of(u[self.part.slice])
-        (a, b, c, d), (x, y, z) = y.orientation.tolist(), y.angular_momentum.tolist()  # several times a step
-        along = 2 * (b * d + a * c) * x + 2 * (c * d - a * b) * y + (a * a - b * b - c * c + d * d) * z
-        return np.array([along / (a * a + b * b + c * c + d * d)])
+    def values(self, u: np.ndarray) -> np.ndarray:
+        out = np.empty(1)
+        self.reader(u, out)()
+        return out
 
     @property
-    def size(self):
+    def size(self) -> int:
         return 1
 
-    def reader(self, u, out):
+    def reader(self, u: np.ndarray, out: np.ndarray) -> Work:
         y = MOTION.of(u[self.part.slice])
-        return body_c.spin(y.orientation, y.angular_momentum, out)
+        return work(
+            "spin", "spinning", {"quaternion": y.orientation, "angular_momentum": y.angular_momentum, "out": out}
+        )
 
-    def hand_out(self, level, gamma, history):
+    def hand_out(self, level: int, gamma: float, history: np.ndarray) -> None:
         self.gamma.value, self.history.value = gamma, np.asarray(history).item()
         self.followed.value = 1.0
 
-    def correction(self, y, L_C_t, inertia):
+    def correction(self, y: tuple, L_C_t: Expr, inertia: Expr) -> Expr:
         """`forms.buoy.spin_correction`, once a scheme has handed out its rule."""
         q4, L_C = y.orientation, y.angular_momentum
         rate = self.gamma * body.spin(q4, L_C) + self.history
         return self.followed * body.spin_correction(q4, L_C, L_C_t, rate, inertia)
 
 
-class Buoy:
+class Buoy(Model):
     """Axis mesh, Real space and forms of a buoy."""
 
-    def __init__(self, scene, name, dynamic):
+    def __init__(self, scene: Scene, name: str, dynamic: bool):
         self.scene, self.name, self.section, self.dynamic = scene, name, scene.network.buoys[name], dynamic
         self.fields = MOTION if dynamic else REST
         self.shape = shape_of(self.section)
-        self.mass = mass_properties(self.section, self.shape)
+        self.mass = mass_properties(self.section)
         wet = scene.sea is not None
         cells = WetHull.cells(scene.solver, self.shape) if wet else 1  # equations without place need one
         nodes = np.arange(cells + 1.0)
@@ -107,7 +115,7 @@ class Buoy:
     def _waves_at_points(self, first):
         """Where an irregular sea is wanted besides the hull; first: the cell of the measure `at_once`."""
         self._above.append(self.sea.kinematics.add(on_cells(self.mesh, first)))
-        for effect in (e for e in effects.called_by(self.scene, "body", self.section) if e.looks_at):
+        for effect in (e for e in effects.called_by(self.scene, "body", [self.section]) if e.looks_at):
             height = np.array([effect.looks_at(self.section)])
             points = on_cells(self.mesh, first, height, np.zeros((1, 1), np.int32))
             self._beside[effect.name] = self.sea.kinematics.add(points)
@@ -119,28 +127,28 @@ class Buoy:
 
     def _called(self, where):
         """[(effect, its constants)] of what the scene calls for."""
-        return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where, self.section)]
+        return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where, [self.section])]
 
     def _constants(self):
-        self._numbers = Numbers(self.mesh, self.scene, lambda scene: scene.network.buoys[self.name])
+        self._numbers = Numbers(self.mesh, self.scene, lambda scene: [scene.network.buoys[self.name]])
         number = self._numbers.constant
         self.one = fem.Constant(self.mesh, 1.0)
-        self.M = number(lambda scene, b: mass_properties(b, shape_of(b)).mass)
-        self.center = number(lambda scene, b: mass_properties(b, shape_of(b)).height)
-        self.inertia = number(lambda scene, b: np.array(mass_properties(b, shape_of(b)).inertia))
+        self.M = number(lambda scene, b: self.mass.mass)
+        self.center = number(lambda scene, b: self.mass.height)
+        self.inertia = number(lambda scene, b: np.array(self.mass.inertia))
         self.gravity = number(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
         #: Body vector from C to the mooring point.
         self.offset = self.offset_of(None)
         self._body_terms = self._called("body")
 
-    def offset_of(self, fairlead):
+    def offset_of(self, fairlead: str | None) -> fem.Constant:
         """Constant: body vector from C to a fairlead; None: to the mooring point."""
         return self._numbers.constant(lambda scene, b: mooring_offset(b, fairlead))
 
-    def change(self, scene):
+    def change(self, scene: Scene) -> None:
         """Take the numbers of another scene of the same structure."""
         self.scene, self.section = scene, scene.network.buoys[self.name]
-        self.mass = mass_properties(self.section, self.shape)
+        self.mass = mass_properties(self.section)
         self._numbers.change(scene)
         for effect in (e for e in effects.EFFECTS if e.name in self._beside):
             self._beside[effect.name].source[:] = effect.looks_at(self.section)
@@ -148,7 +156,7 @@ class Buoy:
 
     # -- forms ------------------------------------------------------------------------------------------------------
 
-    def rates(self):
+    def rates(self) -> tuple:
         """Time derivatives of the state by name, affine in the unknown."""
         return MOTION.split(self.gamma * self.state + self.history)
 
@@ -162,23 +170,23 @@ class Buoy:
             )
         return body.Body(y.position, y.orientation, self.water_above, motion)
 
-    def water_above(self, x):
+    def water_above(self, x: Expr) -> Flow:
         """Undisturbed water at C, or near the surface above it."""
         return self.sea.flow(x, *self._above)
 
-    def point_loads(self, state, attachments=()) -> list[Load]:
+    def point_loads(self, state: body.Body, attachments: Sequence[Attachment] = ()) -> list[Load]:
         """Weight, lines, and every effect that acts at a point of the body."""
         loads = [Load(None, self.M * self.gravity, None, self.at_once)]
         loads += [Load(e.account, *e.body(c, self._seen_by(e, state)), self.at_once) for e, c in self._body_terms]
         loads += [Load(None, *attachment.load(state), self.at_once) for attachment in attachments]
         return [load for load in loads if load.force is not None or load.torque is not None]
 
-    def water_loads(self, state) -> list[Load]:
+    def water_loads(self, state: body.Body) -> list[Load]:
         """Loads of the water, one or two for each effect: for balances.  The residual takes them together."""
         found = self.hull.loads(state) if self.hull else []
         return [Load(effect.account, *load) for effect, *load in found]
 
-    def residuals(self, attachments=()):
+    def residuals(self, attachments: Sequence[Attachment] = ()) -> list[tuple[Part, ufl.Form]]:
         """Eqs. (8), (9), (10) as [(part, form), ...]; in statics the equilibrium of the same loads.
 
         The loads of several lines are forms of their own, all alike, so that one is compiled for all.
@@ -190,10 +198,8 @@ class Buoy:
             F, test_force, test_torque = self._momentum_balance(state, force, torque, attachments)
         else:
             F, test_force, test_torque = self._equilibrium(state, force, torque, attachments)
-        F = one * F * point
-        if self.hull is not None:
-            F += self.hull.form(state, test_force, test_torque)
-        found = [(self.part, F)]
+        loads_of_water = self.hull.forms(state, test_force, test_torque) if self.hull is not None else []
+        found = [(self.part, add_forms([one * F * point, *loads_of_water]))]
         for attachment in attachments if len(attachments) > 1 else ():
             pull, moment = attachment.load(state)
             G = ufl.inner(pull, test_force) + ufl.inner(moment, test_torque)
@@ -235,19 +241,19 @@ class Buoy:
             F += body.held_horizontally(state.position, reference.position, gauge, test.force)
         return F, test.force, test.torque
 
-    def wet_hull_form(self):
+    def wet_hull_form(self) -> ufl.Form:
         """Linear form of `WetHull.submerged` and, last, the elevation above C."""
         state = self.kinematics()
         form, eta = self.hull.submerged(state), self.water_above(state.position).elevation
         test = form.arguments()[0]
         return form if eta is None else form + self.one * eta * test[SUBMERGED - 1] * self.at_once
 
-    def follow_water(self, system):
+    def follow_water(self, system: System) -> None:
         """The points of the hull follow the state of a System."""
         if self.hull is not None:
             self.hull.follow(system, self.state, self.fields)
 
-    def publish_points(self):
+    def publish_points(self) -> None:
         """Put the points of the hull where the state's Function says: for forms that no System evaluates."""
         if self.hull is not None:
             self.hull.place_points(self.state, self.fields)
@@ -260,33 +266,21 @@ class Buoy:
         found = [Evolution(self.part, [(self.gamma, self.history)], lagged, [self.state_sizes])]
         return [*found, self.spin] if self.spin else found
 
-    def clock(self, time, u):
-        """Functions that bring the sea to time[0]."""
-        return self.sea.clock(time)
-
-    def begin(self, u):
+    def begin(self, u: np.ndarray) -> None:
         """Memory as at the start of a run."""
         self.memory["quaternion_drift"][:] = 0.0
 
-    def when_accepted(self, time, u):
+    def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
         """Functions that are called when a step was taken: the quaternion is made a unit again, and how far it was from
         one is remembered."""
         orientation = MOTION.of(u[self.part.slice]).orientation
-        return [body_c.make_unit(orientation, self.memory["quaternion_drift"])]
-
-    # -- relaxation, in statics ----------------------------------------------------------------------------------------
-
-    def hold(self, u, h):
-        """Inertia of a step of h [s] from rest in the pose of u."""
-        self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2
-
-    def let_go(self):
-        """No inertia."""
-        self.relaxation.value = 0.0
+        return [work("make_unit", "unit", {"quaternion": orientation, "drift": self.memory["quaternion_drift"]})]
 
     # -- numbers ----------------------------------------------------------------------------------------------------
 
-    def moving_state(self, position, orientation, velocity, angular_velocity) -> np.ndarray:
+    def moving_state(
+        self, position: np.ndarray, orientation: np.ndarray, velocity: np.ndarray, angular_velocity: np.ndarray
+    ) -> np.ndarray:
         """State of a body at C = position [m] with a unit quaternion, velocity [m/s] and omega (world frame) [1/s]."""
         R, inertia = rotation_of(orientation), np.array(self.mass.inertia)
         return MOTION.filled(
@@ -296,14 +290,6 @@ class Buoy:
             angular_momentum=R @ (inertia * (R.T @ angular_velocity)),
         )
 
-    def places(self):
-        """A state belongs to no place."""
-        return np.zeros(0)
-
-    def force_dofs(self):
-        """Local unknowns that are forces: none."""
-        return np.zeros(0, dtype=int)
-
     def _sizes(self):
         """Typical length [m], force [N], moment arm [m] and speed [m/s]."""
         g = max(self.scene.gravity, 1.0)
@@ -311,18 +297,18 @@ class Buoy:
         return length, self.mass.mass * g, length, np.sqrt(g * length)
 
     @property
-    def state_sizes(self):
+    def state_sizes(self) -> np.ndarray:
         """Typical sizes of the 13 numbers (r_C, p, q_4, L_C), for relative errors."""
         length, _, _, speed = self._sizes()
         spin = max(self.mass.inertia) * speed / length
         return MOTION.filled(position=length, momentum=self.mass.mass * speed, orientation=1.0, angular_momentum=spin)
 
-    def reach_and_force(self, line_length=0.0, force=0.0):
+    def reach_and_force(self, line_length: float = 0.0, force: float = 0.0) -> tuple[float, float]:
         """Typical length [m] and force [N] of the buoy on a line; `force`: that of the line."""
         length, weight, _, _ = self._sizes()
         return max(length, line_length), max(weight, force)
 
-    def blocks(self, line_length=0.0, force=0.0):
+    def blocks(self, line_length: float = 0.0, force: float = 0.0) -> list[Block]:
         """Blocks of the 13 (or 7) numbers."""
         _, _, arm, speed = self._sizes()
         reach, force = self.reach_and_force(line_length, force)

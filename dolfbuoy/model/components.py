@@ -8,7 +8,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..roots import brentq
-from ..scene.waves import COMPONENTS, ELEVATION, REGULAR
+from ..scene import Scene
+from ..scene.waves import COMPONENTS, ELEVATION, REGULAR, Waves
 from . import spectra
 
 #: Where the band of a formula begins, in peak frequencies, and the part of m0 at which it ends.
@@ -38,7 +39,7 @@ class Components:
         return float(np.sum(self.frequency**n * self.amplitude**2) / 2)
 
 
-def spectrum_of(waves) -> spectra.Spectrum | None:
+def spectrum_of(waves: Waves) -> spectra.Spectrum | None:
     """The spectrum of a section [waves], over all directions; None if it has none."""
     if waves.spectrum == "pierson-moskowitz":
         return spectra.pierson_moskowitz(waves.significant_height, waves.peak_period)
@@ -52,7 +53,7 @@ def spectrum_of(waves) -> spectra.Spectrum | None:
     return None
 
 
-def band_of(waves, spectrum) -> tuple[float, float]:
+def band_of(waves: Waves, spectrum: spectra.Spectrum) -> tuple[float, float]:
     """Lowest and highest frequency [rad/s] of the components of a spectrum."""
     given = list(waves.band or [])
     low = given[0] if given else LOWEST if isinstance(waves.spectrum, str) else 0.0
@@ -61,7 +62,7 @@ def band_of(waves, spectrum) -> tuple[float, float]:
     return low * spectrum.peak, float(spectrum.frequencies_at(np.array([HIGHEST * spectrum.moment(0)]))[0])
 
 
-def components_of(waves) -> Components:
+def components_of(waves: Waves) -> Components:
     """What a section [waves] is made of; a regular wave is one component.
 
     Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
@@ -113,12 +114,12 @@ def _directions(waves, frequency, random):
     return directions_at(waves, frequency, (random.permutation(len(frequency)) + 0.5) / len(frequency))
 
 
-def is_spread(waves) -> bool:
+def is_spread(waves: Waves) -> bool:
     """Whether the sea of a spectrum has several directions."""
     return waves.spreading is not None or not isinstance(waves.spectrum, str | list)
 
 
-def directions_at(waves, frequency, parts) -> np.ndarray:
+def directions_at(waves: Waves, frequency: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Angles from `direction_deg` on [deg] below which there are parts of the energy at each frequency [rad/s]."""
     if waves.spreading is not None:
         return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
@@ -164,7 +165,7 @@ class Propagation:
     at_ground: float
 
 
-def propagation(scene, period: float, direction_deg: float) -> Propagation:
+def propagation(scene: Scene, period: float, direction_deg: float) -> Propagation:
     """Of a wave of this period [s] in a scene, and as its `waves.period_seen_from` says.
 
     In a current U the water sees sigma, sigma^2 = g k tanh(kh), and the ground omega = sigma + k . U.  Without the key
@@ -199,7 +200,7 @@ def _wavenumber_seen_from_ground(scene, period, direction_deg):
     return brentq(excess, k, 1.05 * k, xtol=1e-300, rtol=1e-14)
 
 
-def current_felt(scene, k: float, direction_deg: float) -> float:
+def current_felt(scene: Scene, k: float, direction_deg: float) -> float:
     """Speed of the current along a wave, as the wave weighs it over the depth [m/s].
 
     U = 2k/sinh(2kh) int u(z) cosh(2k(z + h)) dz, the surface's speed if it is uniform (Kirby and Chen 1989).
@@ -208,17 +209,21 @@ def current_felt(scene, k: float, direction_deg: float) -> float:
     along = math.cos(math.radians(current.direction_deg - direction_deg))
     if current.profile == "uniform":
         return current.speed * along
-    if isinstance(current.profile, list):
-        z, speeds = np.array(current.profile).T
-        speed = lambda at: np.interp(at, z, speeds)  # noqa: E731
-    else:
-        speed = lambda at: current.speed * max(1 + at / h, 0.0) ** current.exponent  # noqa: E731
 
     from scipy.integrate import quad  # 0.1 s of every start
 
     def weighted(z):
-        return speed(z) * (math.exp(2 * k * z) + math.exp(-2 * k * (z + 2 * h)))
+        return float(current_speed(scene, z)) * (math.exp(2 * k * z) + math.exp(-2 * k * (z + 2 * h)))
 
     deepest = -min(h, 20 / k)
     mean = quad(weighted, deepest, 0.0, epsabs=0, epsrel=1e-9, limit=200)[0]
     return along * mean * 2 * k / -math.expm1(-4 * k * h)
+
+
+def current_speed(scene: Scene, z: np.ndarray | float, least: float = 0.0) -> np.ndarray:
+    """Speed of the current at heights z [m/s]; least: 1 + z/h where a power law ends, as `forms.sea` cuts it off."""
+    current = scene.current
+    if isinstance(current.profile, list):
+        return np.interp(z, *np.array(current.profile).T)
+    power = 0.0 if current.profile == "uniform" else current.exponent
+    return current.speed * np.clip(1 + np.asarray(z) / scene.sea.depth, least, 1.0) ** power

@@ -14,21 +14,25 @@ A term is a plain UFL function of `forms/`; where it enters tells its signature:
     line_power(c, r, r_t)                 power that the material of a line takes, for the energy balance
     joint(c, body, rho_w, flow, point)    force on a body at a joint
     bed(mu, contact)                      force of the sea bed per unstretched metre of a line, or on a joint's body
+    line_wet(cable, flow, r, share)       part of a line that is under water, for buoyancy and `line`
+    joint_wet(body, flow, r)              part of a body at a joint that is under water
 
 c are its numbers as UFL constants: one, or several by name.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..forms import buoy, cable, hull, joint, seabed, wind
+from ..scene import Scene
 from ..scene.network import OWN
 from .rigid import axis_offset
 from .sea import heading
+from .surfacing import surfacing
 
 
 class Drawn(NamedTuple):
@@ -48,7 +52,8 @@ class Effect:
     which the effect is not there.  without: name of what is there instead.  numbers: name -> (scene, section of the
     key) -> number or array; by default the key's own value; None: it has none.  account: of its power in the energy
     balance.  looks_at: buoy -> height above the keel where a term of a body looks at the water; None: at C or the
-    surface above it.  drawn: key -> Drawn.  removable: whether a scene makes sense without it.
+    surface above it.  default: scene -> value of the key where it is absent.  drawn: key -> Drawn.  removable: whether
+    a scene makes sense without it.
     """
 
     name: str
@@ -64,29 +69,34 @@ class Effect:
     line_power: Callable | None = None
     joint: Callable | None = None
     bed: Callable | None = None
+    line_wet: Callable | None = None
+    joint_wet: Callable | None = None
+    default: Callable | None = None
     numbers: Mapping[str, Callable] | None = field(default_factory=dict)
     looks_at: Callable | None = None
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
     removable: bool = True
 
-    def values(self, scene, part=None) -> list:
+    def values(self, scene: Scene, part: Any = None) -> list:
         """Values of the key in all sections of the scene that have it, or in those of one `part` of its network."""
         if any(getattr(scene, name) is None for name in self.needs):
             return []
         name, _, leaf = self.key.partition(".")
         found = [section for section in _sections(scene, name, part) if section is not None]
-        return [value for section in found if (value := getattr(section, leaf) if leaf else section) is not None]
+        values = [getattr(section, leaf) if leaf else section for section in found]
+        values = [self.default(scene) if value is None and self.default else value for value in values]
+        return [value for value in values if value is not None]
 
-    def called(self, scene, part=None) -> bool:
+    def called(self, scene: Scene, part: Any = None) -> bool:
         """Whether any line, body or buoy of a scene calls for it, or this one does."""
         return any(value != self.neutral for value in self.values(scene, part))
 
-    def spared(self, scene) -> bool:
+    def spared(self, scene: Scene) -> bool:
         """Whether anything in the scene could call for it and does not."""
         return any(value == self.neutral for value in self.values(scene))
 
-    def given(self, scene, section) -> dict[str, Any]:
+    def given(self, scene: Scene, section: Any) -> dict[str, Any]:
         """Its numbers by name; "" where there is only one.  section: the one that the key belongs to."""
         leaf = self.key.rpartition(".")[2]
         numbers = self.numbers or {"": lambda scene, section: getattr(section, leaf)}
@@ -106,6 +116,11 @@ def _sections(scene, name, part):
     if name in OWN:
         return [getattr(buoy, name) for buoy in (parts["buoy"] if part is None else [part])]
     return [getattr(scene, name)]
+
+
+def _of_water(name: str, key: str, account: str, drawn: Drawn, **term: Callable) -> Effect:
+    """A coefficient of a force of the water."""
+    return Effect(name, key, needs=("sea",), account=account, drawn={key: drawn}, **term)
 
 
 #: In the order in which a record names them.
@@ -138,69 +153,21 @@ EFFECTS: list[Effect] = [
         numbers={"": lambda scene, _: np.array([0.0, 0.0, -scene.gravity])},
         account="buoyancy",
     ),
-    Effect(
-        "cable normal drag",
-        "cable.normal_drag",
-        needs=("sea",),
-        line=cable.normal_drag,
-        account="drag",
-        drawn={"cable.normal_drag": Drawn(1e-3, 1e2)},
+    _of_water("cable normal drag", "cable.normal_drag", "drag", Drawn(1e-3, 1e2), line=cable.normal_drag),
+    _of_water("cable tangential drag", "cable.tangential_drag", "drag", Drawn(1e-3, 1e1), line=cable.tangential_drag),
+    _of_water("cable added mass", "cable.added_mass", "inertia", Drawn(-0.9, 5, even=True), line=cable.added_mass),
+    _of_water("buoy added mass", "buoy.added_mass", "inertia", Drawn(-0.9, 5, even=True), strip=hull.added_mass),
+    _of_water("buoy normal drag", "buoy.normal_drag", "drag", Drawn(1e-3, 1e2), strip=hull.normal_drag),
+    _of_water(
+        "buoy axial added mass", "buoy.axial_added_mass", "inertia", Drawn(1e-3, 1e1), face=hull.axial_added_mass
     ),
-    Effect(
-        "cable tangential drag",
-        "cable.tangential_drag",
-        needs=("sea",),
-        line=cable.tangential_drag,
-        account="drag",
-        drawn={"cable.tangential_drag": Drawn(1e-3, 1e1)},
-    ),
-    Effect(
-        "cable added mass",
-        "cable.added_mass",
-        needs=("sea",),
-        line=cable.added_mass,
-        account="inertia",
-        drawn={"cable.added_mass": Drawn(-0.9, 5, even=True)},
-    ),
-    Effect(
-        "buoy added mass",
-        "buoy.added_mass",
-        needs=("sea",),
-        strip=hull.added_mass,
-        account="inertia",
-        drawn={"buoy.added_mass": Drawn(-0.9, 5, even=True)},
-    ),
-    Effect(
-        "buoy normal drag",
-        "buoy.normal_drag",
-        needs=("sea",),
-        strip=hull.normal_drag,
-        account="drag",
-        drawn={"buoy.normal_drag": Drawn(1e-3, 1e2)},
-    ),
-    Effect(
-        "buoy axial added mass",
-        "buoy.axial_added_mass",
-        needs=("sea",),
-        face=hull.axial_added_mass,
-        account="inertia",
-        drawn={"buoy.axial_added_mass": Drawn(1e-3, 1e1)},
-    ),
-    Effect(
-        "buoy axial drag",
-        "buoy.axial_drag",
-        needs=("sea",),
-        face=hull.axial_drag,
-        account="drag",
-        drawn={"buoy.axial_drag": Drawn(1e-3, 1e2)},
-    ),
-    Effect(
+    _of_water("buoy axial drag", "buoy.axial_drag", "drag", Drawn(1e-3, 1e2), face=hull.axial_drag),
+    _of_water(
         "buoy rotational added mass",
         "buoy.rotational_added_mass",
-        needs=("sea",),
+        "inertia",
+        Drawn(1e-3, 1e1),
         face=hull.rotational_added_mass,
-        account="inertia",
-        drawn={"buoy.rotational_added_mass": Drawn(1e-3, 1e1)},
     ),
     Effect(
         "buoy wave damping",
@@ -299,6 +266,16 @@ EFFECTS: list[Effect] = [
         numbers=None,
         account="inertia",
     ),
+    Effect(
+        "water that ends at the surface",
+        "sea.dry_above",
+        neutral=False,
+        line_wet=cable.wet_part,
+        joint_wet=joint.wet_part,
+        default=lambda scene: bool(surfacing(scene)),
+        numbers=None,
+        account="buoyancy",
+    ),
     Effect("body drag", "joint.drag_area", needs=("sea",), joint=joint.drag, account="drag"),
     Effect("body added mass", "joint.added_mass", needs=("sea",), joint=joint.added_mass, account="inertia"),
     Effect(
@@ -327,12 +304,13 @@ EFFECTS: list[Effect] = [
 ]
 
 
-def called_by(scene, where: str | None = None, part=None) -> list[Effect]:
-    """Effects that a scene calls for, or one part of it; where: only those with such a term ("line", "strip", ...)."""
-    return [e for e in EFFECTS if (where is None or getattr(e, where) is not None) and e.called(scene, part)]
+def called_by(scene: Scene, where: str | None = None, parts: Iterable = (None,)) -> list[Effect]:
+    """Effects that a scene calls for, or any of some parts; where: only those with such a term ("line", ...)."""
+    found = [e for e in EFFECTS if where is None or getattr(e, where) is not None]
+    return [e for e in found if any(e.called(scene, part) for part in parts)]
 
 
-def names(scene) -> list[str]:
+def names(scene: Scene) -> list[str]:
     """Names of the effects that a scene calls for, hence of what is compiled."""
     found = []
     for effect in EFFECTS:

@@ -5,13 +5,14 @@ import math
 import numpy as np
 
 from ..errors import InputError
-from ..meshes import cable_nodes
+from ..meshes import HullShape, cable_nodes
+from ..scene import Scene
+from ..scene.buoy import Buoy
 from .hydrostatics import float_upright
-from .material import cross_section, weight_per_length
-from .rigid import mass_properties, shape_of
+from .rigid import MassProperties, cross_section, mass_properties, shape_of, weight_per_length
 
 
-def check_feasible(scene) -> None:
+def check_feasible(scene: Scene) -> None:
     """Refuse what cannot be: an inextensible cable that is too short, a buoy that sinks, a mass that is not positive.
 
     Raises InputError with one sentence.
@@ -99,7 +100,7 @@ def _lines_of(scene, buoy):
                 yield [piece.section for piece in along], -ends[far].top.position[2]
 
 
-def hanging_weight(scene, buoy: str) -> float:
+def hanging_weight(scene: Scene, buoy: str) -> float:
     """Weight in water of the lines that hang from a buoy, at least, when it floats above their held ends [N].
 
     A line that is heavy all along: what it has down to the held end, and of what hangs lower its half.
@@ -118,10 +119,9 @@ def hanging_weight(scene, buoy: str) -> float:
     return total
 
 
-def shape_and_mass(buoy):
+def shape_and_mass(buoy: Buoy) -> tuple[HullShape | None, MassProperties]:
     """(HullShape or None, MassProperties) of a section [buoy]."""
-    shape = shape_of(buoy)
-    return shape, mass_properties(buoy, shape)
+    return shape_of(buoy), mass_properties(buoy)
 
 
 def _check_floats(scene, name):

@@ -6,11 +6,17 @@ heights of its ends at the start of a run, and keeps it.  In statics these heigh
 looked for (`statics.growth`).
 """
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from dolfinx import fem
 
 from ..solver import compat
-from .material import cross_section, weight_per_length
+from .rigid import cross_section, weight_per_length
+
+if TYPE_CHECKING:
+    from .lines import Lines
 
 
 class Growth:
@@ -19,7 +25,7 @@ class Growth:
     memory: the factors, which belong to the state of a run.
     """
 
-    def __init__(self, lines):
+    def __init__(self, lines: "Lines"):
         self.lines = lines
         space = compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0))
         self.diameter, self.mass = fem.Function(space), fem.Function(space)
@@ -34,16 +40,16 @@ class Growth:
         return np.column_stack([self.diameter.x.array[self._dofs], self.mass.x.array[self._dofs]])
 
     @factors.setter
-    def factors(self, values):
+    def factors(self, values: np.ndarray) -> None:
         for function, column in zip((self.diameter, self.mass), np.asarray(values).T, strict=True):
             function.x.array[self._dofs] = column
             compat.scatter_forward(function)
 
-    def at(self, u):
+    def at(self, u: np.ndarray) -> np.ndarray:
         """Factors that belong to the positions in the local unknowns u."""
-        return self._between(*np.sort(u[self._heights], axis=1).T)
+        return self._between(*np.sort(u[self.lines.part.slice][self._heights], axis=1).T)
 
-    def of_the_water(self):
+    def of_the_water(self) -> np.ndarray:
         """Means over the depth of the water: a guess before any position is known."""
         none = np.zeros(len(self._dofs))
         return self._between(none - self.lines.scene.sea.depth, none)
@@ -56,7 +62,7 @@ class Growth:
                 found[mine] = mean_factors(section.marine_growth, low[mine], high[mine])
         return found
 
-    def begin(self, u):
+    def begin(self, u: np.ndarray) -> None:
         """What belongs to the first positions of a run."""
         self.factors = self.at(u)
 
@@ -71,14 +77,14 @@ class Growth:
         added = density * (mass - 1) - rho_w * area * (diameter**2 - 1)
         return scene.gravity * added * np.diff(self.lines.cell_ends, axis=1)[:, 0]
 
-    def weight_per_length(self, line) -> float:
+    def weight_per_length(self, line: int) -> float:
         """Mean weight in water of a line with what grows on it [N/m], on every rank."""
         section, mine = self.lines.sections[line], self.lines.line_of_cell == line
         added = self.lines.comm.allreduce(float(self.weights[mine].sum()))
         return weight_per_length(self.lines.scene, section) + added / section.length
 
 
-def mean_factors(table, low, high) -> np.ndarray:
+def mean_factors(table: Sequence, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Means of the columns of a table [[z, ...], ...] over heights from `low` to `high`, arrays; shape (n, columns)."""
     z, *columns = np.array(table).T
     points = np.sort(np.column_stack([low, high, np.clip(z, low[:, None], high[:, None])]), axis=1)

@@ -1,18 +1,19 @@
 """Ends of lines whose positions are given as functions of time."""
 
 import math
-from collections.abc import Callable
-from dataclasses import astuple, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
-from ..scene.cable import MOTION, Top
-from ..solver.rows import copies
-from . import clock_c
-from .sea import ramp
+from ..scene import Scene
+from ..scene.cable import Top
+from ..solver.rows import copies, work
+from .airy import ramp
 
 
-def motion_of(top) -> Callable[[float], list[float]]:
+def motion_of(top: Top) -> Callable[[float], list[float]]:
     """r_bnd(t) [m] of a scene's section cable.top, fixed or prescribed."""
     position = list(map(float, top.position))
     if top.kind != "prescribed":
@@ -42,32 +43,11 @@ class Swing:
         return [place + size * math.sin(angle + phase) * amplitude for place, phase, amplitude in axes]
 
 
-def held_still(scene):
-    """The scene with all ends that it moves held where they are at t = 0."""
-    cables = scene.cable and [_with_still_top(cable) for cable in scene.cable]
-    joints = scene.joint and [_still_joint(joint) for joint in scene.joint]
-    return scene.model_copy(update={"cable": cables, "joint": joints})
-
-
-def adrift_nowhere(scene):
+def adrift_nowhere(scene: Scene) -> Scene:
     """The scene without what would carry a buoy away that no line holds: current, wind and external force."""
     absent = dict.fromkeys(("wind", "external_force"))
     buoys = [buoy.model_copy(update=absent) for buoy in scene.buoys]
     return scene.model_copy(update=absent | {"current": None, "buoy": buoys})
-
-
-def _with_still_top(cable):
-    if cable.top is None or cable.top.kind != "prescribed":
-        return cable
-    top = Top(kind="fixed", position=tuple(motion_of(cable.top)(0.0)))
-    return cable.model_copy(update={"top": top})
-
-
-def _still_joint(joint):
-    if joint.held is None or joint.held.kind != "prescribed":
-        return joint
-    at_rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
-    return joint.model_copy(update=at_rest | {"position": tuple(motion_of(joint.held)(0.0))})
 
 
 def _towed(t, duration):
@@ -94,7 +74,7 @@ def _spline(rows):
     return CubicSpline(rows[:, 0], rows[:, 1:], bc_type="clamped")
 
 
-def overshoot(rows) -> float:
+def overshoot(rows: Sequence) -> float:
     """By how much the spline through rows [t, x, y, z] leaves the range of their displacements, at most, as a part of
     the largest range of x, y and z."""
     rows = np.asarray(rows, dtype=float)
@@ -109,7 +89,7 @@ def overshoot(rows) -> float:
     return float(beyond / largest) if largest else 0.0
 
 
-def held(ends, time, u):
+def held(ends: list[tuple[np.ndarray, Any]], time: np.ndarray, u: np.ndarray) -> list[Callable]:
     """Functions that put the positions at time[0] of all ends that are held into the local unknowns u, both of which
     stay in place.
 
@@ -127,5 +107,5 @@ def held(ends, time, u):
 def _mover(motion, time, place):
     """A function that puts the place at time[0] of an end into an array."""
     if isinstance(motion, Swing):
-        return clock_c.swing(time, *astuple(motion), place)
+        return work("advance_swing", "swing", {"t": time, **asdict(motion), "out": place})
     return lambda: place.__setitem__(slice(None), motion(time.item()))

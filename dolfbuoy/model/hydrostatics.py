@@ -4,7 +4,9 @@ import math
 from dataclasses import dataclass
 
 from ..errors import InputError
+from ..meshes import HullShape
 from ..roots import brentq
+from .rigid import MassProperties
 
 
 @dataclass(frozen=True)
@@ -22,14 +24,14 @@ class Floating:
     heave_stiffness: float
 
 
-def draft_for_mass(shape, density, mass):
-    """Height of the water line above the keel [m] that displaces `mass` [kg]; None if the hull is too small."""
-    if mass > density * shape.volume():
-        return None
-    return brentq(lambda d: density * shape.volume(d) - mass, 0.0, shape.height, xtol=1e-14 * shape.height)
-
-
-def float_upright(shape, mass_properties, density, gravity, pull=0.0, pull_height=0.0) -> Floating:
+def float_upright(
+    shape: HullShape,
+    mass_properties: MassProperties,
+    density: float,
+    gravity: float,
+    pull: float = 0.0,
+    pull_height: float = 0.0,
+) -> Floating:
     """Upright equilibrium with a vertical downward `pull` [N] at `pull_height` above the keel.
 
     GM is the restoring lever of the whole load: (buoyancy at the metacentre - weight at C - pull at its point) per
@@ -37,12 +39,12 @@ def float_upright(shape, mass_properties, density, gravity, pull=0.0, pull_heigh
     """
     M, zG = mass_properties.mass, mass_properties.height
     load = M + (pull / gravity if gravity else 0.0)
-    draft = draft_for_mass(shape, density, load)
-    if draft is None:
+    if load > density * shape.volume():
         raise InputError(
             f"The buoy sinks: buoy.mass and point_masses with the pull of the cable make {load:.6g} kg, but buoy.hull "
             f"displaces at most {density * shape.volume():.6g} kg."
         )
+    draft = brentq(lambda d: density * shape.volume(d) - load, 0.0, shape.height, xtol=1e-14 * shape.height)
     KB = shape.centroid(draft) if draft > 0 else 0.0
     radius = shape.waterplane_radius(draft)
     displaced = density * shape.volume(draft)

@@ -1,7 +1,12 @@
 """How the unknowns of a Problem are numbered: elimination order, joints tied by one index, ghosts on other ranks."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from dolfinx import fem
+
+if TYPE_CHECKING:
+    from .problem import Problem
 
 
 class Joining:
@@ -11,15 +16,15 @@ class Joining:
     several of them are on one rank, one stands for the others there.
     """
 
-    def __init__(self, problem):
+    def __init__(self, problem: "Problem"):
         self.comm, self.lines, self.bodies = problem.comm, problem.lines, problem.bodies
         self.attachments, self.buoys = problem.attachments, problem.buoys
-        self.groups = self._groups() if self.lines else []
+        self.groups = self._groups(problem.network.meetings()) if self.lines else []
 
-    def _groups(self):
+    def _groups(self, meetings):
         """Of each joint where something is tied: local dofs (3,) of its members on this rank, None for the others."""
         found = []
-        for name, ends in self.lines.meetings().items():
+        for name, ends in meetings.items():
             members = [self.lines.end_dofs[piece][end] for piece, end in ends]
             members = [dofs if len(dofs) else None for dofs in members]
             if self.bodies and name in self.bodies.names:
@@ -27,7 +32,7 @@ class Joining:
             found.append(members)
         return found
 
-    def numbers(self):
+    def numbers(self) -> tuple:
         """(order, ghosts or None, ties): arguments of a Numbering."""
         order, ties = self._order(), self._ties()
         if self.comm.size == 1 or self.lines is None:
@@ -60,7 +65,7 @@ class Joining:
         order, stages = order[free], stages[free]
         if len(self.attachments) == 1:
             return np.concatenate([order, *states, *sixes])
-        turns = [self.lines.turn_of(a.piece) for a in mine]
+        turns = [self.lines.turns[0][a.piece] for a in mine]
         parts = [order, *sixes]
         keys = [stages, *(np.full(6, turn + 0.25) for turn in turns)]
         merged, keys = np.concatenate(parts), np.concatenate(keys)

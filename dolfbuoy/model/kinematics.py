@@ -6,6 +6,7 @@ come to lie.  That is of second order in the error of the prediction.  `waves.ki
 every evaluation: residual and Jacobian are then those of the waves themselves.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -13,30 +14,17 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 
-from ..errors import InputError
+from ..forms.kinds import Expr
 from ..forms.sea import LARGE, SMALL, Samples
-from ..solver import c_code, compat
-from ..solver.c_code import address
-from . import kinematics_c as c
+from ..scene import Scene
+from ..solver import compat
+from ..solver.c_code import ALIGNED, address, aligned, core
+from ..solver.system import System
 from .airy import AirySum
 
 ON_LINE, ON_AXIS, ON_SURFACE = range(3)  #: where points are: on a line, on the axis of a hull, on the surface above C
 PLAIN, MEAN, MOMENT = range(3)  #: weights of components over a disk
 STRETCHINGS = "wheeler", "vertical", "none"
-_WHOLE = 8  # components of the widest vector of a processor
-
-
-def compiled_sums():
-    """The sums in vectors, or where that cannot be compiled without."""
-    try:
-        return c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS, options=("-ffast-math",), libraries=("mvec", "m"))
-    except InputError:
-        return c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS)
-
-
-def compiled():
-    """What takes the sums where points are."""
-    return c_code.module("kinematics", c.DECLARATIONS, c.SOURCE)
 
 
 @dataclass(frozen=True)
@@ -62,7 +50,7 @@ class Points:
         return self.coefficient.function_space.dofmap.bs
 
 
-def on_line(mesh, degree, source, nodes) -> Points:
+def on_line(mesh: Any, degree: int, source: fem.Function, nodes: tuple[np.ndarray, np.ndarray]) -> Points:
     """The points of a quadrature degree on all cells; nodes: dofs of `source` (cells, nodes, 3) and their mesh
     coordinates (cells, nodes)."""
     dofs, s = nodes
@@ -72,18 +60,20 @@ def on_line(mesh, degree, source, nodes) -> Points:
     return Points(ON_LINE, found, np.arange(len(dofs)), shape, source, dofs)
 
 
-def on_points(mesh, source, dofs) -> Points:
+def on_points(mesh: Any, source: fem.Function, dofs: np.ndarray) -> Points:
     """One on each cell, whose place is unknown; dofs: of `source` (cells, 3)."""
     found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, SMALL)))
     return Points(ON_LINE, found, np.arange(len(dofs)), np.ones((1, 1)), source, dofs[:, None, :].astype(np.int32))
 
 
-def on_axis(group) -> Points:
+def on_axis(group: Any) -> Points:
     """Those of a `hull_points.PointGroup`."""
     return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)
 
 
-def on_cells(mesh, cells, source=None, places=None, radius=0) -> Points:
+def on_cells(
+    mesh: Any, cells: np.ndarray, source: Any = None, places: np.ndarray | None = None, radius: int = 0
+) -> Points:
     """One point on each of some cells: of the axis, or without source on the surface above C."""
     found = fem.Function(compat.function_space(mesh, compat.element(mesh, "DG", 0, LARGE)))
     kind = ON_SURFACE if source is None else ON_AXIS
@@ -97,7 +87,7 @@ def weighted(points: Points) -> list[Points]:
     return [points, *(replace(points, weight=weight, coefficient=fem.Function(space)) for weight in (MEAN, MOMENT))]
 
 
-def lagrange(nodes, x) -> np.ndarray:
+def lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Values at x (rows) of the polynomials that are 1 at one of the nodes and 0 at the others."""
     found = np.ones((len(x), len(nodes)))
     for a, here in enumerate(nodes):
@@ -116,18 +106,18 @@ def _reference(mesh, s):
 class Kinematics:
     """An irregular sea for the forms on one mesh: its components in C, and the points at which they are summed."""
 
-    def __init__(self, scene):
+    def __init__(self, scene: Scene):
         self.sets: list[Points] = []
-        self._alive, self._following, self._sums = [], [], compiled_sums()
-        self._waves, self._stale = compiled().ffi.new("waves *"), np.ones(1, dtype=np.int32)
+        self._alive, self._following = [], []
+        self.waves, self._stale = core().ffi.new("waves *"), np.ones(1, dtype=np.int32)  #: waves: in C
         self.change(scene)
 
-    def change(self, scene):
+    def change(self, scene: Scene) -> None:
         """The components of another scene."""
         self.exact, self._airy = scene.waves.kinematics == "exact", AirySum.of(scene)
         airy, n = self._airy, len(self._airy.wavenumber)
-        padded = -(-n // _WHOLE) * _WHOLE
-        self._arrays = {name: _aligned(padded) for name in _ARRAYS}
+        padded = -(-n // ALIGNED) * ALIGNED
+        self._arrays = {name: aligned(padded) for name in _ARRAYS}
         k = airy.wavenumber
         values = {
             "k": k,
@@ -142,35 +132,30 @@ class Kinematics:
         for name, array in values.items():
             self._arrays[name][:n] = array
         for name, array in self._arrays.items():
-            setattr(self._waves, name, address(array))
-        self._waves.count, self._waves.padded, self._waves.radius = n, padded, -1.0
-        self._waves.depth, self._waves.stretching = airy.depth, STRETCHINGS.index(airy.stretching)
+            setattr(self.waves, name, address(array))
+        self.waves.count, self.waves.padded, self.waves.radius = n, padded, -1.0
+        self.waves.depth, self.waves.stretching = airy.depth, STRETCHINGS.index(airy.stretching)
         for context in self._following:
             context.exact = self.exact
         self.set_time(0.0)
 
-    def set_time(self, t):
+    def set_time(self, t: float) -> None:
         """Phases and ramp of a time; what was summed before is stale."""
-        self._arrays["phase"][: self._waves.count] = self._airy.time_phase(t)
-        self._waves.ramp = self._airy.grown(t)
-        self._waves.serial += 1
+        self._arrays["phase"][: self.waves.count] = self._airy.time_phase(t)
+        self.waves.ramp = self._airy.grown(t)
+        self.waves.serial += 1
         self._stale[0] = 1
-
-    @property
-    def address(self) -> int:
-        """Of C's description of the components."""
-        return int(compiled().ffi.cast("uintptr_t", self._waves))
 
     def add(self, points: Points) -> Points:
         """More points, with the others of this mesh."""
         self.sets.append(points)
         return points
 
-    def samples(self, points: Points, depth) -> Samples:
+    def samples(self, points: Points, depth: Expr) -> Samples:
         """What a form reads at the points."""
         return Samples(points.coefficient, depth, self._airy.stretching)
 
-    def follow(self, system, body=None):
+    def follow(self, system: System, body: tuple | None = None) -> None:
         """Before every evaluation of a System the sums are taken where its points are.
 
         body: arrays that hold r_C, q_4 and the height of C, and the length of its hull.
@@ -180,29 +165,25 @@ class Kinematics:
         context = self._context(read, system.numbers_of, counts, body)
         self._following.append(context)
         system.filled_by_hook(*(points.coefficient for points in read))
-        system.hooks.add(_address(compiled(), "sample"), int(compiled().ffi.cast("uintptr_t", context)))
+        system.hooks.add("sample", context)
 
-    def into_functions(self, read, body=None):
+    def into_functions(self, read: Callable, body: tuple | None = None) -> Callable:
         """A function that takes the sums for the present values of Functions and Constants, into the coefficients."""
         context = self._context(self.sets, read, lambda p: np.array([len(p.cells)], dtype=np.int32), body)
         stale = np.ones(1, dtype=np.int32)  # its own: what a System has is none the newer
-        context.exact, context.stale = 1, address(stale)
+        context.exact, context.stale = True, address(stale)
         self._alive.append(stale)
-        return partial(compiled().lib.sample, context, compiled().ffi.NULL)
+        return partial(core().lib.sample, context, core().ffi.NULL)
 
-    def surface(self, body) -> tuple[int, int, int, int]:
-        """Addresses of C's functions `surface`, `serial` and `expand` and of their context."""
+    def of_hull(self, body: tuple) -> Any:
+        """The sea for C's `hull_points`."""
         context = self._context([], None, None, body)
         self._following.append(context)
-        functions = (_address(compiled(), name) for name in ("surface", "serial", "expand"))
-        return *functions, int(compiled().ffi.cast("uintptr_t", context))
+        return context
 
     def _context(self, sets, read, count, body):
-        ffi = compiled().ffi
-        context, described = ffi.new("kinematics *"), ffi.new("points[]", max(1, len(sets)))
-        context.waves, context.exact, context.stale = self._waves, self.exact, address(self._stale)
-        for name in ("phases_at", "sum_surface", "sum_third", "sum_below", "weigh"):
-            setattr(context, name, ffi.cast(ffi.typeof(getattr(context, name)), _address(self._sums, name)))
+        context, described = core().ffi.new("kinematics *"), core().ffi.new("points[]", max(1, len(sets)))
+        context.waves, context.exact, context.stale = self.waves, self.exact, address(self._stale)
         kept = [described, self._arrays, body]
         for points, one in zip(sets, described, strict=False):
             kept.append(_describe(one, points, read, count(points)))
@@ -239,15 +220,3 @@ def _describe(one, points, read, count):
     if points.kind == ON_AXIS:
         one.heights = address(heights)
     return kept
-
-
-def _address(module, name):
-    """Of a function of a compiled module."""
-    return int(module.ffi.cast("uintptr_t", module.ffi.addressof(module.lib, name)))
-
-
-def _aligned(count):
-    """Zeros at a multiple of 64 bytes, where vectors begin: sums are then the same bits wherever the memory lies."""
-    room = np.zeros(count + _WHOLE)
-    first = (-room.ctypes.data // 8) % _WHOLE
-    return room[first : first + count]

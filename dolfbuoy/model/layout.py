@@ -1,37 +1,100 @@
 """Where lines lie: a mesh of disjoint intervals, its spaces, and which unknown sits where."""
 
+import heapq
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 
 from ..meshes import cable_nodes
+from ..scene.cable import Cable
+from ..scene.network import Network, Piece
 from ..solver import compat
 from ..solver.real import real_space
 from .attachment import FIELDS
-from .elimination import order_of_pieces
 
 _NONE = np.zeros(0, dtype=int)
 
 
-def laid_out(sections):
+def laid_out(sections: list[Cable]) -> np.ndarray:
     """Where pieces begin that lie one after the other, apart from each other by a tenth of the longest [m]."""
     lengths = np.array([c.length for c in sections])
     return np.concatenate([[0.0], np.cumsum(lengths + 0.1 * lengths.max())])[:-1]
 
 
-class Layout:
+class Pieces:
+    """What is known of the pieces of line of a `network`, be they of one `Layout` or of several.
+
+    begins: where each begins on its mesh [m]; slip: how far apart places of one are there.  end_dofs: dofs of r at
+    s = 0 and s = L of each, empty where another rank has them.
+    """
+
+    network: Network
+    begins: np.ndarray
+    slip: float
+    end_dofs: list[tuple[np.ndarray, np.ndarray]]
+
+    @property
+    def pieces(self) -> list[Piece]:
+        """In the order of their numbers."""
+        return self.network.pieces
+
+    @property
+    def sections(self) -> list:
+        """Their sections of the scene."""
+        return [piece.section for piece in self.pieces]
+
+    @property
+    def section(self) -> Cable:
+        """That of the first piece."""
+        return self.pieces[0].section
+
+    @property
+    def longest(self) -> float:
+        """Length of the longest piece [m]."""
+        return max(c.length for c in self.sections)
+
+    def line_at(self, s: np.ndarray) -> np.ndarray:
+        """Number of the piece at mesh coordinates."""
+        return np.searchsorted(self.begins, s + self.slip, side="right") - 1
+
+    def held_ends(self) -> list[tuple[int, int, np.ndarray]]:
+        """(piece, end, its dofs) of all ends whose position is given."""
+        ends = [(k, i) for k, piece in enumerate(self.pieces) for i, end in enumerate(piece.ends) if end.held]
+        return [(k, i, self.end_dofs[k][i]) for k, i in ends]
+
+    def top_dofs(self, line: int = 0) -> np.ndarray:
+        """Dofs of r at s = L."""
+        return self.end_dofs[line][1]
+
+    @cached_property
+    def turns(self) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
+        """(turn of each piece, whether it goes backwards, turn of each joint by name) in the elimination."""
+        return order_of_pieces(self.pieces)
+
+    def elimination_order(self) -> tuple[np.ndarray, np.ndarray]:
+        """(free owned dofs, how early each): along one piece after the other, each tension behind its positions.
+
+        In this order the saddle-point matrix has a factorisation without pivoting.  Dofs of a joint, all of them, come
+        behind the last but one of its pieces, so that little fills in; behind them the tensions that only they precede.
+        """
+        dofs, keys = self.elimination_keys()
+        order = np.lexsort((dofs, *keys))
+        return dofs[order], keys[-1][order]
+
+
+class Layout(Pieces):
     """Mesh, space and numbering of the pieces of a network (`scene.network`); w = (r, T) or (r, T, mean T) is unknown.
 
     Piece k lies on the mesh from `begins[k]` on.  All share pair and strain, and are in the order in which a tension
     follows the positions that it constrains.
     """
 
-    def __init__(self, comm, network, averaged, begins=None):
+    def __init__(self, comm: MPI.Comm, network: Network, averaged: bool, begins: np.ndarray | None = None):
         self.comm, self.network = comm, network
-        self.sections = [piece.section for piece in network.pieces]
-        self.section = self.sections[0]
         self._lay_out(laid_out(self.sections) if begins is None else begins)
         self.space = compat.function_space(self.mesh, self._element(averaged))
         self.w, self.part = fem.Function(self.space), None
@@ -74,7 +137,6 @@ class Layout:
         self.line_of_cell = self.line_at(self.cell_ends.mean(axis=1))
         ends = np.array([(n[0], n[-1]) for n in self.nodes])
         nodes = self._found(self.node_s, ends)
-        #: Dofs of r at s = 0 and s = L of each piece, empty where another rank has them.
         self.end_dofs = [tuple(self.node_dofs[k] if k >= 0 else _NONE for k in pair) for pair in nodes]
         #: Owned cells at both ends of each piece, -1 where another rank has them.
         self.end_cells = np.column_stack([self._found(self.cell_ends[:, end], ends[:, end]) for end in (0, 1)])
@@ -83,13 +145,9 @@ class Layout:
         self._at_anchor, self._averaging = self._weights(lambda k: float(k == 0)), self._weights(lambda k: 1 / (k + 1))
 
     @cached_property
-    def at_ends(self):
+    def at_ends(self) -> fem.FunctionSpace:
         """The space of what an `Attachment` knows, one for all of them."""
         return real_space(self.mesh, FIELDS.size)
-
-    def line_at(self, s):
-        """Number of the piece at mesh coordinates."""
-        return np.searchsorted(self.begins, s + self.slip, side="right") - 1
 
     def _found(self, values, wanted):
         """Where among mesh coordinates, all different, the wanted ones are; -1: nowhere."""
@@ -110,61 +168,32 @@ class Layout:
 
     # -- ends ---------------------------------------------------------------------------------------------------------
 
-    def end_measure(self, piece, end):
+    def end_measure(self, piece: int, end: int) -> ufl.Measure:
         """`ds` of an end of a piece: a measure of its own, so that the forms of all ends are the same."""
         tags = compat.end_tags(self.mesh, self.nodes[piece][-end])
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=tags)(1)
 
-    def owns_end(self, piece, end) -> bool:
+    def owns_end(self, piece: int, end: int) -> bool:
         """Whether the cell at an end is one of this rank's, which evaluates what acts there."""
         return bool(self.end_cells[piece, end] >= 0)
 
-    def meetings(self) -> dict[str, list[tuple[int, int]]]:
-        """Name of a free joint -> [(piece, end)] of all that meet there."""
-        return self.network.meetings()
-
     @property
-    def owned(self):
+    def owned(self) -> np.ndarray:
         """Mask of the unknowns that are this rank's."""
         return np.arange(len(self.w.x.array)) < self.space.dofmap.index_map.size_local
 
-    def held_ends(self):
-        """(piece, end, its dofs) of all ends whose position is given."""
-        for k, piece in enumerate(self.network.pieces):
-            for i, end in enumerate(piece.ends):
-                if end.held:
-                    yield k, i, self.end_dofs[k][i]
-
-    def constrained_dofs(self):
-        """Dofs that are given."""
-        return np.concatenate([np.zeros(0, int), *(dofs for _, _, dofs in self.held_ends())])
-
-    def top_dofs(self, line=0):
-        """Dofs of r at s = L."""
-        return self.end_dofs[line][1]
-
-    def places(self):
+    def places(self) -> np.ndarray:
         """Mesh coordinates of the nodes, in the order of their dofs [m]."""
         return self.node_s
 
-    def force_dofs(self):
+    def force_dofs(self) -> np.ndarray:
         """Local unknowns that are tensions."""
         dofs = self.T_dofs.ravel()
         return dofs if self.mean_dofs is None else np.concatenate([dofs, self.mean_dofs])
 
     # -- elimination --------------------------------------------------------------------------------------------------
 
-    def elimination_order(self):
-        """(free owned dofs, how early each): along one piece after the other, each tension behind its positions.
-
-        In this order the saddle-point matrix has a factorisation without pivoting.  Dofs of a joint, all of them, come
-        behind the last but one of its pieces, so that little fills in; behind them the tensions that only they precede.
-        """
-        dofs, keys = self.elimination_keys()
-        order = np.lexsort((dofs, *keys))
-        return dofs[order], keys[-1][order]
-
-    def elimination_keys(self):
+    def elimination_keys(self) -> tuple[np.ndarray, tuple]:
         """Free owned dofs, and (kind, place, stage) of each, by which `elimination_order` sorts, the last one first."""
         n, size = self.space.dofmap.index_map.size_local, len(self.w.x.array)
         stage, place, kind = np.zeros(size), np.zeros(size), np.ones(size)
@@ -182,24 +211,15 @@ class Layout:
         stage[behind], place[behind] = turn[self.line_of_cell][:, None], far[:, None]
         if self.mean_dofs is not None:
             kind[self.mean_dofs] = 2
-        for name, ends in self.meetings().items():
+        for name, ends in self.network.meetings().items():
             for k, i in ends:
                 dofs = self.end_dofs[k][i]
                 stage[dofs], place[dofs] = joints[name], 0.0
                 if i != backwards[k] and joints[name] > turn[k]:  # its last tension has to wait for the joint
                     last = behind[self.end_cells[k, i]] if self.owns_end(k, i) else _NONE
                     stage[last], place[last] = joints[name], 0.0
-        dofs = np.setdiff1d(np.arange(n), self.constrained_dofs())
+        dofs = np.setdiff1d(np.arange(n), np.concatenate([_NONE, *(given for _, _, given in self.held_ends())]))
         return dofs, (kind[dofs], place[dofs], stage[dofs])
-
-    @cached_property
-    def turns(self):
-        """(turn of each piece, whether it goes backwards, turn of each joint by name) in the elimination."""
-        return order_of_pieces(self.network.pieces)
-
-    def turn_of(self, piece) -> float:
-        """Of a piece in the elimination."""
-        return self.turns[0][piece]
 
     def _from_top(self, s, lines):
         lengths = np.array([c.length for c in self.sections])
@@ -207,29 +227,69 @@ class Layout:
 
     # -- numbers ------------------------------------------------------------------------------------------------------
 
-    @property
-    def longest(self) -> float:
-        """Length of the longest piece [m]."""
-        return max(c.length for c in self.sections)
-
-    def set_shape(self, u, position, tension, line=0):
+    def set_shape(self, u: np.ndarray, position: Callable, tension: Callable, line: int = 0) -> None:
         """Interpolate position(s) -> (n, 3) and tension(s) -> (n,) of a piece into the local unknowns u."""
-        nodes, cells = self.nodes_of[line], self.cells_of[line]
+        u, nodes, cells = u[self.part.slice], self.nodes_of[line], self.cells_of[line]
         u[self.node_dofs[nodes]] = position(self.node_s[nodes] - self.begins[line])
         u[self.T_dofs[cells]] = tension(self.T_s[cells] - self.begins[line])
         if self.mean_dofs is not None:
-            u[self.mean_dofs] = self.mean_tension(u)
+            u[self.mean_dofs] = u[self.T_dofs] @ self._averaging
 
-    def mean_tension(self, u):
+    def mean_tension(self, u: np.ndarray) -> np.ndarray:
         """Average of T on each owned cell [N]."""
-        return u[self.T_dofs] @ self._averaging
+        return u[self.part.slice][self.T_dofs] @ self._averaging
 
-    def anchor_tension(self, u, line=0):
+    def anchor_tension(self, u: np.ndarray, line: int = 0) -> float:
         """T_h(0) of a piece [N], on the rank that owns its first cell; nan elsewhere."""
-        return float(self._at_anchor @ u[self.T_dofs[self.end_cells[line, 0]]]) if self.owns_end(line, 0) else np.nan
+        if not self.owns_end(line, 0):
+            return np.nan
+        return float(self._at_anchor @ u[self.part.slice][self.T_dofs[self.end_cells[line, 0]]])
 
 
 def _grouped(numbers, count):
     """Places of 0, of 1, ... of `count` - 1 in an array."""
     order = np.argsort(numbers, kind="stable")
     return np.split(order, np.searchsorted(numbers[order], np.arange(1, count)))
+
+
+def order_of_pieces(pieces: Sequence[Piece]) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
+    """(turn of each piece, whether it goes from s = L to s = 0, {joint: turn}); a joint comes behind the piece of its
+    turn.
+
+    A piece begins, if it can, at an end that needs no unknown or whose joint has gone: nothing of it then fills in but
+    what lies ahead.  A joint goes when at most one of its pieces is left.
+    """
+    joints, found, at_joint = {}, {}, {}
+    for k, piece in enumerate(pieces):
+        for end in piece.ends:
+            if end.kind == "joint":
+                at_joint.setdefault(end.name, []).append(k)
+    waiting = {name: len(there) for name, there in at_joint.items()}
+    best = [(*_best_end(piece, joints), k) for k, piece in enumerate(pieces)]  # may hold a piece again, at a lower cost
+    heapq.heapify(best)
+    while best:
+        _, backwards, k = heapq.heappop(best)
+        if k in found:
+            continue
+        turn = len(found)
+        found[k] = turn, bool(backwards)
+        for end in pieces[k].ends:
+            if end.kind == "joint":
+                waiting[end.name] -= 1
+                if waiting[end.name] <= 1 and end.name not in joints:
+                    joints[end.name] = turn + 0.5
+                    for left in set(at_joint[end.name]) - found.keys():
+                        heapq.heappush(best, (*_best_end(pieces[left], joints), left))
+    turns, backwards = zip(*(found[k] for k in range(len(pieces))), strict=True)
+    return np.array(turns, dtype=float), np.array(backwards), joints
+
+
+def _best_end(piece, joints):
+    """(what it costs to begin there, the end: 0 or 1)."""
+    return min((_cost(end, joints), i) for i, end in enumerate(piece.ends))
+
+
+def _cost(end, joints):
+    if end.kind == "buoy":
+        return 1
+    return 2 if end.kind == "joint" and end.name not in joints else 0

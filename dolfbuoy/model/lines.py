@@ -1,44 +1,47 @@
 """Lines: material, residual, and what time stepping has to know of them."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from mpi4py import MPI
 
 from ..forms import cable as form
 from ..forms import coupling
-from ..scene.network import Piece
+from ..forms.kinds import Expr
+from ..scene import Scene
+from ..scene.cable import Cable, Top
 from ..scene.stretching import TensionTable, bends_of
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
-from .evolution import Evolution
 from .growth import Growth
 from .held import held, motion_of
+from .interface import Evolution
 from .kinematics import on_line
 from .layout import Layout
-from .material import cross_section, weight_per_length
-from .numbers import Numbers, Properties
+from .masses import Masses
 from .parting import Parting
-from .sea import SeaState
-from .seabed import Seabed
+from .rigid import cross_section, weight_per_length
+from .seabed import Lying, Seabed
 
 
-def top_position(top, t):
+def top_position(top: Top, t: float) -> np.ndarray:
     """r_bnd(t) of the scene's section cable.top, fixed or prescribed [m]."""
     return np.array(motion_of(top)(t))
 
 
-def is_averaged(section) -> bool:
+def is_averaged(section: Cable) -> bool:
     """Whether the strain is its average on each element (the paper's Sect. 3.3.2); all pieces share that."""
     return section.strain == "element-average"
 
 
-class Lines(Layout):
+class Lines(Layout, Masses):
     """Spaces and forms of pieces of line of a scene, by their `numbers`; w = (r, T) or (r, T, mean T) is the unknown.
 
     All have the same pair, strain and strain form: lines of several kinds are several `groups`.
@@ -47,19 +50,26 @@ class Lines(Layout):
     inextensible and others not there is a compliance per cell, 0 for the former; else the former have no strain.
     """
 
-    def __init__(self, comm, scene, dynamic, numbers=None, begins=None):
+    where = "line"
+
+    def __init__(
+        self,
+        comm: MPI.Comm,
+        scene: Scene,
+        dynamic: bool,
+        numbers: list[int] | None = None,
+        begins: np.ndarray | None = None,
+    ):
         self.numbers = list(range(len(scene.network.pieces))) if numbers is None else numbers
         network = self._part_of(scene)
         stiffness = [piece.section.axial_stiffness for piece in network.pieces]
         self.elastic, self.mixed = not all(map(math.isinf, stiffness)), False
         self.mixed = self.elastic and any(map(math.isinf, stiffness))
         super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section), begins)
-        self.scene, self.dynamic = scene, dynamic
+        self._equip(scene, dynamic)
         self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
-        self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
-        self.memory: dict[str, np.ndarray] = {}  #: what accepted steps leave behind besides unknowns
         self._measure()
-        grown = scene.sea is not None and any(c.marine_growth for c in self.sections)
+        grown = scene.sea is not None and any(piece.section.marine_growth for piece in scene.network.pieces)
         self.growth = Growth(self) if grown else None
         self.memory |= self.growth.memory if self.growth else {}
         self._material()
@@ -68,17 +78,16 @@ class Lines(Layout):
         self._sampled = self._waves_at_points()
         self._lay_on_bed()
         if dynamic:
-            self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
-            self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
+            self._move()
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     @property
-    def groups(self):
+    def groups(self) -> list["Lines"]:
         """These lines, as `line_groups.LineGroups` has several."""
         return [self]
 
-    def holder(self, piece):
+    def holder(self, piece: int) -> tuple["Lines", int]:
         """(the Lines that have a piece of the scene, its number there)."""
         return self, piece
 
@@ -86,35 +95,25 @@ class Lines(Layout):
         """The network of a scene with the pieces that belong here only."""
         return replace(scene.network, pieces=tuple(scene.network.pieces[k] for k in self.numbers))
 
-    def _end_load(self, scene, k):
-        return np.array(scene.network.pieces[self.numbers[k]].ends[1].top.force)
-
-    def _sections(self, scene):
-        return [scene.network.pieces[k].section for k in self.numbers]
-
     @property
-    def pieces(self) -> list[Piece]:
-        """Of the network, in the order of their numbers."""
-        return self.network.pieces
-
-    @property
-    def stretches(self):
+    def stretches(self) -> np.ndarray:
         """Mask of the owned cells that are elastic."""
         return np.isfinite([c.axial_stiffness for c in self.sections])[self.line_of_cell]
 
     @property
-    def one_sided(self):
+    def one_sided(self) -> np.ndarray:
         """Mask of the owned cells that take no compression."""
         return np.array([c.slack == "tension-only" for c in self.sections])[self.line_of_cell]
 
     @property
-    def turnable(self):
+    def turnable(self) -> np.ndarray:
         """Whether each piece may be compressed until it is turned inside out: its tension says what its stretch is."""
         found = [c.slack == "compressive" and not (self.dynamic and c.damping) for c in self.sections]
         return np.isfinite([c.axial_stiffness for c in self.sections]) & found
 
-    def smallest_stretch(self, u) -> float:
+    def smallest_stretch(self, u: np.ndarray) -> float:
         """Smallest 1 + T/EA of the owned cells of `turnable` pieces, as the forms have EA at the moment."""
+        u = u[self.part.slice]
         T = u[self.T_dofs].min(axis=1) if self.mean_dofs is None else u[self.mean_dofs]
         EA, compliance = self.cable.EA, self.cable.compliance
         found = 1 / self._in_cells(EA) if compliance is None else self._in_cells(compliance)
@@ -132,28 +131,30 @@ class Lines(Layout):
         self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
 
     def _material(self):
-        scene, dry = self.scene, not self.section.diameter
-        self._numbers = Numbers(self.mesh, scene, lambda scene: self._sections(scene)[0])
-        self._properties = Properties(self._numbers, self._sections, self.line_of_cell)
-        self._property = self._properties.of
+        dry = not self.section.diameter
+        self._count(lambda scene: [scene.network.pieces[k].section for k in self.numbers], self.line_of_cell)
+        number = self.constants.per_cell
         self.cable = form.Cable(
-            line_density=self._property(lambda c: c.line_density),
-            EA=self._property(lambda c: c.axial_stiffness) if self.elastic and not self.mixed else None,
-            diameter=None if dry else self._property(lambda c: c.diameter),
-            area=None if dry else self._property(cross_section),
-            damping=self._property(lambda c: c.damping) if any(c.damping for c in self.sections) else None,
-            compliance=self._property(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
+            line_density=number(lambda c: c.line_density),
+            EA=number(lambda c: c.axial_stiffness) if self.elastic and not self.mixed else None,
+            diameter=None if dry else number(lambda c: c.diameter),
+            area=None if dry else number(cross_section),
+            damping=number(lambda c: c.damping) if any(c.damping for c in self.sections) else None,
+            compliance=number(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
             bends=(*self._bends(below=False), *self._bends(below=True)),
         )
-        if self.growth is not None:
+        if self.growth is not None and any(c.marine_growth for c in self.sections):
             self.cable = self.cable.grown(self.growth.diameter, self.growth.mass)
-        self.gravity = self._numbers.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
-        self._loads, self._powers = self._called("line" if scene.sea else None), self._called("line_power")
+        self.gravity = self.constants.constant(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
+        self._loads, self._powers = self._called(self.where), self._called("line_power")
+        self._surfaces = bool(effects.called_by(self.scene, "line_wet"))
         self.end_loads = {}
         for k, piece in enumerate(self.pieces):
             top = piece.ends[1].top
             if piece.ends[1].kind == "free" and any(top.force):
-                self.end_loads[k] = self._numbers.constant(lambda scene, _, k=k: self._end_load(scene, k))
+                self.end_loads[k] = self.constants.constant(
+                    lambda scene, _, n=self.numbers[k]: np.array(scene.network.pieces[n].ends[1].top.force)
+                )
 
     def _bends(self, below):
         """Bends of tables T(e); a section that has fewer than others has bends that change nothing."""
@@ -162,7 +163,7 @@ class Lines(Layout):
             return (*bends_of(section.axial_stiffness, below), *[(0.0, 0.0)] * most)[k]
 
         most = max(len(bends_of(c.axial_stiffness, below)) for c in self.sections)
-        number = self._property
+        number = self.constants.per_cell
         return [
             form.Bend(number(lambda c, k=k: bend(c, k)[0]), number(lambda c, k=k: bend(c, k)[1]), below)
             for k in range(most)
@@ -170,36 +171,20 @@ class Lines(Layout):
 
     def _lay_on_bed(self):
         """The sea bed, and what holds lines in the damped motion of statics."""
-        self.bed = self.relaxation = None
         if self.scene.seabed:
-            self.bed = Seabed(self, self._numbers.constant, self._property, self.positions, self._degree)
+            self.bed = Seabed(self)
             self.memory |= self.bed.memory
         if not self.dynamic:
             self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
 
-    def _called(self, where):
-        """[(effect, coefficient)] of the effects with such a term that any of the lines calls for."""
-        found = [e for e in effects.EFFECTS if where and getattr(e, where)]
-        called = [e for e in found if any(e.called(self.scene, section) for section in self.sections)]
-        return [(effect, self._coefficient(effect)) for effect in called]
-
-    def _coefficient(self, effect):
-        if effect.numbers is None:
-            return None
-        return self._property(lambda c: effect.given(self.scene, c)[""])
-
-    def change(self, scene):
+    def change(self, scene: Scene) -> None:
         """Take the numbers of another scene of the same structure."""
-        self.scene, self.network = scene, self._part_of(scene)
-        self.sections = [piece.section for piece in self.pieces]
-        self.section, self.stopped = self.sections[0], None
-        self._numbers.change(scene)
-        self._properties.change()
-        self.sea.change(scene)
+        self.network, self.stopped = self._part_of(scene), None
+        super().change(scene)
 
     # -- forms ------------------------------------------------------------------------------------------------------
 
-    def kinematics(self):
+    def kinematics(self) -> tuple[Expr, Expr, Expr | None, Expr | None, Expr | None]:
         """(r, T, strain, r_t, r_tt) as UFL; the last two are None in statics."""
         parts, r_t, r_tt = ufl.split(self.w), None, None
         if self.dynamic:
@@ -208,12 +193,21 @@ class Lines(Layout):
         e = form.strain(self.cable, parts[2] if self.mean_dofs is not None else parts[1], parts[0], r_t)
         return parts[0], parts[1], e, r_t, r_tt
 
-    def water_forces(self):
+    def water_forces(self) -> list[tuple[effects.Effect, Expr]]:
         """[(effect, force per stretched length [N/m] as UFL)] of what the scene calls for."""
         r, _, _, r_t, r_tt = self.kinematics()
-        flow, point = self.water_at(r), form.Point(form.tangent(r), r_t, r_tt)
-        found = [(e, e.line(c, self.cable, self.sea.density, flow, point)) for e, c in self._loads]
-        return [(effect, force) for effect, force in found if force is not None]
+        return self._forces_of_water(self.cable, r, form.Point(form.tangent(r), r_t, r_tt))
+
+    def wet_part(self) -> Expr | None:
+        """Part of the line that is under water; None where the forces of the water know no surface."""
+        if not self._surfaces:
+            return None
+        r, (points, _) = self.kinematics()[0], compat.interval_quadrature(self._degree)
+        return form.wet_part(self.cable, self.water_at(r), r, ufl.CellVolume(self.mesh) / len(points))
+
+    def weight(self) -> list[Expr]:
+        """`forms.cable.weight` [N/m]."""
+        return form.weight(self.cable, self.gravity, self.sea.density, self.wet_part())
 
     def _waves_at_points(self):
         """Where an irregular sea is wanted; empty without one."""
@@ -227,25 +221,13 @@ class Lines(Layout):
         points = on_line(self.mesh, degree, self.w, (places, self.node_s[blocks]))
         return [self.sea.kinematics.add(points)]
 
-    def water_at(self, r):
-        """Undisturbed water at the position r of the lines, at the points of `dx`."""
-        return self.sea.flow(r, *self._sampled)
-
-    def follow_water(self, system):
-        """An irregular sea follows the unknowns of a System."""
-        self.sea.follow(system)
-
-    def publish_points(self):
-        """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
-        self.sea.publish()
-
-    def material_powers(self):
+    def material_powers(self) -> list[tuple[effects.Effect, Expr]]:
         """[(effect, power per unstretched length [W/m] as UFL)] that the material takes, for balances."""
         r, T, e, r_t, _ = self.kinematics()
         taut = partial(form.taut_damping_power, r=r, T=T, e=e, r_t=r_t)
         return [(effect, self._or_taut(effect.line_power(c, r, r_t), taut)) for effect, c in self._powers]
 
-    def elastic_energy(self):
+    def elastic_energy(self) -> Expr:
         """Per unstretched length [J/m] as UFL, for balances."""
         r, T, e, r_t, _ = self.kinematics()
         return self._or_taut(form.elastic_energy(self.cable, e, T, r, r_t), partial(form.taut_energy, r=r))
@@ -260,36 +242,36 @@ class Lines(Layout):
         ropes = {goes(c) for c in self.sections}
         if ropes == {0.0}:
             return value
-        stiff = self._property(lambda c: c.axial_stiffness if goes(c) else 0.0)
-        rope, of_ropes = self._property(goes), taut(self.cable._replace(EA=stiff))
+        stiff = self.constants.per_cell(lambda c: c.axial_stiffness if goes(c) else 0.0)
+        rope, of_ropes = self.constants.per_cell(goes), taut(self.cable._replace(EA=stiff))
         return of_ropes if ropes == {1.0} else rope * of_ropes + (1 - rope) * value
 
-    def residual(self, test):
+    def residual(self, test: Expr) -> ufl.Form:
         """Eq. (11) tested by `test`; without inertia, added mass and waves in statics, and without forces at ends."""
-        tests, cable, dx = ufl.split(test), self.cable, self.dx
+        tests, cable = ufl.split(test), self.cable
         r, T, e, _, r_tt = self.kinematics()
         v, q = tests[:2]
         strain = form.strain_equation(r, e, q, self.section.strain_form)
         if self.parting is not None:
             strain = self.parting.strain_equation(strain, T, q)
-        F = form.tension_term(r, T, e, v) * dx + strain * dx
-        F -= ufl.inner(form.weight_in_water(cable, self.gravity, self.sea.density), v) * dx
+        F = form.tension_term(r, T, e, v) + strain
+        F -= sum(ufl.inner(force, v) for force in self.weight())
         if self.mean_dofs is not None:
-            F += form.mean_strain_equation(T, ufl.split(self.w)[2], tests[2]) * dx
+            F += form.mean_strain_equation(T, ufl.split(self.w)[2], tests[2])
         if self.dynamic:
-            F += form.inertia(cable, r_tt, v) * dx
+            F += form.inertia(cable, r_tt, v)
         forces = [force for _, force in self.water_forces()]
         if forces:
             f = sum(forces[1:], forces[0])
-            F -= ufl.inner(form.stretched(cable, e, f), v) * dx
+            F -= ufl.inner(form.stretched(cable, e, f), v)
         if self.bed is not None:
             for _, force in self.bed.forces():
-                F -= ufl.inner(force, v) * dx
+                F -= ufl.inner(force, v)
         if self.relaxation is not None:
-            F += form.inertia(cable, self.relaxation * (r - ufl.split(self.reference)[0]), v) * dx
-        return F
+            F += form.inertia(cable, self.relaxation * (r - ufl.split(self.reference)[0]), v)
+        return F * self.dx
 
-    def end_residuals(self, test):
+    def end_residuals(self, test: Expr) -> list[ufl.Form]:
         """The last term of (11)_1 for the free ends that are pulled, each a form of its own."""
         v = ufl.split(test)[0]
         return [coupling.end_force(load, v) * self.end_measure(k, 1) for k, load in self.end_loads.items()]
@@ -303,67 +285,47 @@ class Lines(Layout):
         for size in (L, np.sqrt(g * L)):
             sizes.append(np.full(len(self.w.x.array), np.inf))
             sizes[-1][self.node_dofs] = size
-        rates = [(self.gamma_v, self.history_v), (self.gamma_a, self.history_a)]
-        return [Evolution(self.part, rates, False, sizes)]
+        return [Evolution(self.part, self.rates, False, sizes)]
 
-    def clock(self, time, u):
+    def clock(self, time: np.ndarray, u: np.ndarray) -> list[Callable]:
         """Functions that bring the sea, and in u the ends that are held, to time[0]."""
         ends = [(dofs, _motion(self.pieces[k].ends[i].top)) for k, i, dofs in self.held_ends() if len(dofs)]
-        return [*self.sea.clock(time), *held(ends, time if self.stopped is None else self.stopped, u)]
+        now = time if self.stopped is None else self.stopped
+        return [*self.sea.clock(time), *held(ends, now, u[self.part.slice])]
 
-    def begin(self, u):
+    def begin(self, u: np.ndarray) -> None:
         """Memory as at the start of a run."""
         if self.growth is not None:
             self.growth.begin(u)
-        if self.bed is not None:
-            self.bed.begin(u)
+        super().begin(u)
 
-    def grow_as(self, other):
-        """Take the marine growth of other Lines of the same elements."""
-        if self.growth is not None:
-            self.growth.factors = other.growth.factors
-
-    def when_accepted(self, time, u):
+    def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
         """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
-        found = [lambda: self.bed.accept(u)] if self.bed is not None else []
+        found = super().when_accepted(time, u)
         return found + ([lambda: self.parting.accept(u, time.item())] if self.parting is not None else [])
 
-    def stop(self, time):
+    def stop(self, time: np.ndarray) -> None:
         """Ends that are moved stay where they are at a time from now on."""
         self.stopped = time
 
-    def scale_current(self, factor):
-        """Scale the current (for continuation in statics)."""
-        self.sea.scale_current(factor)
-
-    # -- relaxation, in statics ----------------------------------------------------------------------------------------
-
-    def hold(self, u, h):
-        """Inertia of a step of h [s] from rest in the positions of u."""
-        self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2
-
-    def let_go(self):
-        """No inertia."""
-        self.relaxation.value = 0.0
-
     # -- numbers ----------------------------------------------------------------------------------------------------
 
-    @property
-    def weight_per_length(self) -> float:
-        """`weight_of` the first piece [N/m]."""
-        return self.weight_of(0)
-
-    def weight_of(self, line) -> float:
+    def weight_of(self, line: int) -> float:
         """Weight in water per unstretched length of a piece, with what grows on it in the mean [N/m]."""
         if self.growth is not None:
             return self.growth.weight_per_length(line)
         return weight_per_length(self.scene, self.sections[line])
 
-    def top_position(self, t, line=0):
-        """r_bnd(t) of a fixed or prescribed top [m]."""
-        return top_position(self.pieces[line].ends[1].top, t)
+    @property
+    def parted_at(self) -> np.ndarray:
+        """When this rank's elements have parted [s]; nan for those that are whole."""
+        return np.full(len(self.line_of_cell), np.nan) if self.parting is None else self.parting.of_elements
 
-    def blocks(self, force):
+    def lying(self, u: np.ndarray, line: int = 0) -> Lying:
+        """What of a piece lies on the bed, on every rank."""
+        return self.bed.lying(u, line)
+
+    def blocks(self, length: float, force: float) -> list[Block]:
         """Blocks of w; `force` is a typical tension [N]."""
         L, h, first = self.longest, self.smallest_cell, self.part.offset
         moving = max(c.line_density for c in self.sections) * h * L
@@ -376,7 +338,7 @@ class Lines(Layout):
             blocks.append(Block("cable mean tension", means, force, force * h, rounding=moving, unit="N"))
         return blocks
 
-    def one_sided_rows(self, force) -> OneSidedRows:
+    def one_sided_rows(self, force: float) -> OneSidedRows:
         """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
         c, owned = self.section, self.space.dofmap.index_map.size_local
         sizes = np.broadcast_to(np.diff(self.cell_ends, axis=1), self.T_dofs.shape)

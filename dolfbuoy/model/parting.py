@@ -4,12 +4,18 @@ In the parted element the strain equation is replaced by T = 0.  Its mass, weigh
 the node goes; nothing else of the problem changes, no unknown and no tie.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from dolfinx import fem
 from mpi4py import MPI
 
+from ..forms.kinds import Expr
 from ..parallel.ranks import combined
 from ..solver import compat
+
+if TYPE_CHECKING:
+    from .lines import Lines
 
 
 class Parting:
@@ -19,7 +25,7 @@ class Parting:
     behind.
     """
 
-    def __init__(self, lines):
+    def __init__(self, lines: "Lines"):
         self.lines = lines
         self.parted = fem.Function(compat.function_space(lines.mesh, compat.element(lines.mesh, "DG", 0)))
         self.memory = {"parted_elements": self.parted.x.array, "parted_at": np.zeros_like(self.parted.x.array)}
@@ -30,12 +36,12 @@ class Parting:
         """When this rank's elements have parted [s], in their order; nan for those that are whole."""
         return np.where(self.parted.x.array > 0, self.memory["parted_at"], np.nan)[self._dofs]
 
-    def strain_equation(self, equation, T, q):
+    def strain_equation(self, equation: Expr, T: Expr, q: Expr) -> Expr:
         """The strain equation of whole elements, T = 0 of parted ones, over a tension that makes it a strain."""
         weight = max(section.line_density for section in self.lines.sections) * self.lines.longest
         return (1 - self.parted) * equation + self.parted * (T / weight) * q
 
-    def accept(self, u, t) -> bool:
+    def accept(self, u: np.ndarray, t: float) -> bool:
         """Part what has reached its time or its tension in an accepted step; whether anything has parted now."""
         found = [self._part(pieces, rule, u, t) for (_, rule), pieces in self._rules().items()]
         if not any(found):
@@ -76,6 +82,7 @@ class Parting:
 
     def _above(self, tension, u, mine):
         """Mask of the element with the largest tension, if that is above `tension`."""
+        u = u[self.lines.part.slice]
         T = np.where(mine, u[self.lines.T_dofs[: len(mine)]].max(axis=1), -np.inf)
         largest = combined(self.lines.comm, float(T.max(initial=-np.inf)), MPI.MAX)
         return mine & (largest == T) & (largest > tension)

@@ -1,5 +1,6 @@
 """A scene as one nonlinear system: its lines on all ranks, each buoy on the rank that owns an end of a line there."""
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -8,6 +9,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from ..parallel.ranks import combined, told
+from ..scene import Scene
 from ..scene.network import attached_ends
 from ..solver.loops import Loop
 from ..solver.newton import Newton
@@ -19,9 +21,10 @@ from ..solver.unknowns import Block, Part
 from .attachment import Attachment
 from .bodies import Bodies
 from .buoy import Buoy
+from .interface import Evolution
 from .joining import Joining
 from .line_groups import lines_of
-from .material import weight_per_length
+from .rigid import weight_per_length
 from .size import check_size
 from .structure import structure_of
 from .wet_hull import SUBMERGED
@@ -34,7 +37,7 @@ class Problem:
     if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by `change`.
     """
 
-    def __init__(self, scene, dynamic, comm=MPI.COMM_WORLD):
+    def __init__(self, scene: Scene, dynamic: bool, comm: MPI.Comm = MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
         self.network = scene.network
         self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
@@ -48,9 +51,7 @@ class Problem:
         mine = (name for name, rank in self.buoy_ranks.items() if rank == comm.rank)
         self.buoys = {name: Buoy(scene, name, dynamic) for name in mine}
         self.attachments = self._attach()
-        self._at_ends, self._on_buoys = {(a.piece, a.end): a for a in self.attachments}, {}
-        for attachment in self.attachments:
-            self._on_buoys.setdefault(id(attachment.buoy), []).append(attachment)
+        self._at_ends = {(a.piece, a.end): a for a in self.attachments}
         #: Models of this rank, each with its evolutions, memory and forces.
         self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
         parts = self._number()
@@ -92,11 +93,6 @@ class Problem:
         """The buoy of a scene that has one, on its rank; of several the first one of this rank."""
         return next(iter(self.buoys.values()), None)
 
-    @property
-    def buoy_rank(self) -> int:
-        """Rank of the first buoy."""
-        return next(iter(self.buoy_ranks.values()), 0)
-
     def _ranks(self):
         """The rank of each buoy: that of the first line's end there."""
         first = {}
@@ -115,9 +111,9 @@ class Problem:
             found.append(Attachment(self.lines, piece, end, rank, buoy, offset))
         return found
 
-    def attached_to(self, buoy) -> list[Attachment]:
+    def attached_to(self, buoy: Buoy) -> list[Attachment]:
         """Attachments of a Buoy of this rank."""
-        return self._on_buoys.get(id(buoy), [])
+        return [attachment for attachment in self.attachments if attachment.buoy is buoy]
 
     def _number(self):
         """Give the unknowns their places; returns the parts of this rank."""
@@ -141,7 +137,7 @@ class Problem:
             add(buoy, "buoy", buoy.state)
         return parts
 
-    def residuals(self):
+    def residuals(self) -> list[tuple[Part, ufl.Form]]:
         """All equations of this rank, [(part that is tested, linear form), ...]."""
         found = []
         for lines in self.lines.groups if self.lines else ():
@@ -158,10 +154,8 @@ class Problem:
 
     def _blocks(self):
         """Blocks of this rank; those of bodies and buoys have the same names on every rank, for messages."""
-        blocks, force = [], self.typical_force
-        if self.lines:
-            blocks += self.lines.blocks(force)
-        length = self.lines.longest if self.lines else 0.0
+        force, length = self.typical_force, self.lines.longest if self.lines else 0.0
+        blocks = self.lines.blocks(length, force) if self.lines else []
         if self.network.bodies:
             blocks += self._told(self.bodies and self.bodies.blocks(length, force), 0)
         for name, rank in self.buoy_ranks.items():
@@ -199,7 +193,7 @@ class Problem:
                 sizes.append(float(np.linalg.norm(buoy.external_force.force)))
         return max(sizes)
 
-    def change(self, scene):
+    def change(self, scene: Scene) -> None:
         """Take the numbers of another scene, for which nothing has to be compiled or built anew.
 
         Raises ValueError if the scenes differ in more than numbers (`structure.structure_of`).
@@ -207,11 +201,8 @@ class Problem:
         if structure_of(scene) != structure_of(self.scene):
             raise ValueError("the scenes differ in more than numbers")
         self.scene, self.network, self._advance = scene, scene.network, None
-        for model in (self.lines, self.bodies):
-            if model is not None:
-                model.change(scene)
-        for buoy in self.buoys.values():
-            buoy.change(scene)
+        for model in self.models:
+            model.change(scene)
         if self.law is not None:
             self.law.resize(self.lines.one_sided_rows(self.typical_force))
         self.system.blocks[:] = self._blocks()
@@ -219,35 +210,35 @@ class Problem:
 
     # -- time --------------------------------------------------------------------------------------------------------
 
-    def set_time(self, t):
+    def set_time(self, t: float) -> None:
         """Bring everything that is given as a function of time to a time; constrained values go into `system.u`."""
         self.time[0] = t
         if self._advance is None:
             self._advance = together(*self.clock())
         self._advance()
 
-    def clock(self):
+    def clock(self) -> list[Callable]:
         """The functions that do it for `time`, until a `change`."""
         return [function for model in self.models for function in model.clock(self.time, self.system.u)]
 
-    def stop_ends(self):
+    def stop_ends(self) -> None:
         """Ends that are moved stay where they are from now on."""
         self.lines.stop(self.time.copy())
         self._advance = None
 
-    def when_accepted(self):
+    def when_accepted(self) -> list[Callable]:
         """Functions that are called when a step to `time` was taken; whether the equations are others now."""
         return [function for model in self.models for function in model.when_accepted(self.time, self.system.u)]
 
-    def evolutions(self):
+    def evolutions(self) -> list[Evolution]:
         """What the models of this rank tell time stepping, in the order of the unknowns."""
         return [evolution for model in self.models for evolution in model.evolutions()]
 
-    def places(self):
+    def places(self) -> np.ndarray:
         """Where the unknowns of this rank sit, by which a state that is taken up again knows its numbering."""
         return np.concatenate([model.places() for model in self.models] or [np.zeros(0)])
 
-    def force_dofs(self):
+    def force_dofs(self) -> np.ndarray:
         """Local unknowns that are tensions, or forces at attachments."""
         found = [np.zeros(0, dtype=int), *(model.force_dofs() for model in self.models)]
         found += [a.force_dofs() for a in self.attachments if a.rank == self.comm.rank]
@@ -260,7 +251,7 @@ class Problem:
         means = self.lines.mean_tension(self.system.u)
         return combined(self.comm, means.min(initial=np.inf), MPI.MIN)
 
-    def end_force(self, piece, end, fresh=True) -> np.ndarray:
+    def end_force(self, piece: int, end: int, fresh: bool = True) -> np.ndarray:
         """The force that holds an end of a piece of line [N], on every rank: at a joint its part of the sum there.
 
         Where the end is held, or at a joint, the reaction with all that acts on the element there and moves it: the
@@ -268,7 +259,7 @@ class Problem:
         """
         holder = self.network.pieces[piece].ends[end]
         if holder.kind == "buoy":
-            attachment = self.attachment_of(piece, end)
+            attachment = self._at_ends[piece, end]
             mine = -attachment.of(self.system.u).force if attachment.buoy else None
             return told(self.comm, mine, attachment.rank)
         if holder.kind == "free":
@@ -277,45 +268,37 @@ class Problem:
         owned = self.lines.end_dofs[piece][end] if self.lines.owns_end(piece, end) else []
         return combined(self.comm, residual[owned] if len(owned) else np.zeros(3), MPI.SUM)
 
-    def end_tension(self, fresh=True, cable=0):
+    def end_tension(self, fresh: bool = True, cable: int = 0) -> np.ndarray | None:
         """T_bnd, the force that holds the upper end of a cable [N], on every rank; None without lines."""
         return None if self.lines is None else self.end_force(self.network.last_of(cable), 1, fresh)
 
-    def anchor_force(self, fresh=True, cable=0):
+    def anchor_force(self, fresh: bool = True, cable: int = 0) -> np.ndarray | None:
         """The force that holds s = 0 of a cable [N], on every rank; None without lines."""
         return None if self.lines is None else self.end_force(self.network.first_of(cable), 0, fresh)
 
-    def end_forces(self, fresh=True) -> dict[str, np.ndarray]:
-        """Forces that hold the ends of the cable [N], of several (cable, 3), by their names in a record."""
+    def end_forces(self, fresh: bool = True) -> dict[str, np.ndarray]:
+        """Forces that hold the ends of each cable [N], (cable, 3), by their names in a record."""
         if self.lines is None:
             return {}
         if fresh:
             self.system.evaluate()
-        cables = range(len(self.network.cables))
-        found = {
-            name: [get(False, k) for k in cables]
-            for name, get in (("anchor_force", self.anchor_force), ("end_tension", self.end_tension))
-        }
-        return {name: forces[0] if len(cables) == 1 else np.array(forces) for name, forces in found.items()}
+        ends, cables = {"anchor_force": self.anchor_force, "end_tension": self.end_tension}, self.network.cables
+        return {name: np.array([get(False, k) for k in range(len(cables))]) for name, get in ends.items()}
 
-    def attachment_of(self, piece, end=1) -> Attachment:
-        """The attachment of an end of a piece of line."""
-        return self._at_ends[piece, end]
-
-    def anchor_tension(self, cable=0) -> float:
+    def anchor_tension(self, cable: int = 0) -> float:
         """T_h(0) of a cable [N], on every rank."""
         mine = self.lines.anchor_tension(self.system.u, self.network.first_of(cable))
         values = [mine] if self.comm.size == 1 else self.comm.allgather(mine)
         return next(v for v in values if not np.isnan(v))
 
-    def tension_at(self, s, line=0) -> float:
+    def tension_at(self, s: float, line: int = 0) -> float:
         """Mean of T on the element of a line at arc length s [N], on every rank."""
         begins, ends = (self.lines.cell_ends - self.lines.begins[line]).T
         here = (self.lines.line_of_cell == line) & (begins <= s) & (s <= ends)
         mine = self.lines.mean_tension(self.system.u)[here].max(initial=-np.inf)
         return combined(self.comm, float(mine), MPI.MAX)
 
-    def destroy(self):
+    def destroy(self) -> None:
         """Give PETSc's objects back."""
         self.newton.destroy()
 

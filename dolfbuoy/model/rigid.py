@@ -1,4 +1,4 @@
-"""Mass properties of the buoy: hull and point masses together."""
+"""Masses and weights: of a line's material, and of a buoy, hull and point masses together."""
 
 import math
 from dataclasses import dataclass
@@ -6,6 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..meshes import HullShape
+from ..scene import Scene
+from ..scene.buoy import Buoy
+from ..scene.cable import Cable
+
+
+def cross_section(cable: Cable) -> float | None:
+    """A0 [m^2] of a section [cable]; None without area and diameter."""
+    if cable.area is not None:
+        return cable.area
+    return math.pi * cable.diameter**2 / 4 if cable.diameter else None
+
+
+def weight_per_length(scene: Scene, cable: Cable) -> float:
+    """Weight in water per unstretched length, w [N/m], of a section [cable]; negative for a cable that floats."""
+    displaced = scene.sea.density * cross_section(cable) if scene.sea else 0.0
+    return (cable.line_density - displaced) * scene.gravity
 
 
 @dataclass(frozen=True)
@@ -17,11 +33,12 @@ class MassProperties:
     inertia: tuple[float, float, float]
 
 
-def mass_properties(buoy, shape=None) -> MassProperties:
+def mass_properties(buoy: Buoy) -> MassProperties:
     """C of hull and point masses and the inertia about it, by the parallel-axis theorem.
 
-    buoy: the scene's section.  shape: meshes.HullShape, the source of defaults (uniform solid hull).
+    buoy: the scene's section, by default a uniform solid hull.
     """
+    shape = shape_of(buoy)
     hull_height = buoy.center_of_mass if buoy.center_of_mass is not None else shape.centroid()
     if buoy.inertia is None:
         transverse, axial = (buoy.mass * i for i in shape.solid_inertia())
@@ -38,24 +55,24 @@ def mass_properties(buoy, shape=None) -> MassProperties:
     return MassProperties(total, center, tuple(float(i) for i in moments))
 
 
-def shape_of(buoy) -> HullShape | None:
+def shape_of(buoy: Buoy) -> HullShape | None:
     """Hull of the scene's section, if it has one."""
     return HullShape(tuple(buoy.hull)) if buoy.hull else None
 
 
-def axis_offset(buoy, height) -> np.ndarray:
+def axis_offset(buoy: Buoy, height: float) -> np.ndarray:
     """Body vector from C to the axis point at `height` above the keel [m]; buoy: the scene's section."""
-    return np.array([0.0, 0.0, height - mass_properties(buoy, shape_of(buoy)).height])
+    return np.array([0.0, 0.0, height - mass_properties(buoy).height])
 
 
-def mooring_offset(buoy, fairlead: str | None = None) -> np.ndarray:
+def mooring_offset(buoy: Buoy, fairlead: str | None = None) -> np.ndarray:
     """Body vector from C to a fairlead of a section [buoy], or to its mooring point on the axis [m]."""
     if fairlead is None:
         return axis_offset(buoy, buoy.mooring_height)
     return axis_offset(buoy, 0.0) + np.array(buoy.fairleads[fairlead])
 
 
-def rotation_of(q4) -> np.ndarray:
+def rotation_of(q4: np.ndarray) -> np.ndarray:
     """Rotation matrix of a quaternion (q0, q)."""
     x, y, z, w = map(float, [*q4[1:], q4[0]])
     x, y, z, w = np.array([x, y, z, w]) / math.sqrt(x * x + y * y + z * z + w * w)

@@ -1,28 +1,32 @@
 """The sea of a scene: as UFL constants on one mesh with its clock, and in numbers at points."""
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
 
 from ..forms import sea, wind
-from ..solver.compat import point_in_space
+from ..forms.kinds import Expr
+from ..scene import Scene
+from ..scene.buoy import Wind
+from ..solver import rows
+from ..solver.system import System
 from ..solver.unknowns import array_of
-from . import clock_c
-from .airy import AirySum, ramp
-from .components import Propagation, components_of, propagation
-from .evaluate import at_points, value
+from .airy import AirySum
+from .components import Propagation, components_of, current_speed, propagation
 from .kinematics import Kinematics
 from .numbers import Numbers
 
 
-def main_propagation(scene) -> Propagation:
+def main_propagation(scene: Scene) -> Propagation:
     """Of the scene's regular wave, or of the main period of its sea."""
     return propagation(scene, scene.waves.main_period, scene.waves.direction_deg)
 
 
-def wavenumber(scene) -> float:
+def wavenumber(scene: Scene) -> float:
     """k of the scene's wave: 2 pi / wavelength if that is given, else from dispersion; of the main period of a sea."""
     return main_propagation(scene).wavenumber
 
@@ -36,95 +40,38 @@ def heading(direction_deg: float) -> np.ndarray:
     return np.array([c, s, 0.0])
 
 
-def amplitude(scene, t) -> float:
-    """Amplitude of the scene's wave at time t, ramp included [m]."""
-    return scene.waves.size * ramp(t, scene.waves.ramp)
-
-
-def time_phase(scene, t, frequency) -> float:
-    """phase - omega t of the scene's wave [rad] with the frequency that a fixed point sees [rad/s]."""
-    return math.radians(scene.waves.phase_deg) - frequency * t
-
-
-def _wave(scene, number, amplitude, time_phase):
-    """The scene's wave for forms.sea; number(get): a scalar of UFL, or a float, with the value get(scene)."""
-    return sea.Wave(
-        amplitude=amplitude,
-        wavenumber=number(wavenumber),
-        frequency=number(lambda scene: main_propagation(scene).in_water),
-        time_phase=time_phase,
-        cos_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[0])),
-        sin_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[1])),
-        depth=number(lambda scene: scene.sea.depth),
-        stretching=scene.waves.stretching,
-    )
-
-
-def _current(scene, number, speed):
-    """The scene's current for forms.sea; speed(get): a number or vector that continuation may scale."""
-    profile = scene.current.profile
-    if isinstance(profile, list):
-        rows = range(len(profile))
-        direction = number(lambda scene: heading(scene.current.direction_deg))
-        z = number(lambda scene: np.array([z for z, _ in scene.current.profile]))
-        speeds = speed(lambda scene: np.array([speed for _, speed in scene.current.profile]))
-        return sea.tabulated_current(direction, [z[i] for i in rows], [speeds[i] for i in rows])
-    velocity = speed(lambda scene: scene.current.speed * heading(scene.current.direction_deg))
-    if profile == "uniform":
-        return sea.uniform_current(velocity)
-    return sea.power_law_current(
-        velocity, number(lambda scene: scene.sea.depth), number(lambda scene: scene.current.exponent)
-    )
-
-
-def crest_height(scene) -> float:
+def crest_height(scene: Scene) -> float:
     """Amplitude of a scene's wave, significant height of its sea, 0 without waves [m]."""
     if scene.waves is None:
         return 0.0
     return 4 * math.sqrt(components_of(scene.waves).moment(0)) if scene.waves.irregular else scene.waves.size
 
 
-def elevation_at(scene, t, points) -> np.ndarray:
+def elevation_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
     """Elevation of a scene's water in numbers [m] at points (..., 3)."""
-    if scene.waves and scene.waves.irregular:
-        return AirySum.of(scene).elevation(t, points)
-    return _at_points(_flow(scene, t).elevation, points, ())
+    return AirySum.of(scene).elevation(t, points) if scene.waves else np.zeros(np.shape(points)[:-1])
 
 
-def velocity_at(scene, t, points) -> np.ndarray:
+def velocity_at(scene: Scene, t: float, points: np.ndarray) -> np.ndarray:
     """Velocity (..., 3) of a scene's undisturbed water in numbers [m/s] at points (..., 3)."""
-    stream = _at_points(_flow(scene, t).velocity, points, (3,))
-    return stream + AirySum.of(scene).flow(t, points)[0] if scene.waves and scene.waves.irregular else stream
+    points = np.asarray(points, dtype=float)
+    velocity = AirySum.of(scene).flow(t, points)[0] if scene.waves else np.zeros(points.shape)
+    if scene.current:
+        speed = current_speed(scene, points[..., 2], least=1e-3)
+        velocity = velocity + speed[..., None] * heading(scene.current.direction_deg)
+    return velocity
 
 
-def _at_points(expression, points, shape):
-    return np.zeros(np.shape(points)[:-1] + shape) if expression is None else at_points(expression, points)
-
-
-def _flow(scene, t):
-    """The water of forms.sea at `compat.point_in_space`, without irregular waves."""
-
-    def number(get):
-        found = get(scene)
-        return ufl.as_vector(found.tolist()) if isinstance(found, np.ndarray) else found
-
-    wave = None
-    if scene.waves and not scene.waves.irregular:
-        phase = time_phase(scene, t, main_propagation(scene).at_ground)
-        wave = _wave(scene, number, amplitude(scene, t), phase)
-    return sea.flow(point_in_space(), wave, _current(scene, number, number) if scene.current else None)
-
-
-def wind_at(w, height) -> np.ndarray:
-    """Force of a section [wind] at a height over the water [m], Eq. (2) [N]."""
+def wind_at(w: Wind, height: float) -> np.ndarray:
+    """Force of a section [wind] at a height over the water, Eq. (2) [N]."""
     size = wind.wind_force(ufl.as_ufl(float(height)), 1.0, w.speed_10m, w.drag_coefficient, w.air_density, w.area)
-    return value(size) * heading(w.direction_deg)
+    return size(()) * heading(w.direction_deg)
 
 
 class SeaState:
     """Wave and current of `scene` on `mesh`; what is absent is None and never reaches a form."""
 
-    def __init__(self, mesh, scene, with_waves=True):
+    def __init__(self, mesh: Any, scene: Scene, with_waves: bool = True):
         self._mesh, self._numbers, self._speeds = mesh, Numbers(mesh, scene), []
         self.kinematics = self._publish = None  #: of an irregular sea
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
@@ -135,14 +82,42 @@ class SeaState:
         elif with_waves and scene.waves:
             self._amplitude, self._time_phase = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
             self._numbers_of_wave = array_of(self._amplitude), array_of(self._time_phase)
-            self.wave = _wave(scene, self._number, self._amplitude, self._time_phase)
+            self.wave = self._wave()
         if scene.current:
-            self.current = _current(scene, self._number, self._speed)
+            self.current = self._current()
 
     @property
-    def scene(self):
+    def scene(self) -> Scene:
         """The scene whose numbers these are."""
         return self._numbers.scene
+
+    def _wave(self):
+        """The scene's regular wave, whose amplitude and phase follow the clock."""
+        number = self._number
+        return sea.Wave(
+            amplitude=self._amplitude,
+            wavenumber=number(wavenumber),
+            frequency=number(lambda scene: main_propagation(scene).in_water),
+            time_phase=self._time_phase,
+            cos_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[0])),
+            sin_direction=number(lambda scene: float(heading(scene.waves.direction_deg)[1])),
+            depth=number(lambda scene: scene.sea.depth),
+            stretching=self.scene.waves.stretching,
+        )
+
+    def _current(self):
+        profile, number, speed = self.scene.current.profile, self._number, self._speed
+        if isinstance(profile, list):
+            direction = number(lambda scene: heading(scene.current.direction_deg))
+            z = number(lambda scene: np.array([z for z, _ in scene.current.profile]))
+            speeds = speed(lambda scene: np.array([speed for _, speed in scene.current.profile]))
+            rows = range(len(profile))
+            return sea.tabulated_current(direction, [z[i] for i in rows], [speeds[i] for i in rows])
+        velocity = speed(lambda scene: scene.current.speed * heading(scene.current.direction_deg))
+        if profile == "uniform":
+            return sea.uniform_current(velocity)
+        depth, exponent = number(lambda scene: scene.sea.depth), number(lambda scene: scene.current.exponent)
+        return sea.power_law_current(velocity, depth, exponent)
 
     def _number(self, get):
         return self._numbers.constant(lambda scene, _: get(scene))
@@ -152,17 +127,17 @@ class SeaState:
         self._speeds.append((self._number(get), get))
         return self._speeds[-1][0]
 
-    def scale_current(self, factor):
+    def scale_current(self, factor: float) -> None:
         """Scale the current (for continuation in statics)."""
         for constant, full in self._speeds:
             constant.value = factor * full(self.scene)
 
     @property
-    def has_waves(self):
+    def has_waves(self) -> bool:
         """Whether there are any, regular or not."""
         return self.wave is not None or self.kinematics is not None
 
-    def flow(self, x, *at):
+    def flow(self, x: Expr, *at) -> sea.Flow:
         """Undisturbed water at the UFL point x.
 
         at: `kinematics.Points` near it, which an irregular sea needs; three, `weighted`, for averages over disks.
@@ -173,33 +148,35 @@ class SeaState:
         waves = sea.sampled_average(samples, x) if len(samples) > 1 else sea.sampled_flow(samples[0], x)
         return sea.with_current(waves, x, self.current)
 
-    def follow(self, system):
+    def follow(self, system: System) -> None:
         """An irregular sea follows the unknowns of a System."""
         if self.kinematics is not None:
             self.kinematics.follow(system)
 
-    def publish(self):
+    def publish(self) -> None:
         """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
         if self.kinematics is not None:
             self._publish = self._publish or self.kinematics.into_functions(array_of)
             self._publish()
 
-    def clock(self, time):
+    def clock(self, time: np.ndarray) -> list[Callable]:
         """Functions that bring the waves' phases and ramp to time[0], with the numbers of the scene at hand."""
         if self.kinematics is not None:
             return [lambda: self.kinematics.set_time(time.item())]
         if self.wave is None:
             return []
         waves = self.scene.waves
-        numbers = waves.size, waves.ramp, math.radians(waves.phase_deg), main_propagation(self.scene).at_ground
-        return [clock_c.wave(time, *numbers, self._numbers_of_wave)]
+        amplitude, time_phase = self._numbers_of_wave
+        numbers = {"size": waves.size, "ramp": waves.ramp, "phase": math.radians(waves.phase_deg)}
+        numbers |= {"frequency": main_propagation(self.scene).at_ground, "amplitude": amplitude}
+        return [rows.work("advance_wave", "wave", {"t": time, **numbers, "time_phase": time_phase})]
 
-    def set_wave(self, amplitude, time_phase):
+    def set_wave(self, amplitude: float, time_phase: float) -> None:
         """Amplitude a [m] and phase - omega t [rad] of the wave."""
         a, phase = self._numbers_of_wave
         a[0], phase[0] = amplitude, time_phase
 
-    def change(self, scene):
+    def change(self, scene: Scene) -> None:
         """Take the numbers of another scene of the same structure."""
         self._numbers.change(scene)
         if self.kinematics is not None:

@@ -1,16 +1,25 @@
-"""The sea bed under the lines: how hard it is, where their friction holds on, and what lies on it."""
+"""The sea bed under lines and bodies at joints: how hard it is, where friction holds on, and what lies on it."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import ufl
 from dolfinx import fem
 
 from ..forms import seabed as form
+from ..scene import Scene
+from ..scene.cable import Cable
+from ..scene.lines import Body
 from ..solver import compat
 from . import effects
-from .material import weight_per_length
+from .rigid import weight_per_length
+
+if TYPE_CHECKING:
+    from .bodies import Bodies
+    from .lines import Lines
+    from .masses import Masses
 
 
 class Grip(NamedTuple):
@@ -33,47 +42,47 @@ class Lying(NamedTuple):
     foot: np.ndarray = np.full(3, np.nan)  #: that point [m]; nan if nothing lies
 
 
-def plane(scene) -> tuple[np.ndarray, float]:
+def plane(scene: Scene) -> tuple[np.ndarray, float]:
     """(n, d) of the bed n . x = d, n upwards."""
     a, b = scene.seabed.slope
     normal = np.array([-a, -b, 1.0]) / math.sqrt(1 + a * a + b * b)
     return normal, -scene.sea.depth * float(normal[2])
 
 
-def height_of_bed(scene, points) -> np.ndarray:
+def height_of_bed(scene: Scene, points: np.ndarray) -> np.ndarray:
     """z of the bed [m] under points (..., 3), or (..., 2), of a scene with a sea."""
     slope = scene.seabed.slope if scene.seabed else (0.0, 0.0)
     return np.asarray(points, dtype=float)[..., :2] @ slope - scene.sea.depth
 
 
-def largest_sag(scene) -> float:
+def largest_sag(scene: Scene) -> float:
     """How deep the heaviest line or body may sink under its own weight [m]: it costs 1.2 sag/depth of a tension."""
     return min(1e-4 * scene.sea.depth, 0.01)
 
 
-def stick_length(scene) -> float:
+def stick_length(scene: Scene) -> float:
     """Way on which friction builds up [m]."""
     return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
 
 
-def rubs(scene, dynamic) -> bool:
+def rubs(scene: Scene, dynamic: bool) -> bool:
     """Whether there is friction: in statics only where lines are taken as pulled."""
     return scene.seabed.friction > 0 and (dynamic or scene.seabed.start == "pulled")
 
 
-def hardness(scene, sections) -> float:
+def hardness(scene: Scene, sections: Sequence[Cable]) -> float:
     """k_b [Pa/m]; sections: of all lines, of which the heaviest says how hard the bed is if the scene does not."""
     if scene.seabed.stiffness is not None:
         return scene.seabed.stiffness
     return max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)
 
 
-def grip_of_line(scene, section, k_b) -> Grip:
+def grip_of_line(scene: Scene, section: Cable, k_b: float) -> Grip:
     """Of a line on a bed of hardness k_b."""
     return _grip(scene, _load(scene, section), section.line_density, k_b * section.diameter)
 
 
-def grip_of_body(scene, mass, volume) -> Grip:
+def grip_of_body(scene: Scene, mass: float, volume: float) -> Grip:
     """Of a body at a joint, with its mass [kg] and volume [m^3]."""
     weight = max(abs(mass - scene.sea.density * volume), 1e-3 * mass) * scene.gravity
     return _grip(scene, weight, mass, weight / largest_sag(scene))
@@ -90,16 +99,6 @@ def _grip(scene, weight, mass, stiffness):
     return Grip(stiffness, damping, weight / stiffness, bed.friction * weight / stick_length(scene))
 
 
-def contact(normal, level, grip, x, x_t=None, held=None) -> form.Contact:
-    """`forms.seabed.Contact` at x [m] with velocity x_t; grip: a Grip of UFL scalars; held: r_a, None without friction.
-
-    For a joint's body: p and f_t of it are forces [N] with the Grip of `grip_of_body`.
-    """
-    slide = None if held is None else x - held
-    speed = None if x_t is None else ufl.dot(normal, x_t)
-    return form.Contact(normal, form.gap(normal, level, x), *grip[:3], speed, grip.stick, slide)
-
-
 class Points:
     """Points of the owned cells of lines: those of the quadrature of a degree; with_nodes: and their nodes, in order.
 
@@ -107,7 +106,7 @@ class Points:
     mask of the points of the quadrature, shape (points,).
     """
 
-    def __init__(self, lines, positions, degree, with_nodes=False):
+    def __init__(self, lines: "Lines", positions: fem.FunctionSpace, degree: int, with_nodes: bool = False):
         self.nodes = compat.cell_dofs(positions)
         ends = lines.node_s[self.nodes]  # the first two nodes of a cell are its ends
         first, size = ends[:, :1], ends[:, 1:2] - ends[:, :1]
@@ -121,102 +120,96 @@ class Points:
         power = np.arange(ends.shape[1])
         self._basis = xi[:, None] ** power @ np.linalg.inv(nodes[:, None] ** power)
 
-    def of(self, values, nodes=None):
+    def of(self, values: np.ndarray, nodes: np.ndarray | None = None) -> np.ndarray:
         """Values at the points of all cells, or those with these nodes, shape (cells, points, 3), of values (n, 3)."""
         return self._basis @ values[self.nodes if nodes is None else nodes]
 
-    def scalars(self, values, nodes):
+    def scalars(self, values: np.ndarray, nodes: np.ndarray) -> np.ndarray:
         """Values at the points of the cells with these nodes, shape (cells, points), of values (n,)."""
         return values[nodes] @ self._basis.T
 
 
-class Seabed:
-    """Contact of `Lines` with the bed.
+class Bed:
+    """Contact of `masses.Masses` with the bed, at places of which each kind has its own.
 
-    number, per_line: make UFL numbers, as `numbers.Numbers.constant` and for each line; positions: the space of r;
-    degree: of the quadrature.  `held`: r_a, the places where friction holds on to the points of the quadrature, a
-    Function; None without friction, and in statics unless the line is taken as pulled.
+    `held`: r_a, the places where friction holds on, a Function; None without friction, and in statics unless lines are
+    taken as pulled.
     """
 
-    def __init__(self, lines, number, per_line, positions, degree):
-        self.lines, self._known = lines, None
-        self.normal, self.level = (number(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
-        self.grip = Grip(*(per_line(self._part(name)) for name in Grip._fields))
-        self.friction = number(lambda scene, _: scene.seabed.friction if lines.dynamic else 0.0)
-        self.held = self.points = None
-        if rubs(lines.scene, lines.dynamic):
-            self.points = Points(lines, positions, degree)
-            element = compat.quadrature_element(lines.mesh, degree, 3)
-            self.held = fem.Function(compat.function_space(lines.mesh, element))
-            self._place = compat.cell_dofs(self.held.function_space)
+    def __init__(self, model: "Masses", space: Callable):
+        self.model, scene, numbers = model, model.scene, model.constants
+        self._known = None
+        self.normal, self.level = (numbers.constant(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
+        parts = (lambda section, name=name: getattr(self.grip_of(section), name) for name in Grip._fields)
+        self.grip = Grip(*map(numbers.per_cell, parts))
+        self.friction = numbers.constant(lambda scene, _: scene.seabed.friction if model.dynamic else 0.0)
+        self.held = fem.Function(space()) if rubs(scene, model.dynamic) else None
         self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
-        terms = effects.called_by(lines.scene, "bed")
+        terms = effects.called_by(scene, "bed")
         self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
-        self.soundings = Points(lines, positions, degree, with_nodes=True)
-        #: Nodes of each line, which of these its own cells have, from its start on, and where their soundings are.
-        self._along = [self._sounded(k) for k in range(len(lines.pieces))]
 
-    def _sounded(self, line):
-        nodes, cells, at = self.lines.nodes_of[line], self.lines.cells_of[line], self.soundings
-        cells = cells[np.argsort(at.s[cells, 0])]
-        return nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]
+    def grip_of(self, section: Any) -> Grip:
+        """Of a line or a body, in the present scene."""
+        raise NotImplementedError
 
-    def _part(self, name):
-        return lambda section: getattr(grip_of_line(self.lines.scene, section, self._hardness()), name)
+    def at(self, values: np.ndarray) -> np.ndarray:
+        """Values at the places of the contact, (..., 3), of an array like the model's unknowns."""
+        raise NotImplementedError
 
-    def _hardness(self):
-        """Of the bed of the present scene."""
-        scene = self.lines.scene
-        if self._known is None or self._known[0] is not scene:
-            self._known, self._cells = (scene, hardness(scene, [piece.section for piece in scene.network.pieces])), None
+    def _of_scene(self, find):
+        """What is found once for each scene."""
+        if self._known is None or self._known[0] is not self.model.scene:
+            self._known = self.model.scene, find()
         return self._known[1]
 
     # -- forms ---------------------------------------------------------------------------------------------------------
 
     def contact(self) -> form.Contact:
-        """At the points of the lines."""
-        r, _, _, r_t, _ = self.lines.kinematics()
-        return contact(self.normal, self.level, self.grip, r, r_t, self.held)
+        """Pressure and friction at the places, per metre of a line and for a body as a whole."""
+        x, *_, x_t, _ = self.model.kinematics()
+        slide = None if self.held is None else x - self.held
+        speed = None if x_t is None else ufl.dot(self.normal, x_t)
+        gap = form.gap(self.normal, self.level, x)
+        return form.Contact(self.normal, gap, *self.grip[:3], speed, self.grip.stick, slide)
 
-    def forces(self):
-        """[(effect, force per unstretched length [N/m] as UFL)]."""
+    def forces(self) -> list[tuple[effects.Effect, Any]]:
+        """[(effect, force as UFL)], per unstretched metre of a line [N/m], of a body [N]."""
         at = self.contact()
         return [(effect, effect.bed(self.friction, at)) for effect in self.terms]
 
-    def powers(self):
-        """[(account, energy [J/m] or power [W/m] per unstretched length)] for balances."""
-        at, (_, _, _, r_t, _) = self.contact(), self.lines.kinematics()
+    def powers(self) -> list[tuple[str, Any]]:
+        """[(account, energy or power as UFL)] of these forces, for balances."""
+        at, (_, *_, x_t, _) = self.contact(), self.model.kinematics()
         power = {form.support: form.damping_power(at)}
         if self.held is not None:
-            power[form.friction] = ufl.inner(form.friction(self.friction, at), r_t)
+            power[form.friction] = ufl.inner(form.friction(self.friction, at), x_t)
         return [("elastic", form.spring_energy(at)), *((effect.account, power[effect.bed]) for effect in self.terms)]
 
     # -- memory --------------------------------------------------------------------------------------------------------
 
     @property
-    def holds(self):
-        """Places (cells, points, 3) where friction holds on."""
-        return self.held.x.array.reshape(-1, 3)[self._place]
+    def holds(self) -> np.ndarray:
+        """Places where friction holds on."""
+        return self.held.x.array[self._place]
 
-    def hold(self, places):
+    def hold(self, places: np.ndarray) -> None:
         """Let it hold on at others."""
-        self.held.x.array.reshape(-1, 3)[self._place] = places
+        self.held.x.array[self._place] = places
 
-    def begin(self, u):
-        """Friction holds on where the line is, and does not pull yet."""
+    def begin(self, u: np.ndarray) -> None:
+        """Friction holds on where the model is, and does not pull yet."""
         if self.held is not None:
-            self.hold(self.points.of(u[self.lines.node_dofs]))
+            self.hold(self.at(u[self.model.part.slice]))
 
-    def accept(self, u):
-        """A step was taken: where friction pulls more than it can, it slides after the line."""
+    def accept(self, u: np.ndarray) -> None:
+        """A step was taken: where friction pulls more than it can, it slides after the model."""
         if self.held is None:
             return
-        lines, n, mu = self.lines, self.normal.value, float(self.friction.value)
-        r = self.points.of(u[lines.node_dofs])
-        speed = 0.0
-        if lines.dynamic:
-            speed = (lines.gamma_v.value * r + self.points.of(lines.history_v.x.array[lines.node_dofs])) @ n
-        k, c, sag, stick = self._grips
+        model, n, mu, speed = self.model, self.normal.value, float(self.friction.value), 0.0
+        r = self.at(u[model.part.slice])
+        if model.dynamic:
+            speed = (model.gamma_v.value * r + self.at(model.history_v.x.array)) @ n
+        k, c, sag, stick = self.grips()
         below = np.maximum(-self.gap(r), 0.0)
         p = np.maximum(k * below - c * np.minimum(below / sag, 1.0) * speed, 0.0)
         slide = r - self.holds
@@ -225,26 +218,90 @@ class Seabed:
         share = np.minimum(1.0, mu * p / np.maximum(pull, 1e-300))
         self.hold(r - share[..., None] * slide)
 
-    @property
-    def _grips(self):
-        """Numbers of the contact in every cell, arrays (cells, 1)."""
-        hard = self._hardness()
-        if self._cells is None:
-            grips = np.array([grip_of_line(self.lines.scene, section, hard) for section in self.lines.sections])
-            self._cells = grips[self.points.line].T[:, :, None]
-        return self._cells
-
-    def rub(self):
+    def rub(self) -> None:
         """Let friction act in statics too."""
-        self.friction.value = self.lines.scene.seabed.friction
+        self.friction.value = self.model.scene.seabed.friction
 
-    # -- numbers -------------------------------------------------------------------------------------------------------
-
-    def gap(self, x):
+    def gap(self, x: np.ndarray) -> np.ndarray:
         """Distance of points (..., 3) from the bed [m]."""
         return x @ self.normal.value - self.level.value
 
-    def lying(self, u, line=0) -> Lying:
+
+class Landing(Bed):
+    """Contact of `Bodies` with the bed, of each as a whole."""
+
+    def __init__(self, bodies: "Bodies"):
+        super().__init__(bodies, lambda: bodies.space)
+        self._place = bodies.dofs
+
+    def grip_of(self, section: Body) -> Grip:
+        """Of a body at a joint."""
+        return grip_of_body(self.model.scene, section.mass, section.volume)
+
+    def grips(self) -> np.ndarray:
+        """Numbers of the contact of every body."""
+        return self._of_scene(lambda: np.array([self.grip_of(body) for body in self.model.bodies]).T)
+
+    def at(self, values: np.ndarray) -> np.ndarray:
+        """Of each body."""
+        return values[self.model.dofs]
+
+    def hold_body(self, name: str, place: np.ndarray) -> None:
+        """Let friction hold the body at a joint on to a place."""
+        self.held.x.array[self.model.dofs[self.model.names.index(name)]] = place
+
+    def pressure(self, name: str, u: np.ndarray) -> float:
+        """What the body at a joint presses on the bed with at rest [N]."""
+        k = self.model.names.index(name)
+        depth = -self.gap(self.at(u[self.model.part.slice])[k])
+        return self.grip_of(self.model.bodies[k]).stiffness * max(depth, 0.0)
+
+
+class Seabed(Bed):
+    """Contact of `Lines` with the bed, at the points of their quadrature."""
+
+    def __init__(self, lines: "Lines"):
+        positions, degree = lines.positions, lines.dx.metadata()["quadrature_degree"]
+        self.points = Points(lines, positions, degree) if rubs(lines.scene, lines.dynamic) else None
+
+        def space():
+            return compat.function_space(lines.mesh, compat.quadrature_element(lines.mesh, degree, 3))
+
+        super().__init__(lines, space)
+        if self.held is not None:
+            self._place = 3 * compat.cell_dofs(self.held.function_space)[..., None] + np.arange(3)
+        self.soundings = Points(lines, positions, degree, with_nodes=True)
+        #: Nodes of each line, which of these its own cells have, from its start on, and where their soundings are.
+        self._along = [self._sounded(k) for k in range(len(lines.pieces))]
+
+    def _sounded(self, line):
+        nodes, cells, at = self.model.nodes_of[line], self.model.cells_of[line], self.soundings
+        cells = cells[np.argsort(at.s[cells, 0])]
+        return nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]
+
+    def grip_of(self, section: Cable) -> Grip:
+        """Of a metre of a line."""
+        scene = self.model.scene
+        return grip_of_line(scene, section, self._of_scene(self._of_lines)[0])
+
+    def _of_lines(self):
+        """(hardness of the bed, numbers of the contact in every cell)."""
+        scene = self.model.scene
+        hard = hardness(scene, [piece.section for piece in scene.network.pieces])
+        grips = np.array([grip_of_line(scene, section, hard) for section in self.model.sections])
+        return hard, grips[self.model.line_of_cell].T[:, :, None]
+
+    def grips(self) -> np.ndarray:
+        """Numbers of the contact in every cell, arrays (cells, 1)."""
+        return self._of_scene(self._of_lines)[1]
+
+    def at(self, values: np.ndarray) -> np.ndarray:
+        """At the points (cells, points)."""
+        return self.points.of(values[self.model.node_dofs])
+
+    # -- numbers -------------------------------------------------------------------------------------------------------
+
+    def lying(self, u: np.ndarray, line: int = 0) -> Lying:
         """What of a line lies, on every rank.
 
         All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
@@ -261,7 +318,7 @@ class Seabed:
 
         def point(k, x):
             place = (1 - x) * position(k) + x * position(k + 1)
-            return float((1 - x) * s[k] + x * s[k + 1] - self.lines.begins[line]), place
+            return float((1 - x) * s[k] + x * s[k + 1] - self.model.begins[line]), place
 
         first, foot = point(low, 0.0 if bridged[low] or g[low] < 0 else 1 - share[low])
         last, touchdown = point(high, 1.0 if bridged[high] or g[high] >= 0 else share[high])
@@ -270,11 +327,11 @@ class Seabed:
     def _sound(self, u, line):
         """(s, gap, k -> position of the k-th) at the soundings of a whole line, s and gap of shape (cells, points)."""
         (nodes, of_cells, s), at = self._along[line], self.soundings
-        r = u[self.lines.node_dofs[nodes]]
+        r = u[self.model.part.slice][self.model.node_dofs[nodes]]
         g = at.scalars(self.gap(r), of_cells)
-        if self.lines.comm.size == 1:
+        if self.model.comm.size == 1:
             return s, g, lambda k: at.of(r, of_cells[k // s.shape[1]])[k % s.shape[1]]
-        every = zip(*self.lines.comm.allgather((s, g, at.of(r, of_cells))), strict=True)
+        every = zip(*self.model.comm.allgather((s, g, at.of(r, of_cells))), strict=True)
         s, g, places = (np.concatenate(part) for part in every)
         order = np.argsort(s[:, 0])
         places = places[order].reshape(-1, 3)

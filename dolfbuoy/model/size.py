@@ -3,14 +3,17 @@
 import os
 import resource
 
+from mpi4py import MPI
+
 from ..errors import InputError
 from ..meshes import number_of_cells
+from ..scene import Scene
 
 #: Memory of a run: measured 1.9 to 2.4 kB for each unknown of a line, 0.7 MB for a buoy, whatever the scheme.
 PER_UNKNOWN, PER_BUOY = 1.9e3, 0.7e6
 
 
-def check_size(scene, comm) -> None:
+def check_size(scene: Scene, comm: MPI.Comm) -> None:
     """Refuse more ranks than elements, and more elements or buoys than memory holds.  Raises InputError."""
     network = scene.network
     cells = [number_of_cells(piece.section.elements) for piece in network.pieces]

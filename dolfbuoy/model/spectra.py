@@ -4,7 +4,7 @@ S is one-sided, per angular frequency [m^2 s/rad]; m_n = int w^n S dw and Hs = 4
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +97,7 @@ def _knots(peak):
     return peak * np.concatenate([np.linspace(0.2, 2.0, 37), np.geomspace(2.0, 1e6, 100)[1:]])
 
 
-def tabulated(frequency, density) -> Spectrum:
+def tabulated(frequency: Sequence, density: Sequence) -> Spectrum:
     """Linear between the rows of a table: rising frequencies [Hz] and S [m^2/Hz]."""
     knots, values = 2 * math.pi * np.asarray(frequency), np.asarray(density) / (2 * math.pi)
     return Spectrum(lambda w: np.interp(w, knots, values), knots, float(knots[np.argmax(values)]))
@@ -131,7 +131,9 @@ def tabulated_angles(angles: np.ndarray, densities: np.ndarray, parts: np.ndarra
 # -- records -----------------------------------------------------------------------------------------------------------
 
 
-def of_record(times: np.ndarray, elevation: np.ndarray, part=0.999, taper=0.05):
+def of_record(
+    times: np.ndarray, elevation: np.ndarray, part: float = 0.999, taper: float = 0.05
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Amplitudes [m], angular frequencies [rad/s] and phases [rad] of a record of the elevation, at equal steps [s].
 
     sum a cos(phase - w t) with the bins of its Fourier transform that hold a part of its variance, the highest first to

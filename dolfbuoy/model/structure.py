@@ -1,5 +1,6 @@
 """What of a scene decides which forms are compiled and which unknowns there are; the rest are numbers."""
 
+from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.lines import Body
 from ..scene.network import OWN
@@ -13,7 +14,7 @@ _OF_LINES = (
 )
 
 
-def structure_of(scene) -> tuple:
+def structure_of(scene: Scene) -> tuple:
     """Equal for scenes that one `Problem` can serve one after the other."""
     network, waves = scene.network, scene.waves
     profile = scene.current.profile if scene.current else None

@@ -2,18 +2,28 @@
 
 import itertools
 from functools import partial
+from typing import Any
 
 import numpy as np
 import ufl
 from dolfinx import fem
 
 from ..forms import hull, sea
+from ..forms.buoy import Body
+from ..forms.kinds import Expr
 from ..forms.rotation import axis
+from ..meshes import HullShape
+from ..scene.buoy import Buoy
+from ..scene.sections import Solver
 from ..solver import compat
+from ..solver.c_code import core
+from ..solver.fields import Fields
 from ..solver.real import real_space
+from ..solver.system import System
 from ..solver.unknowns import array_of
 from .hull_points import LENGTH, RADIUS, TAPER, ZETA, HullPoints, PointGroup
 from .kinematics import on_axis, on_cells, weighted
+from .sea import SeaState
 
 WET, CUT, FACE = 1, 2, 3  #: tags of cells
 SUBMERGED = 7  #: numbers of `WetHull.submerged`
@@ -26,7 +36,16 @@ class WetHull:
     SeaState on the mesh.  center: Constant, the height of C above the keel.
     """
 
-    def __init__(self, mesh, buoy, solver, shape, water, center, terms):
+    def __init__(
+        self,
+        mesh: Any,
+        buoy: Buoy,
+        solver: Solver,
+        shape: HullShape,
+        water: SeaState,
+        center: fem.Constant,
+        terms: list,
+    ):
         self.mesh, self.water, self.center, self.terms = mesh, water, center, terms
         pieces, faces = _parts(solver, shape)
         degrees = _degrees(solver)
@@ -43,7 +62,7 @@ class WetHull:
         self._dx, self._d_faces = {WET: dx(WET), CUT: dx(CUT)}, dx(FACE)
 
     @staticmethod
-    def cells(solver, shape) -> int:
+    def cells(solver: Solver, shape: HullShape) -> int:
         """How many cells the mesh must have."""
         pieces, faces = _parts(solver, shape)
         return len(pieces) * sum(map(_points, _degrees(solver))) + len(faces)
@@ -70,13 +89,12 @@ class WetHull:
 
     # -- points that follow the water -------------------------------------------------------------------------------
 
-    def follow(self, system, state, fields):
+    def follow(self, system: System, state: fem.Function, fields: Fields) -> None:
         """Before every evaluation of a System the points go where its state wants them.  state: the Function."""
         read = system.numbers_of
-        module, context = self._following(fields.of(read(state)), read, lambda g: system.counts.of(g.mesh, g.cells))
+        context = self._following(fields.of(read(state)), read, lambda g: system.counts.of(g.mesh, g.cells))
         self._alive.append(context)
-        function = module.ffi.addressof(module.lib, "follow")
-        system.hooks.add(*(int(module.ffi.cast("uintptr_t", pointer)) for pointer in (function, context)))
+        system.hooks.add("follow", context)
         if self.water.kinematics:
             self.water.kinematics.follow(system, self._body(fields.of(read(state)), read))
 
@@ -84,13 +102,13 @@ class WetHull:
         """What an irregular sea has to know of the body: arrays, and the height of the hull."""
         return u.position, u.orientation, read(self.center), self.height
 
-    def place_points(self, state, fields):
+    def place_points(self, state: fem.Function, fields: Fields) -> None:
         """Write the points for the present values of Functions and Constants into the coefficients."""
         if self._to_coefficients is None:  # made once: records ask for this at every instant
             counts = {id(g): np.zeros(1, dtype=np.int32) for g in (self.points.wet, self.points.cut)}
-            module, context = self._following(fields.of(array_of(state)), array_of, lambda g: counts[id(g)])
+            context = self._following(fields.of(array_of(state)), array_of, lambda g: counts[id(g)])
             self._alive.append(counts)
-            self._to_coefficients = [partial(module.lib.follow, context, module.ffi.NULL)]
+            self._to_coefficients = [partial(core().lib.follow, context, core().ffi.NULL)]
             if self.water.kinematics:
                 body = self._body(fields.of(array_of(state)), array_of)
                 self._to_coefficients.append(self.water.kinematics.into_functions(array_of, body))
@@ -103,7 +121,7 @@ class WetHull:
             numbers = wave.amplitude, wave.wavenumber, wave.time_phase, wave.cos_direction, wave.sin_direction
             wave = [read(number) for number in numbers]
         out = lambda group: read(group.coefficient)  # noqa: E731
-        sea = self.water.kinematics and self.water.kinematics.surface(self._body(u, read))
+        sea = self.water.kinematics and self.water.kinematics.of_hull(self._body(u, read))
         return self.points.following(u.position, u.orientation, read(self.center), wave, out, count, sea)
 
     # -- forms --------------------------------------------------------------------------------------------------------
@@ -117,7 +135,7 @@ class WetHull:
             flow = sea.averaged_over_disk(flow, self.water.wave.wavenumber * radius)
         return hull.Strip(lever, d, radius, flow, *section(radius, d, state.position + lever, flow), state.motion)
 
-    def strips(self, state):
+    def strips(self, state: Body) -> list[tuple]:
         """[(strip at a point, |R'| there, weight of the point [m], measure)]; state: what `Buoy.kinematics` says."""
         section = partial(hull.wet_section, least_tilt=hull.LEAST_TILT)
         groups = (self.points.wet, hull.full_section, WET), (self.points.cut, section, CUT)
@@ -126,12 +144,12 @@ class WetHull:
             for p, section, tag in ((group.coefficient, section, tag) for group, section, tag in groups)
         ]
 
-    def face_strip(self, state):
+    def face_strip(self, state: Body) -> hull.Strip:
         """The disk of a face."""
         section = partial(hull.wet_section, least_tilt=hull.FACE_TILT)
         return self._strip(state, self.face[0], self.face[2], section, FACE)
 
-    def densities(self, strip):
+    def densities(self, strip: hull.Strip) -> list[tuple]:
         """[(effect, force per wet area and metre of axis, couple likewise or None)]."""
         found = []
         for effect, c in self.terms:
@@ -141,12 +159,12 @@ class WetHull:
                 found.append((effect, force, couple))
         return found
 
-    def on_faces(self, strip, face):
+    def on_faces(self, strip: hull.Strip, face: hull.Face) -> list[tuple]:
         """[(effect, force, torque about C)] on a face, what is absent None."""
         found = [(e, *e.face(c, self.water.density, strip, face)) for e, c in self.terms if e.face]
         return [(effect, F, torque) for effect, F, torque in found if F is not None or torque is not None]
 
-    def loads(self, state):
+    def loads(self, state: Body) -> list[tuple]:
         """[(effect, force [N], torque about C [N m], measure, velocity of the water)], one or more for each effect."""
         found = []
         for strip, taper, length, dx in self.strips(state):
@@ -159,27 +177,27 @@ class WetHull:
             found.append((effect, *load, self._d_faces, strip.flow.velocity))
         return found
 
-    def form(self, state, test_force, test_torque):
+    def forms(self, state: Body, test_force: Expr, test_torque: Expr) -> list[ufl.Form]:
         """The loads in the momentum balances, all effects together: common factors are computed once."""
-        tests, F = (test_force, test_torque), 0
+        tests, found = (test_force, test_torque), []
         for strip, taper, length, dx in self.strips(state):
             densities = self.densities(strip)
             load = hull.strip_load(strip, *(add(part) for part in list(zip(*densities, strict=True))[1:]))
             cones = self.on_faces(strip, hull.cone(strip, taper)) if self.tapered else []
-            F -= length * _tested([load, *(part for _, *part in cones)], tests) * dx
+            found.append(-(length * _tested([load, *(part for _, *part in cones)], tests)) * dx)
         strip = self.face_strip(state)
         rings = self.on_faces(strip, hull.ring(strip, self.face[1]))
-        return F - _tested([load for _, *load in rings], tests) * self._d_faces if rings else F
+        return [*found, -_tested([load for _, *load in rings], tests) * self._d_faces] if rings else found
 
-    def submerged(self, state):
+    def submerged(self, state: Body) -> ufl.Form:
         """Linear form of [M_D, rho_w integral of position (3), H_sub, integral of wet diameter]."""
-        test, form = ufl.TestFunction(real_space(self.mesh, SUBMERGED)), 0
+        test, found = ufl.TestFunction(real_space(self.mesh, SUBMERGED)), []
         for strip, _, length, dx in self.strips(state):
             where = strip.area * (state.position + strip.lever) + strip.moment
             numbers = [self.water.density * strip.area, *(self.water.density * where[i] for i in range(3))]
             numbers += [strip.wet, 2 * strip.radius * strip.wet]
-            form += length * sum(number * test[k] for k, number in enumerate(numbers)) * dx
-        return form
+            found.append(length * sum(number * test[k] for k, number in enumerate(numbers)) * dx)
+        return add_forms(found)
 
 
 def _degrees(solver):
@@ -205,7 +223,12 @@ def _tested(loads, tests):
     return add([None if total is None else ufl.inner(total, test) for total, test in zip(totals, tests, strict=True)])
 
 
-def add(terms):
+def add_forms(forms: list[ufl.Form]) -> ufl.Form:
+    """Their sum, without the sums on the way: UFL looks through each of these."""
+    return ufl.Form([integral for form in forms for integral in form.integrals()])
+
+
+def add(terms: list) -> Expr | None:
     """Sum of the UFL expressions that are not None; None if there are none."""
     present = [term for term in terms if term is not None]
     return sum(present[1:], present[0]) if present else None

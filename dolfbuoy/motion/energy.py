@@ -11,7 +11,6 @@ import ufl
 from dolfinx import fem
 
 from ..forms import cable as cable_form
-from ..forms import joint as joint_form
 from ..model import effects
 from ..model.rigid import rotation_of
 from ..solver.real import real_space
@@ -26,10 +25,10 @@ class Meter:
 
     The powers are those of the effects that the scene calls for (`model.effects`), each in the account that its
     declaration names.  drag: f . v_rel, never positive.  stream: f . v_water of the same forces, what moving water
-    does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull (the cable's is in its weight).  damping: what
-    stays in the material of the cable, and what radiated waves take.  bed: what the dampers of the sea bed take (its
-    springs are elastic).  friction: of the bed.  outer: wind, external force, rotational damping.
-    top: of a prescribed end.
+    does.  inertia: added mass and Froude-Krylov.  buoyancy: of the hull, and of lines and bodies where the water ends
+    at the surface (elsewhere it is in their weight).  damping: what stays in the material of the cable, and what
+    radiated waves take.  bed: what the dampers of the sea bed take (its springs are elastic).  friction: of the bed.
+    outer: wind, external force, rotational damping.  top: of a prescribed end.
     """
 
     def __init__(self, simulation):
@@ -53,8 +52,7 @@ class Meter:
     def _lines(lines):
         r, _, e, v, _ = lines.kinematics()
         c, dx, water = lines.cable, lines.dx, lines.water_at(r).velocity
-        weight = cable_form.weight_in_water(c, lines.gravity, lines.sea.density)
-        found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
+        found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), *_weight(lines.weight(), r, v, dx)]
         if e is not None:
             found.append(("elastic", lines.elastic_energy(), dx))
         for effect, force in lines.water_forces():
@@ -69,8 +67,7 @@ class Meter:
     def _bodies(bodies):
         r, v, _ = bodies.kinematics()
         body, dx, water = bodies.body, bodies.dx, bodies.water_at(r).velocity
-        weight = joint_form.weight_in_water(body, bodies.gravity, bodies.sea.density)
-        found = [("kinetic", 0.5 * body.mass * ufl.inner(v, v), dx), ("gravity", -ufl.inner(weight, r), dx)]
+        found = [("kinetic", 0.5 * body.mass * ufl.inner(v, v), dx), *_weight(bodies.weight(), r, v, dx)]
         for effect, force in bodies.water_forces():
             found += _powers(effect.account, force, v, water, dx)
         if bodies.bed is not None:
@@ -128,6 +125,12 @@ class Meter:
         v, omega = y.momentum / mass.mass, R @ (R.T @ y.angular_momentum / np.array(mass.inertia))
         values["kinetic"] += 0.5 * (v @ y.momentum + omega @ y.angular_momentum)
         values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
+
+
+def _weight(forces, r, v, measure):
+    """[(account, energy or power, measure)] of a weight, and of a buoyancy that ends at the surface."""
+    weight, *buoyancy = forces
+    return [("gravity", -ufl.inner(weight, r), measure), *(("buoyancy", ufl.inner(f, v), measure) for f in buoyancy)]
 
 
 def _powers(account, force, velocity, water, measure):

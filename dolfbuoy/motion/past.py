@@ -5,12 +5,14 @@ bodies as for one.
 """
 
 import itertools
+from typing import Any
 
 import numpy as np
 
-from ..solver.rows import Sums, copies
+from ..solver.c_code import address, core
+from ..solver.rows import Work, copies
 from ..solver.unknowns import array_of
-from .schemes import KEPT, Series, same_step
+from .schemes import HISTORY, KEPT, Series, Sum, same_step
 
 
 class Past:
@@ -154,66 +156,53 @@ class Past:
 
 
 class Operations:
-    """What a step does to the series of a Past, and to what the forms read, in operations on arrays.
+    """What a step does to the series of a Past, and to what the forms read, in C.
 
     Lists of functions: `begin`, before it is solved, hands its rules to the forms; `find_rates`, at its end, makes new
     values and rates; `accept`, when it was taken, makes past of what was new (the unknowns may have been touched up in
-    between).  Their weights follow from the scheme and the step.
+    between).
     """
 
-    REMEMBERED = 100  #: steps whose weights are remembered; a step of the same size differs in its last digits
+    REMEMBERED = 100  #: steps whose formulas are remembered; a step of the same size differs in its last digits
 
-    def __init__(self, past):
-        self._scheme, self._series, self._known = past.scheme, past.series, {}
-        gammas, *sums = self._of_step(1.0)
-        self._numbers, first = np.zeros(len(_flat(gammas, *sums))), len(gammas)
-        found = []
-        for of_kind in sums:
-            end = first + len(_flat((), of_kind))
-            rows = [(out, [row for _, row in terms]) for out, terms, _ in of_kind]
-            found.append(Sums(rows, self._numbers[first:end]).work())
-            first = end
-        rules, rates, updates = found
+    def __init__(self, past: Past):
+        self.scheme, self.series, self.step, self._known = past.scheme, past.series, None, {}
+        self.gammas = np.zeros(max(1, len(past.series)))
+        described = core().ffi.new("series[]", max(1, len(past.series)))
+        for one, series in zip(described, past.series, strict=False):
+            one.n, one.rows = len(series.new), [address(row) for row in series.rows]
+        numbers = {"levels": len(past.series), "keep": past.scheme.keep, "gammas": address(self.gammas)}
+        self._past, self._alive = core().ffi.new("past *", {**numbers, "series": described}), described
         read = past.reading() if past.series else ()
-        age = copies([pair for series in self._series for pair in series.passed(past.scheme.keep)])
-        self.begin = [rules, copies(past.rules_of_forms(self._numbers))]
+        histories, rates, advance = (
+            Work(name, self._past, self) for name in ("make_histories", "find_rates", "advance")
+        )
+        self.begin = [histories, copies(past.rules_of_forms(self.gammas))]
         self.find_rates = [*read, rates]
-        self.accept = [*read, updates, age]
+        self.accept = [*read, advance]
 
-    def _of_step(self, step):
-        """gamma of every derivative; and as (out, [(weight, row), ...], divisor) the histories, the rates, and what
-        an accepted step changes besides values and rates."""
-        gammas, rules, rates, updates, below = [], [], [], [], None
-        for k, series in enumerate(self._series):
-            gamma, history = self._scheme.formula(step)
-            rules.append((series.history, *_in(series, history)))
-            if k:  # the rule applied to a rate that is itself gamma x unknown + history
-                rules.append((series.history, [(gamma, below.history[: len(series.new)]), (1, series.history)], 1))
-                gamma **= k + 1
-            first = self._series[0].new[: len(series.new)]
-            rates.append((series.new_rate, [(gamma, first), (1, series.history)], 1))
-            updates += [(series.rows[row], *_in(series, total)) for row, total in self._scheme.updates(step)]
-            gammas.append(gamma)
-            below = series
-        return gammas, rules, rates, updates
-
-    def choose(self, step):
-        """Take the weights of a step; returns gamma of the first derivative."""
+    def choose(self, step: float) -> float:
+        """Take the formula of a step; returns gamma of the first derivative."""
         if step not in self._known:
             if len(self._known) == self.REMEMBERED:
                 self._known.clear()
-            numbers = _flat(*self._of_step(step))
-            self._known[step] = numbers[0], np.array(numbers)
-        gamma, self._numbers[:] = self._known[step]
+            self._known[step] = self._formula(step)
+        self.step, (gamma, self._past.formula, _) = step, self._known[step]
         return gamma
 
+    def _formula(self, step: float) -> tuple[float, Any, tuple]:
+        """gamma of a step, the scheme's formula for C, and what that points to."""
+        gamma, history = self.scheme.formula(step)
+        updates = self.scheme.updates(step)
+        alive = [_rule(HISTORY, history), *(_rule(row, total) for row, total in updates)]
+        rules = [rule for rule, _ in alive]
+        update = core().ffi.new("rule[]", rules[1:])
+        fields = {"gamma": gamma, "history": rules[0], "updates": len(updates), "update": update}
+        return gamma, core().ffi.new("formula *", fields), (alive, update)
 
-def _in(series, total):
-    """Terms and divisor of a Sum, with the rows of a Series."""
-    return [(weight, series.rows[row]) for weight, row in total.terms], total.over
 
-
-def _flat(gammas, *sums):
-    """gamma of every derivative, and behind them the weights and the divisor of every sum."""
-    weights = [[*(weight for weight, _ in terms), over] for of_kind in sums for _, terms, over in of_kind]
-    return [*gammas, *(number for of_sum in weights for number in of_sum)]
+def _rule(row: int, total: Sum) -> tuple[dict[str, Any], tuple]:
+    """Fields of C's rule that puts a Sum into a row, and what they point to."""
+    weights, rows = zip(*total.terms, strict=True)
+    arrays = core().ffi.new("int[]", rows), core().ffi.new("double[]", weights)
+    return {"into": row, "terms": len(rows), "rows": arrays[0], "weights": arrays[1], "over": total.over}, arrays

@@ -18,6 +18,7 @@ import numpy as np
 from ..errors import InputError, SolveError
 from ..scene import Scene, load_scene, settings
 from .schemes import KEPT, Predictor
+from .stepping import StepControl
 
 #: Pairs (x, F(x)) that a leap is made of; what counts as linearly dependent among their differences.
 MEMORY, DEPENDENT = 20, 1e-4
@@ -167,6 +168,7 @@ class Cycle:
     def __init__(self, simulation):
         scene = simulation.scene
         self.simulation, self.period, self.periods = simulation, period_of_cycle(scene), 0
+        simulation.control = StepControl(scene.time.step)  # the past of a period is one of equal steps
         self.steps = round(self.period / scene.time.step)
         self.state = State(simulation)
         self.before, self.after = [], []  # states, and those a period later

@@ -9,11 +9,12 @@ derivative in disguise, which is why starts and changes of step are handled with
 """
 
 from math import comb
-from typing import NamedTuple
+from operator import index
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ..solver.rows import Extrapolation, copies
+from ..solver.rows import copies, extrapolation
 
 #: Rows of a Series: values at t_n, t_(n-1) ..., newest first; the rate at t_n, and at t_(n-1); the second derivative at
 #: the start; an auxiliary rate; value and rate at t_(n+1); the history of its rate; room for a change.
@@ -27,14 +28,6 @@ class Sum(NamedTuple):
 
     terms: tuple[tuple[float, int], ...]
     over: float = 1.0
-
-    def of(self, rows):
-        """Its value."""
-        (weight, row), *more = self.terms
-        total = weight * rows[row]
-        for weight, row in more:
-            total = total + weight * rows[row]
-        return total / self.over
 
 
 class _Row:
@@ -82,12 +75,6 @@ class Series:
         for row, value in zip(self.rows, np.array(values), strict=False):
             row[:] = value
 
-    def passed(self, keep):
-        """[(to, from), ...] to be copied in this order when a step was taken; as many values are kept."""
-        rows = self.rows
-        older = [(rows[k], rows[k - 1]) for k in reversed(range(1, keep))]
-        return [(self.previous_rate, self.rate), (self.rate, self.new_rate), *older, (rows[0], self.new)]
-
     def count_step(self, keep):
         """A step was taken."""
         self.steps_since_start += 1
@@ -103,8 +90,10 @@ class Series:
         """Be as in that state."""
         for row, value in zip(self.rows, state["rows"], strict=False):
             row[:] = value
-        self.count, self.averaging, self.step = state["count"], bool(state["averaging"]), state.get("step")
-        self.steps_since_start = state["steps_since_start"]
+        self.count, self.averaging, self.step = index(state["count"]), bool(state["averaging"]), state.get("step")
+        self.steps_since_start = index(state["steps_since_start"])
+        if not 1 <= self.count <= HELD or self.steps_since_start < 0:
+            raise ValueError("no number of past values")
 
     def forget(self):
         """Drop the past values: as at a start, with the present value and rate.
@@ -140,18 +129,33 @@ class Series:
             shift = np.where(self.lagged, shift, 0.0)
             self.values = [y - j * (h1 - h0) * self.rate + shift for j, y in enumerate(self.values)]
             return
-        nodes = -np.arange(m, dtype=float)
+        nodes, low, high = -np.arange(m, dtype=float), *self._limits(order)
         coefficients = np.linalg.solve(np.vander(nodes, increasing=True), np.array(self.values))
         powers = np.arange(m)
-        factor = np.array([np.prod(np.arange(p - order + 1, p + 1)) if p >= order else 0.0 for p in powers]) / h0**order
+        factor = np.array([np.prod(np.arange(p - order + 1, p + 1)) if p >= order else 0.0 for p in powers])
         values = []
         for x in (x for x in nodes * h1 / h0 if x >= nodes[-1] - 1e-9):  # never beyond the oldest value
             value = x**powers @ coefficients
-            derivative = (factor * x ** np.maximum(powers - order, 0)) @ coefficients
+            derivative = np.clip((factor * x ** np.maximum(powers - order, 0)) @ coefficients, low, high) / h0**order
             values.append(value + np.where(self.lagged, change * derivative, 0.0))
         self.values = values
         if m > 1:
             self.second = (self.rate - self.previous_rate) / h0  # to fill up a past that has become too short
+
+    def _limits(self, order):
+        """Bounds of h^order y^(order): of a past that is not smooth, as behind an impact, twice the differences of that
+        order, or 0 where these do not agree on a sign.
+
+        The derivative that a polynomial makes of noise is 25 times as large as that, and the velocities that it is
+        added to would grow from change to change of the step.
+        """
+        found = (-1) ** order * np.diff(np.array(self.values), order, axis=0)
+        low, high = found.min(axis=0), found.max(axis=0)
+        rough = np.abs(np.diff(found, len(found) - 1, axis=0)[0]) > 0.5 * np.maximum(-low, high)
+        if len(found) == 1:
+            rough[:] = False
+        bounds = np.where(high < 0, 2 * low, 0.0), np.where(low > 0, 2 * high, 0.0)
+        return np.where(rough, bounds[0], -np.inf), np.where(rough, bounds[1], np.inf)
 
 
 def same_step(h0, h1) -> bool:
@@ -171,6 +175,14 @@ class Scheme:
     keep: int
     lag: float
     error_constant: float
+    #: All of them by their names in a scene, which scene/sections.py lists.
+    known: ClassVar[dict[str, type["Scheme"]]] = {}
+
+    def __init_subclass__(cls):
+        Scheme.known[cls.name] = cls
+
+    def __init__(self, spectral_radius: float = 0.8):
+        """spectral_radius: amplification of the fastest motions, where it can be chosen."""
 
     def symbol(self):
         """Polynomials (N, D) in x = 1/zeta, coefficients from x^0 on: y_t = N(x)/(dt D(x)) y for y ~ zeta^n."""
@@ -197,20 +209,6 @@ class Scheme:
     def updates(self, step):
         """[(row, Sum), ...]: what a step that was taken changes besides values and rates."""
         return []
-
-    def rule(self, step, series):
-        """(gamma, history) of the rate for the coming step."""
-        gamma, history = self.formula(step)
-        return gamma, history.of(series.rows)
-
-    def accept(self, series, value, rate):
-        """The step was taken."""
-        series.new, series.new_rate = value, rate
-        for row, total in self.updates(series.step):
-            series.rows[row][:] = total.of(series.rows)
-        for to, origin in series.passed(self.keep):
-            to[:] = origin
-        series.count_step(self.keep)
 
 
 class BackwardEuler(Scheme):
@@ -322,7 +320,7 @@ class Predictor:
     def functions(self, time, u):
         """Two functions for the next step: to put into u the value extrapolated to time[0], and to take u of time[0] as
         the newest solution, which `counted` has to follow."""
-        ahead = Extrapolation(self.times, self.values, time, u).work
+        ahead = extrapolation(self.times, self.values, time, u)
         return ahead, copies([*self._older, (self._times[:1], time), (self._rows[0], u)])
 
     def counted(self):
@@ -341,6 +339,4 @@ class Predictor:
 
 def make_scheme(name, spectral_radius=0.8):
     """Scheme by the name that a scene gives it."""
-    if name == GeneralizedAlpha.name:
-        return GeneralizedAlpha(spectral_radius)
-    return {s.name: s for s in (BackwardEuler, BDF2)}[name]()
+    return Scheme.known[name](spectral_radius)

@@ -11,14 +11,14 @@ from .consistent import make_consistent
 from .past import Past
 from .schemes import GeneralizedAlpha, Predictor, make_scheme
 from .start import initial_state
-from .stepping import AdaptiveControl, StepControl
+from .stepping import AdaptiveControl, JumpControl, StepControl
 
 
 class Simulation:
     """The state of a scene at time `t`, advanced by `advance`.
 
     scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
-    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `model.pool`.
+    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `studies.pool`.
     Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
@@ -37,8 +37,9 @@ class Simulation:
         self.iterations, self._read_end_forces = 0, self._reader_of_end_forces()
         scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
+        self.ropes = self._damped_ropes()
         self.predictor, self.control = Predictor(), self._make_control()
-        before = np.zeros_like(self.system.u)
+        before = self._before = np.zeros_like(self.system.u)
         self._keep, self._go_back = copies([(before, self.system.u)]), copies([(self.system.u, before)])
         self._made_for = None
         if state is None:
@@ -51,10 +52,21 @@ class Simulation:
     def _make_control(self):
         time = self.scene.time
         if time.tolerance is None:
-            return StepControl(time.step)
+            return StepControl(time.step) if self.ropes is None else JumpControl(time.step)
         smallest = time.min_step or 1e-4 * time.step
         largest = time.max_step or min(100 * time.step, max(time.end / 10, time.step))
         return AdaptiveControl(time.step, self.scheme.order, smallest, largest)
+
+    def _damped_ropes(self):
+        """Unknowns of the tension of lines that come taut and damp what runs along them then; None without such lines.
+
+        Without damping there is no step that is small enough for such a jump.
+        """
+        lines = self.problem.lines
+        if lines is None:
+            return None
+        found = np.array([c.slack == "tension-only" and c.damping > 0 for c in lines.sections])
+        return lines.T_dofs[found[lines.line_of_cell]].ravel() if found.any() else None
 
     def _load(self, start):
         """Put the initial state into the unknowns, make it consistent, and start the series of past values."""
@@ -94,7 +106,7 @@ class Simulation:
 
     @property
     def end_forces(self) -> dict[str, np.ndarray]:
-        """Forces that hold the ends of the cable [N], by their names in a record; empty without one."""
+        """Forces that hold the ends of each cable [N], (cable, 3), by their names in a record; empty without any."""
         return {name: force.copy() for name, force in self.latest_end_forces.items()}
 
     def set_end_forces(self, forces):
@@ -119,7 +131,7 @@ class Simulation:
 
     @property
     def end_tension(self) -> np.ndarray | None:
-        """T_bnd, the force that holds the upper end of the cable [N]; None without one."""
+        """T_bnd, the forces that hold the upper ends of the cables [N], (cable, 3); None without any."""
         return self.end_forces.get("end_tension")
 
     @property
@@ -191,7 +203,7 @@ class Simulation:
         try:
             self._begin()
             iterations = self.newton.end()
-            counts = judge is None or judge(h, self._local_error())
+            counts = judge is None or judge(h, self._error())
         finally:
             if not counts:
                 self._go_back()
@@ -204,6 +216,14 @@ class Simulation:
         self.predictor.counted()
         self.t = t
         return iterations
+
+    def _error(self):
+        """What the control judges a step by."""
+        if not isinstance(self.control, JumpControl):
+            return self._local_error()
+        T = self.system.u[self.ropes]
+        found = np.abs(T - self._before[self.ropes]).max(initial=0.0), np.abs(T).max(initial=0.0)
+        return tuple(float(combined(self.comm, one, MPI.MAX)) for one in found)
 
     def _local_error(self):
         """Largest local error of position and velocity over the tolerance; None without a tolerance or without a past.
@@ -251,12 +271,12 @@ class Simulation:
                 except SolveError as final:
                     raise SolveError(f"At t = {self.t:.6g} s, step {h:.3g} s: {final}{self._why()}.") from None
                 continue
+            if control.restart:
+                self.past.forget()
+                control.restart = False
             if iterations is not None:
                 self.iterations += iterations
                 yield h, iterations
-            elif control.restart:
-                self.past.forget()
-                control.restart = False
 
     def _why(self):
         """What is known to make steps of this scene fail."""

@@ -5,7 +5,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..model.feasible import check_feasible
-from ..model.first_shape import (
+from ..model.lines import top_position
+from ..model.problem import Problem
+from ..scene.network import attached_ends
+from ..statics.equilibrium import solve_equilibrium
+from ..statics.first_shape import (
     check_first_shape,
     given_pose,
     given_shapes,
@@ -13,10 +17,6 @@ from ..model.first_shape import (
     place_of,
     with_buoys_held,
 )
-from ..model.lines import top_position
-from ..model.problem import Problem
-from ..scene.network import attached_ends
-from ..statics.equilibrium import solve_equilibrium
 
 
 @dataclass
@@ -136,7 +136,7 @@ def _from_shape(scene, comm) -> Start:
         for piece, shape in enumerate(given_shapes(scene, poses)):
             problem.lines.set_shape(start.lines, shape, lambda s: np.zeros_like(s), piece)
         problem.destroy()
-        zero = np.zeros(3 if len(network.cables) == 1 else (len(network.cables), 3))
+        zero = np.zeros((len(network.cables), 3))
         start.end_forces = {"anchor_force": zero, "end_tension": zero.copy()}
     start.line_velocity = np.zeros_like(start.lines)
     start.moorings = _moorings(network, poses, start.end_forces)
@@ -148,8 +148,7 @@ def _moorings(network, poses, end_forces):
     found = []
     for piece, end in attached_ends(network):
         held = network.pieces[piece].ends[end]
-        force = end_forces["end_tension" if end else "anchor_force"]
-        force = force if len(network.cables) == 1 else force[network.pieces[piece].cable]
+        force = end_forces["end_tension" if end else "anchor_force"][network.pieces[piece].cable]
         found.append(np.concatenate([place_of(network, held, poses), -force]))
     return found
 

@@ -8,7 +8,7 @@ from ..errors import SolveError
 class StepControl:
     """Steps of a nominal size: halved when one fails, doubled back to the nominal size after successes.
 
-    The base of `AdaptiveControl`.  accepted, rejected, failed: counts for the record.
+    The base of the others.  accepted, rejected, failed: counts for the record.
     """
 
     def __init__(self, nominal, smallest=None):
@@ -29,7 +29,7 @@ class StepControl:
     def judge(self, step, error):
         """Whether a step that was solved counts; `error` is its local error over the tolerance, or None."""
         self.accepted += 1
-        self.step = min(2 * self.step, self.nominal) if step < self.nominal else self.nominal
+        self.step = min(max(self.step, 2 * step), self.nominal)
         return True
 
     def fail(self, step, reason):
@@ -38,6 +38,36 @@ class StepControl:
         if step / 2 < self.smallest:
             raise SolveError(f"{reason} (smallest step {self.smallest:.3g} s)")
         self.step = step / 2
+
+
+class JumpControl(StepControl):
+    """Steps of a nominal size, made smaller where a quantity jumps.
+
+    No step may change it by more than `most` of the largest size that it ever had, down to a fraction of the nominal
+    step.  Where the step changes, the past begins anew: across a jump it tells nothing.
+    """
+
+    most, parts = 0.2, 64
+
+    def __init__(self, nominal):
+        super().__init__(nominal)
+        self.size = 0.0
+
+    def judge(self, step, error):
+        """error: (largest change, largest size) of the quantity in this step."""
+        change, size = error
+        allowed = self.most * max(self.size, size)
+        if change > allowed and step / 2 >= self.nominal / self.parts:
+            self.rejected += 1
+            self.step, self.restart = step / 2, True
+            return False
+        self.size = max(self.size, size)
+        if 2 * change <= allowed:
+            super().judge(step, None)
+        else:
+            self.accepted += 1
+        self.restart = abs(self.step - step) > 1e-9 * step
+        return True
 
 
 class AdaptiveControl(StepControl):

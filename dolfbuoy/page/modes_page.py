@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from ..results.behind_ramp import scene_of
-from ..results.mode_record import KINDS, enlargement
+from ..results.after_ramp import scene_of
+from ..results.frame import Frames
+from ..results.mode_record import KINDS, enlargement, moving
 from ..results.tables import unit_of
 from . import words
 from .document import fragment, joined, page, tag
 from .pack import single
-from .view import base_view, box_around, cables, end_marks, labels
+from .view import base_view
 
 
 def modes_page(dataset, scene=None) -> str:
@@ -40,19 +41,14 @@ def modes_page(dataset, scene=None) -> str:
 
 def data_of(dataset, scene) -> dict:
     """What the script of the page needs."""
-    network = scene.network
-    view = base_view(scene, network) | {"direction": 0.0}
-    places = [dataset[n].values for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
+    frames = Frames(moving(dataset, 1, np.zeros(1), np.zeros(1)), scene)  # at rest
+    view = base_view(frames) | {"direction": 0.0}
     for k, buoy in enumerate(view["buoys"]):
         at, turn = (dataset[f"rest_buoy_{what}"].values[k].tolist() for what in ("position", "orientation"))
-        buoy |= {"rest": at, "turn": turn, "start": at}
-    if "rest_cable_position" in dataset:
-        nodes, spans = dataset.rest_cable_position.values, cables(dataset, network)
-        view["rest"] = single(nodes)
-        view["lines"] = {"cables": spans, "ends": end_marks(network, spans, []), "s": single(dataset.s.values)}
-    if view["sea"]:
-        view["sea"]["waves"] = None
-    view |= {"box": box_around(places, view["buoys"], scene), "labels": labels(network, view["lines"])}
+        buoy |= {"rest": at, "turn": turn}
+    if view["lines"]:
+        view["rest"] = single(dataset.rest_cable_position.values)
+        view["lines"]["s"] = single(dataset.s.values)
     return {"kind": "modes", "view": view, "modes": [_mode(dataset, i) for i in range(dataset.sizes["mode"])]}
 
 

@@ -69,10 +69,10 @@ export class Recorded {
   }
 
   /** Bring the end of a line to its place on a buoy, and the nodes before it by less and less. */
-  pull({ nodes }, { node, place, cable }, { at, R }) {
+  pull({ nodes }, { node, place }, { at, R }) {
     const goal = plus(at, turned(R, place));
     const gap = goal.map((x, i) => x - nodes[3 * node + i]);
-    const [first, last] = this.view.lines.cables[cable].node;
+    const [first, last] = this.view.lines.cables.find((cable) => node < cable.node[1]).node;
     for (let k = first; k < last; k++) {
       const share = 1 - Math.abs(k - node) / Math.max(last - 1 - first, 1);
       for (let i = 0; i < 3; i++) nodes[3 * k + i] += share * gap[i];

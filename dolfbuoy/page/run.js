@@ -60,8 +60,9 @@ function makeLegend() {
     paint();
     onTheme(paint);
     const factor = scale[1] >= 1000 ? 1e-3 : 1;
-    const [low, high] = scale.map((x) => format(x * factor, 3));
-    host.append(element("div", { class: "tension" }, low, bar, `${high} ${factor < 1 ? "kN" : "N"} tension`));
+    const [low, high, largest] = [...scale, data.view.lines.largest].map((x) => format(x * factor, 3));
+    const above = largest === high ? "" : `, in any step ${largest} at most`;
+    host.append(element("div", { class: "tension" }, low, bar, `${high} ${factor < 1 ? "kN" : "N"} tension${above}`));
   }
   const keys = { pulls: "force of a line on a buoy", holds: "force that holds a line", outside: "wind, external force" };
   for (const kind of new Set(data.view.forces.map((force) => force.kind)))
@@ -175,15 +176,15 @@ function makeEnvelopes(player) {
     ];
     const title = envelope.part ? `Tension along ${envelope.part}` : "Tension along the line";
     const label = `${title} [${envelope.unit}], from ${format(range(curves[1].y)[0])} to ${format(range(curves[0].area[1])[1])}`;
-    const all = range(...player.source.tensionsOf(cable)).map((v) => v * envelope.factor);
+    const all = range(low, high, ...player.source.tensionsOf(cable)).map((v) => v * envelope.factor);
     const room = 0.05 * (all[1] - all[0]) || 1;
     const names = { xName: "arc length s [m]", yName: `tension [${envelope.unit}]`, yRange: [all[0] - room, all[1] + room] };
     const box = figure(title);
     const chart = new Chart(box, { label, curves, ...names, height: 230 });
     box.dataset.kind = "line";
     box.dataset.part = envelope.part;
-    const span = `${envelope.instants} instants from ${format(envelope.from)} to ${format(envelope.to)} s`;
-    box.append(element("p", { class: "note" }, `Range and mean of ${span}; the line now is the nearest of them.`));
+    const said = `Range of all steps from ${format(envelope.from)} to ${format(envelope.to)} s, mean of ${envelope.instants} instants`;
+    box.append(element("p", { class: "note" }, `${said}; the line now is the nearest of them.`));
     player.heard.push((t) => {
       const frame = player.source.frame(t);
       if (frame.t === now.t) return;

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..check import derived
-from ..model.sea import heading
-from ..results.behind_ramp import scene_of
+from ..results.after_ramp import scene_of
 from ..results.parts import parts_of
+from ..results.paths import pushes
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
 from ..scene.settings import SCHEMES, period_of
@@ -150,14 +150,12 @@ def _facts(record, scene, advice):
 
 def _headings(scene):
     """(name, [x, y]) of where waves, current, and wind and force on each buoy go."""
-    named, several = {"waves": scene.waves, "current": scene.current}, len(scene.network.buoys) > 1
-    named |= {f"wind on {name}" if several else "wind": buoy.wind for name, buoy in scene.network.buoys.items()}
-    found = [[name, heading(part.direction_deg)[:2].tolist()] for name, part in named.items() if part is not None]
-    for name, buoy in scene.network.buoys.items():
-        force = np.array(buoy.external_force.force[:2] if buoy.external_force else (0.0, 0.0))
-        if force.any():
-            found.append([f"force on {name}" if several else "force", (force / np.linalg.norm(force)).tolist()])
-    return found
+    found, buoys = {}, scene.network.buoys
+    for name in buoys or [None]:
+        for what, direction in pushes(scene, name).items():
+            own = what in ("wind", "force") and len(buoys) > 1
+            found[f"{what} on {name}" if own else what] = direction.tolist()
+    return list(found.items())
 
 
 def _anchors(record):

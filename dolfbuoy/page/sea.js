@@ -14,14 +14,6 @@ export class Waves {
     return t < this.ramp ? 0.5 * (1 - Math.cos((Math.PI * t) / this.ramp)) : 1;
   }
 
-  /** Height of the water [m]. */
-  elevation(t, x, y) {
-    let sum = 0;
-    for (let n = 0; n < this.count; n++)
-      sum += this.amplitude[n] * Math.cos(this.kx[n] * x + this.ky[n] * y - this.omega[n] * t + this.phase[n]);
-    return sum * this.grown(t);
-  }
-
   /** Heights at all pairs of xs and ys, row by row of xs: cos(A + B) from the tables of A and B. */
   heights(t, xs, ys) {
     const { count } = this;

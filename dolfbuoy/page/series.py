@@ -3,7 +3,10 @@
 import numpy as np
 
 from ..errors import InputError
-from ..results.behind_ramp import TooShort, after_ramp, density, enough_for_a_spectrum, mean_over_time, unwrapped
+from ..results.after_ramp import TooShort, density, enough_for_a_spectrum
+from ..results.quantities import QUANTITIES
+from ..results.running import envelope_of
+from ..results.series import unwrapped
 from ..results.tables import force_unit
 from .pack import single
 
@@ -19,19 +22,24 @@ def columns_of(parts) -> list[tuple]:
     """(part, kind, title, unit, factor, [(name, values of all rows), ...]) of every panel of a record's parts."""
     found = []
     for name, record in parts:
-        if "tension_top" in record:
-            unit, factor = force_unit([record.tension_top.max(), record.tension_anchor.max()])
-            ends = [("upper end", record.tension_top.values), ("lower end", record.tension_anchor.values)]
-            found.append((name, "line", "tension", unit, factor, ends))
-        if "length_on_bed" in record:
-            found.append((name, "line", "length on the bed", "m", 1.0, [("on the bed", record.length_on_bed.values)]))
-        if "buoy_position" in record:
-            x, y, z = record.buoy_position.values.T
-            heave = [("C", z)] + ([("water", record.surface_elevation.values)] if "surface_elevation" in record else [])
-            found.append((name, "buoy", "height", "m", 1.0, heave))
-            found += [(name, "buoy", *panel) for panel in _horizontal(x, y)]
-            turns = [(turn, unwrapped(record, turn)) for turn in ("roll", "pitch", "yaw") if turn in record]
-            found += [(name, "buoy", *panel) for panel in _angles(turns)]
+        for title, (kind, unit, curves) in _panels_of(record).items():
+            if unit == "N":
+                found.append((name, kind, title, *force_unit([values.max() for _, values in curves]), curves))
+            else:
+                found += [(name, kind, *panel) for panel in SPLIT.get(title, _together)(title, unit, curves)]
+    return found
+
+
+def _panels_of(record):
+    """Title -> (kind, unit, curves) of what a part of a record has, as it is declared."""
+    found = {}
+    for quantity in QUANTITIES.values():
+        for curve in quantity.curves if quantity.name in record else ():
+            values = unwrapped(record, quantity.name)
+            if curve.component:
+                values = values[:, "xyz".index(curve.component)]
+            kind, unit = "buoy" if quantity.kind == "buoy" else "line", quantity.unit.replace("degree", "deg")
+            found.setdefault(curve.panel, (kind, unit, []))[2].append((curve.name, values))
     return found
 
 
@@ -46,21 +54,26 @@ def _fit(first, *others):
     return whole <= APART * max(np.ptp(values) for _, values in first)
 
 
-def _horizontal(x, y):
+def _together(title, unit, curves):
+    return [(title, unit, 1.0, curves)]
+
+
+def _horizontal(title, unit, curves):
     """Panels of x and y: one, or two where one axis would show neither."""
-    curves = [("x", x), ("y", y)]
     if _fit(curves):
-        return [("horizontal position of C", "m", 1.0, curves)]
-    return [(f"{name} of C", "m", 1.0, [(name, values)]) for name, values in curves]
+        return _together(title, unit, curves)
+    return [(f"{name} of C", unit, 1.0, [(name, values)]) for name, values in curves]
 
 
-def _angles(turns):
+def _angles(title, unit, curves):
     """Panels of the turns: a yaw that goes far has its own."""
-    if not turns:
-        return []
-    if _fit(turns[:2], *turns[2:]):
-        return [("angle", "deg", 1.0, turns)]
-    return [("angle", "deg", 1.0, turns[:2]), ("yaw", "deg", 1.0, turns[2:])]
+    if _fit(curves[:2], *curves[2:]):
+        return _together(title, unit, curves)
+    return [(title, unit, 1.0, curves[:2]), ("yaw", unit, 1.0, curves[2:])]
+
+
+#: Panels that may be more than one: title -> what divides their curves.
+SPLIT = {"horizontal position of C": _horizontal, "angle": _angles}
 
 
 def rows_that_fit(record, parts, columns) -> int:
@@ -87,20 +100,18 @@ def panels(columns, rows) -> list[Panel]:
 
 
 def envelopes(parts, scene) -> list[dict]:
-    """Least, mean and largest tension of every element of every cable behind the ramp [N], as `figures.envelope`."""
+    """The `Envelope` of every cable [N], as `figures.envelope` shows it."""
     found = []
     for name, record in parts:
-        if "cable_tension" not in record:
+        if "cable_tension_maximum" not in record:
             continue
-        frames, T = record.frame.values, record.cable_tension.values
         try:
-            rows = after_ramp(frames, scene, 2, "envelope of the tension")
+            of = envelope_of(record, scene)
         except TooShort:
             continue
-        unit, factor = force_unit(T[rows])
-        curves = T[rows].min(axis=0), mean_over_time(frames[rows], T[rows]), T[rows].max(axis=0)
-        packed = {key: single(v) for key, v in zip(("low", "mean", "high"), curves, strict=True)}
-        span = {"from": float(frames[rows[0]]), "to": float(frames[rows[-1]]), "instants": len(rows)}
+        unit, factor = force_unit([of.least, of.largest])
+        packed = {"low": single(of.least), "mean": single(of.mean), "high": single(of.largest)}
+        span = {"from": of.begin, "to": of.end, "instants": of.frames}
         found.append(
             {"part": name, "s": single(record.s_cell.values), "unit": unit, "factor": factor, **packed, **span}
         )
@@ -123,15 +134,15 @@ def spectra(parts, scene) -> list[dict]:
 
 
 def _quantities(record):
-    if "tension_top" in record:
-        unit, factor = force_unit([record.tension_top.max(), record.tension_anchor.max()])
-        ends = [("upper end", record.tension_top.values), ("lower end", record.tension_anchor.values)]
-        yield "tension", unit, [(label, factor * values) for label, values in ends]
+    found = _panels_of(record)
+    if "tension" in found:
+        curves = found["tension"][2]
+        unit, factor = force_unit([values.max() for _, values in curves])
+        yield "tension", unit, [(label, factor * values) for label, values in curves]
     if "buoy_position" in record:
         yield "position of C", "m", list(zip("xyz", record.buoy_position.values.T, strict=True))
-        turns = [(turn, unwrapped(record, turn)) for turn in ("roll", "pitch", "yaw") if turn in record]
-        if turns:
-            yield "angles", "deg", turns
+    if "angle" in found:
+        yield "angles", *found["angle"][1:]
 
 
 #: Decades below the peak in which a spectrum is shown.

@@ -4,14 +4,14 @@ import re
 
 import numpy as np
 
-from ..results.statistics import STATISTICS, described, each_series
+from ..results.quantities import shown_in
+from ..results.sample import STATISTICS
+from ..results.series import described, each_series
 from ..results.tables import unit_of
 from . import words
 from .document import joined, page, tag
 from .pack import single
 
-#: Largest values of these are axes and columns, those of them that are there.
-MAIN = ("tension_top", "tension_anchor", "cone_angle", "buoy_position_z")
 #: Numbers of statistics up to which all are in the page; of more only the largest values, means and deviations.
 MOST_NUMBERS = 600_000
 FEWER = ("maximum", "mean", "standard_deviation")
@@ -46,7 +46,7 @@ def data_of(dataset) -> dict:
         "varied": varied,
         "status": _listed(dataset.status.values),
         "quantities": [_quantity(*one, kept) for one in quantities],
-        "main": [label for main in MAIN for label, name, _ in quantities if name == main],
+        "main": [label for main in shown_in("sweep page") for label, name, _ in quantities if name == main],
         "scene": "scene" in dataset.attrs,
         "source": dataset.attrs.get("source", ""),
         "records": _records(dataset),

@@ -29,6 +29,16 @@ function say(sentence = "") {
   without.hidden = !sentence;
 }
 
+/** Mesh, colour and size [pixels] of a mark by its kind (frame.py). */
+const MARKS = {
+  fixed: ["block", "anchor", 11],
+  prescribed: ["ball", "anchor", 3],
+  free: ["ball", "anchor", 3],
+  joint: ["ball", "ink", 2.2],
+  clump: ["ball", "ink", 3.5],
+  float: ["ball", "hull", 3.5],
+};
+
 /** Shows the states of a source (motion.js) in a canvas.
  *
  * view: of the data, see view.py.  tensions: [least, largest] of the colours [N].
@@ -215,7 +225,7 @@ export class Viewer {
   drawEnds() {
     for (const { node, kind } of this.view.lines?.ends ?? []) {
       const at = this.node(node);
-      const [mesh, color, size] = { anchor: ["block", "anchor", 11], joint: ["ball", "ink", 2.2] }[kind] ?? ["ball", "anchor", 3];
+      const [mesh, color, size] = MARKS[kind];
       this.painter.draw(this.meshes[mesh], { color: this.colors[color], model: placed(at, this.mark(at, size)) });
     }
   }
@@ -224,12 +234,14 @@ export class Viewer {
     return [0, 1, 2].map((i) => this.state.nodes[3 * k + i]);
   }
 
-  /** Colour and width say the tension: what is pulled harder stands out more. */
+  /** Colour and width say the tension: what is pulled harder stands out more.  Elements that have parted are left out. */
   addLines(segments) {
     const [low, high] = this.tensions;
     for (const { node, cell, per } of this.view.lines?.cables ?? []) {
       for (let k = node[0]; k + 1 < node[1]; k++) {
-        const tension = this.state.tension[cell[0] + Math.floor((k - node[0]) / per)];
+        const number = cell[0] + Math.floor((k - node[0]) / per);
+        if (this.state.t >= this.view.lines.parted[number]) continue;
+        const tension = this.state.tension[number];
         const share = (tension - low) / (high - low || 1);
         const [color, width] = [this.scale(share), 2 + 3 * Math.min(Math.max(share, 0), 1)];
         segments.push(...this.node(k), ...this.node(k + 1), ...color, ...color, width, width);

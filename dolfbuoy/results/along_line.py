@@ -1,12 +1,15 @@
 """Figures along the cable: its shapes, and the range of the tension in it."""
 
+import itertools
+
 import numpy as np
 
 from ..model.seabed import height_of_bed
 from ..scene.settings import period_of
-from .behind_ramp import after_ramp, mean_over_time
 from .drawing import figure_of, legend_above
+from .frame import pieces_of, whole_at
 from .paths import equal_axes, label_axes, panel_height, widest
+from .running import envelope_of
 from .style import COLORS, COLUMN, Figure, LineCollection, new_figure
 from .tables import force_unit
 
@@ -21,7 +24,9 @@ def shapes(record, scene=None) -> Figure:
     seen = np.concatenate([curves.reshape(-1, 2), *_levels(scene, curves)])
     figure = new_figure(COLUMN, 0.75 + panel_height(seen, 2.3))
     axes = figure.subplots()
-    lines = LineCollection(curves, array=t, cmap="viridis", lw=1.0)
+    pieces = [pieces_of(curve, whole_at(record, time)) for curve, time in zip(curves, t, strict=True)]
+    parts, at = itertools.chain.from_iterable(pieces), np.repeat(t, [len(each) for each in pieces])
+    lines = LineCollection(list(parts), array=at, cmap="viridis", lw=1.0)
     lines.set_clim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.add_collection(lines)
     axes.plot(*curves[0, 0], "s", color=COLORS["ink"], ms=4)
@@ -79,14 +84,12 @@ def _chosen_frames(frames, period, count=13):
     return np.unique(np.linspace(first, len(frames) - 1, count).round().astype(int))
 
 
-@figure_of("cable_tension", "s_cell", part="cable")
+@figure_of("cable_tension", "cable_tension_maximum", "s_cell", part="cable")
 def envelope(record, scene=None) -> Figure:
-    """Least, mean and largest tension along the cable over the frames after the ramp, a value per element."""
-    frames = record.frame.values
-    rows = after_ramp(frames, scene, 2, "envelope of the tension")
-    s, T = record.s_cell.values, record.cable_tension.values[rows]
-    unit, factor = force_unit(T)
-    low, mean, high = factor * T.min(axis=0), factor * mean_over_time(frames[rows], T), factor * T.max(axis=0)
+    """Least and largest tension along the cable in all steps after the ramp, and the mean of frames, per element."""
+    s, found = record.s_cell.values, envelope_of(record, scene)
+    unit, factor = force_unit([found.least, found.largest])
+    low, mean, high = factor * found.least, factor * found.mean, factor * found.largest
     figure = new_figure(COLUMN, 2.6)
     axes = figure.subplots()
     mark = "." if len(s) <= 30 else ""
@@ -96,7 +99,7 @@ def envelope(record, scene=None) -> Figure:
     axes.plot(s, low, ":", color=COLORS["blue"], marker=mark, label="least")
     if low.min() < 0:
         axes.axhline(0, color="#888888", lw=0.7)
-    span = f"{len(rows)} instants, {frames[rows[0]]:.4g} to {frames[rows[-1]]:.4g} s"
+    span = f"all steps from {found.begin:.4g} to {found.end:.4g} s, mean of {found.frames} instants"
     axes.set(xlabel=f"arc length from the anchor, s [m]\n({span})", ylabel=f"tension [{unit}]")
     axes.margins(x=0.01)
     legend_above(axes, 3)

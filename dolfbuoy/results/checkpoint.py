@@ -14,7 +14,7 @@ from ..scene import Scene, kept_scene, load_scene
 from ..writing import replacing
 from .record import undamaged
 
-FORMAT = 4  #: goes up with that of the record too
+FORMAT = 5  #: goes up with that of the record too
 NAME = "checkpoint.npz"
 
 
@@ -95,7 +95,7 @@ def _read(path):
     if number != FORMAT:
         raise InputError(
             f"{path} has format {number}, and this version resumes format {FORMAT} only, whose records have the "
-            "dimensions cable and buoy always: the run can only begin anew, with --overwrite."
+            "extremes of every step: the run can only begin anew, with --overwrite."
         )
     return tree
 

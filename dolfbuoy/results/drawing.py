@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Callable
 
-from .behind_ramp import Missing, scene_of
+from .after_ramp import Missing, scene_of
 from .parts import names_of, part_of
 from .style import STYLE, matplotlib
 

@@ -11,13 +11,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..writing import made
+from .after_ramp import Missing, TooShort
 from .along_line import envelope, shapes
-from .behind_ramp import Missing, TooShort
 from .folder import enlist
-from .over_time import cone_angle, heave, roll_pitch_yaw, tension
+from .over_time import cone_angle, heave, of_quantity, roll_pitch_yaw, tension
 from .paraview import read_run
 from .parts import names_of
 from .paths import orbit, track, trajectory
+from .quantities import QUANTITIES
 from .record import UNFIT, undamaged
 from .snapshot import snapshot
 from .spectra import motion_spectrum, tension_spectrum
@@ -57,7 +58,8 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
     record, scene = read_run(folder)
     target, written, said = Path(folder) / "figures", [], {}
     chosen = {kind: _largest(record, kind, said) for kind in CHOSEN_BY}
-    for name, draw in FIGURES.items():
+    own = {name: of_quantity(one) for name, one in QUANTITIES.items() if one.figure and name not in FIGURES}
+    for name, draw in (FIGURES | own).items():
         parts = chosen[draw.part] if draw.part else []
         for part in parts or [None]:
             try:

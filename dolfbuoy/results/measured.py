@@ -13,15 +13,11 @@ from ..motion.simulation import Simulation
 from ..scene import Scene
 from ..scene.settings import ramp_of
 from ..writing import replacing
-from .observe import cone_angle
+from . import quantities
+from .turns import cone_angle
 
 #: What is compared, and its name in a sentence.
-QUANTITIES = {
-    "tension_top": "top tension",
-    "tension_anchor": "anchor tension",
-    "buoy_position": "buoy position",
-    "cone_angle": "cone angle",
-}
+QUANTITIES = {name: one.compared for name, one in quantities.QUANTITIES.items() if one.compared}
 
 
 def window_start(scene: Scene) -> float:

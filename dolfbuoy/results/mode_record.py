@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .labelled import PARTS, labelled
 from .observe import Observer, attributes
-from .record import FIXED
+from .quantities import over
 
 if TYPE_CHECKING:
     import xarray as xr
 
-PARTS = ("real", "imaginary")
 #: Largest displacement in a picture, as a part of its largest extent; turns look at most this large [rad].
 SHOWN, TURNED = 0.12, 0.25
 #: What is said of a mode of each kind, where a period would stand.
@@ -47,32 +47,20 @@ def dataset_of_modes(found, modes) -> "xr.Dataset":
     A shape is the real part of x exp(lambda t) at t = 0 and, as imaginary part, minus that a quarter period later; its
     largest displacement is 1 m, or the largest turn 1 rad.
     """
-    import xarray as xr
-
     data = _numbers(modes) | _lines(found, modes) | _bodies(found.bodies, modes)
-    labels = {"mode": np.arange(1, len(modes) + 1), "part": list(PARTS), "xyz": list("xyz")}
-    labels |= {"quaternion": ["q0", "q1", "q2", "q3"], "buoy": [body.name for body in found.bodies]}
-    made = {name: (dims, values, _said(name)) for name, (dims, values) in data.items()}
+    made = {name: (dims, values, UNITS.get(name, ("", name))) for name, (dims, values) in data.items()}
+    labels = {"mode": range(1, len(modes) + 1), "part": PARTS, "xyz": "xyz", "quaternion": ("q0", "q1", "q2", "q3")}
+    labels |= {"buoy": [body.name for body in found.bodies]}
     used = {dim for dims, *_ in made.values() for dim in dims}
-    coordinates = {name: values for name, values in labels.items() if name in used}
+    labels = {name: names for name, names in labels.items() if name in used}
     if found.problem.lines is not None:
-        coordinates["cable"] = list(found.problem.network.cables)
-    return xr.Dataset(made, coordinates, attributes(found.problem)).set_coords([n for n in FIXED if n in made])
-
-
-def _said(name):
-    unit, long_name = UNITS.get(name, ("", name))
-    return {"units": unit, "long_name": long_name} if unit else {"long_name": long_name}
-
-
-def _parts(values):
-    """(mode, part, ...) of complex (mode, ...)."""
-    return np.stack([np.real(values), np.imag(values)], axis=1)
+        labels["cable"] = found.problem.network.cables
+    return labelled(made, labels, attributes(found.problem)).set_coords([n for n in over("") if n in made])
 
 
 def _numbers(modes):
     roots = np.array([mode.root for mode in modes], dtype=complex)
-    found = {"eigenvalue": (("mode", "part"), _parts(roots))}
+    found = {"eigenvalue": (("mode", "part"), roots)}
     for name in ("omega", "period", "damping_ratio", "residual"):
         found[name] = (("mode",), np.array([getattr(mode, name) for mode in modes], dtype=float))
     for name in ("name", "kind"):
@@ -98,7 +86,7 @@ def _lines(found, modes):
     problem.system.u[:] = found.u
     if problem.comm.rank != 0:
         return {}
-    made = {name: (FIXED[name][0], values) for name, values in fixed.items() if name in FIXED}
+    made = {name: (over("")[name].dims, values) for name, values in fixed.items()}
     made["rest_cable_position"] = (("node", "xyz"), frames[0]["cable_position"])
     for name, dims in (("cable_position", ("node", "xyz")), ("cable_tension", ("cell",))):
         values = np.array([frame[name] for frame in frames[1:]])
@@ -115,10 +103,10 @@ def _local(numbering, values):
 def _bodies(bodies, modes):
     if not bodies:
         return {}
-    motions = np.array([[body.motion(mode.vector) for body in bodies] for mode in modes])
+    motions = np.array([[body.motion(mode.vector) for body in bodies] for mode in modes], dtype=complex)
     return {
-        "buoy_position": (("mode", "part", "buoy", "xyz"), _parts(motions[..., :3])),
-        "buoy_rotation": (("mode", "part", "buoy", "xyz"), _parts(motions[..., 3:])),
+        "buoy_position": (("mode", "part", "buoy", "xyz"), motions[..., :3]),
+        "buoy_rotation": (("mode", "part", "buoy", "xyz"), motions[..., 3:]),
         "rest_buoy_position": (("buoy", "xyz"), np.array([body.position for body in bodies])),
         "rest_buoy_orientation": (("buoy", "quaternion"), np.array([body.orientation for body in bodies])),
     }
@@ -132,3 +120,34 @@ def enlargement(dataset, mode) -> float:
     moved = [np.abs(mode[n].values).max() for n in ("cable_position", "buoy_position") if n in mode]
     turned = np.abs(mode.buoy_rotation.values).max() if "buoy_rotation" in mode else 0.0
     return min(SHOWN * extent / max(*moved, 1e-12), TURNED / max(turned, 1e-12))
+
+
+def moving(dataset, number: int, times, phases) -> "xr.Dataset":
+    """A record of a run in which the system does nothing but mode `number` (from 1): enlarged, Re(phase x) about the
+    rest at these times [s], phases: complex (n,)."""
+    import xarray as xr
+
+    mode = dataset.isel(mode=number - 1)
+    z = enlargement(dataset, mode) * np.asarray(phases, dtype=complex)
+
+    def moved(name):
+        return np.tensordot(np.column_stack([z.real, -z.imag]), mode[name].values, axes=1)
+
+    data = {"time": ("time", times)} | {n: dataset[n] for n in (*over(""), "cable", "buoy") if n in dataset}
+    if "cable_position" in mode:
+        positions = dataset.rest_cable_position.values + moved("cable_position")
+        data |= {"frame": ("frame", times), "cable_position": (("frame", "node", "xyz"), positions)}
+        data["cable_tension"] = (("frame", "cell"), moved("cable_tension"))
+    if "buoy_position" in mode:
+        turned = [list(map(_turned, dataset.rest_buoy_orientation.values, turns)) for turns in moved("buoy_rotation")]
+        positions = dataset.rest_buoy_position.values + moved("buoy_position")
+        data["buoy_position"] = ("time", "buoy", "xyz"), positions
+        data["buoy_orientation"] = ("time", "buoy", "quaternion"), np.array(turned)
+    return xr.Dataset(data)
+
+
+def _turned(q4, turn):
+    """A unit quaternion after a rotation vector in the world frame."""
+    angle = np.linalg.norm(turn)
+    w, v = np.cos(angle / 2), (np.sin(angle / 2) / angle if angle else 0.0) * turn
+    return np.concatenate([[w * q4[0] - v @ q4[1:]], w * q4[1:] + q4[0] * v + np.cross(v, q4[1:])])

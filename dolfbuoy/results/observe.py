@@ -1,8 +1,10 @@
 """What is recorded of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
 
 import itertools
-import math
 import time as clock
+from contextlib import suppress
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,14 +12,83 @@ from ..model import effects
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
 from ..model.components import components_of
-from ..model.rigid import mass_properties, shape_of
+from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
 from ..solver.rows import picked, traced
 from ..version import __version__
+from .quantities import over
 from .record import FORMAT
+from .turns import roll_pitch_yaw
 from .utilisation import Utilisation, stressed
+
+
+class Hull(NamedTuple):
+    """What `Buoy.wet_hull_form` says of the wet hulls: displaced mass, centre of buoyancy, length, diameter, eta."""
+
+    mass: np.ndarray
+    centre: np.ndarray
+    length: np.ndarray
+    diameter: np.ndarray
+    surface: np.ndarray
+
+
+class Absent(KeyError):
+    """Something that a problem does not have, so that a quantity of it is not recorded."""
+
+
+class Noted(dict):
+    """What was noted at instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
+
+    Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, buoy, mooring, water, joint.
+    """
+
+    def __init__(self, columns, problem, masses):
+        super().__init__(columns)
+        self.problem, self._masses = problem, masses
+
+    def __missing__(self, source):
+        raise Absent(source)
+
+    def each(self, source: str, size: int) -> np.ndarray:
+        """Numbers of each of n things, (..., n, size)."""
+        flat = self[source]
+        return flat.reshape(*flat.shape[:-1], -1, size)
+
+    @cached_property
+    def buoy(self):
+        """Fields of the buoys' states, (..., buoy, size) each."""
+        fields = MOTION if self.problem.dynamic else REST
+        return fields.of(self.each("buoy", fields.size))
+
+    @property
+    def motion(self):
+        """As `buoy`, of what moves."""
+        if not self.problem.dynamic:
+            raise Absent("motion")
+        return self.buoy
+
+    @cached_property
+    def turns(self):
+        """(roll, pitch, yaw) [degree]."""
+        return roll_pitch_yaw(self.buoy.orientation)
+
+    @cached_property
+    def attachment(self):
+        """Points and forces of the cables' ends on buoys."""
+        return FIELDS.of(self.each("mooring", FIELDS.size))
+
+    @cached_property
+    def hull(self) -> Hull:
+        """Of the wet hulls; the centre of a dry one is C."""
+        b = self.each("water", SUBMERGED)
+        mass, wet = b[..., 0], b[..., 4]
+        dry = mass <= 1e-9 * self._masses
+        with np.errstate(divide="ignore", invalid="ignore"):
+            centre, diameter = b[..., 1:4] / mass[..., None], b[..., 5] / wet
+        centre, diameter = np.where(dry[..., None], self.buoy.position, centre), np.where(dry, 0.0, diameter)
+        return Hull(mass, centre, wet, diameter, b[..., 6])
 
 
 class Observer:
@@ -28,7 +99,7 @@ class Observer:
 
     def __init__(self, problem, end_forces=None):
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
-        self._masses = np.array([mass_properties(b, shape_of(b)).mass for b in self.network.buoys.values()])
+        self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
         self._lying = np.zeros((len(self.network.cables), 4))
         self._wet = problem.wet_hulls if problem.buoys and problem.scene.sea else None
         self._stress = Utilisation(problem) if stressed(self.network) else None
@@ -99,10 +170,10 @@ class Observer:
 
     def values(self, end_forces):
         """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
-        row, values = self.note(), {name: np.reshape(force, (-1, 3)) for name, force in end_forces.items()}
-        if "end_tension" in values:
-            values["tension_top"] = length(values["end_tension"])
-        return values if row is None else values | self.values_of(row.copy())
+        row, noted = self.note(), {name: np.ravel(force) for name, force in end_forces.items()}
+        if row is not None:
+            noted |= {name: row[place].copy() for name, place in self._places.items()}
+        return self._quantities(noted)
 
     def note(self):
         """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
@@ -122,58 +193,24 @@ class Observer:
 
     def _note_bed(self):
         """What of each cable lies, and where its uppermost piece that does leaves the bed."""
-        bed, u = self.problem.lines.bed, self.problem.system.u
+        lines, u = self.problem.lines, self.problem.system.u
         for cable, row in enumerate(self._lying):
             pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)
-            found = [bed.lying(u, piece) for piece in pieces]
+            found = [lines.lying(u, piece) for piece in pieces]
             last = next((one for one in reversed(found) if one.length > 0), found[-1])
             row[:] = sum(one.length for one in found), *last.touchdown
 
     def values_of(self, rows):
-        """Quantities at instants (..., numbers of `note`), names as in results.SERIES (without time and solver)."""
-        noted = {name: rows[..., place] for name, place in self._places.items()}
-        values = {}
-        for name in ("anchor_force", "end_tension"):
-            if name in noted:
-                values[name] = _each(noted[name], 3)
-        if "tension_anchor" in noted:
-            values["tension_anchor"] = noted["tension_anchor"]
-        if "end_tension" in values:
-            values["tension_top"] = length(values["end_tension"])
-        if "bed" in noted:
-            bed = _each(noted["bed"], 4)
-            values["length_on_bed"], values["touchdown"] = bed[..., 0], bed[..., 1:]
-        if "utilisation" in noted:
-            values["utilisation"] = noted["utilisation"]
-        if "buoy" in noted:
-            fields = MOTION if self.problem.dynamic else REST
-            y = fields.of(_each(noted["buoy"], fields.size))
-            values |= {"buoy_position": y.position, "buoy_orientation": y.orientation}
-            values["cone_angle"] = cone_angle(y.orientation)
-            values["roll"], values["pitch"], values["yaw"] = roll_pitch_yaw(y.orientation)
-            if self.problem.dynamic:
-                values |= {"linear_momentum": y.momentum, "angular_momentum": y.angular_momentum}
-        if "mooring" in noted:
-            values["mooring_point"], values["mooring_force"] = FIELDS.of(_each(noted["mooring"], FIELDS.size))
-        if "water" in noted:
-            values |= self._wet_hull(_each(noted["water"], SUBMERGED), y.position)
-        if "joint" in noted:
-            values["joint_position"] = _each(noted["joint"], 3)
-        return values
+        """Quantities at instants (..., numbers of `note`), without time and solver."""
+        return self._quantities({name: rows[..., place] for name, place in self._places.items()})
 
-    def _wet_hull(self, b, position):
-        """Of the numbers of `Buoy.wet_hull_form`."""
-        mass, wet = b[..., 0], b[..., 4]
-        dry = mass <= 1e-9 * self._masses
-        with np.errstate(divide="ignore", invalid="ignore"):
-            center, diameter = b[..., 1:4] / mass[..., None], b[..., 5] / wet
-        return {
-            "displaced_mass": mass,
-            "buoyancy_center": np.where(dry[..., None], position, center),
-            "submerged_length": wet,
-            "submerged_diameter": np.where(dry, 0.0, diameter),
-            "surface_elevation": b[..., 6],
-        }
+    def _quantities(self, columns):
+        noted, found = Noted(columns, self.problem, self._masses), {}
+        for name, quantity in over("time").items():
+            if quantity.read:
+                with suppress(Absent):
+                    found[name] = quantity.read(noted)
+        return found
 
     def fixed(self):
         """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
@@ -225,14 +262,14 @@ class Observer:
         return found | {"segment_of_cell": number[of_cell]}
 
     def parted(self, fixed) -> str:
-        """Which cables have parted, where and when, in words, on rank 0; fixed: what `fixed` gave."""
-        parting = self.problem.lines.parting if self.problem.lines else None
-        if parting is None:
+        """Which cables have parted, where and when, in words, on rank 0; fixed: what `fixed` gave, where `parted_at` is
+        brought up to date."""
+        if not any(piece.section.fails_at for piece in self.network.pieces):
             return ""
-        since = self._gather(parting.of_elements)
+        since = self._gather(self.problem.lines.parted_at)
         if self.comm.rank != 0:
             return ""
-        since = since[self._cell_order]
+        fixed["parted_at"] = since = since[self._cell_order]
         cable = fixed["cable_of_cell"]
         gone = (k for k in np.argsort(since, kind="stable") if np.isfinite(since[k]))
         where = (f"{self.network.cables[cable[k]]} at s = {fixed['s_cell'][k]:g} m, t = {since[k]:g} s" for k in gone)
@@ -245,13 +282,16 @@ class Observer:
         """
         cable, u = self.problem.lines, self.problem.system.u
         nodes = {"cable_position": u} | ({} if velocity is None else {"cable_velocity": velocity})
-        nodes = {name: self._gather(values[cable.node_dofs[: cable.owned_nodes]]) for name, values in nodes.items()}
-        tension = self._gather(cable.mean_tension(u))
+        nodes = {name: values[cable.node_dofs[: cable.owned_nodes]] for name, values in nodes.items()}
+        return self.along(nodes, {"cable_tension": cable.mean_tension(u)})
+
+    def along(self, nodes, cells):
+        """Arrays of this rank's nodes and of its elements in order from the anchor, on rank 0; call `fixed` before."""
+        of_nodes, of_cells = ({name: self._gather(x) for name, x in arrays.items()} for arrays in (nodes, cells))
         if self.comm.rank != 0:
             return {}
-        return {name: values[self._node_order] for name, values in nodes.items()} | {
-            "cable_tension": tension[self._cell_order]
-        }
+        found = {name: values[self._node_order] for name, values in of_nodes.items()}
+        return found | {name: values[self._cell_order] for name, values in of_cells.items()}
 
     def _gather(self, array):
         if self.comm.size == 1:
@@ -268,56 +308,6 @@ def _all_of(array, here=True):
 
 def _joined(lists):
     return list(itertools.chain.from_iterable(lists))
-
-
-def _each(flat, size):
-    """Of numbers (..., n size) those of each of n things, (..., n, size)."""
-    return flat.reshape(*flat.shape[:-1], -1, size)
-
-
-def length(vectors):
-    """Of vectors (..., 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.sqrt(x * x + y * y + z * z)
-
-
-def cone_angle(q4):
-    """Angle between the vertical and the axis R(q4) e3 [deg] for q4 (..., 4), accurate near 0 and 180."""
-    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
-    across = 2 * np.hypot(b * d + a * c, c * d - a * b)
-    return np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d))
-
-
-#: Distance of the pitch from 90 degrees, halved [rad], below which roll and yaw are one turn.
-LOCKED = 1e-8
-
-
-def roll_pitch_yaw(q4):
-    """Turns about e1, e2, e3 of the body [deg] that make orientations (..., 4): first the yaw, the pitch, the roll.
-
-    R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  With the pitch at 90 or -90 only
-    the difference or sum of yaw and roll has a meaning: then the roll is 0.  From sum and difference of the half
-    angles, of which q_4 has products, so that nothing is lost near those pitches.
-    """
-    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
-    sum_size, difference_size = np.hypot(a - c, d + b), np.hypot(a + c, d - b)
-    half_sum, half_difference = np.arctan2(d + b, a - c), np.arctan2(d - b, a + c)
-    pitch = math.pi / 2 - 2 * np.arctan2(sum_size, difference_size)
-    no_sum = sum_size <= LOCKED * difference_size
-    no_difference = ~no_sum & (difference_size <= LOCKED * sum_size)
-    half_sum, half_difference = (
-        np.where(no_sum, half_difference, half_sum),
-        np.where(no_difference, half_sum, half_difference),
-    )
-    roll, yaw = _one_turn(half_sum - half_difference), _one_turn(half_sum + half_difference)
-    return roll, np.degrees(pitch), yaw
-
-
-def _one_turn(angle):
-    """Angles [rad] in degrees, -180 < x <= 180."""
-    x = np.degrees(angle)
-    x = x - 360 * np.round(x / 360)
-    return np.where(x == -180, 180.0, x)
 
 
 def attributes(problem) -> dict:

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .labelled import said
 from .observe import Observer, attributes
 from .offsets import smallest_circle
 from .record import dataset_of
@@ -73,15 +74,11 @@ class Rows:
         described = dataset_of(recorded, {}, self.attributes, self.labels)
         variables = {n: (("direction", self.load, *described[n].dims), data[n], described[n].attrs) for n in described}
         for name in (n for n in SAID if n in data):
-            variables[name] = (("direction", self.load), data[name], _attributes(SAID[name]))
+            variables[name] = (("direction", self.load), data[name], said(*SAID[name]))
         made = xr.Dataset(variables, attrs=self.attributes)
         made = made.assign_coords({k: described[k] for k in described.coords})
-        made["direction"] = (
-            "direction",
-            directions,
-            _attributes(TOWARDS),
-        )
-        made[self.load] = (self.load, sizes, _attributes(UNITS[self.load]))
+        made["direction"] = "direction", directions, said(*TOWARDS)
+        made[self.load] = self.load, sizes, said(*UNITS[self.load])
         if "buoy_position" in made:
             made = _with_watch_circles(made)
             return made if at_rest is None else _with_offsets(made, at_rest)
@@ -91,10 +88,6 @@ class Rows:
 def top_tension(dataset) -> "xr.DataArray":
     """Largest tension at the upper end of a line [N], over directions and sizes."""
     return dataset.tension_top.max("cable")
-
-
-def _attributes(said):
-    return {"units": said[0], "long_name": said[1]}
 
 
 def _is_under(scene, values):
@@ -107,9 +100,9 @@ def _is_under(scene, values):
 def _with_offsets(made, at_rest):
     dx, dims = made.buoy_position.values - at_rest, made.buoy_position.dims[:-1]
     angle = np.radians(made.direction.values).reshape(-1, *[1] * (len(dims) - 1))
-    made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), _attributes(SAID["offset"]))
+    made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), said(*SAID["offset"]))
     along = dx[..., 0] * np.cos(angle) + dx[..., 1] * np.sin(angle)
-    made["offset_along"] = (dims, along, _attributes(SAID["offset_along"]))
+    made["offset_along"] = (dims, along, said(*SAID["offset_along"]))
     return made
 
 
@@ -121,8 +114,8 @@ def _with_watch_circles(made):
     found = xr.apply_ufunc(
         _circle, places, input_core_dims=[["direction", "xy"]], output_core_dims=[["part"]], vectorize=True
     )
-    made["watch_centre"] = found.isel(part=slice(2)).rename(part="xy").assign_attrs(_attributes(SAID["watch_centre"]))
-    made["watch_radius"] = found.isel(part=2).assign_attrs(_attributes(SAID["watch_radius"]))
+    made["watch_centre"] = found.isel(part=slice(2)).rename(part="xy").assign_attrs(said(*SAID["watch_centre"]))
+    made["watch_radius"] = found.isel(part=2).assign_attrs(said(*SAID["watch_radius"]))
     return made.assign_coords(xy=["x", "y"])
 
 

@@ -1,12 +1,15 @@
 """Figures of a run over time, as in Sect. 5 of the paper: tensions, heave, angles."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..scene.settings import period_of
-from .behind_ramp import unwrapped
 from .drawing import at_least, figure_of, legend_above
+from .quantities import QUANTITIES, Quantity
+from .series import unwrapped
 from .style import COLORS, COLUMN, Figure, new_figure
-from .tables import force_unit
+from .tables import force_unit, unit_of
 
 #: A run of more periods than this gets an enlarged end.
 MANY_PERIODS = 6
@@ -36,10 +39,21 @@ def heave(record, scene=None) -> Figure:
     return _over_time(record, scene, [("height [m]", curves), (r"$r_{C,z} - z_w$ [m]", difference)])
 
 
-@figure_of("cone_angle", part="buoy")
-def cone_angle(record, scene=None) -> Figure:
-    """Figs. 8 (left) and 10 (right): angle between the vertical and the axis of the buoy."""
-    return _over_time(record, scene, [("cone angle [°]", [(record.cone_angle.values, "-", COLORS["blue"], None)])])
+def of_quantity(quantity: Quantity) -> Callable:
+    """The figure of a scalar quantity of a cable or buoy."""
+
+    def draw(record, scene=None) -> Figure:
+        values = record[quantity.name].values
+        unit, factor = unit_of(values, quantity.unit.replace("degree", "°"))
+        label = f"{quantity.name.replace('_', ' ')} [{unit}]"
+        return _over_time(record, scene, [(label, [(factor * values, "-", COLORS["blue"], None)])])
+
+    draw.__name__, draw.__doc__ = quantity.name, f"Over time: {quantity.long_name}."
+    return figure_of(quantity.name, part=quantity.kind)(draw)
+
+
+#: Figs. 8 (left) and 10 (right): angle between the vertical and the axis of the buoy.
+cone_angle = of_quantity(QUANTITIES["cone_angle"])
 
 
 @figure_of("roll", "pitch", "yaw", part="buoy")

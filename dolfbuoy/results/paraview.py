@@ -1,6 +1,8 @@
-"""Files for ParaView: cable, hull, buoy, water and bed, one mesh per recorded instant, and collections with times."""
+"""Files for ParaView: lines, hulls, buoys, joints, water and bed, a mesh of each per instant, and collections with
+times."""
 
-import itertools
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -8,98 +10,87 @@ import meshio
 import numpy as np
 
 from ..errors import InputError
-from ..meshes import line_mesh
-from ..model.rigid import mass_properties, rotation_of, shape_of
-from ..model.sea import elevation_at, heading, velocity_at, wavenumber
-from ..model.seabed import height_of_bed
-from ..scene.network import attached_ends
+from ..model.sea import heading, wavenumber
 from ..writing import made, replacing
+from . import quantities
 from .checkpoint import read_scene
 from .folder import enlist, remarks
-from .parts import names_of, parts_of
+from .frame import Frame, Frames
 from .record import UNFIT, read, undamaged
 
 #: Instants that are written unless others are asked for: each is a file of everything that moves.
 INSTANTS = 50
+#: Collection of all meshes of a run, where there are several cables or buoys.
+NETWORK = "network"
+#: What makes a mesh of a frame.
+Make = Callable[[Frame], meshio.Mesh]
 
 
 def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     """Write folder/paraview/ from the results.nc and scene.toml of a run; returns the files, collections last.
 
     One mesh per instant (cable_NNNN.vtu, ...), of `most` of them evenly from the first to the last that is recorded,
-    and a collection to open (cable.pvd, ...) of each kind that the run has; names of fields have their units.  Of
-    several cables or buoys each has its own, with its name behind that of the kind, and network.pvd shows all at once.
-    Raises InputError if the folder holds no run.
+    and a collection to open (cable.pvd, ...) of each kind that the run has; names of fields have their units.  A mesh
+    is of all cables, or buoys, by their numbers; of several network.pvd shows all at once.  Raises InputError if the
+    folder holds no run.
     """
+    folder = Path(folder)
     record, scene = read_run(folder)
-    target, recorded = Path(folder) / "paraview", instants(record, scene)
-    chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
-    times = recorded[chosen]
-    with undamaged(Path(folder) / "results.nc", UNFIT):
-        meshes = _meshes(record, scene)
-    shown = {kind: times[:1] if kind in still(scene) else times for kind in meshes}
-    paths = {kind: [target / f"{kind}_{i:04d}.vtu" for i in range(len(shown[kind]))] for kind in meshes}
-    several = max(len(names_of(record, part)) for part in ("cable", "buoy")) > 1
-    collections = {kind: target / f"{kind}.pvd" for kind in paths}
-    collections |= {"": target / f"{NETWORK}.pvd"} if several else {}
-    files = [file for kind in paths for file in paths[kind]] + [*collections.values()]
-    made(folder, target.name)
-    enlist(folder, files)
-    of_before = remarks(folder, "run")["files"]
-    for name in of_before:
-        if name.startswith("paraview/") and Path(folder) / name not in files:
-            (Path(folder) / name).unlink(missing_ok=True)
-    for kind, names in paths.items():
-        for i, path in enumerate(names):
-            with undamaged(Path(folder) / "results.nc", UNFIT):
-                mesh = meshes[kind](chosen[i], shown[kind][i])
-            _write_mesh(mesh, path)
-        _write_collection(collections[kind], shown[kind], names)
-    if several:
-        _write_collection(
-            collections[""], times, *(names * len(times) if len(names) == 1 else names for names in paths.values())
-        )
+    with undamaged(folder / "results.nc", UNFIT):
+        recorded, frames = instants(record, scene), Frames(record, scene)
+        meshes = {name: partial(_of_record, folder / "results.nc", make) for name, make in meshes_of(frames).items()}
+        chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
+        shown = [frames.at(time) for time in recorded[chosen]]
+    together = NETWORK if max(len(frames.spans), len(frames.buoys)) > 1 else None
+    files = write_series(folder, "run", shown, meshes, together)
+    for name in remarks(folder, "run")["files"]:  # of an export before this one
+        if name.startswith("paraview/") and folder / name not in files:
+            (folder / name).unlink(missing_ok=True)
     return files
 
 
-def _meshes(record, scene):
-    """Name of files -> what makes their meshes of an instant's number and time."""
-    network = scene.network
-    found = {file_of("cable", part.label): cable_meshes(part.record) for part in parts_of(record, "cable")}
-    for part in parts_of(record, "buoy"):
-        name = part.record.buoy.item()
-        buoy, pulled = network.buoys[name], _with_pull(record, part.record, network, name)
-        found[file_of("hull", part.label)] = hull_meshes(part.record, buoy)
-        found[file_of("buoy", part.label)] = buoy_meshes(pulled, buoy)
-    found |= {kind: make(record, scene) for kind, make in TOGETHER.items()}
-    return {name: of_instant for name, of_instant in found.items() if of_instant}
+def write_series(
+    folder: Path, owner: str, frames: list[Frame], meshes: dict[str, Make], together: str | None = None
+) -> list[Path]:
+    """Write folder/paraview/NAME_0000.vtu and so on, one of what does not move, and NAME.pvd with their times.
+
+    owner: kind of the result that the files belong to.  meshes: by NAME.  together: name of a collection of all.
+    """
+    target, still = folder / "paraview", {"bed"} if frames[0].scene.waves else {"bed", "water"}
+    moving = {name: frames[:1] if name in still else frames for name in meshes}
+    series = {name: [target / f"{name}_{i:04d}.vtu" for i in range(len(shown))] for name, shown in moving.items()}
+    collections = [target / f"{name}.pvd" for name in (*series, *([together] if together else []))]
+    files = [*(path for paths in series.values() for path in paths), *collections]
+    made(folder, target.name)
+    enlist(folder, files, owner)
+    for name, paths in series.items():
+        for path, frame in zip(paths, moving[name], strict=True):
+            mesh = meshes[name](frame)
+            with replacing(path) as part:
+                mesh.write(part, file_format="vtu")
+        _write_collection(target / f"{name}.pvd", moving[name], paths)
+    if together:
+        every = [paths * len(frames) if len(paths) == 1 else paths for paths in series.values()]
+        _write_collection(collections[-1], frames, *every)
+    return files
 
 
-def file_of(kind: str, label: str) -> str:
-    """Name of the files of a cable or a buoy; label: see `parts.Part`."""
-    return f"{kind}_{label.replace('-', '_')}" if label else kind
+def meshes_of(frames: Frames) -> dict[str, Make]:
+    """What a run has: name of files -> what makes their meshes."""
+    hulls = any(frames.network.buoys[name].hull for name in frames.buoys)
+    there = {"cable": frames.spans, "hull": hulls, "buoy": frames.buoys, "joint": frames.joints}
+    makes = {"cable": cable_mesh, "hull": hull_mesh, "buoy": buoy_mesh, "joint": joint_mesh}
+    found = {name: makes[name] for name in makes if there[name]}
+    if frames.scene.sea is not None:
+        grid = water_grid(frames)
+        found |= {"water": partial(water_mesh, *grid), "bed": partial(bed_mesh, grid[0])}
+    return found
 
 
-def _with_pull(record, part, network, buoy):
-    """A buoy's part of a record with the force of all lines on it."""
-    mine = [i for i, (k, end) in enumerate(attached_ends(network)) if network.pieces[k].ends[end].name == buoy]
-    return part.assign(mooring_force=record.mooring_force.isel(attachment=mine).sum("attachment")) if mine else part
-
-
-def write_series(name: Path, times, meshes, announce) -> list[Path]:
-    """Write meshes as name_0000.vtu and so on, with name.pvd that lists them; announce: told the files before."""
-    paths = [name.parent / f"{name.name}_{i:04d}.vtu" for i in range(len(meshes))]
-    collection = name.parent / f"{name.name}.pvd"
-    announce([*paths, collection])
-    made(name.parent.parent, name.parent.name)
-    for path, mesh in zip(paths, meshes, strict=True):
-        _write_mesh(mesh, path)
-    return [*paths, _write_collection(collection, times, paths)]
-
-
-def still(scene) -> set[str]:
-    """What does not move: one mesh is enough."""
-    return {"bed"} if scene.waves else {"bed", "water"}
+def _of_record(file, make, frame):
+    """A mesh from a record, which may be damaged."""
+    with undamaged(file, UNFIT):
+        return make(frame)
 
 
 def read_run(folder: str | Path):
@@ -130,173 +121,102 @@ def instants(record, scene) -> np.ndarray:
     return times[chosen]
 
 
-def pose(record, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """(r_C, R) of the buoy at the recorded time nearest to `time` [s]."""
-    row = _row(record, time)
-    return record.buoy_position.values[row], rotation_of(record.buoy_orientation.values[row])
+# -- meshes of a frame -------------------------------------------------------------------------------------------------
 
 
-def _row(record, time):
-    """Of the recorded time nearest to `time`."""
-    return int(np.abs(record.time.values - time).argmin())
+def cable_mesh(frame: Frame) -> meshio.Mesh:
+    """All cables with s and velocity at their nodes and the tension of their elements, those that parted left out."""
+    record, spans = frame.run.record, frame.run.spans
+    first = np.concatenate([np.arange(span.node.start, span.node.stop - 1) for span in spans])
+    cell = np.concatenate([np.repeat(np.arange(span.cell.start, span.cell.stop), span.per) for span in spans])
+    first, cell = first[frame.whole[cell]], cell[frame.whole[cell]]
+    nodes, cells = {"s [m]": record.s.values}, {"tension [N]": [frame.tension[cell]]}
+    if "cable_velocity" in record:
+        nodes["velocity [m/s]"] = record.cable_velocity.values[frame.number]
+    cells |= {field: [values[cell]] for field, values in _fields(frame, "cell", "run").items()}
+    cells |= {
+        field: [values[record.cable_of_cell.values[cell]]] for field, values in _fields(frame, "cable", "time").items()
+    }
+    cells |= {f"{name} [1]": [record[f"{name}_of_cell"].values[cell]] for name in ("cable", "segment")}
+    return meshio.Mesh(frame.x, [("line", np.column_stack([first, first + 1]))], nodes, cells)
 
 
-def hull_surface(stations, center: float, around: int = 48, cell: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) relative to C and quadrilaterals (m, 4) of the closed hull of revolution, upright.
-
-    stations: (height, diameter) from the keel up.  center: height of C above the keel [m].  around: number of
-    meridians.  cell: longest quadrilateral along a meridian [m].
-    """
-    outline = np.array([(h, d / 2) for h, d in stations], dtype=float)
-    bottom, top = (outline[0, 0], 0.0), (outline[-1, 0], 0.0)
-    outline = _refined(np.array([bottom, *outline, top]), cell)
-    angle = 2 * np.pi * np.arange(around) / around
-    z, r = outline[:, 0, None] - center, outline[:, 1, None]
-    points = np.stack([r * np.cos(angle), r * np.sin(angle), np.broadcast_to(z, (len(z), around))], axis=-1)
-    ring, j = np.arange(len(outline) - 1)[:, None] * around, np.arange(around)
-    following = (j + 1) % around
-    quads = np.stack([ring + j, ring + following, ring + around + following, ring + around + j], axis=-1)
-    return points.reshape(-1, 3), quads.reshape(-1, 4)
-
-
-def _refined(outline, cell):
-    """The outline with its pieces divided so that none is longer than `cell`; pieces of no length are left out."""
-    points = [outline[:1]]
-    for a, b in itertools.pairwise(outline):
-        length = float(np.hypot(*(b - a)))
-        count = int(np.ceil(length / cell)) if np.isfinite(cell) else 1
-        if length > 0:
-            points.append(a + (b - a) * np.arange(1, max(count, 1) + 1)[:, None] / max(count, 1))
-    return np.concatenate(points)
+def hull_mesh(frame: Frame) -> meshio.Mesh:
+    """Surfaces of all hulls where they are, with their velocity and the number of the buoy."""
+    points, quads, velocity, number, count = [], [], [], [], 0
+    for k, buoy in enumerate(frame.buoys):
+        if buoy.shape is None:
+            continue
+        surface, four = buoy.surface()
+        points.append(surface)
+        quads.append(four + count)
+        number.append(np.full(len(four), k))
+        count += len(surface)
+        if buoy.spin is not None:
+            velocity.append(buoy.velocity + np.cross(buoy.spin, surface - buoy.r_C))
+    fields = {"velocity [m/s]": np.concatenate(velocity)} if velocity else {}
+    cells = {"buoy [1]": [np.concatenate(number)]}
+    return meshio.Mesh(np.concatenate(points), [("quad", np.concatenate(quads))], fields, cells)
 
 
-# -- meshes of an instant ----------------------------------------------------------------------------------------------
+def _fields(frame, kind, over):
+    """Values of what is shown of each buoy, cell, ... there: (name of the field with its unit, values)."""
+    record, every = frame.run.record, quantities.over(over).values()
+    shown = [one for one in every if one.paraview and one.kind == kind and one.name in record]
+    return {one.field: record[one.name].values[frame.row if over == "time" else ...] for one in shown}
 
 
-def cable_meshes(record):
-    """A cable with s and velocity at its nodes and the tension of its elements."""
-    positions, tensions = record.cable_position.values, record.cable_tension.values
-    pieces = (positions.shape[1] - 1) // tensions.shape[1]  # straight pieces that an element is drawn with
-
-    def of_instant(i, _time):
-        nodes = {"s [m]": record.s.values}
-        if "cable_velocity" in record:
-            nodes["velocity [m/s]"] = record.cable_velocity.values[i]
-        cells = {"tension [N]": tensions[i]}
-        cells |= {f"{name} [1]": record[f"{name}_of_cell"].values for name in ("cable", "segment")}
-        return line_mesh(positions[i], nodes, {name: [np.repeat(of, pieces)] for name, of in cells.items()})
-
-    return of_instant
-
-
-def hull_meshes(record, buoy):
-    """Surface of the hull of a buoy, a section, where it is, with its velocity; None without a hull."""
-    shape = shape_of(buoy)
-    if shape is None:
-        return None
-    points, quads = hull_surface(shape.stations, mass_properties(buoy, shape).height)
-
-    def of_instant(_i, time):
-        r_C, R = pose(record, time)
-        arms, fields = points @ R.T, {}
-        if "linear_momentum" in record:
-            v, omega = velocities(record, buoy, time)
-            fields["velocity [m/s]"] = v + np.cross(omega, arms)
-        return meshio.Mesh(r_C + arms, [("quad", quads)], point_data=fields)
-
-    return of_instant
+def buoy_mesh(frame: Frame) -> meshio.Mesh:
+    """The points C with the buoys' axes, velocities, mooring force and what the record has of them, for glyphs."""
+    record, count = frame.run.record, len(frame.buoys)
+    fields = {"buoy [1]": np.arange(count), "axis [1]": np.array([buoy.R[:, 2] for buoy in frame.buoys])}
+    if "linear_momentum" in record:
+        fields["velocity [m/s]"] = np.array([buoy.velocity for buoy in frame.buoys])
+        fields["angular velocity [rad/s]"] = np.array([buoy.spin for buoy in frame.buoys])
+    if "mooring_force" in record:
+        fields["mooring force [N]"] = pull = np.zeros((count, 3))
+        on = [force.buoy for force in frame.run.forces if force.kind == "pulls"]
+        np.add.at(pull, on, record.mooring_force.values[frame.row])
+    fields |= _fields(frame, "buoy", "time")
+    return meshio.Mesh([buoy.r_C for buoy in frame.buoys], [("vertex", np.arange(count)[:, None])], fields)
 
 
-#: Of the record, what is shown at C: name of the field with its unit.
-AT_C = {
-    "cone_angle": "cone angle [degree]",
-    "roll": "roll [degree]",
-    "pitch": "pitch [degree]",
-    "yaw": "yaw [degree]",
-    "mooring_force": "mooring force [N]",
-    "displaced_mass": "displaced mass [kg]",
-    "surface_elevation": "surface elevation [m]",
-}
-
-
-def buoy_meshes(record, buoy):
-    """The point C with the buoy's axis, velocities and what the record has of AT_C, for glyphs."""
-
-    def of_instant(_i, time):
-        (r_C, R), row = pose(record, time), _row(record, time)
-        fields = {"axis [1]": R[:, 2]}
-        if "linear_momentum" in record:
-            fields["velocity [m/s]"], fields["angular velocity [rad/s]"] = velocities(record, buoy, time)
-        fields |= {field: record[name].values[row] for name, field in AT_C.items() if name in record}
-        return meshio.Mesh([r_C], [("vertex", [[0]])], point_data={k: np.array([v]) for k, v in fields.items()})
-
-    return of_instant
-
-
-def joint_meshes(record, scene):
+def joint_mesh(frame: Frame) -> meshio.Mesh:
     """The joints as points, with their numbers in the record and the net weight of their bodies."""
-    if "joint_position" not in record:
-        return None
-    network, density = scene.network, scene.sea.density if scene.sea else 0.0
-    bodies = [network.bodies.get(name) for name in network.joints]
-    weight = [scene.gravity * (body.mass - density * body.volume) if body else 0.0 for body in bodies]
-    fields = {"joint [1]": np.arange(len(bodies)), "net weight [N]": np.array(weight)}
-    vertices = [("vertex", np.arange(len(bodies))[:, None])]
-
-    def of_instant(_i, time):
-        return meshio.Mesh(record.joint_position.values[_row(record, time)], vertices, point_data=fields)
-
-    return of_instant
+    joints = frame.run.joints
+    numbers = np.arange(len(joints))
+    fields = {"joint [1]": numbers, "net weight [N]": np.array([mark.weight for mark in joints])}
+    return meshio.Mesh(frame.x[[mark.node for mark in joints]], [("vertex", numbers[:, None])], fields)
 
 
-def velocities(record, buoy, time: float) -> tuple[np.ndarray, np.ndarray]:
-    """Velocity of C [m/s] and angular velocity [rad/s] of the buoy, in the world frame, from its recorded momenta."""
-    body = mass_properties(buoy, shape_of(buoy))
-    (_, R), row = pose(record, time), _row(record, time)
-    L = record.angular_momentum.values[row]
-    return record.linear_momentum.values[row] / body.mass, R @ ((R.T @ L) / body.inertia)
+def water_mesh(flat: np.ndarray, quads: np.ndarray, frame: Frame) -> meshio.Mesh:
+    """Surface of the water on a `water_grid`, with its elevation and velocity."""
+    points = np.column_stack([flat[:, :2], frame.elevation(flat)])
+    fields = {"elevation [m]": points[:, 2].copy(), "velocity [m/s]": frame.flow(points)}
+    return meshio.Mesh(points, [("quad", quads)], fields)
 
 
-def water_meshes(record, scene):
-    """Surface of the water, in rows along the crests, with its elevation and velocity; None without a sea."""
-    if scene.sea is None:
-        return None
-    flat, quads = water_grid(record, scene)
-
-    def of_instant(_i, time):
-        points = flat.copy()
-        points[:, 2] = elevation_at(scene, time, flat)
-        fields = {"elevation [m]": points[:, 2].copy(), "velocity [m/s]": velocity_at(scene, time, points)}
-        return meshio.Mesh(points, [("quad", quads)], point_data=fields)
-
-    return of_instant
-
-
-def bed_meshes(record, scene):
-    """The sea bed below the water that is shown; None without a sea."""
-    if scene.sea is None:
-        return None
-    flat, _ = water_grid(record, scene)
+def bed_mesh(flat: np.ndarray, frame: Frame) -> meshio.Mesh:
+    """The sea bed below a `water_grid`."""
     corners = flat.reshape(-1, ROWS + 1, 3)[[0, -1, -1, 0], [0, 0, -1, -1]]
-    corners = np.column_stack([corners[:, :2], height_of_bed(scene, corners)])
-    return lambda _i, _time: meshio.Mesh(corners, [("quad", [[0, 1, 2, 3]])])
+    return meshio.Mesh(frame.on_bed(corners), [("quad", [[0, 1, 2, 3]])])
 
 
 #: Strips of the water across the waves, and quadrilaterals along a wavelength.
 ROWS, PER_WAVELENGTH = 8, 24
 
 
-def water_grid(record, scene) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) with z = 0 and quadrilaterals (m, 4): a rectangle along the waves around all that the record shows.
+def water_grid(frames: Frames) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) with z = 0 and quadrilaterals (m, 4): a rectangle along the waves around all that is shown.
 
     It reaches beyond that by a quarter of its extent, at least half a wavelength or five metres.
     """
-    along = heading(scene.waves.direction_deg if scene.waves else 0.0)
+    waves = frames.scene.waves
+    along = heading(waves.direction_deg if waves else 0.0)
     frame = np.array([along, [-along[1], along[0], 0.0]])
-    places = [record[name].values.reshape(-1, 3) for name in ("cable_position", "buoy_position") if name in record]
-    seen = np.concatenate(places) @ frame.T
+    seen = frames.places @ frame.T
     low, high = seen.min(axis=0), seen.max(axis=0)
-    length = 2 * np.pi / wavenumber(scene) if scene.waves else 0.0
+    length = 2 * np.pi / wavenumber(frames.scene) if waves else 0.0
     reach = max(0.25 * (high - low).max(), 0.5 * length, 5.0)
     low, high = low - reach, high + reach
     columns = int(np.clip(PER_WAVELENGTH * (high[0] - low[0]) / length, ROWS, 2000)) if length else ROWS
@@ -307,24 +227,13 @@ def water_grid(record, scene) -> tuple[np.ndarray, np.ndarray]:
     return a.reshape(-1, 1) * frame[0] + b.reshape(-1, 1) * frame[1], quads
 
 
-#: What all cables and buoys have together, name of the files: what makes their meshes from (record, scene), as a
-#: function of the instant's number, time; the collection that shows all.
-TOGETHER, NETWORK = {"joint": joint_meshes, "water": water_meshes, "bed": bed_meshes}, "network"
-
-
-def _write_mesh(mesh, path):
-    with replacing(path) as part:
-        mesh.write(part, file_format="vtu")
-
-
-def _write_collection(path, times, *series):
-    """series: lists of files, one for each time."""
+def _write_collection(path, frames, *series):
+    """series: lists of files, one for each frame."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
-    for time, *files in zip(times, *series, strict=True):
+    for frame, *files in zip(frames, *series, strict=True):
         for part, file in enumerate(files):
-            ElementTree.SubElement(collection, "DataSet", timestep=repr(float(time)), part=str(part), file=file.name)
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(frame.time), part=str(part), file=file.name)
     ElementTree.indent(root)
     with replacing(path) as part:
         ElementTree.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
-    return path

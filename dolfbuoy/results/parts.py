@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from .record import SERIES
+from .quantities import QUANTITIES
 
 #: Dimensions of what belongs to a cable, and of what belongs to a buoy.
 OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}}
@@ -25,7 +25,7 @@ def names_of(record, kind: str) -> list[str]:
     if kind in record.dims:
         return record[kind].values.tolist()
     for name in record.data_vars:
-        if kind in SERIES.get(name, ((),))[0]:
+        if name in QUANTITIES and kind in QUANTITIES[name].dims:
             raise InputError(f"{name} of this record has no dimension {kind}: give the record as it was, not squeezed.")
     return []
 

@@ -4,8 +4,9 @@ import numpy as np
 
 from ..model.sea import heading
 from ..scene.settings import period_of
-from .behind_ramp import Missing, TooShort, after_ramp, mean_over_time
+from .after_ramp import Missing, TooShort, after_ramp
 from .drawing import at_least, figure_of, legend_above
+from .series import mean_over_time
 from .space import equal_scale
 from .style import COLORS, COLUMN, Figure, new_figure
 
@@ -45,31 +46,31 @@ def track(record, scene=None) -> Figure:
     """Horizontal track of C after the ramp, its mean, and where waves, current, wind and an external force push."""
     t = record.time.values
     rows = after_ramp(t, scene, 2, "track of the buoy")
-    x, pushes = record.buoy_position.values[rows, :2], _pushes(scene, record.buoy.item())
+    x, directions = record.buoy_position.values[rows, :2], pushes(scene, record.buoy.item())
     figure = new_figure(COLUMN, min(panel_height(x, 2.3), 2.6) + 1.1)
-    ratios = (3.2, 1) if pushes else (1,)
+    ratios = (3.2, 1) if directions else (1,)
     axes, *compass = figure.subplots(1, len(ratios), width_ratios=ratios, squeeze=False)[0]
     _draw_path(axes, x, None)
     axes.plot(*mean_over_time(t[rows], x), "+", color=COLORS["red"], ms=9, mew=1.5, ls="none", label="mean", zorder=5)
     label_axes(axes, "x", "y")
     legend_above(axes, 4)
     for panel in compass:
-        _draw_compass(panel, pushes)
+        _draw_compass(panel, directions)
     return figure
 
 
-def _pushes(scene, name):
-    """What pushes a buoy, and its horizontal direction (2,)."""
-    buoy = scene.network.buoys[name]
-    named = {"waves": scene.waves, "current": scene.current, "wind": buoy.wind}
+def pushes(scene, name: str | None) -> dict[str, np.ndarray]:
+    """Horizontal directions (2,) of waves and current, and of what pushes the buoy of that name, if there is one."""
+    buoy = scene.network.buoys.get(name)
+    named = {"waves": scene.waves, "current": scene.current, "wind": buoy and buoy.wind}
     found = {name: heading(section.direction_deg)[:2] for name, section in named.items() if section}
-    force = np.array(buoy.external_force.force[:2] if buoy.external_force else (0.0, 0.0))
+    force = np.array(buoy.external_force.force[:2] if buoy and buoy.external_force else (0.0, 0.0))
     return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 
 
-def _draw_compass(axes, pushes):
+def _draw_compass(axes, directions):
     """Directions alone, as arrows whose lengths mean nothing."""
-    for k, (name, direction) in enumerate(pushes.items()):
+    for k, (name, direction) in enumerate(directions.items()):
         color = COLORS[("blue", "green", "orange", "red")[k]]
         axes.quiver(0, 0, *((1 - 0.2 * k) * direction), color=color, angles="xy", scale_units="xy", scale=1, width=0.04)
         axes.plot([], [], color=color, lw=2, label=name)

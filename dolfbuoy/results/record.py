@@ -19,70 +19,11 @@ from ..elsewhere import netCDF4
 from ..errors import InputError
 from ..scene.mesh_file import check_hdf5
 from ..writing import replacing
+from .quantities import QUANTITIES, over
 
 if TYPE_CHECKING:  # imported where it is used: with pandas it takes as long to load as dolfinx, before the first step
     import xarray as xr
 
-#: name: (dimensions after time or frame, unit, long name)
-SERIES = {
-    "time": ((), "s", "time"),
-    "time_step": ((), "s", "step that led to this time"),
-    "newton_iterations": ((), "1", "Newton iterations of that step"),
-    "tension_top": (("cable",), "N", "tension at the upper end of the cable, |T_bnd|"),
-    "tension_anchor": (("cable",), "N", "tension at the anchor, T_h(0)"),
-    "anchor_force": (("cable", "xyz"), "N", "force that holds the lower end of the cable, s = 0"),
-    "end_tension": (("cable", "xyz"), "N", "force that holds the upper end of the cable, T_bnd"),
-    "utilisation": (("segment",), "1", "largest tension over the breaking load"),
-    "length_on_bed": (("cable",), "m", "unstretched length of the cable on the sea bed"),
-    "touchdown": (
-        ("cable", "xyz"),
-        "m",
-        "where the cable leaves the sea bed towards its upper end; nan if nothing lies",
-    ),
-    "buoy_position": (("buoy", "xyz"), "m", "position of the buoy's centre of mass, r_C"),
-    "buoy_orientation": (("buoy", "quaternion"), "1", "orientation of the buoy, q_4 = (q0, q), body to world"),
-    "linear_momentum": (("buoy", "xyz"), "kg m s-1", "linear momentum of the buoy, p"),
-    "angular_momentum": (("buoy", "xyz"), "kg m2 s-1", "angular momentum of the buoy about C, L_C (world frame)"),
-    "cone_angle": (("buoy",), "degree", "angle between the vertical and the axis of the buoy"),
-    "roll": (("buoy",), "degree", "turn of the buoy about its own x axis, after yaw and pitch"),
-    "pitch": (("buoy",), "degree", "turn of the buoy about its y axis as the yaw leaves it"),
-    "yaw": (("buoy",), "degree", "turn of the buoy about the vertical, before pitch and roll"),
-    "mooring_point": (("attachment", "xyz"), "m", "mooring point, r_O"),
-    "mooring_force": (("attachment", "xyz"), "N", "force of the cable on the buoy, T_O"),
-    "joint_position": (("joint", "xyz"), "m", "position of the joints"),
-    "surface_elevation": (("buoy",), "m", "water surface above C, eta(r_C, t)"),
-    "displaced_mass": (("buoy",), "kg", "mass of the displaced water, M_D"),
-    "buoyancy_center": (("buoy", "xyz"), "m", "centre of buoyancy, r_BC"),
-    "submerged_length": (("buoy",), "m", "wetted length of the axis, H_sub"),
-    "submerged_diameter": (("buoy",), "m", "mean diameter of the wetted hull, <D_sub>"),
-}
-FRAMES = {
-    "frame": ((), "s", "time of a frame"),
-    "cable_position": (("node", "xyz"), "m", "position of the cable's nodes, in order from the anchor"),
-    "cable_velocity": (("node", "xyz"), "m s-1", "velocity of the cable's nodes, in order from the anchor"),
-    "cable_tension": (("cell",), "N", "mean tension of each element, in order from the anchor"),
-}
-FIXED = {
-    "s": (("node",), "m", "unstretched arc length of the nodes"),
-    "s_cell": (("cell",), "m", "unstretched arc length of the middle of each element"),
-    "cable_of_node": (("node",), "1", "number of the cable to which each node belongs, from 0"),
-    "cable_of_cell": (("cell",), "1", "number of the cable to which each element belongs, from 0"),
-    "segment_of_cell": (("cell",), "1", "number of the segment of its cable, from 0"),
-    "growth_diameter": (("cell",), "1", "factor of marine growth on the diameter of each element"),
-    "growth_mass": (("cell",), "1", "factor of marine growth on the mass of each element"),
-    "growth_weight": (("cell",), "N", "weight in water that marine growth adds to each element"),
-    "wave_amplitude": (("component",), "m", "amplitude of a component of the sea"),
-    "wave_period": (("component",), "s", "its period"),
-    "wave_direction_deg": (("component",), "degree", "direction towards which it runs, from x towards y"),
-    "wave_phase_deg": (("component",), "degree", "its phase in a cos(k.x - omega t + phase)"),
-}
-#: Names that CF has for some of these; x of the body points to the fore, y to port.
-STANDARD_NAMES = {
-    "surface_elevation": "sea_surface_height_above_mean_sea_level",
-    "roll": "platform_roll_starboard_down",
-    "pitch": "platform_pitch_fore_down",
-    "yaw": "platform_yaw_fore_port",
-}
 #: Where nodes and elements are along which cable: coordinates of what has these dimensions.
 ALONG = {"node": ("s", "cable_of_node"), "cell": ("s_cell", "cable_of_cell", "segment_of_cell")}
 LABELS = {"xyz": np.array(["x", "y", "z"]), "quaternion": np.array(["q0", "q1", "q2", "q3"])}
@@ -92,7 +33,6 @@ LABELED |= {"attachment": "ends of cables on buoys, CABLE.from or CABLE.to"}
 LABELED |= {"segment": "cables with a breaking load, or of several segments those, CABLE.NUMBER"}
 #: Of all records, as an attribute: 2 since there is a dimension for cables and buoys also where there is one of them.
 FORMAT = 2
-INTEGERS = {"newton_iterations", "cable_of_node", "cable_of_cell", "segment_of_cell"}
 SEAL = b"dolfbuoy"  # and CRC-32 of all that stands before it
 DAMAGED = "is damaged, or not a record: compute it again with --overwrite."
 UNFIT = "does not hold what its scene must have: it is damaged, or of another program."
@@ -111,7 +51,8 @@ def reserve(part, size):
 class Record:
     """Rows of named values that go to one NetCDF file.
 
-    path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time.
+    path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time, of
+    which those that are `changing` may.
     labels: of the dimensions beside xyz and quaternion.  counts: rows on disk along `time` and `frame`.
     """
 
@@ -119,6 +60,7 @@ class Record:
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
         self.labels = LABELS | labels
         self.counts = {"time": 0, "frame": 0}
+        self.extremes: dict[str, np.ndarray] = {}  #: of all steps until the next `flush`, by name
         self._blocks: list[dict] = []
         self._started = clock.monotonic()
 
@@ -135,13 +77,15 @@ class Record:
         """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
         import xarray as xr
 
-        columns = {name: values for name, values in self._columns().items() if name in SERIES}
-        data = {name: (("time", *SERIES[name][0]), values, _attributes(name)) for name, values in columns.items()}
+        columns = {name: values for name, values in self._columns().items() if _axis(name) == "time"}
+        data = {
+            name: (("time", *QUANTITIES[name].dims), x, QUANTITIES[name].attributes()) for name, x in columns.items()
+        }
         return xr.Dataset(data, _named(data, self.labels), self.attributes).set_coords("time")
 
     def _columns(self):
         """All rows that are not on disk yet, by name."""
-        blocks = {name: [block[name] for block in self._blocks if name in block] for name in (*SERIES, *FRAMES)}
+        blocks = {name: [block[name] for block in self._blocks if name in block] for name in over("time", "frame")}
         return {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
 
     def flush(self):
@@ -151,14 +95,16 @@ class Record:
         with replacing(self.path) as part:
             if not fresh:
                 shutil.copyfile(self.path, part)
-            reserve(
-                part, _room(columns) + _length(self.attributes) + sum(v.nbytes for v in self.fixed.values()) * fresh
-            )
+            whole = [*self.extremes.values(), *(self.fixed.values() if fresh else ())]
+            reserve(part, _room(columns) + _length(self.attributes) + sum(v.nbytes for v in whole))
             with netCDF4.Dataset(part, "w" if fresh else "a", format="NETCDF4") as file:
                 if fresh:
                     self._define(file)
                 for name, values in columns.items():
                     self._append(file, name, values)
+                self._put_extremes(file)
+                for name in (name for name in self.fixed if QUANTITIES[name].changing):
+                    file.variables[name][:] = self.fixed[name]
                 self.attributes["wall_time_s"] = clock.monotonic() - self._started
                 known = {name: file.getncattr(name) for name in file.ncattrs()}
                 file.setncatts({k: v for k, v in self.attributes.items() if k not in known or known[k] != v})
@@ -174,8 +120,11 @@ class Record:
             lengths = {axis: len(old.dimensions[axis]) if axis in old.dimensions else 0 for axis in counts}
             if any(lengths[axis] < counts[axis] for axis in counts):
                 raise InputError(f"{self.path} is shorter than at its checkpoint ({lengths['time']} rows).")
-            self.attributes["created"] = old.created
-            self._started -= old.wall_time_s
+            with undamaged(self.path, UNFIT):
+                self.attributes["created"] = str(old.created)
+                self._started -= float(old.wall_time_s)
+                if not all(name in old.variables for name in (*self.labels, *self.fixed)):
+                    raise ValueError("labels or fixed values are missing")
             if lengths != counts:
                 self._copy(old, counts)
         self.counts = dict(counts)
@@ -186,8 +135,9 @@ class Record:
             reserve(part, self.path.stat().st_size)
             with netCDF4.Dataset(part, "w", format="NETCDF4") as file:
                 self._define(file)
-                for name in (n for n in old.variables if n in SERIES or n in FRAMES):
+                for name in (n for n in old.variables if n in over("time", "frame")):
                     self._append(file, name, old.variables[name][: counts[_axis(name)]])
+                self._put_extremes(file)
                 file.setncatts({name: old.getncattr(name) for name in old.ncattrs()})
             seal(part)
 
@@ -199,26 +149,33 @@ class Record:
             variable.long_name = LABELED[name]
             variable[:] = labels.astype(object)
         for name, value in self.fixed.items():
-            dimensions = FIXED[name][0]
+            dimensions = QUANTITIES[name].dims
             if dimensions[0] not in file.dimensions:
                 file.createDimension(dimensions[0], len(value))
             self._variable(file, name, dimensions)[:] = value
-        if any(set(FIXED[name][0]) & set(ALONG) for name in self.fixed):
+        if any(set(QUANTITIES[name].dims) & set(ALONG) for name in self.fixed):
             file.createDimension("frame", None)
 
     def _append(self, file, name, rows):
         if name not in file.variables:
-            self._variable(file, name, (_axis(name), *{**SERIES, **FRAMES}[name][0]))
+            self._variable(file, name, (_axis(name), *QUANTITIES[name].dims))
         first = self.counts[_axis(name)]
         file.variables[name][first : first + len(rows)] = rows
 
+    def _put_extremes(self, file):
+        for name, values in self.extremes.items():
+            if name not in file.variables:
+                self._variable(file, name, QUANTITIES[name].dims)
+            file.variables[name][:] = values
+
     @staticmethod
     def _variable(file, name, dimensions):
-        kind = "i4" if name in INTEGERS else "f8"
+        quantity = QUANTITIES[name]
+        kind = "i4" if quantity.integer else "f8"
         sizes = [CHUNK if d == "time" else 1 if d == "frame" else len(file.dimensions[d]) for d in dimensions]
         variable = file.createVariable(name, kind, dimensions, chunksizes=sizes)
-        variable.setncatts(_attributes(name))
-        along = [where for d in dimensions if name not in FIXED for where in ALONG.get(d, ())]
+        variable.setncatts(quantity.attributes())
+        along = [where for d in dimensions if quantity.over for where in ALONG.get(d, ())]
         if along:
             variable.coordinates = " ".join(along)
         return variable
@@ -230,15 +187,8 @@ def _named(data, labels):
     return {k: (k, labels[k], {"long_name": LABELED[k]}) for k in labels if k in used}
 
 
-def _attributes(name):
-    """Of a variable: unit, long name, and CF's name for it."""
-    _, unit, long_name = {**SERIES, **FRAMES, **FIXED}[name]
-    found = {"units": unit, "long_name": long_name}
-    return found | ({"standard_name": STANDARD_NAMES[name]} if name in STANDARD_NAMES else {})
-
-
 def _axis(name):
-    return "time" if name in SERIES else "frame"
+    return QUANTITIES[name].over
 
 
 def _room(columns):
@@ -255,11 +205,15 @@ def _length(attributes):
     return sum(len(str(value).encode()) for value in attributes.values())
 
 
-def read(path) -> "xr.Dataset":
-    """Load a record into memory.  Raises InputError for a damaged one, or one of an older dolfbuoy."""
+def read(path, own: bool = False) -> "xr.Dataset":
+    """Load a record into memory.  Raises InputError for a damaged one, or one of an older dolfbuoy.
+
+    own: this process has written all of it, so that it leads to no other file; to look costs h5py, 30 ms of a start.
+    """
     import xarray as xr
 
-    verify(path)
+    if not own:
+        verify(path)
     with undamaged(path, DAMAGED), xr.open_dataset(path, decode_times=False, engine="netcdf4") as dataset:
         return dataset.load()
 
@@ -328,14 +282,14 @@ def nothing() -> "xr.Dataset":
 
 
 def dataset_of(values, fixed, attributes, labels) -> "xr.Dataset":
-    """A record without time: variables named as in SERIES and FRAMES, without their first dimension."""
+    """A record without time: variables without time or frame, and coordinates."""
     import xarray as xr
 
-    known = {**SERIES, **FRAMES}
-    data = {name: (known[name][0], value, _attributes(name)) for name, value in values.items()}
-    named = _named(data, LABELS | labels)
-    along = {name: (FIXED[name][0], value, _attributes(name)) for name, value in fixed.items()}
-    return xr.Dataset(data, coords=named | along, attrs=attributes)
+    data, along = (
+        {name: (QUANTITIES[name].dims, value, QUANTITIES[name].attributes()) for name, value in found.items()}
+        for found in (values, fixed)
+    )
+    return xr.Dataset(data, coords=_named(data, LABELS | labels) | along, attrs=attributes)
 
 
 def save(dataset: "xr.Dataset", path) -> None:

@@ -9,6 +9,7 @@ from ..parallel.ranks import combined, told
 from . import checkpoint
 from .observe import Observer, attributes
 from .record import Record
+from .running import Extremes
 
 ROWS, NUMBERS = 1024, 4_000_000  # instants, or numbers, that are noted before quantities are made of them
 
@@ -25,12 +26,13 @@ class Recorder:
     def __init__(self, simulation, folder, point=None, late=False):
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
         self.observer = Observer(simulation.problem, simulation.latest_end_forces)
+        self._extremes = Extremes(simulation.problem)
         self.interval = scene.time.output_every or max(scene.time.end / 200, scene.time.step)
         self._fixed = fixed = self.observer.fixed()
         self.root = simulation.comm.rank == 0
         labels = self.observer.labels()
         self.record = Record(folder / "results.nc", attributes(simulation.problem), fixed, labels)
-        self._drift, self._parted = 0.0, ""
+        self._drift, self._parted = 0.0, self.observer.parted(fixed)
         self._end, self._tolerance = scene.time.end, 1e-6 * scene.time.step
         rows = max(1, min(ROWS, NUMBERS // (3 + self.observer.width)))
         self._rows, self._count = np.zeros((rows, 3 + self.observer.width)), 0
@@ -41,12 +43,15 @@ class Recorder:
                 self.save()
         else:
             self._next_frame = point.next_frame
+            self._extremes.restore(point.states[simulation.comm.rank].get("extremes"))
+            self.record.extremes = self._extremes.values(self.observer)
             if self.root:
                 self.record.take_up(point.rows)
 
     def add(self, step, iterations):
         """The present state."""
         sim, noted = self.simulation, self.observer.note()
+        self._extremes.note(sim.t)
         if self.root:
             row = self._rows[self._count]
             row[0], row[1], row[2], row[3:] = sim.t, step, iterations, noted
@@ -78,9 +83,10 @@ class Recorder:
         """Bring all rows to the disk, then the state after the last one."""
         begin = clock.monotonic()
         comm = self.simulation.comm
-        states = comm.gather(self.simulation.state())
+        states = comm.gather(self.simulation.state() | {"extremes": self._extremes.kept})
         self._drift = combined(comm, self.simulation.quaternion_drift, MPI.MAX)  # the buoy is on one rank only
         self._parted = self.observer.parted(self._fixed)
+        self.record.extremes = self._extremes.values(self.observer)
         if self.root:
             self._flush()
             scene, rows = self.simulation.scene, self.record.counts
@@ -89,8 +95,13 @@ class Recorder:
         self._next_save = end + max(self.pause, (end - begin) / self.share)
 
     def close(self):
-        """Bring what is left to the disk.  No checkpoint: a step may have been broken off in the middle."""
+        """Bring what is left to the disk.  No checkpoint: a step may have been broken off in the middle.
+
+        Not collective: extremes on several ranks are those of the last `save`.
+        """
         if self.root and (self._count or self.record.pending):
+            if self.simulation.comm.size == 1:
+                self.record.extremes = self._extremes.values(self.observer)
             self._flush()
 
     def _flush(self):

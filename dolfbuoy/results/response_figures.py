@@ -4,7 +4,8 @@ import itertools
 
 import numpy as np
 
-from .response_record import complex_of, each_buoy, each_tension
+from .labelled import complex_of
+from .response_record import each_buoy, each_tension
 from .style import COLORS, PAGE, PALETTE, STYLE, Figure, Line2D, legend_below, matplotlib, new_figure
 from .tables import force_unit
 

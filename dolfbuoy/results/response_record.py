@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .labelled import PARTS, complex_of, labelled
 from .observe import attributes
 from .parts import names_of
 
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
 
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TENSIONS = ("tension_top", "tension_anchor")
-PARTS = ("real", "imaginary")
 #: What is said wherever these numbers are shown.
 LINEAR = (
     "Linear: standard deviations and amplitudes about the mean, no extremes; slack lines, snaps, a buoy under water "
@@ -28,28 +28,22 @@ def dataset_of_response(seaway, periods, small, high, height, sea=None) -> "xr.D
     seaway: `linear.seaway.Seaway`.  small, high: its X (rows, periods).  sea: (`linear.spectrum.Bins`, its X) of an
     irregular one.
     """
-    import xarray as xr
-
-    data = {"period": ("period", periods, {"units": "s", "long_name": "period of the waves"})}
+    data = {"period": (("period",), periods, ("s", "period of the waves"))}
     for name, X, words in (("rao", small, "in small waves"), ("rao_drag", high, "in waves of this height")):
         if X is not None:
             data |= _amplitudes(seaway, name, X, words)
     means = _by_line(seaway, np.array([mean for mean, _ in seaway.tension_slopes().values()]))
-    data["tension_mean"] = (("cable", "tension"), means, _said("N", "tension at rest"))
+    data["tension_mean"] = (("cable", "tension"), means, ("N", "tension at rest"))
     if sea is not None:
         data |= _irregular(seaway, *sea)
-    labels = {"motion": list(MOTIONS), "part": list(PARTS), "tension": list(TENSIONS)}
+    labels = {"motion": MOTIONS, "part": PARTS, "tension": TENSIONS}
     labels["cable"] = [line.name for line in seaway.found.lines]
     if seaway.found.bodies:
         labels["buoy"] = [body.name for body in seaway.found.bodies]
     info = attributes(seaway.found.problem) | {"direction_deg": seaway.direction_deg, "comment": LINEAR}
     if high is not None:
         info["height_m"] = height
-    return xr.Dataset(data, labels, info)
-
-
-def _said(unit, words):
-    return {"units": unit, "long_name": words}
+    return labelled(data, labels, info)
 
 
 def _motions(seaway, X):
@@ -68,14 +62,10 @@ def _by_line(seaway, values):
 def _amplitudes(seaway, name, X, words):
     found, tensions = {}, _by_line(seaway, seaway.tensions(X))
     if seaway.found.bodies:
-        said = _said("m/m, rad/m", f"motions of C {words}")
-        found[name] = (("buoy", "motion", "period", "part"), _parts(_motions(seaway, X)), said)
-    said = _said("N/m", f"tensions {words}")
-    return found | {f"{name}_tension": (("cable", "tension", "period", "part"), _parts(tensions), said)}
-
-
-def _parts(values):
-    return np.stack([values.real, values.imag], axis=-1)
+        what = "m/m, rad/m", f"motions of C {words}"
+        found[name] = (("buoy", "motion", "period", "part"), _motions(seaway, X), what)
+    what = "N/m", f"tensions {words}"
+    return found | {f"{name}_tension": (("cable", "tension", "period", "part"), tensions, what)}
 
 
 def _irregular(seaway, bins, X):
@@ -84,17 +74,17 @@ def _irregular(seaway, bins, X):
     elevation = bins.density(np.ones_like(bins.energy))
     spectra, deviations = bins.density(tensions), np.sqrt(tensions @ bins.energy)
     found = {
-        "omega": ("omega", bins.omega, _said("rad s-1", "angular frequency")),
-        "spectrum": ("omega", elevation, _said("m2 s rad-1", "spectral density of the elevation")),
-        "tension_spectrum": (("cable", "tension", "omega"), spectra, _said("N2 s rad-1", "of the tensions")),
-        "tension_std": (("cable", "tension"), deviations, _said("N", "standard deviation of the tensions")),
+        "omega": (("omega",), bins.omega, ("rad s-1", "angular frequency")),
+        "spectrum": (("omega",), elevation, ("m2 s rad-1", "spectral density of the elevation")),
+        "tension_spectrum": (("cable", "tension", "omega"), spectra, ("N2 s rad-1", "of the tensions")),
+        "tension_std": (("cable", "tension"), deviations, ("N", "standard deviation of the tensions")),
     }
     if seaway.found.bodies:
         motions = np.abs(_motions(seaway, X)) ** 2
-        said = _said("m2 s/rad, rad2 s/rad", "spectral density of the motions")
-        found["motion_spectrum"] = (("buoy", "motion", "omega"), bins.density(motions), said)
-        said = _said("m, rad", "standard deviation of the motions")
-        found["motion_std"] = (("buoy", "motion"), np.sqrt(motions @ bins.energy), said)
+        what = "m2 s/rad, rad2 s/rad", "spectral density of the motions"
+        found["motion_spectrum"] = (("buoy", "motion", "omega"), bins.density(motions), what)
+        what = "m, rad", "standard deviation of the motions"
+        found["motion_std"] = (("buoy", "motion"), np.sqrt(motions @ bins.energy), what)
     return found
 
 
@@ -113,11 +103,6 @@ def each_tension(dataset) -> list[tuple[str, "xr.Dataset"]]:
         for name in names
     ]
     return [(name, one) for name, one in found if np.isfinite(one.tension_mean)]
-
-
-def complex_of(variable) -> np.ndarray:
-    """Complex numbers of what has a dimension `part`, which is its last."""
-    return variable.isel(part=0).values + 1j * variable.isel(part=1).values
 
 
 def warnings(dataset) -> list[str]:

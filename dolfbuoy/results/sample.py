@@ -1,88 +1,104 @@
-"""What is kept of one run for its statistics: numbers of every series, peaks and rainflow ranges of the main ones.
+"""Sample of a run: what is kept of it for its statistics; and the fatigue damage of its cycles.
 
-All that counts is behind the ramp.  A sample is a plain dict, so that a store of many cases can hold it:
+All that counts is after the ramp.  A sample is a plain dict, so that a store of many cases can hold it:
 
     {"start": s, "duration": s, "series": {label: {NUMBERS}}, "peaks": {label: [values, counts]},
      "cycles": {label: [ranges, counts]}, "corners": {buoy: [[x, y], ...]}, of the convex hull of the track of C,
-     "watch_circle": {buoy: radius about the anchor}, "parted": which lines have, where and when, if any have}
+     "parted": which lines have, where and when, if any have}
 """
 
-import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from ..errors import InputError
+from ..model.airy import AirySum
 from ..scene import Scene
 from ..scene.settings import ramp_of
-from .certainty import memory_of
-from .cycles import binned, crossing_period, peaks, rainflow_cycles
-from .elevation import elevation
 from .offsets import corners
 from .parts import names_of
-from .statistics import ADDED, OF_PART, columns_of, weights_of
+from .quantities import chosen
+from .series import OF_PART, Series, place_of, series_of
 
-#: What is said of every series; `period` is the mean time between upward crossings of the mean (nan: none).
-#: `memory` is that of `certainty`, of what an irregular sea moves (nan: no chance is in it).
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Numbers of every recorded quantity over the whole run, and of every series after the ramp.
+STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
 NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "period", "memory")
 #: The elevation at a point that stays where it is, and the horizontal distance of C from the anchor, as series.
-FIXED_POINT, OFFSET = ADDED
-#: Series whose peaks are kept, and whose cycles wear a line; all of these beginnings.
-PEAKED = ("tension", FIXED_POINT, "surface_elevation", "buoy_position_z", OFFSET, "cone_angle", "roll", "pitch")
-CYCLED = ("tension",)
+FIXED_POINT, OFFSET = "fixed_point_elevation", "offset"
+
+
+def numbers_of(record: "xr.Dataset") -> dict[str, dict[str, float]]:
+    """STATISTICS of every series over the whole run, in the units of the record."""
+    return {series.label: series.numbers(STATISTICS) for series in series_of(record)}
 
 
 def sample_of(
-    record: xr.Dataset, scene: Scene, start: float | None = None, point=None, bins: int | None = None
+    record: "xr.Dataset", scene: Scene, start: float | None = None, point=None, bins: int | None = None
 ) -> dict:
     """The sample of a record.
 
     start: what comes before does not count [s]; by default the end of the ramp.  point: (x, y) of the fixed point [m];
-    by default where the buoy begins, else the anchor.  bins: of peaks and ranges, see `cycles.binned`.
+    by default where the buoy begins, else the anchor.  bins: of peaks and ranges, which then have seven digits.
     Raises InputError if fewer than two instants are left.
     """
     start = ramp_of(scene) if start is None else start
-    rows = record.time.values >= start - 1e-9 * max(abs(start), 1.0)
-    if rows.sum() < 2:
-        raise InputError(f"The run ends at t = {float(record.time[-1]):g} s: behind t = {start:g} s there is nothing.")
-    late = record.isel(time=rows)
-    t = late.time.values
-    result = {"start": float(t[0]), "duration": float(t[-1] - t[0]), "series": {}, "peaks": {}, "cycles": {}}
-    for label, x, noise in [*columns_of(late), *_added(record, late, scene, point)]:
-        result["series"][label] = numbers = numbers_of(t, x, noise)
-        if scene.waves is not None and scene.waves.spectrum is not None and numbers["standard_deviation"] > noise:
-            numbers["memory"] = memory_of(t, x)
-        if label.startswith(PEAKED):
-            found = peaks(x, numbers["mean"], noise)
-            result["peaks"][label] = _listed(found, np.ones(len(found)), bins)
-        if label.startswith(CYCLED):
-            result["cycles"][label] = _listed(*rainflow_cycles(x), bins)
-    return result | _circles(late, scene) | {k: v for k, v in record.attrs.items() if k == "parted"}
+    late = record.isel(time=record.time.values >= start - 1e-9 * max(abs(start), 1.0))
+    if late.sizes["time"] < 2:
+        raise InputError(
+            f"The run ends at t = {float(record.time[-1]):g} s, and statistics begin at t = {start:g} s: they need at "
+            "least two instants; compute a longer run, or give an earlier --from."
+        )
+    tracks, anchor = _tracks(late), _anchor(scene)
+    if point is None:
+        point = next((track[0] for track in _tracks(record).values()), anchor or (0.0, 0.0))
+    every = [*series_of(late), *_added(late, scene, tracks, anchor, point)]
+    peaked, cycled = chosen("peaks"), chosen("cycles")
+    by_chance = scene.waves is not None and scene.waves.spectrum is not None  # only then there is a memory
+    found = {
+        "start": float(late.time[0]),
+        "duration": float(late.time[-1] - late.time[0]),
+        "series": {s.label: s.numbers(NUMBERS if by_chance else NUMBERS[:-1]) for s in every},
+        "peaks": {s.label: _listed(s.peaks(), bins) for s in every if place_of(s.label).name in peaked},
+        "cycles": {s.label: _listed(s.ranges(), bins) for s in every if place_of(s.label).name in cycled},
+    }
+    if tracks:
+        found["corners"] = {name: corners(track).tolist() for name, track in tracks.items()}
+    return found | {key: value for key, value in record.attrs.items() if key == "parted"}
 
 
-def numbers_of(t: np.ndarray, x: np.ndarray, noise: float = 0.0) -> dict[str, float]:
-    """NUMBERS of a series; its moments are over time (trapezoidal rule)."""
-    weights = weights_of(t)
-    mean = float(np.average(x, weights=weights))
-    deviation = math.sqrt(np.average((x - mean) ** 2, weights=weights))
-    skewness = float(np.average((x - mean) ** 3, weights=weights)) / deviation**3 if deviation > noise else math.nan
-    period = crossing_period(t, x, mean, noise)
-    numbers = mean, deviation, skewness, float(x.min()), float(x.max()), period, math.nan
-    return dict(zip(NUMBERS, numbers, strict=True))
+def binned(values: np.ndarray, counts: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
+    """Values and counts in so many bins of equal width at most, each with its mean value; as they are if few enough.
+
+    A sum of value^m then misses a part of about m (m - 1) / (24 bins^2) of what the largest values bring.
+    """
+    if len(values) <= bins:
+        return values, counts
+    place = np.floor((values - values.min()) / np.ptp(values) * bins).clip(max=bins - 1).astype(int)
+    total = np.bincount(place, counts, bins)
+    kept = total > 0
+    return np.bincount(place, counts * values, bins)[kept] / total[kept], total[kept]
 
 
-def _listed(values, counts, bins):
-    return [found.tolist() for found in binned(values, counts, bins)]
+def _listed(pair, bins):
+    """[values, counts] as lists; in bins to seven digits."""
+    if bins is None:
+        return [column.tolist() for column in pair]
+    return [[float(f"{x:.7g}") for x in column] for column in binned(*pair, bins)]
 
 
-def _added(record, late, scene, point):
+def _added(late, scene, tracks, anchor, point):
     """Series that a record does not have."""
+    t = late.time.values
     if scene.waves:
-        eta = elevation(scene, late.time.values, _point(record, scene) if point is None else point)
-        yield FIXED_POINT, eta, 1e-9 * np.abs(eta).max()
-    if _anchor(scene) is not None:
-        for name, track in _tracks(late).items():
-            yield f"{OFFSET}{OF_PART}{name}", _offset(track, scene), 1e-9 * np.abs(late.buoy_position.values).max()
+        eta = AirySum.of(scene).over_time(t, point)
+        yield Series(FIXED_POINT, t, eta, 1e-9 * np.abs(eta).max())
+    for name, track in tracks.items() if anchor is not None else ():
+        noise = 1e-9 * np.abs(late.buoy_position.values).max()
+        yield Series(f"{OFFSET}{OF_PART}{name}", t, np.linalg.norm(track - np.array(anchor), axis=-1), noise)
 
 
 def _tracks(record):
@@ -97,18 +113,41 @@ def _anchor(scene):
     return network.pieces[0].ends[0].top.position[:2] if held else None
 
 
-def _offset(track, scene):
-    return np.linalg.norm(track - np.array(_anchor(scene)), axis=-1)
+# -- fatigue ---------------------------------------------------------------------------------------------------------
 
 
-def _point(record, scene):
-    tracks = _tracks(record)
-    return next(iter(tracks.values()))[0] if tracks else _anchor(scene) or (0.0, 0.0)
+def pair_of(sample: dict, kept: str, label: str) -> tuple[np.ndarray, np.ndarray]:
+    """(values, counts) of its "peaks" or "cycles"."""
+    return tuple(np.array(column, dtype=float) for column in sample[kept].get(label, ([], [])))
 
 
-def _circles(record, scene):
-    tracks = _tracks(record)
-    found = {"corners": {name: corners(track).tolist() for name, track in tracks.items()}} if tracks else {}
-    if _anchor(scene) is not None and tracks:
-        found["watch_circle"] = {name: float(_offset(track, scene).max()) for name, track in tracks.items()}
-    return found
+@dataclass(frozen=True)
+class Fatigue:
+    """An S-N curve, N = constant S^-exponent, S the range of the tension [N]; and what equivalent loads refer to.
+
+    constant: cycles to failure times N^exponent; None: no Miner sum.  frequency: of the equivalent load [Hz].
+    """
+
+    exponent: float = 3.0
+    constant: float | None = None
+    frequency: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("exponent", "constant", "frequency"):
+            value = getattr(self, name)
+            if value is not None and not 0 < value < np.inf:
+                raise InputError(f"{name} = {value}: must be a positive number.")
+
+    def equivalent_load(self, sample: dict, label: str) -> float:
+        """The constant range that does the same damage at the frequency, (sum n S^m / N)^(1/m) [unit of ranges]."""
+        ranges, counts = pair_of(sample, "cycles", label)
+        largest, m = ranges.max(initial=0.0), self.exponent
+        if largest == 0:
+            return 0.0
+        number = self.frequency * sample["duration"]
+        return float(largest * (np.sum(counts * (ranges / largest) ** m) / number) ** (1 / m))
+
+    def power_sum(self, sample: dict, label: str) -> float:
+        """sum n S^m; over the constant it is the Miner sum."""
+        ranges, counts = pair_of(sample, "cycles", label)
+        return float(np.sum(counts * ranges**self.exponent))

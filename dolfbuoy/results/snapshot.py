@@ -6,11 +6,9 @@ import textwrap
 
 import numpy as np
 
-from ..model.sea import crest_height, heading, velocity_at, wavenumber
-from ..model.seabed import height_of_bed
+from ..model.sea import crest_height, heading, wavenumber
 from .drawing import figure_of
-from .instant import Instant
-from .paraview import hull_surface
+from .frame import Frames
 from .space import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
 from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, matplotlib, new_figure
 from .tables import force_unit
@@ -32,9 +30,9 @@ def snapshot(record, scene=None, time: float | None = None) -> Figure:
     """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
     the buoy with the forces on it, several lines from above.  Lengths have equal scale in all directions; over each
     panel an arrow of known speed, in the legend the scale of forces."""
-    now = Instant(record, scene, time)
+    now = Frames(record, scene).at(time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
-    from_above = len(now.lines) > 1 and np.ptp(now.cable[:, :2], axis=0).min() > WIDE * np.ptp(now.cable, axis=0).max()
+    from_above = len(now.run.spans) > 1 and np.ptp(now.x[:, :2], axis=0).min() > WIDE * np.ptp(now.x, axis=0).max()
     figure, legend = new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False), {}
     for box in boxes:
         axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
@@ -65,7 +63,7 @@ def _lay_out(figure, title, time, entries):
 
 def _whole(now):
     """Box (2, 3) of lower and upper corner around everything; None of one buoy without a line."""
-    if now.alone and not now.lines:
+    if now.alone and not len(now.x):
         return None
     points = now.points
     low, high = points.min(axis=0), points.max(axis=0)
@@ -104,59 +102,67 @@ def _draw(axes, now, box, legend):
     _draw_lines(axes, now, box, legend)
     _draw_marks(axes, now, box, legend)
     _draw_surfaces(axes, now, box, legend)
-    for buoy in (buoy for buoy in now.buoys if buoy.masses):
-        mast = np.array([buoy.at(h) for h in (max(buoy.heights), buoy.shape.height if buoy.shape else buoy.center)])
-        axes.plot(*mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
-        size = 4.5 if (box[1] - box[0]).max() < 6 * buoy.size else 2.0
-        axes.plot(*np.array(buoy.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
-        legend["masses"] = Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass")
+    for buoy in now.buoys:
+        if buoy.mast is not None:
+            axes.plot(*buoy.mast.T, color=COLORS["ink"], lw=0.8, zorder=5)
+        if buoy.masses:
+            size = 4.5 if (box[1] - box[0]).max() < 6 * buoy.size else 2.0
+            axes.plot(*np.array(buoy.masses).T, "o", color="black", ms=size, ls="none", zorder=6)
+            legend["masses"] = Line2D([], [], color="black", marker="o", ms=4, ls="none", label="point mass")
+
+
+#: Colours of forces by name.
+FORCES = {"external force": COLORS["red"], "wind force": COLORS["green"], "mooring force": COLORS["purple"]}
 
 
 def _draw_forces(axes, now, box, legend):
-    """What pushes the buoys, and to a scale of its own what holds one; the largest is about a quarter of the box."""
-    for forces in (now.forces(), now.pulls()):
-        largest = max((float(np.linalg.norm(force)) for _, _, force, _ in forces), default=0.0)
-        for name, point, force, color in forces:
-            scale = nice_scale(largest, 0.3 * (box[1] - box[0]).min())
-            axes.quiver(*point, *force / scale, color=color, lw=1.6, arrow_length_ratio=0.3, zorder=6)
-            legend[name] = _arrow(color, _said(name, force, scale, box))
+    """What pushes the buoys, and to a scale of its own what holds one: of several ends of lines the lines tell."""
+    pulls = now.arrows("pulls")
+    for arrows in (now.arrows("outside"), pulls if len(pulls) == 1 else []):
+        largest = max((float(np.linalg.norm(force)) for _, _, force in arrows), default=0.0)
+        for name, point, force in (arrow for arrow in arrows if arrow[2].any()):
+            scale = nice_scale(largest, 0.3 * (box[1] - box[0]).min())  # the largest is about a quarter of the box
+            axes.quiver(*point, *force / scale, color=FORCES[name], lw=1.6, arrow_length_ratio=0.3, zorder=6)
+            legend[name] = _arrow(FORCES[name], _said(name, force, scale, box))
 
 
 def _draw_bed(axes, now, box, legend):
     (x0, y0, _), (x1, y1, _) = box
     plan = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-    z = height_of_bed(now.scene, plan)
-    if z.max() < box[0, 2] - 1e-9 * now.scene.sea.depth:
+    corners = now.on_bed(plan)
+    if corners[:, 2].max() < box[0, 2] - 1e-9 * now.scene.sea.depth:
         return
-    corners = [np.column_stack([plan, np.maximum(z, box[0, 2])])]
+    corners = [np.maximum(corners, [-np.inf, -np.inf, box[0, 2]])]
     axes.add_collection3d(Poly3DCollection(corners, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
     legend["bed"] = Patch(color=COLORS["sand"], alpha=0.35, label="sea bed")
 
 
 def _colored(now):
-    """(name, nodes, colour) of the lines."""
-    return [(name, nodes, color) for (name, nodes), color in zip(now.lines, itertools.cycle(LINES), strict=False)]
+    """(name, pieces, colour) of the lines."""
+    return [(*line, color) for line, color in zip(now.lines, itertools.cycle(LINES), strict=False)]
 
 
 def _draw_lines(axes, now, box, legend):
     """The lines, each with its name if there are not too many, dotted where the box cuts them off; what of them is
     below the bed is set off."""
-    told, tension = len(now.lines) <= len(LINES), _tension(now)
-    for name, nodes, color in _colored(now):
-        x = _inside(nodes, box)
-        cut = 0 if np.array_equal(x[:1], nodes[:1]) else len(x) // 2
-        axes.plot(*x[cut:].T, color=color, lw=1.2, zorder=3)
-        axes.plot(*x[: cut + 1].T, ":", color=color, lw=1.2, zorder=3)
+    told, tension = len(now.run.spans) <= len(LINES), _tension(now)
+    for name, pieces, color in _colored(now):
         label = f"{name}{tension}" if told else "cables"
         legend["line", name if told else ""] = Line2D([], [], color=color, lw=1.2, label=label)
-        if now.scene.sea is not None and now.depth_below_bed > 0:
-            _draw_below_bed(axes, now, x, legend)
+        for nodes in pieces:
+            x = _inside(nodes, box)
+            cut = 0 if np.array_equal(x[:1], nodes[:1]) else len(x) // 2
+            axes.plot(*x[cut:].T, color=color, lw=1.2, zorder=3)
+            axes.plot(*x[: cut + 1].T, ":", color=color, lw=1.2, zorder=3)
+            if now.scene.sea is not None and now.depth_below_bed > 0:
+                _draw_below_bed(axes, now, x, legend)
 
 
 def _draw_below_bed(axes, now, x, legend):
     """What of a line is below the bed in red, and down to it a curtain from the bed."""
-    x, bed = _divided(x), -now.scene.sea.depth
-    under = x[:, 2] < bed
+    bed = -now.scene.sea.depth
+    x = _crossing(x, bed)
+    under = x[:, 2] <= bed
     foot = np.column_stack([x[:, :2], np.full(len(x), bed)])
     pieces = under[:-1] & under[1:]
     curtain = np.stack([x[:-1], x[1:], foot[1:], foot[:-1]], axis=1)[pieces]
@@ -177,29 +183,32 @@ JOINTS = {
 }
 
 
-def _kind_of(mark):
-    return mark.kind if mark.weight == 0 else "clump" if mark.weight > 0 else "float"
-
-
 def _draw_marks(axes, now, box, legend):
     """Joints, and ends that are held; in the sea those that stay where they are are anchors."""
-    for mark in now.marks:
-        if ((mark.place > box[0] - 1e-9) & (mark.place < box[1] + 1e-9)).all():
-            symbol, size, color, words = JOINTS[_kind_of(mark)]
-            axes.plot(*mark.place[:, None], symbol, color=color, ms=size, ls="none", zorder=3.5)
+    for mark, place in _marked(now):
+        if ((place > box[0] - 1e-9) & (place < box[1] + 1e-9)).all():
+            symbol, size, color, words = JOINTS[mark.kind]
+            axes.plot(*place[:, None], symbol, color=color, ms=size, ls="none", zorder=3.5)
             words = "anchor" if now.scene.sea and mark.kind == "fixed" else words
             legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
 
 
+def _marked(now):
+    """(mark, place) of what has a symbol; a free end has none."""
+    return [(mark, now.x[mark.node]) for mark in now.run.marks if mark.kind in JOINTS]
+
+
 def _draw_plan(axes, now):
     """All from above: lines, with their names where the legend leaves them out, joints, hulls."""
-    for name, nodes, color in _colored(now):
-        axes.plot(*nodes[:, :2].T, color=color, lw=1.2)
-        if len(now.lines) > len(LINES):
-            axes.annotate(name, nodes[len(nodes) // 4, :2], (3, 3), textcoords="offset points", fontsize=6, color=color)
-    for mark in now.marks:
-        symbol, size, color, _ = JOINTS[_kind_of(mark)]
-        axes.plot(*mark.place[:2], symbol, color=color, ms=size)
+    for name, pieces, color in _colored(now):
+        for nodes in pieces:
+            axes.plot(*nodes[:, :2].T, color=color, lw=1.2)
+        if len(now.run.spans) > len(LINES) and pieces:
+            place, look = pieces[0][len(pieces[0]) // 4, :2], {"fontsize": 6, "color": color}
+            axes.annotate(name, place, (3, 3), textcoords="offset points", **look)
+    for mark, place in _marked(now):
+        symbol, size, color, _ = JOINTS[mark.kind]
+        axes.plot(*place[:2], symbol, color=color, ms=size)
     for hull in now.hulls:
         axes.add_patch(Circle(hull.r_C[:2], hull.shape.max_diameter / 2, color=COLORS["orange"], zorder=3))
     axes.set(xlabel="x [m]", ylabel="y [m]")
@@ -213,7 +222,7 @@ def _draw_velocity(axes, now, box, legend):
     if not causes:
         return
     points, spacing = _plane(now, box)
-    velocity = velocity_at(now.scene, now.time, points)
+    velocity = now.flow(points)
     speed = np.linalg.norm(velocity, axis=1)
     if not len(speed) or speed.max() == 0:
         return
@@ -266,7 +275,8 @@ def _draw_surfaces(axes, now, box, legend):
         legend["water"] = Patch(color=COLORS["sky"], alpha=0.4, lw=0, label="water surface")
         _draw_still_water(axes, now, box, legend)
     for hull in now.hulls:
-        x = _hull_patches(hull)
+        points, quads = hull.surface(around=40, cell=hull.size / 14)
+        x = points[quads]
         colors = _shaded(x, COLORS["orange"])
         axes.add_collection3d(Poly3DCollection(x, facecolors=colors, edgecolors=colors, linewidths=0.25, zorder=4))
         legend["buoy"] = Patch(color=COLORS["orange"], label="buoy")
@@ -293,11 +303,6 @@ def _water_patches(now, box):
     return np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _hull_patches(now):
-    points, quads = hull_surface(now.shape.stations, now.center, around=40, cell=now.size / 14)
-    return (now.r_C + points @ now.R.T)[quads]
-
-
 def _shaded(patches, color):
     """Colours of the patches in light from above and one side."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
@@ -316,6 +321,16 @@ def _inside(x, box):
     return fine[((fine >= box[0]) & (fine <= box[1])).all(axis=1)]
 
 
+def _crossing(x, z):
+    """A polyline with a node wherever it passes a height."""
+    above = x[:, 2] > z
+    passed = np.flatnonzero(above[:-1] != above[1:])
+    a, b = x[passed], x[passed + 1]
+    between = a + (b - a) * ((z - a[:, 2]) / (b[:, 2] - a[:, 2]))[:, None]
+    between[:, 2] = z
+    return np.insert(x, passed + 1, between, axis=0)
+
+
 def _divided(x, pieces=200):
     """A polyline with each piece divided."""
     s = np.linspace(0, len(x) - 1, pieces * (len(x) - 1) + 1)
@@ -327,10 +342,10 @@ def _divided(x, pieces=200):
 
 def _tension(now):
     """Least and largest of the elements of the only cable."""
-    if len(now.tensions) != 1:
+    if len(now.run.spans) != 1:
         return ""
-    unit, factor = force_unit(now.tensions[0])
-    least, largest = (f"{factor * T:.3g}" for T in (now.tensions[0].min(), now.tensions[0].max()))
+    unit, factor = force_unit(now.tension)
+    least, largest = (f"{factor * T:.3g}" for T in (now.tension.min(), now.tension.max()))
     return f", tension {least} {unit}" if least == largest else f", tension {least} to {largest} {unit}"
 
 

@@ -1,7 +1,8 @@
 """Spectra of a run: how the variance of motion and tension is spread over frequencies."""
 
-from .behind_ramp import density, enough_for_a_spectrum, unwrapped
+from .after_ramp import density, enough_for_a_spectrum
 from .drawing import figure_of, legend_above
+from .series import unwrapped
 from .style import COLORS, COLUMN, Figure, new_figure
 from .tables import force_unit
 

@@ -1,179 +1,392 @@
-"""What is said of the series of a run: extremes, mean, deviation, and the period that is largest in it."""
+"""Statistics of runs that differ in their seed, of several such sets, of the cases of a sweep, and of a life.
 
-import itertools
+Runs whose scenes are equal but for `waves.seed` are a set: their cycles and peaks are pooled, and the largest value of
+each is one of the maxima that Gumbel's distribution is fitted to.
+"""
+
+import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from .record import SERIES
+from ..errors import InputError
+from ..parallel.cases import store_in
+from ..scene import Scene
+from ..scene.variants import SEED, in_words, probabilities
+from .after_ramp import scene_of
+from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
+from .offsets import smallest_circle
+from .quantities import QUANTITIES
+from .record import UNFIT, read, undamaged
+from .sample import NUMBERS, OFFSET, STATISTICS, Fatigue, pair_of, sample_of
+from .series import OF_PART, Columns, described, place_of
 
-#: What is said of every recorded quantity over the whole run.
-STATISTICS = ("minimum", "maximum", "mean", "standard_deviation", "dominant_period")
-#: Recorded, but about the solver.
-EFFORT = ("time_step", "newton_iterations")
-#: Angles that are recorded between -180 and 180 degrees; here a turn over 180 goes on.
-TURNING = ("roll", "yaw")
-
-
-def statistics(record: xr.Dataset) -> dict[str, dict[str, float]]:
-    """STATISTICS of every series, by the labels of `columns_of`, in the units of the record.
-
-    Mean and standard deviation are over time (trapezoidal rule), whatever the steps; see also `dominant_period`.
-    """
-    t, result = record.time.values, {}
-    weights = weights_of(t)
-    for label, x, noise in columns_of(record):
-        mean = float(np.average(x, weights=weights))
-        deviation = float(np.sqrt(np.average((x - mean) ** 2, weights=weights)))
-        period = dominant_period(t, x, noise)
-        values = (float(x.min()), float(x.max()), mean, deviation, period)
-        result[label] = dict(zip(STATISTICS, values, strict=True))
-    return result
+#: Seconds of a year of 365.25 days, and years of the largest value, by default.
+YEAR, YEARS = 31557600.0, 50.0
 
 
-def weights_of(t: np.ndarray) -> np.ndarray:
-    """Of instants in a mean over time, by the trapezoidal rule."""
-    return np.convolve(np.diff(t), [0.5, 0.5]) if len(t) > 1 else np.ones(1)
+@dataclass(frozen=True)
+class Run:
+    """A sample, the name of its run, what makes runs a set, and what the cases of a sweep change but for the seed.
 
-
-def columns_of(record: xr.Dataset) -> Iterator[tuple[str, np.ndarray, float]]:
-    """Every scalar series of a record and every component of another: its label, its values, and what of them may be
-    rounding noise.  Angles turn on over 180 degrees.
-
-    Labels: "tension_top of port", "buoy_position_z of buoy"; of nothing but the name and a component "NAME_z".
-    """
-    for name, variable in record.data_vars.items():
-        if variable.dims[:1] != ("time",) or name in EFFORT:
-            continue
-        columns = variable.values.reshape(variable.shape[0], -1)
-        if name in TURNING:
-            columns = np.unwrap(columns, period=360, axis=0)
-        own = len(set(variable.dims) & set(OF))
-        labels = itertools.product(*(record[dim].values.astype(str) for dim in variable.dims[1:]))
-        for label, x in zip(labels, columns.T, strict=True):
-            yield OF_PART.join(["_".join([name, *label[own:]]), *label[:own]]), x, 1e-9 * np.abs(columns).max()
-
-
-#: Dimensions of a record that say what a series is of, and what stands before that in a label.
-OF, OF_PART = ("cable", "buoy", "attachment", "segment", "joint"), " of "
-#: Series of statistics that a record does not have: dimensions, unit, long name.
-ADDED = {
-    "fixed_point_elevation": ((), "m", "water surface at a fixed point"),
-    "offset": (("buoy",), "m", "horizontal distance of C from the anchor"),
-}
-
-
-def _declared(label):
-    """Dimensions, unit and long name of the series of a label."""
-    name, known = label.partition(OF_PART)[0], SERIES | ADDED
-    return known[max((one for one in known if name == one or name.startswith(f"{one}_")), key=len)]
-
-
-def described(label: str) -> tuple[str, str]:
-    """(unit, long name) of a column."""
-    return _declared(label)[1:]
-
-
-class Spread:
-    """Columns by their labels as variables by their names, over the dimension of what they are of.
-
-    names: of that by dimension, as they stand in the labels.
+    seconds: of computing.
     """
 
-    def __init__(self, labels):
-        self.names = {}
-        for label in labels:
-            dimension, part = self.place(label)
-            if dimension and part not in self.names.setdefault(dimension, []):
-                self.names[dimension].append(part)
-
-    @staticmethod
-    def place(label: str) -> tuple[str | None, str]:
-        """(dimension, name of what it is of); (None, "")."""
-        dimension = next((d for d in _declared(label)[0] if d in OF), None)
-        return dimension, label.partition(OF_PART)[2]
-
-    def __call__(self, columns: dict[str, np.ndarray], *dims: str) -> dict[str, tuple]:
-        """{name: (dimensions, array)} of columns with these dimensions; the new one is the second."""
-        found = {}
-        for label, column in columns.items():
-            (dimension, part), name = self.place(label), label.partition(OF_PART)[0]
-            if dimension is None:
-                found[name] = dims, column
-                continue
-            names, (first, *others) = self.names[dimension], column.shape
-            whole = np.full((first, len(names), *others), np.nan)
-            found.setdefault(name, ((dims[0], dimension, *dims[1:]), whole))[1][:, names.index(part)] = column
-        return found
+    name: str
+    sample: dict
+    set: str
+    changes: dict | None = None
+    seconds: float = np.nan
 
 
-def each_series(dataset: xr.Dataset, statistic: str) -> list[tuple[str, str, xr.Dataset]]:
-    """(name with what it is of if there are several of that, name, what the dataset has of it) of all series of which
-    there is this statistic, without the dimension of what they are of."""
+# -- of the cases of a sweep -----------------------------------------------------------------------------------------
+
+
+def collect(rows: list[dict]) -> xr.Dataset:
+    """One dataset over the dimension `case`: varied keys, status, and <quantity>_<statistic>."""
+    keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
+    data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
+    data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
+    columns = Columns(label for row in rows for label in row["statistics"])
+    data |= columns.table([row["statistics"] for row in rows], STATISTICS, "case")
+    return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys)})
+
+
+def _column(values):
+    """Numbers as numbers, anything else (words, lists) as text."""
+    if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+        return np.array(values)
+    return np.array([v if isinstance(v, str) else json.dumps(v) for v in values], dtype=object)
+
+
+# -- of runs ---------------------------------------------------------------------------------------------------------
+
+
+def statistics(runs, start: float | None = None, point=None, **fatigue) -> xr.Dataset:
+    """Statistics of runs, the ramp left out: a dataset over `run` and `set`, see `together`.
+
+    runs: records, folders of runs or of sweeps, or one of them.  start [s], point [m]: see `sample_of`, not of sweeps.
+    fatigue: the fields of Fatigue.  Raises InputError for a folder without a run, a run that ends in the ramp, or a bad
+    number.
+    """
+    runs = [runs] if isinstance(runs, xr.Dataset | str | Path) else list(runs)
+    return together(runs_of(runs, start, point), Fatigue(**fatigue))
+
+
+def runs_of(sources: Iterable, start: float | None = None, point=None) -> list[Run]:
+    """Runs of records, of folders of runs, and of folders of sweeps, whose cases are runs each.  Raises InputError."""
     found = []
-    for name in (str(v).removesuffix(f"_{statistic}") for v in dataset.data_vars if str(v).endswith(f"_{statistic}")):
-        variable = dataset[f"{name}_{statistic}"]
-        dimension = next((d for d in variable.dims if d in OF), None)
-        for part in dataset[dimension].values.tolist() if dimension else [None]:
-            label = f"{name}{OF_PART}{part}" if dimension and dataset.sizes[dimension] > 1 else name
-            found.append((label, name, _of_part(dataset, name, dimension, part)))
+    for k, source in enumerate(sources):
+        if not isinstance(source, xr.Dataset) and (Path(source) / "cases").is_dir():
+            if start is not None or point is not None:
+                raise InputError(f"{source}: a sweep keeps no records: its statistics begin after the ramp.")
+            found += _cases_in(Path(source))
+        else:
+            found.append(_run(source, k, start, point))
+    if not found:
+        raise InputError("There is no run to make statistics of.")
     return found
 
 
-def _of_part(dataset, name, dimension, part):
-    """The variables of a series of one part, and of all lists of its peaks and ranges."""
-    if dimension is None:
-        return dataset
-    found = dataset.sel({dimension: part})
-    for kept in (f"{name}_peak", f"{name}_range"):
-        if f"{kept}_{dimension}" in found:
-            found = found.isel({f"{kept}_number": found[f"{kept}_{dimension}"].values == part})
-    return found
+def _cases_in(folder):
+    """Runs of a sweep; those that failed, or end in their ramp, are left out."""
+    found = []
+    for result in store_in(folder).results():
+        if result.get("sample"):
+            changes = result["changes"]
+            state = {key: value for key, value in changes.items() if key != SEED}
+            same = json.dumps([result["base"], state], sort_keys=True)
+            found.append(Run(in_words(changes), result["sample"], same, state, result["seconds"]))
+    if not found:
+        raise InputError(f"{folder} holds no case of a sweep that has run beyond its ramp.")
+    return sorted(found, key=lambda run: (run.set, run.name))
 
 
-def dominant_period(t, x, noise=0.0) -> float:
-    """Period of the oscillation that is largest in the second half of the run [s]; nan if there is none.
+def _run(source, number, start, point):
+    if isinstance(source, xr.Dataset):
+        record, name = source, f"run {number}"
+    else:
+        record, name = read_folder(Path(source)), str(source)
+    try:
+        scene, seconds = scene_of(record), record.attrs.get("wall_time_s", np.nan)
+        with undamaged(name, UNFIT):
+            return Run(name, sample_of(record, scene, start, point), set_of(scene), seconds=seconds)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
 
-    The largest peak of the Fourier amplitudes between one period in that half and two samples, then least squares for
-    trend, cosine and sine at a free frequency: exact for a sinusoid on a trend, at any steps.  Amplitudes below `noise`
-    (in the units of x) do not count.
+
+def read_folder(folder: Path) -> xr.Dataset:
+    """The record in the folder of a run.  Raises InputError."""
+    if not (folder / "results.nc").is_file():
+        raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
+    return read(folder / "results.nc")
+
+
+def set_of(scene: Scene) -> str:
+    """Equal for scenes that differ in their seed only."""
+    data = scene.to_dict()
+    data.pop("title", None)
+    data.get("waves", {}).pop("seed", None)
+    return json.dumps(data, sort_keys=True)
+
+
+def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
+    """Over `run` and, if it is of one, `cable` or `buoy`: <series>_<number> of NUMBERS, <series>_equivalent_load,
+    <series>_damage.  Over `set` and the same: the circle of offsets, <series>_most_probable (.., bound) of 3 h, and u
+    and b of its distribution.  <series>_peak, with _peak_exceedance, and <series>_range, with _range_count: pooled over
+    the set that _peak_set and _range_set number, of the cable or buoy that _peak_cable, ... names.
     """
-    late = t >= 0.5 * (t[0] + t[-1])
-    t, x = t[late] - t[-1], x[late]
-    if len(t) < 8 or np.ptp(x) <= 2 * noise:
+    names = list(dict.fromkeys(run.set for run in runs))
+    sets, member = [[run for run in runs if run.set == name] for name in names], [names.index(run.set) for run in runs]
+    samples, columns = [run.sample for run in runs], Columns(_labels(runs, "series"))
+    data = {
+        "seconds": ("run", [float(run.seconds) for run in runs], {"units": "s", "long_name": "computing time"}),
+        "start": ("run", [s["start"] for s in samples], {"units": "s", "long_name": "first instant that counts"}),
+        "duration": ("run", [s["duration"] for s in samples], _said("s", "length of the time that counts")),
+    }
+    data |= columns.table([sample["series"] for sample in samples], NUMBERS, "run")
+    data |= _elevations(data) | _damage(runs, fatigue, columns) | _circles(sets, columns.names.get("buoy"))
+    words = "peaks", "probability that a peak is as high or higher"
+    data |= _pools(sets, "peaks", "peak", "exceedance", words)
+    words = "rainflow ranges", "cycles of this range, half cycles as 0.5"
+    data |= _pools(sets, "cycles", "range", "count", words)
+    found, notes = _extremes(sets, columns)
+    coordinates = {"run": [run.name for run in runs], "set": np.arange(len(sets)), "set_of_run": ("run", member)}
+    if found:
+        coordinates["bound"] = ["estimate", "low", "high"]
+    told = {"exponent": fatigue.exponent, "frequency_Hz": fatigue.frequency, "hours": HOURS, "covered": COVERED}
+    told |= {"constant": fatigue.constant} if fatigue.constant else {}
+    told["notes"] = "\n".join([*_parted(runs), *notes])
+    return xr.Dataset(data | found, coordinates | columns.names, attrs=told)
+
+
+def _said(unit, text):
+    return {"units": unit, "long_name": text}
+
+
+def _parted(runs):
+    """A sentence about runs in which lines parted."""
+    gone = [run for run in runs if run.sample.get("parted")]
+    if not gone:
+        return []
+    first = f"{gone[0].name}: {gone[0].sample['parted']}"
+    which = first if len(runs) == 1 else f"in {len(gone)} of {len(runs)} runs, {first}"
+    return [f"Lines parted, {which}; numbers mix what was before and after, unless --from is later than that."]
+
+
+def _labels(runs, kept):
+    """Labels of the series, peaks or cycles of runs."""
+    return list(dict.fromkeys(label for run in runs for label in run.sample[kept]))
+
+
+def _elevations(data):
+    """Variance and significant height of elevations; their mean periods are there already."""
+    found = {}
+    places = (name for name, one in QUANTITIES.items() if one.place)
+    for name in (name for name in places if f"{name}_standard_deviation" in data):
+        (dims, deviation, _), text = data[f"{name}_standard_deviation"], described(name)[1]
+        found[f"{name}_m0"] = dims, deviation**2, _said("m2", f"variance m0: {text}")
+        found[f"{name}_Hs"] = dims, 4 * deviation, _said("m", f"significant height 4 sqrt(m0): {text}")
+    return found
+
+
+def _damage(runs, fatigue, columns):
+    """Equivalent loads, and with a constant Miner sums."""
+    labels = _labels(runs, "cycles")
+    loads = {label: [fatigue.equivalent_load(run.sample, label) for run in runs] for label in labels}
+    data = columns.variables(loads, "equivalent_load", "damage-equivalent range", ("run",))
+    if fatigue.constant:
+        sums = {label: [fatigue.power_sum(run.sample, label) / fatigue.constant for run in runs] for label in labels}
+        data |= columns.variables(sums, "damage", "Miner sum of the run", ("run",), "1")
+    return data
+
+
+def exceedance(values: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(values, falling, and the probability that a peak is as high or higher): i/(N + 1) for the i-th of N."""
+    order = np.argsort(values)[::-1]
+    above = np.cumsum(counts[order])
+    return values[order], above / (above[-1] + 1) if len(above) else above
+
+
+def _pools(sets, kept, ending, other, words):
+    """What is kept of the runs of each set, one set and one part behind the other, numbered by _set and named."""
+    data, by_name = {}, {}
+    for label in _labels([run for runs in sets for run in runs], kept):
+        for k, runs in enumerate(sets):
+            pairs = zip(*(pair_of(run.sample, kept, label) for run in runs), strict=True)
+            pair = [np.concatenate(column) for column in pairs]
+            row = k, place_of(label), *(exceedance(*pair) if kept == "peaks" else pair)
+            by_name.setdefault(place_of(label).name, []).append(row)
+    for name, rows in by_name.items():
+        (numbers, places, values, counts), (unit, text) = zip(*rows, strict=True), described(name)
+        name, over, lengths = f"{name}_{ending}", f"{name}_{ending}_number", [len(column) for column in values]
+        data[f"{name}_set"] = over, np.repeat(numbers, lengths), {"long_name": "set"}
+        if dimension := places[0].dimension:
+            parts = np.repeat([place.part for place in places], lengths)
+            data[f"{name}_{dimension}"] = over, parts, {"long_name": dimension}
+        data[name] = over, np.concatenate(values), _said(unit, f"{words[0]}: {text}")
+        data[f"{name}_{other}"] = over, np.concatenate(counts), _said("1", words[1])
+    return data
+
+
+def _circles(sets, buoys):
+    """The smallest circle around the tracks of each set, anywhere and about the anchor; the hulls of the tracks."""
+    tracks = [
+        (k, buoy, point)
+        for k, runs in enumerate(sets)
+        for run in runs
+        for buoy in buoys or ()
+        for point in run.sample.get("corners", {}).get(buoy, [])
+    ]
+    if not tracks:
+        return {}
+    circles, watch = np.full((3, len(sets), len(buoys)), np.nan), np.full((len(sets), len(buoys)), np.nan)
+    pools = {}
+    for k, buoy, point in tracks:
+        pools.setdefault((k, buoys.index(buoy)), []).append(point)
+    for (k, j), points in pools.items():
+        centre, radius = smallest_circle(np.array(points))
+        circles[:, k, j] = *centre, radius
+        farthest = f"{OFFSET}{OF_PART}{buoys[j]}"
+        watch[k, j] = max(run.sample["series"].get(farthest, {}).get("maximum", np.nan) for run in sets[k])
+    text, dims = "the smallest circle that holds the tracks of C", ("set", "buoy")
+    numbers, names, points = zip(*tracks, strict=True)
+    x, y = np.transpose(points)
+    hull = _said("m", "corners of the convex hull of the track of C")
+    return {
+        "circle_x": (dims, circles[0], _said("m", f"x of the middle of {text}")),
+        "circle_y": (dims, circles[1], _said("m", f"y of the middle of {text}")),
+        "circle_radius": (dims, circles[2], _said("m", f"radius of {text}")),
+        "watch_circle_radius": (dims, watch, _said("m", f"about the anchor: radius of {text}")),
+        "corner_set": ("corner", np.array(numbers), {"long_name": "set"}),
+        "corner_buoy": ("corner", np.array(names), {"long_name": "buoy"}),
+        "corner_x": ("corner", x, hull),
+        "corner_y": ("corner", y, hull),
+    }
+
+
+def gumbels(runs: list[Run], label: str) -> tuple[Gumbel, float]:
+    """(Gumbel's distribution of the largest values of the runs of one set, length of a run [s]).  Raises InputError."""
+    lengths = np.array([run.sample["duration"] for run in runs])
+    if np.ptp(lengths) > 1e-6 * lengths.max():
+        raise InputError("the runs are not equally long, and their largest values not of one distribution")
+    if any(label not in run.sample["series"] for run in runs):
+        raise InputError("not all runs have it")
+    return fit_gumbel([run.sample["series"][label]["maximum"] for run in runs]), float(lengths[0])
+
+
+def _extremes(sets, columns):
+    """(variables over set, sentences about what there is not)."""
+    found, reasons, data = {}, {}, {}
+    for label in _labels([run for runs in sets for run in runs], "peaks"):
+        rows = found[label] = np.full((len(sets), 5), np.nan)
+        for k, runs in enumerate(sets):
+            if not any(label in run.sample["series"] for run in runs):
+                continue  # it is of another scene
+            try:
+                gumbel, length = gumbels(runs, label)
+            except InputError as error:
+                reasons.setdefault(str(error), []).append((k, label))
+                continue
+            times = DURATION / length
+            rows[k] = gumbel.most_probable(times), *gumbel.interval(times), gumbel.location, gumbel.scale
+    of_run = "of Gumbel's distribution of the largest value of a run"
+    for which, ending, words, dims in (
+        (slice(3), "most_probable", f"most probable largest value of {HOURS:g} h", ("set", "bound")),
+        (3, "gumbel_location", of_run, ("set",)),
+        (4, "gumbel_scale", of_run, ("set",)),
+    ):
+        data |= columns.variables({label: rows[:, which] for label, rows in found.items()}, ending, words, dims)
+    return {name: one for name, one in data.items() if np.isfinite(one[1]).any()}, list(_told(reasons, len(sets)))
+
+
+def _told(reasons: dict[str, list], sets: int) -> Iterator[str]:
+    """A sentence for each reason why something has no distribution."""
+    for reason, missing in reasons.items():
+        where, labels = {k for k, _ in missing}, sorted({label for _, label in missing})
+        which = "" if sets == 1 else f" in {len(where)} of {sets} sets"
+        yield f"No most probable maximum of {HOURS:g} h{which} ({len(labels)} series, {labels[0]} first): {reason}."
+
+
+# -- of a life -------------------------------------------------------------------------------------------------------
+
+
+def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YEARS) -> xr.Dataset:
+    """Over `series`, each of the cable or buoy `part`: damage per year, life in years, equivalent load of the whole
+    year, and the value that the largest of 3 h exceeds once in so many years on the average (nan: some sea state has
+    too few seeds).
+
+    scatter: CSV with the keys that the sweep varies and `probability`; what is left of 1 is calm, without damage or
+    load.  Raises InputError if a sea state with a probability has no run.
+    """
+    if not 0 < years < math.inf:
+        raise InputError(f"--years {years}: must be a positive number.")
+    states, labels, reasons = list(_states(runs, scatter)), _labels(runs, "peaks"), []
+    rows = [_row(label, states, fatigue, years, reasons) for label in labels]
+    names = {
+        "damage_per_year": "Miner sum of a year",
+        "life": "years until the Miner sum is 1",
+        "equivalent_load": "constant range that does the same, in the unit of the series",
+        "largest": f"exceeded by the largest of {HOURS:g} h once in {years:g} years, in the unit of the series",
+    }
+    data = {n: ("series", [row[i] for row in rows], {"long_name": names[n]}) for i, n in enumerate(names)}
+    coordinates = {
+        "series": [place_of(label).name for label in labels],
+        "part": ("series", [place_of(label).part for label in labels]),
+        "unit": ("series", [described(label)[0] for label in labels]),
+    }
+    told = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
+    return xr.Dataset(data, coordinates, attrs=told)
+
+
+def _states(runs, scatter):
+    """(probability, its runs) of every sea state that occurs."""
+    for changes, probability in probabilities(scatter):
+        mine = [run for run in runs if run.changes == changes]
+        if probability > 0 and not mine:
+            which = f"{in_words(changes)}, whose probability is {probability:g}"
+            raise InputError(f"--scatter {scatter}: there is no run with {which}.")
+        if probability > 0:
+            yield probability, mine
+
+
+def _row(label, states, fatigue, years, reasons):
+    """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
+    damage = load = largest = math.nan
+    if all(label in run.sample["cycles"] for _, mine in states for run in mine):
+        rate = sum(p * _rate(label, mine, fatigue) for p, mine in states)  # sum n S^m per second
+        damage = rate * YEAR / fatigue.constant if fatigue.constant else math.nan
+        load = (rate / fatigue.frequency) ** (1 / fatigue.exponent)
+    try:
+        largest = _largest([(p, *gumbels(mine, label)) for p, mine in states], years)
+    except InputError as error:
+        reasons.append(f"No largest value of {years:g} years: {error}.")
+    return damage, 1 / damage if damage > 0 else math.nan, load, largest
+
+
+def _rate(label, runs, fatigue):
+    """sum n S^m per second of a sea state, over all its runs."""
+    return sum(fatigue.power_sum(run.sample, label) for run in runs) / sum(run.sample["duration"] for run in runs)
+
+
+def _largest(states, years):
+    """What the largest value of 3 h exceeds once in so many years; states: (probability, its Gumbel, length of a run).
+
+    Root of the probability that the largest value of any 3 h is above it; nan if the states are rarer than that.
+    """
+    from scipy.optimize import brentq
+
+    allowed = DURATION / (years * YEAR)
+    if sum(p for p, *_ in states) <= allowed:
         return math.nan
-    window, frequency = np.sin(np.pi * (t - t[0]) / (t[-1] - t[0])) ** 2, _peak(t, x)
-    known = np.column_stack([np.ones_like(t), t / -t[0], x]).T * window
-    for _ in range(50):
-        fit, change = _fitted(known, t * window, window, 2 * np.pi * frequency * t)
-        frequency += float(np.clip(change, -0.2 / -t[0], 0.2 / -t[0]))
-        if not 0.5 / -t[0] < frequency < 0.5 * (len(t) - 1) / -t[0]:
-            return math.nan
-        if abs(change) <= 1e-13 * frequency:
-            break
-    return 1 / frequency if np.hypot(fit[2], fit[3]) > noise else math.nan
 
+    def above(x):
+        return sum(p * g.above(x, DURATION / t) for p, g, t in states)
 
-def _fitted(known, t, window, phase):
-    """Least squares of x for constant, trend, cosine and sine, and the change of frequency that would lower the rest.
-
-    Rows of the triangular factor stand for those of all instants: the last of them for what the fit leaves over.
-    """
-    (one, trend, x), cos, sin = known, np.cos(phase), np.sin(phase)
-    columns = np.array([one, trend, window * cos, window * sin, t * cos, t * sin, x])
-    R = np.linalg.qr(columns.T, mode="r")
-    fit = np.linalg.lstsq(R[:4, :4], R[:4, 6], rcond=None)[0]
-    slope = 2 * np.pi * (fit[3] * R[4:, 4] - fit[2] * R[4:, 5])  # of the fit, by frequency
-    return fit, slope @ R[4:, 6] / (slope @ slope)
-
-
-def _peak(t, x):
-    """Frequency of the largest Fourier amplitude, on a grid of an eighth of the resolution."""
-    grid = np.linspace(t[0], t[-1], len(t))
-    y, about = np.interp(grid, t, x - x.mean()), grid - grid.mean()
-    y = (y - y.mean() - (about @ y) / (about @ about) * about) * np.hanning(len(y))
-    amplitude = np.abs(np.fft.rfft(y, 8 * len(y)))
-    amplitude[:8] = 0.0  # less than one period
-    return np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0]))
+    low = min(g.location - 5 * g.scale for _, g, _ in states)
+    high = max(g.most_probable(DURATION / t) + g.scale * (math.log(1 / allowed) + 5) for _, g, t in states)
+    return float(brentq(lambda x: math.log(above(x) / allowed), low, high, xtol=1e-12 * max(abs(high), 1e-300)))

@@ -8,13 +8,11 @@ import xarray as xr
 
 from .drawing import legend_above
 from .extremes import Gumbel
-from .sample import FIXED_POINT
-from .statistics import each_series
+from .quantities import shown_in
+from .series import each_series
 from .style import COLORS, PAGE, PALETTE, STYLE, Circle, Figure, legend_below, matplotlib, new_figure, save
 from .tables import unit_of
 
-#: Series that are drawn, those of them that are there.
-SHOWN = ("tension_top", "tension_anchor", "surface_elevation", FIXED_POINT)
 #: Sets that colours can tell apart; of more only these, the first ones, are drawn.
 MOST_SETS = len(PALETTE)
 
@@ -35,9 +33,9 @@ def _sets(statistics):
 
 
 def _panels(statistics, needs):
-    """(figure, [(axes, name, text of the axis, factor to its unit, what there is of it)]) of those of SHOWN, of every
-    cable and buoy, of which there is what it needs, an ending; (None, []) if there is nothing."""
-    series = [one for shown in SHOWN for one in each_series(statistics, "maximum") if one[1] == shown]
+    """(figure, [(axes, name, text of the axis, factor to its unit, what there is of it)]) of what is shown, of every
+    cable and buoy, if there is what it needs, an ending; (None, []) if there is nothing."""
+    series = each_series(statistics, "maximum", shown_in("statistics figure"))
     series = [(said, name, one) for said, name, one in series if f"{name}{needs}" in one and one[f"{name}{needs}"].size]
     if not series:
         return None, []

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .labelled import labelled
 from .observe import attributes
 
 if TYPE_CHECKING:
@@ -25,8 +26,6 @@ def dataset_of_stiffness(problem, found) -> "xr.Dataset":
 
     What is rigid is infinite, and `rigid` has its directions.
     """
-    import xarray as xr
-
     data, is_rigid = {}, any(rigid.shape[1] for rigid in found.rigid)
     matrices = {"mooring": found.mooring, "hull": found.hull, "total": found.mooring + found.hull}
     for name, matrix in matrices.items():
@@ -37,19 +36,21 @@ def dataset_of_stiffness(problem, found) -> "xr.Dataset":
             blocks.append(_with_infinite(body, block, directions))
             values.append(_eigenvalues(body, block, directions))
             finite.append(_across(body, block, directions))
-        said = {"units": "N/m, N m/rad", "long_name": SAID[name]}
-        data[name] = (("buoy", "reaction", "motion"), np.array(blocks), said)
-        said = {"units": "N m-1", "long_name": "eigenvalues of its symmetric part, turns at the radius of gyration"}
-        data[f"{name}_eigenvalue"] = (("buoy", "number"), np.array(values), said)
+        data[name] = (("buoy", "reaction", "motion"), np.array(blocks), ("N/m, N m/rad", SAID[name]))
+        what = "N m-1", "eigenvalues of its symmetric part, turns at the radius of gyration"
+        data[f"{name}_eigenvalue"] = (("buoy", "number"), np.array(values), what)
         if is_rigid and name != "hull":
-            said = {"units": "N/m, N m/rad", "long_name": f"{SAID[name]}, of motions across what is rigid"}
-            data[f"{name}_across"] = (("buoy", "reaction", "motion"), np.array(finite), said)
+            what = "N/m, N m/rad", f"{SAID[name]}, of motions across what is rigid"
+            data[f"{name}_across"] = (("buoy", "reaction", "motion"), np.array(finite), what)
     if is_rigid:
         rows = [_motions(body, rigid) for body, rigid in zip(found.bodies, found.rigid, strict=True)]
-        said = {"units": "m, rad", "long_name": "motion of each eigenvalue that is infinite"}
-        data["rigid"] = (("buoy", "number", "motion"), np.array(rows), said)
-    labels = {"reaction": list(REACTIONS), "motion": list(MOTIONS), "buoy": [body.name for body in found.bodies]}
-    return xr.Dataset(data, labels, attributes(problem))
+        data["rigid"] = (
+            ("buoy", "number", "motion"),
+            np.array(rows),
+            ("m, rad", "motion of each eigenvalue that is infinite"),
+        )
+    labels = {"reaction": REACTIONS, "motion": MOTIONS, "buoy": [body.name for body in found.bodies]}
+    return labelled(data, labels, attributes(problem))
 
 
 def _with_infinite(body, block, rigid):

@@ -5,13 +5,16 @@ import math
 import numpy as np
 
 from ..meshes import number_of_cells
-from ..model.material import weight_per_length
+from ..model.effects import called_by
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
+from . import retried, snaps
 from .parts import names_of, parts_of
+from .quantities import QUANTITIES, over
+from .running import maximum, minimum
 from .states import states_of
 from .tables import force_unit, unit_of
-from .utilisation import rows_of, warnings_of
+from .utilisation import never_parted, rows_of, warnings_of
 
 
 def summary(record, scene) -> list[tuple[str, str, str]]:
@@ -27,6 +30,8 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
         rows.append(("parted", record.attrs["parted"], ""))
     steps = record.sizes["time"] - 1
     rows.append(("steps, of which retried", f"{steps}, {record.attrs['failed_steps']}", ""))
+    if scene.time.tolerance is None and (smaller := record.attrs.get("rejected_steps", 0)):
+        rows.append(("steps made smaller where a line came taut", str(smaller), ""))
     if steps:
         rows.append(("Newton iterations per step", f"{float(record.newton_iterations[1:].mean()):.2f}", ""))
     wall = record.attrs["wall_time_s"]
@@ -63,10 +68,6 @@ def _grown(record):
     ]
 
 
-#: Part of the steps from which on it is said that they were cut; and no result is left where so many were.
-OFTEN, NEARLY_ALL = 0.05, 0.9
-
-
 #: What a number or vector of an equilibrium may be of, in the order of the table; "": of all.
 _OF = ("cable", "buoy", "attachment", "")
 
@@ -80,8 +81,10 @@ def static_rows(record, scene) -> list[tuple[str, str, str]]:
         if of not in _OF or (of == "attachment" and len(names) > 1):  # ends of lines, which are there already
             continue
         for k, name in enumerate(names or [""]):
-            said = _at_ends(*network.ends_of(k)) if of == "cable" and len(names) > 1 else {}
-            what = said.get(variable.name, variable.attrs["long_name"])
+            what = QUANTITIES[variable.name].at_ends if of == "cable" and len(names) > 1 else ""
+            if what:
+                what = what.format(**dict(zip(("low", "high"), network.ends_of(k), strict=True)))
+            what = what or variable.attrs["long_name"]
             row = _static_row(what, variable.values[k] if names else variable.values, variable.attrs["units"])
             rows.append(((_OF.index(of), k), _said(name if len(names) > 1 else "", row)))
     if any(len(names_of(record, of)) > 1 for of in _OF):
@@ -92,16 +95,6 @@ def static_rows(record, scene) -> list[tuple[str, str, str]]:
         position = record.joint_position.sel(joint=joint)
         rows.append(_static_row(f"{joint}: position of the joint", position.values, "m"))
     return rows
-
-
-def _at_ends(low, high):
-    """What quantities of a cable are, with the names of its ends."""
-    return {
-        "tension_top": f"tension at {high}, |T_bnd|",
-        "tension_anchor": f"tension at {low}, T_h(0)",
-        "anchor_force": f"force that holds it at {low}",
-        "end_tension": f"force that holds it at {high}, T_bnd",
-    }
 
 
 def _static_row(what, values, unit):
@@ -122,11 +115,11 @@ def _of_line(record, low, high):
         _range(f"force at {low}", force, *force_unit(force)),
         _range(f"uplift at {low}", uplift, *force_unit(force)),
     ]
-    if "length_on_bed" in record:
-        rows.append(_range("length on the sea bed", record.length_on_bed, "m"))
-        if np.isfinite(record.touchdown).any():
-            rows.append(_range("x of the touchdown", record.touchdown.sel(xyz="x").dropna("time"), "m"))
-    return rows
+    least, largest = minimum(record, "cable_tension").min(), maximum(record, "cable_tension")
+    least = 0.0 if -ROUNDING * largest.max() < least < 0 else least
+    rows.append(_range("tension of its elements", [least, largest.max()], *force_unit([least, largest.max()])))
+    rows.append(("s of the largest", f"{float(record.s_cell[largest.argmax()]):.4g}", "m"))
+    return rows + _declared(record, "cable")
 
 
 def _of_buoy(record):
@@ -134,7 +127,22 @@ def _of_buoy(record):
     rows = [_range(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
     if "surface_elevation" in record:
         rows.append(_range("z of C over the water", record.buoy_position.sel(xyz="z") - record.surface_elevation, "m"))
-    return [*rows, _range("cone angle", record.cone_angle, "deg")]
+    return rows + _declared(record, "buoy")
+
+
+def _declared(record, kind):
+    """Ranges of what is declared to be in the table of a run."""
+    rows = []
+    for quantity in over("time").values():
+        if not quantity.summary or quantity.kind != kind or quantity.name not in record:
+            continue
+        values = record[quantity.name]
+        values = (values.sel(xyz=quantity.component) if quantity.component else values).dropna("time")
+        if values.size:
+            force = quantity.unit == "N"
+            unit, factor = force_unit(values) if force else (quantity.unit.replace("degree", "deg"), 1.0)
+            rows.append(_range(quantity.summary, values, unit, factor))
+    return rows
 
 
 def remaining_amplitude(period, scene) -> float:
@@ -146,6 +154,9 @@ def remaining_amplitude(period, scene) -> float:
     factor = make_scheme(time.scheme, time.spectral_radius).amplification(2 * math.pi / period, time.step)
     return float(abs(factor) ** (time.end / time.step))
 
+
+#: Part of the largest tension below which a negative one is rounding, of a slack element.
+ROUNDING = 1e-6
 
 #: Elements of a cable up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).
 SHARING_SLOWER_TO = 1_000_000
@@ -164,28 +175,21 @@ def sharing_note(scene, ranks: int) -> str | None:
 
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
-    found = _of_lines(_left, record, scene) + _short_peaks(record, scene.network)
-    found += _out_of_water(record, scene) + states_of(record, scene)
+    found = _of_lines(_left, record, scene) + _of_snaps(record, scene)
+    found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
-    if record.attrs.get("failed_steps"):
-        words, share = (
-            f"{record.attrs['failed_steps']} steps failed and were retried with smaller ones",
-            cut(record, scene),
-        )
-        doubt = f", in {100 * share:.3g} % of the run: see whether its numbers stay with a smaller time.step"
-        found.append(f"{words}{doubt if share > OFTEN else ''}.")
+    return found + retried.said(record, scene)
+
+
+def _of_snaps(record, scene):
+    """Sentences about peaks of few steps, and lines that do not damp their pulses."""
+    network, found = scene.network, []
+    for k, part in enumerate(parts_of(record, "cable")):
+        sections = [piece.section for piece in network.pieces if piece.cable == k]
+        sentences = snaps.short_peaks(part.record, *_ends(network, k)) + snaps.undamped(part.record, scene, sections)
+        found += [f"{part.label}: {sentence}" if part.label else sentence for sentence in sentences]
     return found
-
-
-def cut(record, scene) -> float:
-    """Part of the steps of a run that could not be taken as they were; with a tolerance, of those that failed."""
-    steps, failed = record.sizes["time"] - 1, record.attrs.get("failed_steps", 0)
-    if not failed or not steps or scene.time.tolerance is not None:
-        return min(failed / max(steps, 1), 1.0)
-    step = scene.time.step
-    numbers = np.ceil(record.time.values[1:] / step - 1e-6)
-    return len(np.unique(numbers[record.time_step.values[1:] < (1 - 1e-6) * step])) / len(np.unique(numbers))
 
 
 def static_warnings(record, scene) -> list[str]:
@@ -195,7 +199,7 @@ def static_warnings(record, scene) -> list[str]:
         _of_lines(_left, at_once, scene)
         + _of_lines(_slack, record, scene)
         + [
-            *_out_of_water(record, scene),
+            *_surfaced_bodies(record, scene),
             *states_of(record, scene),
         ]
     )
@@ -214,44 +218,11 @@ def _of_lines(say, record, scene):
 def _left(record, scene, section, length):
     """Sentences about a cable of this length; section: of its first segment."""
     found = _compressed(record) + _unresolved_fold(record, section)
-    lowest = float(record.cable_position.sel(xyz="z").min())
+    lowest = float(minimum(record, "cable_position")[..., 2].min())
     if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * length:
         depth = -scene.sea.depth - lowest
         found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
-    return found + _rising(record, scene, section, length) + warnings_of(record, section.fails_at is not None)
-
-
-#: Steps above half its height that a peak needs: a snap on 6 was 6 % too low, on 3 it was 18 to 37 %.
-STEPS_OF_A_PEAK = 6
-
-
-def _short_peaks(record, network):
-    """Largest tensions that rest on a few steps: smaller ones may find larger."""
-    found = []
-    for k, part in enumerate(parts_of(record, "cable")):
-        forces = np.linalg.norm(part.record.anchor_force, axis=-1), part.record.tension_top.values
-        for end, force in zip(_ends(network, k), forces, strict=True):
-            steps = steps_of_peak(force)
-            if steps < STEPS_OF_A_PEAK:
-                unit, factor = force_unit(force)
-                when = float(part.record.time[force.argmax()])
-                said = f"The largest tension at {end}, {factor * force.max():.4g} {unit} at {when:.5g} s, rests on "
-                said += f"{steps} step{'s' if steps > 1 else ''}: a snap, of which smaller steps may show more."
-                found.append(f"{part.label}: {said}" if part.label else said)
-    return found
-
-
-def steps_of_peak(force) -> float:
-    """Steps in a row about the largest force that are above the middle of it and the median; inf if it hardly rises."""
-    force = np.asarray(force)
-    largest, usual = force.max(), np.median(force)
-    if largest - usual <= 0.1 * largest:
-        return math.inf
-    below = np.flatnonzero(force <= (largest + usual) / 2) - force.argmax()
-    before, after = below[below < 0], below[below > 0]
-    if not len(before) or not len(after):
-        return math.inf
-    return int(after[0] - before[-1] - 1)
+    return found + _surfaced(record, scene, section, length) + warnings_of(record, section.fails_at is not None)
 
 
 def _slack(record, _scene, section, _length):
@@ -264,39 +235,37 @@ def _slack(record, _scene, section, _length):
     ]
 
 
-def _rising(record, scene, section, length):
-    """A line lighter than water that rises out of it by a hundredth of its length: its buoyancy knows no surface."""
-    if scene.sea is None or weight_per_length(scene, section) >= 0:
-        return []
-    highest = float(record.cable_position.sel(xyz="z").max()) - crest_height(scene)
-    if highest <= 0.01 * length:
-        return []
-    return [
-        f"The cable is lighter than water and rose up to {highest:.3g} m above it, which its buoyancy does not know of."
-    ]
+#: Part of its length by which a cable may rise above the highest crest without a word.
+ABOVE = 0.01
+#: What is said of what is above the water in a run whose equations have no surface.
+UNSEEN = "where buoyancy and all forces of the water went on: give sea.dry_above = true."
 
 
-def _out_of_water(record, scene):
-    """Floats that rise above the highest crest: their buoyancy does not know of the surface."""
-    found = []
-    for name, body in scene.network.bodies.items() if scene.sea else ():
-        highest = float(record.joint_position.sel(joint=name, xyz="z").max()) - crest_height(scene)
-        if highest > 0 and body.mass < scene.sea.density * body.volume:
-            found.append(
-                f"{name}: The float rose up to {highest:.3g} m above the water, which a body at a joint does not know "
-                "of: what floats at the surface is a [[buoy]]."
-            )
-    return found
+def _surfaced(record, scene, _section, length):
+    """A cable above the highest crest in equations that know no surface, by a part of its length."""
+    if scene.sea is None or called_by(scene, "line_wet"):
+        return []
+    highest = float(maximum(record, "cable_position")[..., 2].max()) - crest_height(scene)
+    return [f"The cable rose up to {highest:.3g} m above the water, {UNSEEN}"] if highest > ABOVE * length else []
+
+
+def _surfaced_bodies(record, scene):
+    """Floats and clumps above the highest crest in equations that know no surface."""
+    if scene.sea is None or called_by(scene, "joint_wet"):
+        return []
+    bodies = {name: record.joint_position.sel(joint=name, xyz="z") for name in scene.network.bodies}
+    highest = {name: float(z.max()) - crest_height(scene) for name, z in bodies.items()}
+    return [f"{name}: It rose up to {z:.3g} m above the water, {UNSEEN}" for name, z in highest.items() if z > 0]
 
 
 def _compressed(record):
     """What was pushed, where and how much; rounding is not counted."""
-    tension = np.atleast_2d(record.cable_tension.values)
-    smallest = min(float(tension.min()), float(record.tension_anchor.min()))
-    largest = max(float(np.abs(tension).max()), float(record.tension_top.max()))
-    if smallest >= -1e-6 * largest:
+    least = minimum(record, "cable_tension")
+    smallest = min(float(least.min()), float(record.tension_anchor.min()))
+    largest = max(-smallest, float(maximum(record, "cable_tension").max()), float(record.tension_top.max()))
+    if smallest >= -ROUNDING * largest:
         return []
-    pressed = (tension < -1e-6 * largest).any(axis=0)
+    pressed = least < -ROUNDING * largest
     where = _places(record, pressed) if pressed.any() else "the element at the anchor"
     when = "was compressed at times" if "time" in record.dims else "is compressed in this equilibrium"
     return [

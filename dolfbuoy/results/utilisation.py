@@ -1,5 +1,7 @@
 """How near lines come to breaking: the largest tension of a segment over the breaking load of its material."""
 
+import math
+
 import numpy as np
 from mpi4py import MPI
 
@@ -31,7 +33,7 @@ class Utilisation:
         self._dofs = np.concatenate([np.zeros(0, dtype=int), *dofs])
         self._firsts = np.cumsum([0, *map(len, dofs)])[:-1]
         self._ends = None
-        if lines.T_dofs.shape[1] == 1:
+        if any(problem.network.pieces[k].section.tension_degree == 0 for k in numbers):
             self._ends = _Ends(problem, numbers, cells)
 
     def note(self):
@@ -47,12 +49,15 @@ class Utilisation:
 
 
 class _Ends:
-    """Tensions of degree 0 at both ends of pieces, from the two elements that are next to each."""
+    """Tensions of degree 0 at both ends of pieces, from the two elements that are next to each; -inf of others."""
 
     def __init__(self, problem, numbers, cells):
         self.comm, lines = problem.comm, problem.lines
         self._size, self._weight, entries = 2 * len(numbers), np.zeros(2 * len(numbers)), []
         for i, (k, mine) in enumerate(zip(numbers, cells, strict=True)):
+            if problem.network.pieces[k].section.tension_degree:
+                self._weight[2 * i : 2 * i + 2] = -np.inf
+                continue
             own = _outermost(lines, mine)
             every = sorted({place for places in self.comm.allgather(list(own)) for place in places})
             for end, ((s, size), (other, _)) in enumerate((every[:2] * 2)[:2] for every in (every, every[::-1])):
@@ -91,6 +96,18 @@ def warnings_of(record, parts: bool) -> list[str]:
         return []
     kept = "" if parts else "; here it does not part, see cable.fails_at"
     return [f"The tension of the cable is above its breaking load: {', '.join(above)}{kept}."]
+
+
+def never_parted(scene) -> list[str]:
+    """A sentence about each cable that parts at a time only, and that after the end of the run."""
+    network, end = scene.network, scene.time.end if scene.time else math.inf
+    rules = [(piece.cable, piece.section.fails_at) for piece in network.pieces if piece.section.fails_at]
+    late = {(cable, rule.time) for cable, rule in rules if rule.time is not None and rule.time > end}
+    return [
+        f"{network.key_of(cable)}.fails_at.time = {time:g}: is after the end of the run at {end:g} s, so that nothing "
+        "parts; give an earlier time or a later time.end."
+        for cable, time in sorted(late)
+    ]
 
 
 def _largest(record):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from .initial import Initial
+from .initial import BuoyStart
 from .quantities import (
     AddedMass,
     Angle,
@@ -96,7 +96,7 @@ class Buoy(Section):
     name: Name | None = key("name of the buoy; several need one each", default=None)
     wind: Wind | None = None
     external_force: ExternalForce | None = None
-    initial: Initial | None = None
+    initial: BuoyStart | None = None
 
     @model_validator(mode="after")
     def _consistent(self):

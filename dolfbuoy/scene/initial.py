@@ -10,17 +10,28 @@ from .section import Section, key
 Corners = Annotated[list[Vector], Field(max_length=40_000)]
 
 
-class Initial(Section):
+class BuoyStart(Section):
+    """Pose and velocity of a buoy at t = 0."""
+
+    buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
+    buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
+    buoy_velocity: VelocityVector | None = key("velocity of C; absent: at rest", "m/s", default=None)
+    buoy_angular_velocity: VelocityVector | None = key("in the world frame; absent: at rest", "rad/s", default=None)
+
+    @model_validator(mode="after")
+    def _turned(self):
+        if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
+            raise Wrong("buoy_orientation", self.buoy_orientation, "must not be the zero quaternion")
+        return self
+
+
+class Initial(BuoyStart):
     """How a run starts."""
 
     kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
     points: Corners | dict[Name, Corners] | None = key(
         "corners of the start or of a first guess, from the anchor up; of several by name", "m", default=None
     )
-    buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
-    buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
-    buoy_velocity: VelocityVector | None = key("velocity of C; absent: at rest", "m/s", default=None)
-    buoy_angular_velocity: VelocityVector | None = key("in the world frame; absent: at rest", "rad/s", default=None)
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -31,6 +42,4 @@ class Initial(Section):
         for points in self.points.values() if isinstance(self.points, dict) else [self.points]:
             if points is not None and len(points) < 2:
                 raise Wrong("points", points, "must be at least two points")
-        if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
-            raise Wrong("buoy_orientation", self.buoy_orientation, "must not be the zero quaternion")
         return self

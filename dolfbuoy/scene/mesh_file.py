@@ -86,6 +86,13 @@ def _check_xdmf(path):
             raise ValueError(f"must hold its numbers as text or in an HDF5 file, not as Format {kind!r}")
 
 
+def check_netcdf(path):
+    """As `check_hdf5`, of a netCDF file, which may be of an older format: those know no links."""
+    with path.open("rb") as file:
+        if file.read(4) == b"\x89HDF":
+            check_hdf5(path)
+
+
 def check_hdf5(path):
     """Raises ValueError if one of its links, or the numbers of a data set, are in another file."""
     import h5py

@@ -3,6 +3,7 @@
 A scene with one [cable] and at most one [buoy] is a network too: one piece from its anchor to its top.
 """
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -245,15 +246,23 @@ def sections_of(line, materials, key: str) -> list[Cable]:
 
     key: of the cable, for messages.  Raises Wrong or Missing.
     """
-    own = _material(line, materials, key) | _given(line, (*PHYSICAL, *SHARED))
+    own = _over(_material(line, materials, key), _given(line, (*PHYSICAL, *SHARED)))
     if line.segments is None:
         return [_section(own | _given(line, SIZE), key)]
     found = []
     for k, segment in enumerate(line.segments):
         place = f"{key}.segments.{k}"
-        keys = own | _material(segment, materials, place) | _given(segment, (*SIZE, *PHYSICAL))
+        keys = _over(own, _material(segment, materials, place))
+        keys = _over(keys, _given(segment, (*SIZE, *PHYSICAL)))
         found.append(_section(keys, place))
     return found
+
+
+def _over(keys, nearer):
+    """Keys, and before them nearer ones; what these make inextensible has no strain that could be damped."""
+    if math.isinf(nearer.get("axial_stiffness", 0.0)) and "damping" not in nearer:
+        keys = {name: value for name, value in keys.items() if name != "damping"}
+    return keys | nearer
 
 
 def _given(section, names):

@@ -42,6 +42,10 @@ class Sea(Section):
 
     depth: Length = key("depth of the water; the sea bed is at z = -depth", "m")
     density: Density = key("density of the water", "kg/m^3", default=1025.0)
+    dry_above: bool | None = key(
+        "whether lines and bodies at joints are dry above the surface; absent: if one of them may get there",
+        default=None,
+    )
 
 
 class Current(Section):
@@ -67,6 +71,8 @@ class Current(Section):
 
 DEFAULT_RADIUS = 0.8
 MOST_STEPS = 1e9
+#: Time schemes, and their names in a sentence; what they do is in motion/schemes.py.
+SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alpha": "generalized-alpha"}
 
 
 class Time(Section):
@@ -74,7 +80,7 @@ class Time(Section):
 
     end: Duration = key("end of the run", "s")
     step: Step = key("size of the steps; of the first one if steps adapt", "s")
-    scheme: Literal["backward-euler", "bdf2", "generalized-alpha"] = key("time scheme", default="backward-euler")
+    scheme: Literal[tuple(SCHEMES)] = key("time scheme", default="backward-euler")
     spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key("of generalized-alpha", "1", default=DEFAULT_RADIUS)
     tolerance: Tolerance | None = key("relative error for which steps adapt; absent: equal steps", "1", default=None)
     min_step: Step | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)

@@ -8,7 +8,7 @@ from ..meshes import number_of_cells
 from . import Scene, load_scene
 from .everywhere import keys_of_lines
 from .quantities import number_of
-from .sections import Solver
+from .sections import SCHEMES, Solver
 
 #: Newton's tolerance of a scene that gives none.
 NEWTON = Solver().step_tolerance
@@ -46,10 +46,6 @@ class Stepping:
     def __str__(self):
         size = f"dt {self.step:.4g} s" if self.tolerance is None else f"tolerance {self.tolerance:.2g}"
         return f"{SCHEMES[self.scheme]}, {size}" + (f", Newton {self.newton:.2g}" if self.newton != NEWTON else "")
-
-
-#: Time schemes, and their names in a sentence.
-SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alpha": "generalized-alpha"}
 
 
 def space_of(scene: Scene) -> Space:

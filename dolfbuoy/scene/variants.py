@@ -171,3 +171,8 @@ def check_known(scene: Scene, key: str) -> None:
     except InputError as error:
         if any(words in str(error) for words in (UNKNOWN, NO_SECTION, NO_TABLE)):
             raise InputError(f"--vary {key}: {error}") from None
+
+
+def in_words(changes: dict) -> str:
+    """The changes of a case: "key = value, ..."."""
+    return ", ".join(f"{key} = {value}" for key, value in changes.items())

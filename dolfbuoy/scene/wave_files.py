@@ -7,7 +7,7 @@ their numbers: it is complete without them.
 import os.path
 from pathlib import Path
 
-from .mesh_file import Named, check_hdf5, inside
+from .mesh_file import Named, check_netcdf, inside
 from .quantities import number_of
 
 FORMULAS = ("jonswap", "pierson-moskowitz")
@@ -92,9 +92,7 @@ def _directional(path):
 
     from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
 
-    with path.open("rb") as file:
-        if file.read(4) == b"\x89HDF":
-            check_hdf5(path)
+    check_netcdf(path)
     try:
         with xr.open_dataset(path, engine="netcdf4") as data:
             efth = data["efth"].squeeze()

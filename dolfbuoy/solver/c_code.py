@@ -1,74 +1,73 @@
-"""C of our own, compiled once per machine with cffi as FFCx does it with its forms, and kept beside them."""
+"""The core in C, compiled once per machine as FFCx does it with its forms, and kept beside them."""
 
 import hashlib
-import os
 import sysconfig
+from collections.abc import Callable
 from functools import cache
-from tempfile import TemporaryDirectory
+from pathlib import Path
+from types import ModuleType
 
 import cffi
 import numpy as np
+import petsc4py
 from _cffi_backend import FFI
+from petsc4py import PETSc
 
-from ..errors import InputError
-from . import compat, jit
+from ..core import build
+from . import compat, instructions, jit
 
 ALIGNED = 8  #: doubles of the largest vector
 
-#: In front of a source whose sums are those of NumPy to the last bit: no fused multiply-add.
-EVERY_PRODUCT_ROUNDED = """
-#ifdef __clang__
-#pragma STDC FP_CONTRACT OFF
-#else
-#pragma GCC optimize("fp-contract=off")
-#endif
-"""
-
 
 @cache
-def module(name, declarations, source, key=None, options=(), libraries=()):
-    """The compiled module (`.lib`, `.ffi`), from the cache of compiled forms or built into it.
+def core() -> ModuleType:
+    """The compiled core (`.lib`, `.ffi`), from the cache of compiled forms or built into it.
 
-    declarations: of what Python sees, as cffi wants them; they stand in front of the source too.  source: or a function
-    that makes it, if a `key` stands for it.  options, libraries: more of them for compiler and linker.  Raises
-    InputError where there is no C compiler, PermissionError for a cache that cannot be written.
+    Raises InputError where there is no C compiler, PermissionError for a cache that cannot be written.
     """
-    options = (*jit.COMPILER, *options)
-    key = repr((declarations, key or source, options, libraries, cffi.__version__, sysconfig.get_config_var("SOABI")))
-    name = f"dolfbuoy_{name}_{hashlib.sha1(key.encode()).hexdigest()[:16]}"
-    path = compat.jit_cache() / (name + sysconfig.get_config_var("EXT_SUFFIX"))
+    config, chosen = petsc4py.get_config(), instructions.best().options
+    int_bytes = np.dtype(PETSc.IntType).itemsize
+    petsc = build.Petsc(config["PETSC_DIR"], config.get("PETSC_ARCH") or "", int_bytes, PETSc.Sys.getVersion(), "")
+    texts = [file.read_text() for file in sorted(build.FOLDER.iterdir()) if file.suffix in (".c", ".h", ".py")]
+    key = petsc, chosen, compat.KERNEL_TAKES_DATA, texts, cffi.__version__
+    petsc = petsc._replace(module=PETSc.__file__)
+    path = kept("core", key, lambda path: build.core(path, chosen, compat.KERNEL_TAKES_DATA, petsc))
+    return jit.load(path.name.split(".")[0], path.parent)
+
+
+def kept(name: str, key: object, make: Callable[[Path], object]) -> Path:
+    """A file of the cache of compiled forms that `make` makes, by one process at a time, unless it is there.
+
+    key: all that its contents depend on but the sanitizers.
+    """
+    suffix = sysconfig.get_config_var("EXT_SUFFIX")
+    digest = hashlib.sha1(repr((key, build.sanitized(), suffix)).encode()).hexdigest()[:16]
+    path = compat.jit_cache() / f"dolfbuoy_{name}_{digest}{suffix}"
     if not path.exists():
-        with jit.alone(compat.jit_cache()):
+        with jit.alone(compat.jit_cache(), path.name):
             if not path.exists():  # still
-                text = declarations + (source() if callable(source) else source)
-                _build(name, declarations, text, path, extra_compile_args=list(options), libraries=list(libraries))
-    return jit.load(name, path.parent)
+                make(path)
+    return path
 
 
-def _build(name, declarations, source, path, **options):
-    """Compile apart and move into place, so that other processes see all of it or nothing."""
-    builder = cffi.FFI()
-    builder.cdef(declarations)
-    builder.set_source(name, source, **options)
-    try:
-        with TemporaryDirectory(dir=path.parent) as folder, jit.quiet_compiler():
-            os.replace(builder.compile(tmpdir=folder), path)
-    except cffi.VerificationError as error:
-        raise InputError(f"C code cannot be compiled, dolfbuoy needs a C compiler: {error}.") from None
-    except PermissionError as error:
-        raise PermissionError(error.errno, error.strerror, str(path)) from None
+def check(error: int) -> None:
+    """Raise PETSc.Error for an error code that a function of PETSc has returned."""
+    if error:
+        raise PETSc.Error(error)
 
 
-def aligned(size):
+def aligned(size: int) -> np.ndarray:
     """Zeros that begin where vectors of `ALIGNED` doubles may."""
     array = np.zeros(size + ALIGNED)
     first = -array.ctypes.data // 8 % ALIGNED
     return array[first : first + size]
 
 
-def address(array):
-    """Of integers or doubles, for C; whoever asks for it keeps the array alive."""
-    return _ffi.cast("int *" if array.dtype == np.int32 else "double *", array.ctypes.data)
+def address(array: np.ndarray):
+    """Pointer to an array of integers, doubles or bools, for C; the caller keeps the array alive."""
+    return _ffi.cast(_POINTERS[array.dtype.char], array.ctypes.data)
 
 
+_KINDS = (np.int32, "int"), (np.int64, "int64_t"), (np.float64, "double"), (np.bool_, "bool")
+_POINTERS = {np.dtype(kind).char: f"{name} *" for kind, name in _KINDS}
 _ffi = FFI()  # that of compiled modules: cffi's own makes itself a parser of C, a twentieth of a start

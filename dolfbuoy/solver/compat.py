@@ -92,13 +92,6 @@ def interval_mesh(comm, *pieces):
     return dmesh.create_mesh(comm, cells, x=nodes, e=basix.ufl.element("Lagrange", "interval", 1, shape=(1,)))
 
 
-def point_in_space():
-    """A symbolic point (x, y, z) of UFL, on no mesh at all."""
-    if LEGACY:
-        return ufl.SpatialCoordinate(ufl.Mesh(ufl.VectorElement("Lagrange", ufl.Cell("tetrahedron"), 1)))
-    return ufl.SpatialCoordinate(ufl.Mesh(basix.ufl.element("Lagrange", "tetrahedron", 1, shape=(3,))))
-
-
 def element(mesh, family, degree, size=1):
     """Element of `size` components on an interval mesh."""
     if LEGACY:
@@ -181,7 +174,6 @@ def scatter_forward(function):
 pack_constants = _cpp.fem.pack_constants
 pack_coefficients = _cpp.fem.pack_coefficients
 assemble_vector = _cpp.fem.assemble_vector
-assemble_matrix = _cpp.fem.petsc.assemble_matrix
 
 
 @dataclass

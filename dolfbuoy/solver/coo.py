@@ -1,28 +1,19 @@
-"""PETSc matrices from (row, column, value) triples, also where petsc4py does not know these functions of PETSc."""
-
-import ctypes
+"""PETSc matrices from (row, column, value) triples: through the core, for petsc4py of Debian 12 cannot."""
 
 import numpy as np
 from petsc4py import PETSc
 
-from . import petsc_library
+from .c_code import address, check, core
 
 
-def preallocate(A, rows, columns):
+def preallocate(A: PETSc.Mat, rows: np.ndarray, columns: np.ndarray) -> None:
     """Fix the nonzero pattern of a matrix by global (row, column) pairs; negative ones are left out."""
     rows, columns = (np.array(a, dtype=PETSc.IntType) for a in (rows, columns))  # PETSc may change them
-    if hasattr(A, "setPreallocationCOO"):
-        A.setPreallocationCOO(rows, columns)
-    else:
-        places = (ctypes.c_void_p(a.ctypes.data) for a in (rows, columns))
-        count = ctypes.c_ssize_t(len(rows))
-        petsc_library.call("MatSetPreallocationCOO", ctypes.c_void_p(A.handle), count, *places)
+    places = (core().ffi.cast("PetscInt *", a.ctypes.data) for a in (rows, columns))
+    check(core().lib.MatSetPreallocationCOO(core().ffi.cast("Mat", A.handle), len(rows), *places))
 
 
-def set_values(A, values):
+def set_values(A: PETSc.Mat, values: np.ndarray) -> None:
     """Set the matrix to the sums of `values`, one for each pair of `preallocate`."""
-    if hasattr(A, "setValuesCOO"):
-        A.setValuesCOO(values, addv=PETSc.InsertMode.INSERT_VALUES)
-    else:
-        pointer, mode = ctypes.c_void_p(values.ctypes.data), ctypes.c_int(PETSc.InsertMode.INSERT_VALUES)
-        petsc_library.call("MatSetValuesCOO", ctypes.c_void_p(A.handle), pointer, mode)
+    insert = int(PETSc.InsertMode.INSERT_VALUES)
+    check(core().lib.MatSetValuesCOO(core().ffi.cast("Mat", A.handle), address(values), insert))

@@ -1,9 +1,8 @@
-"""The loops in C and the direct solver alone: the floor of a Newton iteration; dolfinx's assemblers, to check them by.
+"""The loops in C and the direct solver alone: the floor of a Newton iteration.
 
 Beside it what a form costs wherever it is compiled: its operations.
 """
 
-import numpy as np
 from petsc4py import PETSc
 from ufl.algorithms import expand_derivatives
 from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
@@ -25,33 +24,6 @@ def back_to_back(newton):
                 system.add_residuals()
 
     return floor
-
-
-class Assemblers:
-    """dolfinx's assemblers of a System's forms, in its present state: into `b`, and into `A` with its pattern."""
-
-    def __init__(self, system):
-        self.b, self.A = np.zeros(system.size), system.A.duplicate()
-        self.A.setLGMap(system.numbering.lgmap, system.numbering.lgmap)
-        for c in (*system.residuals, *system.jacobians):
-            c.prepare()
-        self._residuals = system.residuals
-        self._jacobians = [(c, self.A.getLocalSubMatrix(*map(_numbers, c.sides))) for c in system.jacobians]
-
-    def residuals(self):
-        """Add all residuals."""
-        for c in self._residuals:
-            c.add_to_vector(self.b)
-
-    def jacobians(self):
-        """Add all Jacobians; PETSc has to assemble A afterwards."""
-        for c, block in self._jacobians:
-            c.add_to_matrix(block)
-
-
-def _numbers(part):
-    numbers = np.arange(part.slice.start, part.slice.stop, dtype=PETSc.IntType)
-    return PETSc.IS().createGeneral(numbers, comm=PETSc.COMM_SELF)
 
 
 def direct_solver(newton):

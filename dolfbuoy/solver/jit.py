@@ -1,4 +1,4 @@
-"""How forms are compiled: once per machine, by one process at a time, without a word.
+"""How forms are compiled: once per machine, each by one process, without a word.
 
 Knows no dolfinx; `compat` puts `one_at_a_time` around its compiler.
 """
@@ -10,6 +10,7 @@ import logging
 import os
 import re
 import sysconfig
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,16 +34,18 @@ def quiet_compiler() -> Iterator[None]:
 
 
 @contextmanager
-def alone(folder: Path) -> Iterator[bool]:
-    """No other process compiles into the cache `folder` meanwhile (yields True), if its file system can promise that.
+def alone(folder: Path, name: str = "") -> Iterator[bool]:
+    """No other process compiles `name` into the cache `folder` meanwhile (yields True), if its file system can promise
+    that; other names are compiled at the same time.
 
-    The lock ends with the process that holds it.  Nothing collective may happen inside: other ranks may want it too.
+    The lock, a byte of one file, ends with the process that holds it.  Nothing collective may happen inside: other
+    ranks may want it too.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    handle = os.open(folder, os.O_RDONLY)
+    handle = os.open(folder / "dolfbuoy.lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     try:
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX)
+            fcntl.lockf(handle, fcntl.LOCK_EX, 1, zlib.crc32(name.encode()))
             locked = True
         except OSError:  # some network file systems
             locked = False
@@ -52,12 +55,13 @@ def alone(folder: Path) -> Iterator[bool]:
 
 
 def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> Callable:
-    """dolfinx's compiler of one process, for one process at a time; what is compiled already waits for none.
+    """dolfinx's compiler of one process, each form by one process only; what is compiled already waits for none.
 
     name: of its argument with the options.  cache: says in which folder it keeps what it has compiled.
 
     FFCx claims a form by creating its C file, and who finds that file waits for the result: in vain, if the process
-    was killed meanwhile.  While this process alone compiles, a claim without a result is a leftover; it is removed.
+    was killed meanwhile.  While this process alone compiles the form, a claim without a result is a leftover; it is
+    removed.
     """
 
     @functools.wraps(local_jit)
@@ -65,9 +69,9 @@ def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> 
         try:
             with _looking_at_once():
                 return local_jit(*arguments, **options)
-        except _NotCompiledError:
-            pass
-        with alone(cache()) as locked:
+        except _NotCompiledError as missing:
+            module = str(missing)
+        with alone(cache(), module) as locked:
             options[name] = {**(options.get(name) or {}), "timeout": 2 if locked else 600}
             try:
                 return local_jit(*arguments, **options)
@@ -82,7 +86,7 @@ def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> 
 
 
 class _NotCompiledError(Exception):
-    """A form is not in the cache."""
+    """A form, the name of its module, is not in the cache."""
 
 
 @contextmanager
@@ -100,7 +104,7 @@ def _cached_module(module_name, object_names, cache_dir, timeout):
     """As FFCx's function of that name.  Raises _NotCompiledError."""
     cache = Path(cache_dir)
     if not (cache / f"{module_name}.c.cached").exists():
-        raise _NotCompiledError
+        raise _NotCompiledError(module_name)
     module = load(module_name, cache)
     return [getattr(module.lib, name) for name in object_names], module
 

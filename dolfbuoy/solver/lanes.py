@@ -2,15 +2,23 @@
 
 FFCx writes kernels for one cell, of which compilers make hardly any but scalar instructions.  Their text says the same
 of several cells if `double` is a vector of GNU C; tables of basis functions stay numbers.  What has to be put in other
-words: initial values, choices, and the functions of <math.h>.  A kernel with anything else stays as it is.
+words: initial values, choices, and the functions of <math.h>.  A kernel with anything else stays as it is; so does one
+whose numbers are others than those of the kernel for one cell, which is seen once, when it is compiled.
 """
 
 import ctypes
+import logging
+import os
 import platform
 import re
 from functools import cache, partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
+import numpy as np
+
+from ..core import build
 from . import c_code, compat, instructions
 
 #: Functions that kernels may call.
@@ -18,122 +26,116 @@ FUNCTIONS = ["sqrt", "fabs", "exp", "log", "cos", "sin", "tan", "acos", "asin", 
 FUNCTIONS += ["atan2", "pow", "jn", "fmin", "fmax"]
 
 #: x/y may be x times the reciprocal of y, and -0 is 0: results agree with those of single cells to rounding.
-OPTIONS = ("-freciprocal-math", "-fno-signed-zeros", "-Wno-psabi")
-LIBRARIES = ("mvec", "m") if platform.machine() == "x86_64" else ("m",)
+OPTIONS = ("-freciprocal-math", "-fno-signed-zeros", "-Wno-psabi", "-fno-sanitize=undefined")
+LIBRARIES = ("-lmvec", "-lm") if platform.machine() == "x86_64" else ("-lm",)
+ACCURACY = 1e-12  #: of a tensor, relative to its largest entry
 
-_DECLARATIONS = """
-extern const int lanes;
-void several(double *A, const double *w, const double *c, const double *x);
-"""
-
-_VECTORS = """
-typedef double real __attribute__((vector_size(8 * LANES)));
-typedef int64_t choice __attribute__((vector_size(8 * LANES)));
-#define INLINE static inline __attribute__((always_inline))
-#define V(x) ((real){0} + (x))          /* of a vector or a number */
-
-INLINE real pick(choice c, real a, real b) { return (real)((c & (choice)a) | (~c & (choice)b)); }
-INLINE real smaller(real a, real b) { return pick(a < b, a, b); }
-INLINE real larger(real a, real b) { return pick(a > b, a, b); }
-
-#define EACH(name) INLINE real v_##name(real x) \\
-    { real y; for (int k = 0; k < LANES; ++k) y[k] = name(x[k]); return y; }
-#define EACH_OF_TWO(name) INLINE real each_##name(real a, real b) \\
-    { real y; for (int k = 0; k < LANES; ++k) y[k] = name(a[k], b[k]); return y; }
-EACH(sqrt) EACH(fabs) EACH(tan) EACH(asin) EACH(atan) EACH(cosh) EACH(sinh) EACH(tanh) EACH(erf) EACH_OF_TWO(atan2)
-INLINE real v_jn(int n, real x) { real y; for (int k = 0; k < LANES; ++k) y[k] = jn(n, x[k]); return y; }
-
-#if defined(__x86_64__) && defined(__GLIBC__) && __GLIBC_PREREQ(2, 35)  /* to 4 units in the last place */
-#if LANES == 8
-#define GLIBC(kind, name) _ZGVeN8##kind##_##name
-#elif LANES == 4
-#define GLIBC(kind, name) _ZGVdN4##kind##_##name
-#else
-#define GLIBC(kind, name) _ZGVbN2##kind##_##name
-#endif
-#define VECTOR(name) real GLIBC(v, name)(real); INLINE real v_##name(real x) { return GLIBC(v, name)(x); }
-real GLIBC(vv, pow)(real, real);
-#define each_pow GLIBC(vv, pow)
-#else
-#define VECTOR EACH
-EACH_OF_TWO(pow)
-#endif
-VECTOR(exp) VECTOR(log) VECTOR(cos) VECTOR(sin) VECTOR(acos)
-
-INLINE real real_power(real x, real p) { return each_pow(x, p); }
-INLINE real number_power(real x, double p) { return each_pow(x, V(p)); }
-INLINE real whole_power(real x, int n)
-{
-    real y = V(1);
-    for (int k = 0; k < (n < 0 ? -n : n); ++k)
-        y *= x;
-    return n < 0 ? 1 / y : y;
-}
-#define v_pow(x, p) _Generic((p), int: whole_power, double: number_power, real: real_power)(V(x), p)
-#define v_atan2(y, x) each_atan2(V(y), V(x))
-#define v_fmin(a, b) smaller(V(a), V(b))
-#define v_fmax(a, b) larger(V(a), V(b))
-"""
-
-_SOURCE = """
-#include <math.h>
-#include <stdbool.h>
-#include <stdint.h>
-#define LANES %(lanes)d
-const int lanes = LANES;
-%(vectors)s
-static %(kernel)s
-void several(double *A, const double *w, const double *c, const double *x)
-{
-    %(name)s((void *)A, (const void *)w, (const void *)c, (const void *)x, 0, 0%(data)s);
-}
-"""
+_Function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 7)
 
 
-class _Place(ctypes.Structure):
-    """Dl_info of <dlfcn.h>."""
+class Sizes(NamedTuple):
+    """Numbers of a cell that a kernel writes and reads."""
 
-    _fields_ = [("file", ctypes.c_char_p), ("base", ctypes.c_void_p)]
-    _fields_ += [("symbol", ctypes.c_char_p), ("address", ctypes.c_void_p)]
+    tensor: int
+    coefficients: int
+    constants: int
+    coordinates: int
 
 
-def several(kernel: int):
+def several(kernel: int, sizes: Sizes) -> tuple[int, int] | None:
     """Address of a function that does for several cells what the kernel at an address does for one, and their number.
 
     It takes A, w, c and x of the kernel, each number as a vector, aligned as vectors are.  None where FFCx has not left
-    the text of the kernel.
+    the text of the kernel, or it needs what is not known here, or gives other numbers on this machine.
     """
-    text, name = _place_of(kernel)
-    return _compiled(text, name, instructions.best()) if text.exists() else None
-
-
-def _place_of(kernel):
-    """File with the text of a kernel, beside what FFCx has compiled of it, and its name there."""
-    place = _Place()
-    ctypes.CDLL(None).dladdr(ctypes.c_void_p(kernel), ctypes.byref(place))
-    library = Path(place.file.decode())
-    return library.with_name(library.name.split(".")[0] + ".c"), place.symbol.decode()
+    file, name = build.place_of(kernel)
+    text = Path(file).with_name(Path(file).name.split(".")[0] + ".c")
+    return _compiled(text, name, instructions.best(), kernel, sizes) if text.exists() else None
 
 
 @cache
-def _compiled(text, name, chosen):
-    key = text.stem, name, chosen.name, Path(__file__).read_text()
-    source = partial(_source, text, name, chosen.lanes)
-    module = c_code.module("lanes", _DECLARATIONS, source, key, (*OPTIONS, *chosen.options), LIBRARIES)
-    address = module.ffi.cast("uintptr_t", module.ffi.addressof(module.lib, "several"))
-    return int(address), module.lib.lanes
+def _compiled(text, name, chosen, kernel, sizes):
+    key = text.stem, name, chosen, [file.read_text() for file in (Path(__file__), build.FOLDER / "lanes.c")]
+    path = c_code.kept("lanes", key, partial(_make, text, name, chosen, kernel, sizes))
+    if path.stat().st_size == 0:
+        return None
+    return _address(path), chosen.lanes
 
 
-def _source(text, name, lanes):
-    """C for so many cells, or for one if the kernel needs what is not known here."""
-    text = re.sub(r"//.*", "", text.read_text())
+def _address(path):
+    return ctypes.cast(ctypes.CDLL(path).several, ctypes.c_void_p).value
+
+
+def _make(text, name, chosen, kernel, sizes, path):
+    """Compile a kernel for several cells to `path`; an empty file where that for one cell has to serve."""
+    kernel_text = text_of(text.read_text(), name)
+    with TemporaryDirectory(dir=path.parent) as folder:
+        trial = Path(folder) / path.name
+        if is_known(kernel_text):
+            compile_kernel(trial, in_vectors(kernel_text), name, chosen)
+            apart = difference(_address(trial), chosen.lanes, kernel, sizes)
+            if not apart <= ACCURACY:
+                words = "%s for %d cells at once differs from that for one by %.1e on this machine and is not used."
+                logging.getLogger("dolfbuoy").warning(words, name, chosen.lanes, apart)
+                trial = Path(folder) / "none"  # another file: what was loaded must not shrink
+        if not trial.exists():
+            trial.touch()
+        os.replace(trial, path)
+
+
+def compile_kernel(path: Path, kernel_text: str, name: str, chosen: instructions.Instructions, lanes: int = 0) -> None:
+    """Compile the text of a kernel, for one cell or in vectors, to a shared library with the function `several`."""
+    with TemporaryDirectory(dir=path.parent) as folder:
+        file = Path(folder) / "kernel.h"
+        file.write_text(f"static {kernel_text}")
+        defined = [f'-DKERNEL="{file}"', f"-DNAME={name}", f"-DLANES={lanes or chosen.lanes}"]
+        defined += ["-DKERNEL_TAKES_DATA"] if compat.KERNEL_TAKES_DATA else []
+        unit = build.Unit(build.FOLDER / "lanes.c", [*OPTIONS, *chosen.options, *defined])
+        build.shared_library(path, [unit], LIBRARIES)
+
+
+def text_of(text: str, name: str) -> str:
+    """The function of a name in a C file, without comments."""
+    text = re.sub(r"//.*", "", text)
     begin = text.index(f"void {name}(")
     body = text.index("{", begin) + 1
-    kernel = text[begin : body + _length(text[body:], "{}") + 1] + "\n"
-    arguments = {"name": name, "data": ", 0" if compat.KERNEL_TAKES_DATA else ""}
-    if not is_known(kernel):
-        return _SOURCE % {"lanes": 1, "vectors": "", "kernel": kernel, **arguments}
-    return _SOURCE % {"lanes": lanes, "vectors": _VECTORS, "kernel": in_vectors(kernel), **arguments}
+    return text[begin : body + _length(text[body:], "{}") + 1] + "\n"
+
+
+def difference(function: int, lanes: int, kernel: int, sizes: Sizes) -> float:
+    """Largest difference of a function for several cells from the kernel for one, for random inputs: relative to the
+    largest entry of the tensor; inf if nothing can be compared.
+
+    Cells do not count whose numbers are not finite, or change by a part of `ACCURACY` with the last digits of inputs.
+    """
+    worst, rng = -np.inf, np.random.default_rng(1)
+    for low, high in ((0.5, 1.5), (-1.0, 1.0), (0.1, 0.7), (-4.0, 4.0)):
+        inputs = [rng.uniform(low, high, (size, lanes)) for size in sizes[1:]]
+        moved = [array * (1 + np.finfo(float).eps * rng.choice([-1, 1], array.shape)) for array in inputs]
+        found = _called(function, sizes.tensor, inputs)
+        expected, beside = _by_cells(kernel, sizes.tensor, inputs), _by_cells(kernel, sizes.tensor, moved)
+        scale = np.maximum(np.abs(expected).max(axis=0), np.finfo(float).tiny)
+        with np.errstate(invalid="ignore"):
+            settled = (np.abs(beside - expected) <= 0.1 * ACCURACY * scale).all(axis=0) & np.isfinite(scale)
+            apart = (np.abs(found - expected) / scale)[:, settled]
+        worst = max(worst, np.where(np.isfinite(apart), apart, np.inf).max(initial=-np.inf))
+    return worst if np.isfinite(worst) else np.inf
+
+
+def _by_cells(kernel, size, inputs):
+    """A (numbers, cells) of the kernel for one cell."""
+    cells = range(inputs[0].shape[1])
+    return np.concatenate([_called(kernel, size, [array[:, [k]] for array in inputs]) for k in cells], axis=1)
+
+
+def _called(function, size, inputs):
+    """A (numbers, cells) of a kernel at an address, for w, c and x of as many cells as it takes."""
+    arrays = [c_code.aligned(size * inputs[0].shape[1]), *(c_code.aligned(array.size) for array in inputs)]
+    for array, given in zip(arrays[1:], inputs, strict=True):
+        array[:] = given.ravel()
+    permutation = np.zeros(2, dtype=np.uint8)
+    _Function(function)(*(array.ctypes.data for array in arrays), None, permutation.ctypes.data, None)
+    return arrays[0].reshape(size, -1)
 
 
 def is_known(kernel: str) -> bool:

@@ -5,13 +5,11 @@ factorisation of an earlier iteration or step, these are kept (`JacobianAge`).  
 C of `callbacks`, which do the same as those here.
 """
 
-import ctypes
-
 import numpy as np
 from petsc4py import PETSc
 
 from ..errors import InputError, SolveError
-from . import petsc_library
+from .c_code import check, core
 from .callbacks import NOT_FINITE, Callbacks, Number, new_numbers
 from .rows import copies, together
 
@@ -19,6 +17,7 @@ _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
 _ACCURACY = 1e-8  # of a linear solve that is checked
 _SOLVES = 1, 5  # at most: without a check, with one
+_NORMS = PETSc.KSP.NormType.NONE, PETSc.KSP.NormType.UNPRECONDITIONED
 
 
 class JacobianAge:
@@ -126,7 +125,7 @@ class Newton:
         if self._callbacks is None:
             attempt, judge = self._attempt, lambda: self.age.judge_solve(self.numbers.iterations)
         else:
-            attempt, judge = self._callbacks.solving(self.snes, self.x)
+            attempt, judge = self._callbacks.solving()
         #: The first part of `solve`, what needs no decisions.
         self.begin = together(copies([(before, system.u)]), system.read_given, attempt, judge, system.publish)
         self._again = together(self._go_back, attempt, system.publish)
@@ -138,14 +137,13 @@ class Newton:
         self._callbacks = None
         if self.in_c and self.system.comm.size == 1:
             self._callbacks = Callbacks(self.system, self.numbers)
-            self._callbacks.hand_to(snes, self._f, self.system.A)
+            self._callbacks.hand_to(snes, self.x, self._f)
         else:
             snes.setFunction(self.residual, self._f)
             snes.setJacobian(self.jacobian, self.system.A)
             snes.setConvergenceTest(self.converged)
         # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
-        never = (ctypes.c_int32 if PETSc.IntType == np.int32 else ctypes.c_int64)(-1)
-        petsc_library.call("SNESSetLagJacobian", ctypes.c_void_p(snes.handle), never)
+        check(core().lib.SNESSetLagJacobian(core().ffi.cast("SNES", snes.handle), -1))
         snes.setType("newtonls")
         snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
         return snes
@@ -173,7 +171,7 @@ class Newton:
         if check == self.numbers.checked:
             return
         self.numbers.checked, ksp = check, self.snes.getKSP()
-        ksp.setNormType(self.numbers.linear_norm[check])
+        ksp.setNormType(_NORMS[check])
         ksp.setTolerances(rtol=_ACCURACY, atol=0, max_it=_SOLVES[check])
 
     def set_scales(self, gamma):

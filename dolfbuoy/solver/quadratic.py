@@ -38,6 +38,8 @@ ACCURACY, OTHER = 1e-6, 1.7
 RING, RINGS = 30.0, 7
 #: How often SLEPc is asked, each time for other numbers of eigenvalues.
 TRIALS = 3
+#: Restarts of SLEPc, of which it mostly needs less than ten; and what is worth it where modes are no more than news.
+RESTARTS, FEW = 500, 40
 #: Size of the companion form up to which all its eigenvalues are computed at once.
 DENSE = 240
 
@@ -65,10 +67,13 @@ class Pairs(NamedTuple):
 
 
 class Quadratic:
-    """K, E and M in equilibrium at the shift -speed: scipy's matrices (rows of this rank, all unknowns)."""
+    """K, E and M in equilibrium at the shift -speed: scipy's matrices (rows of this rank, all unknowns).
 
-    def __init__(self, comm, K, E, M, speed):
-        self.comm, self.speed = comm, speed
+    restarts: of SLEPc; with FEW it fails unless all that it is asked for converge.
+    """
+
+    def __init__(self, comm, K, E, M, speed, restarts=RESTARTS):
+        self.comm, self.speed, self.restarts = comm, speed, restarts
         self.rows, self.columns = _equilibrated(comm, abs(K) + speed * abs(E) + speed**2 * abs(M))
         left, right = diags(self.rows), diags(self.columns)
         self.K, self.E, self.M = (left @ A @ right for A in (K, speed * E, speed**2 * M))
@@ -150,9 +155,11 @@ class Quadratic:
             solver.setTarget(-1.0)
             solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
             solver.setDimensions(count)
-            solver.setTolerances(1e-12, 500)
+            solver.setTolerances(1e-12, self.restarts)
             self._invert(solver.getST(), SLEPc)
             solver.solve()
+            if self.restarts == FEW and solver.getConverged() < count:
+                raise SolveError(f"the modes were not found in {FEW} restarts of SLEPc's solver.")
             return self._read(solver, matrices[0])
         except PETSc.Error as error:
             raise SolveError(f"the modes were not found: SLEPc's error {error.ierr}.") from None
@@ -216,13 +223,13 @@ def _nearly(K):
     )
 
 
-def lowest_pairs(comm, K, E, M, count) -> Pairs:
+def lowest_pairs(comm, K, E, M, count, restarts=RESTARTS) -> Pairs:
     """The `count` eigenvalues of smallest |lambda|, or all that are finite; K, E, M: this rank's rows.
 
     Collective; the same on all ranks.  Of a pair of conjugates the one with Im > 0 stands for both.  Raises SolveError
-    if the solver fails, or for a pair whose residual is above RESIDUAL.
+    if the solver fails, or for a pair whose residual is above RESIDUAL.  restarts: see `Quadratic`.
     """
-    problem = _about_the_lowest(comm, K, E, M)
+    problem = _about_the_lowest(comm, K, E, M, restarts)
     found = _rings(problem, (K, E, M), count) if problem.is_small(2 * count) else [_nearest(problem, count)]
     parts = [(at.speed * roots, at.columns[:, None] * x, at.residuals(roots, x)) for at, roots, x in found]
     roots, vectors, residuals = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
@@ -234,11 +241,11 @@ def lowest_pairs(comm, K, E, M, count) -> Pairs:
     return Pairs(roots, vectors, residuals, zero, problem)
 
 
-def _about_the_lowest(comm, K, E, M):
+def _about_the_lowest(comm, K, E, M, restarts):
     """The problem with a shift of the size of the smallest eigenvalue that is not zero."""
     speed = 1.0
     for _ in range(8):
-        problem = Quadratic(comm, K, E, M, speed)
+        problem = Quadratic(comm, K, E, M, speed, restarts)
         sizes = np.abs(problem.pairs(6)[0])
         lowest = sizes[sizes > ZERO].min(initial=np.inf)
         if PARTS[0] <= 1 / lowest <= PARTS[1] or lowest == np.inf:
@@ -264,7 +271,7 @@ def _tried(problem, count):
         try:
             return problem.pairs(count + more)
         except SolveError:
-            if more == 7 * (TRIALS - 1):
+            if more == 7 * (TRIALS - 1) or problem.restarts == FEW:
                 raise
 
 

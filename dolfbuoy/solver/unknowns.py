@@ -155,8 +155,3 @@ class Contribution:
     def add_to_vector(self, b):
         """Add to the local residual `b`."""
         compat.assemble_vector(b[self.row.slice], self.cpp, self.constants, self.coefficients)
-
-    def add_to_matrix(self, A):
-        """Add to the submatrix `A` of row and column."""
-        unrolled = any(part.function.function_space.dofmap.index_map_bs > 1 for part in self.sides)  # A knows no blocks
-        compat.assemble_matrix(A, self.cpp, self.constants, self.coefficients, [], unrolled)

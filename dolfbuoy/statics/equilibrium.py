@@ -9,8 +9,8 @@ from ..model.feasible import check_feasible
 from ..model.held import adrift_nowhere
 from ..model.hydrostatics import float_upright
 from ..model.lines import top_position
-from ..model.material import weight_per_length
 from ..model.problem import MPI, Problem
+from ..model.rigid import weight_per_length
 from ..model.seabed import rubs
 from .damped import relax
 from .growth import settle
@@ -27,7 +27,7 @@ BALANCED = 1e-8
 def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
 
-    make: what makes a Problem of (scene, dynamic, comm); another than Problem may use one again (`model.pool`).
+    make: what makes a Problem of (scene, dynamic, comm); another than Problem may use one again (`studies.pool`).
 
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """
@@ -135,8 +135,6 @@ def let_turn(problem, rounds=20):
         try:
             problem.iterations += problem.newton.solve()
         except SolveError:
-            problem.system.u[:] = before
-            problem.system.publish()
             if problem.system.residual_by_block()["buoy torque balance"] < BALANCED:
                 return  # nothing but the gauge holds it: where it is it may stay
             break

@@ -18,6 +18,7 @@ falls to almost 0, and the state follows along the tangent.
 
 import itertools
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +35,16 @@ LOOSE, TIGHT = 1e-6, 1e-9
 TINY = 1e-40  # complex step: derivatives exact to rounding
 #: Unknowns up to which a matrix is full: to import SciPy costs 0.1 s.
 DENSE = 200
+
+
+class State(NamedTuple):
+    """Unknowns, smoothing and compliance, with the residual and the Jacobian there."""
+
+    y: np.ndarray
+    eps: float
+    softness: float
+    residual: np.ndarray
+    jacobian: Any
 
 
 class Equations:
@@ -133,6 +144,8 @@ class Equations:
 
     def lying(self, d, eps):
         """l of every piece, between 0 and L, as it follows from d."""
+        if self.network.floor is None:
+            return np.zeros_like(d)
         d, mu = np.where(self.touches, d, 0.0), eps
         root = np.sqrt((d * self.L) ** 2 + 4 * mu**2)
         less = np.where(np.real(d) > 0, d, -d)  # to the end to which it is nearer
@@ -157,7 +170,11 @@ class Equations:
         """Residual, and if asked for the Jacobian."""
         positions, n, d, R = self.split(y)
         ends, arguments = self.ends(positions), [*n.T, d]
-        *values, V1 = self.law(*arguments, eps, more)
+        if jacobian:  # each argument in turn
+            found = self.law(*(np.array(arguments)[:, None] + 1j * TINY * np.eye(4)[:, :, None]), eps, more)
+            (*values, V1), slopes = found[:, 0].real, found.imag / TINY
+        else:
+            *values, V1 = self.law(*arguments, eps, more)
         loads = [self._load(self.network.joints[i], positions[i] * self.length_unit) for i in self.free]
         heights, over_bed = positions[self.free, 2] - self.bed, self.network.floor is not None
         residual = np.concatenate([
@@ -168,8 +185,6 @@ class Equations:
         ])  # fmt: skip
         if not jacobian:
             return residual
-        steps = np.array(arguments)[:, None] + 1j * TINY * np.eye(4)[:, :, None]  # each argument in turn
-        slopes = self.law(*steps, eps, more).imag / TINY
         pair = _pair_slopes(R, heights, more) if over_bed else (np.ones_like(R), np.zeros_like(R))
         return residual, self._assemble(slopes, loads, *pair)
 
@@ -228,59 +243,61 @@ class Equations:
 
     def _follow(self, y, eps=1.0, factor=0.1):
         """State and smallest eps: Newton for an eps that falls from 1, in steps that shrink where Newton fails."""
-        y, softness = self._newton(y, eps, eps, LOOSE), eps
+        state, softness = self._newton(self._state(y, eps, eps), LOOSE), eps
         try:
             while eps > LAST_EPS:
                 target = max(eps * factor, LAST_EPS)
                 try:
-                    y = self._newton(self._predicted(y, eps, target), target, target, LOOSE)
+                    state = self._newton(self._predicted(state, target), LOOSE)
                 except SolveError:
                     factor = factor**0.5
                     if factor > 0.9:
                         raise
                 else:
                     eps, factor = target, max(factor**2, 1e-4)
-            y, softness = self._newton(y, eps, LAST_SOFTNESS, 1e-14, accepted=TIGHT), LAST_SOFTNESS
+            state = self._newton(self._state(state.y, eps, LAST_SOFTNESS), 1e-14, accepted=TIGHT)
+            softness = LAST_SOFTNESS
         except SolveError:
             softness = eps
             if eps > GOOD_EPS:
                 raise
-        if softness * np.abs(y[self.slices[1]]).max() > GOOD_EPS:
+        if softness * np.abs(state.y[self.slices[1]]).max() > GOOD_EPS:
             raise SolveError("no rest of the lines was found: inextensible ones are too short")
-        return y, eps
+        return state.y, eps
 
-    def _predicted(self, y, eps, target):
+    def _state(self, y, eps, more):
+        return State(y, eps, more, *self.evaluate(y, eps, more, jacobian=True))
+
+    def _predicted(self, state, target):
         """Along the tangent: what is slack and what lies follows eps in proportion."""
-        residual, jacobian = self.evaluate(y, eps, eps, jacobian=True)
-        change = (self.evaluate(y, (1 + 1e-6) * eps, (1 + 1e-6) * eps) - residual) / (1e-6 * eps)
-        ahead = y - (target - eps) * _solved(jacobian, change)
-        sizes = [np.linalg.norm(self.evaluate(state, target, target)) for state in (y, ahead)]
-        return ahead if sizes[1] < sizes[0] else y
+        y, eps, change = state.y, state.eps, 1e-6 * state.eps
+        slope = (self.evaluate(y, eps + change, eps + change) - state.residual) / change
+        ahead = self._state(y - (target - eps) * _solved(state.jacobian, slope), target, target)
+        stays = np.linalg.norm(self.evaluate(y, target, target))
+        return ahead if np.linalg.norm(ahead.residual) < stays else self._state(y, target, target)
 
-    def _newton(self, y, eps, more, enough, accepted=None, iterations=60):
+    def _newton(self, state, enough, accepted=None, iterations=60):
         """Newton down to a residual of `enough`; one of `accepted` will do where rounding allows no less."""
-        residual, jacobian = self.evaluate(y, eps, more, jacobian=True)
         for _ in range(iterations):
-            norm = np.linalg.norm(residual)
+            norm = np.linalg.norm(state.residual)
             if norm < enough:
-                return y
-            step = _solved(jacobian, -residual)
-            better = self._search(y, step, norm, eps, more) if np.all(np.isfinite(step)) else None
+                return state
+            step = _solved(state.jacobian, -state.residual)
+            better = self._search(state, step, norm) if np.all(np.isfinite(step)) else None
             if better is None:
                 break
-            y, residual, jacobian = better
+            state = better
         if norm > (accepted or enough):
-            raise SolveError(f"no rest of the lines was found (residual {norm:.1e} at smoothing {eps:.0e})")
-        return y
+            raise SolveError(f"no rest of the lines was found (residual {norm:.1e} at smoothing {state.eps:.0e})")
+        return state
 
-    def _search(self, y, step, norm, eps, more):
-        """The longest of the halved steps that makes the residual smaller, and both there; None if there is none."""
+    def _search(self, state, step, norm):
+        """State after the longest of the halved steps that makes the residual smaller; None if there is none."""
         for halvings in range(30):
             fraction = 0.5**halvings
-            trial = y + fraction * step
-            residual, jacobian = self.evaluate(trial, eps, more, jacobian=True)
-            if np.linalg.norm(residual) < (1 - 1e-4 * fraction) * norm:
-                return trial, residual, jacobian
+            trial = self._state(state.y + fraction * step, state.eps, state.softness)
+            if np.linalg.norm(trial.residual) < (1 - 1e-4 * fraction) * norm:
+                return trial
         return None
 
 

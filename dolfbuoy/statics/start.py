@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model.feasible import shape_and_mass
-from ..model.first_shape import given_shapes, points_of
 from ..model.lines import top_position
 from ..model.problem import Problem
 from ..model.rigid import mooring_offset, rotation_of
@@ -18,6 +17,7 @@ from ..model.sea import heading, wind_at
 from ..model.seabed import plane
 from ..scene.network import attached_ends
 from . import network as still
+from .first_shape import given_shapes, points_of
 from .on_bed import Bed
 
 UPRIGHT, OVERTURNED = np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0, 0.0])

@@ -79,18 +79,16 @@ def march(problem, set_fraction, smallest=1e-3) -> None:
 
     Raises SolveError, with all of the data set, when a step of `smallest` fails.
     """
-    reached, step, system = 0.0, 0.25, problem.system
+    reached, step = 0.0, 0.25
     try:
         set_fraction(0.0)
         newton(problem)
         while reached < 1.0:
             target = min(reached + step, 1.0)
             set_fraction(target)
-            before = system.u.copy()
             try:
                 newton(problem)
             except SolveError:
-                system.u[:] = before
                 step /= 3
                 if step < smallest:
                     raise
@@ -149,7 +147,8 @@ def by_the_other_law(problem):
     cables = [cable.model_copy(update={"slack": slack}) for cable in scene.cables]
     changed = scene.model_copy(update={"cable": cables})
     other = Problem(changed, dynamic=False, comm=problem.comm)
-    other.lines.grow_as(problem.lines)
+    if problem.lines.growth is not None:
+        other.lines.growth.factors = problem.lines.growth.factors
 
     def put():
         other.system.u[:] = start

@@ -10,19 +10,19 @@ import xarray as xr
 from mpi4py import MPI
 
 from ..errors import InputError
-from ..model.pool import Pool
 from ..motion.simulation import Simulation
 from ..page.folder import write_pages
 from ..parallel import interruption
 from ..parallel.cases import key
-from ..results import checkpoint
+from ..results import checkpoint, retried
 from ..results import folder as folders
 from ..results.record import read
 from ..results.recorder import Recorder
-from ..results.sample import sample_of
-from ..results.statistics import statistics
+from ..results.sample import numbers_of, sample_of
 from ..scene import Scene, varied
+from ..scene.variants import in_words
 from ..writing import made
+from .pool import Pool
 
 #: Problems of the cases before: set-up takes longer than many a case.
 POOL = Pool()
@@ -45,7 +45,8 @@ def evaluate(
         scene = varied(base, case["changes"])
         folder = running and Path(running) / key(case)
         record = run(scene, folder, deadline, keep is not None)
-        found = {"status": "done", "statistics": statistics(record), "sample": _sample(record, scene)}
+        found = {"status": "done", "statistics": numbers_of(record), "sample": _sample(record, scene)}
+        found["cut"] = retried.cut(record, scene)
         if keep is not None:
             _keep(folder, Path(keep) / key(case), case["changes"])
     except Exception as error:  # whatever it is, the others go on
@@ -58,15 +59,10 @@ def failed(error: Exception) -> dict:
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
 
 
-def said(changes: dict) -> str:
-    """The changes of a case in words."""
-    return ", ".join(f"{key} = {value}" for key, value in changes.items())
-
-
 def _keep(folder, place, changes):
     """Write the page of a finished case, and put all of its folder in its place."""
     folders.finish(folder, "run")
-    folders.remark(folder, "run", case=said(changes))
+    folders.remark(folder, "run", case=in_words(changes))
     write_pages(folder, "results.nc")
     made(place.parent, place.name)
     for file in list(folder.iterdir()):
@@ -75,14 +71,11 @@ def _keep(folder, place, changes):
 
 
 def _sample(record, scene):
-    """With seven digits of its peaks and ranges; None for a run that ends in its ramp."""
+    """The sample; None for a run that ends in its ramp."""
     try:
-        sample = sample_of(record, scene, bins=BINS)
+        return sample_of(record, scene, bins=BINS)
     except InputError:
         return None
-    for kept in ("peaks", "cycles"):
-        sample[kept] = {name: [[float(f"{x:.7g}") for x in v] for v in pair] for name, pair in sample[kept].items()}
-    return sample
 
 
 def run(scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:
@@ -106,6 +99,8 @@ def run(scene, folder: Path | None = None, deadline: float = math.inf, keep: boo
                     recorder.save()
                     raise KeyboardInterrupt if interruption.received() else interruption.TimeUp
         record = recorder.finished(keep)
+        if (unsound := retried.refused(record, scene)) is not None:
+            raise unsound
     except interruption.TimeUp:
         raise
     except BaseException as error:

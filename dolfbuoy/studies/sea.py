@@ -3,9 +3,16 @@
 import math
 
 from ..model.components import components_of, spectrum_of
-from ..model.sea_statistics import components_needed, scatter_of_m0
-from ..results.certainty import HOURS, deviation_known, largest_crest, part_known
 from ..results.compare import duration, percent
+from ..results.extremes import (
+    DURATION,
+    HOURS,
+    components_needed,
+    crests_of,
+    deviation_uncertainty,
+    largest_crest,
+    memory_of,
+)
 
 #: Numbers of seeds for which it is said how well they tell the largest value.
 SEEDS = (10, 30, 100)
@@ -24,7 +31,7 @@ def mean_period(scene) -> float:
 
 def components_for(scene, part: float) -> int:
     """Components that keep the largest crest of HOURS within a part of itself, beside infinitely many."""
-    return components_needed(max(HOURS * 3600 / mean_period(scene), 2.0), part)
+    return components_needed(crests_of(mean_period(scene)), part)
 
 
 def of_components(scene, part: float) -> str:
@@ -40,16 +47,18 @@ def of_statistics(scene, seconds: float | None = None) -> str:
 
     Beside the mean, for which no theory is needed; a pilot is too short to tell more.
     """
-    memory = scatter_of_m0(spectrum_of(scene.waves), 1.0) ** 2
-    lengths = dict.fromkeys((max(scene.time.end - scene.waves.ramp, memory), HOURS * 3600))
-    deviation = ", ".join(f"{percent(deviation_known(memory, length))} by {duration(length)}" for length in lengths)
-    largest = "; ".join(_told(scene, largest_crest(mean_period(scene)), seeds, seconds) for seeds in SEEDS)
+    memory = memory_of(spectrum_of(scene.waves))
+    lengths = dict.fromkeys((max(scene.time.end - scene.waves.ramp, memory), DURATION))
+    known = [f"{percent(deviation_uncertainty(memory, length))} by {duration(length)}" for length in lengths]
+    crest = largest_crest(crests_of(mean_period(scene)))
+    largest = "; ".join(_told(scene, crest, seeds, seconds) for seeds in SEEDS)
     return (
-        f"19 times in 20 a standard deviation is known to {deviation}; {HOURS:g} h maximum, above the mean, {largest}. "
+        f"19 times in 20 a standard deviation is known to {', '.join(known)}; {HOURS:g} h maximum, above the mean, "
+        f"{largest}. "
         "So it is of what follows the sea; snaps and slow drift ask for more, as `dolfbuoy statistics` then says."
     )
 
 
 def _told(scene, largest, seeds, seconds):
-    each = "" if seconds is None else f", {duration(seeds * HOURS * 3600 / scene.time.end * seconds)} of computing"
-    return f"+- {percent(part_known(largest, seeds))}: {seeds} seeds{each}"
+    each = "" if seconds is None else f", {duration(seeds * DURATION / scene.time.end * seconds)} of computing"
+    return f"+- {percent(largest.uncertainty(seeds))}: {seeds} seeds{each}"

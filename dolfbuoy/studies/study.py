@@ -1,38 +1,25 @@
-"""The runner of studies: independent cases, computed once, then tables, words and figures.
+"""The runner of studies: cases are computed once, then their tables are written and shown.
 
-A study is a file of words (see `declaration`) and a module that declares
-
-    cases(**request)            plain dicts
-    evaluate(case)              a dict of results, computed on MPI.COMM_SELF
-    tables(rows, **request)     what is written and shown: a list of Table
-
-and where they are needed
-
-    request(**options)          what `cases` and `tables` are called with, if not the options themselves
-    STRUCTURE                   keys of a case that decide which forms are compiled, see `parallel.cases`
-    compute(folder, **request)  the rows, None on all ranks but 0; for a study that is more than one list of cases
-
-The rows are the same for any number of ranks.
+A study is a function that takes the folder of its results and its options, has `parallel.cases.evaluate_all` compute
+its cases, and returns its tables: on rank 0, an empty list on the others.  The rows are the same for any number of
+ranks.
 """
 
 import csv
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from importlib import import_module
-from operator import itemgetter
 from pathlib import Path
-from types import ModuleType
 
 from mpi4py import MPI
 
 from ..errors import InputError
 from ..page.folder import PAGES, write_pages
-from ..parallel import cases as engine
+from ..parallel.cases import write_json
 from ..results import style
 from ..results.folder import claimed, enlist
 from ..results.style import Figure, matplotlib
 from ..results.tables import markdown, show
 from ..writing import GIVEN, refuse_link, replacing, write_text
-from .declaration import STUDIES
 
 
 def refuse_network(scene) -> None:
@@ -67,20 +54,14 @@ class Outcome:
     passed: bool
 
 
-def run(study: ModuleType, folder: Path, **request) -> Outcome:
+def run(study: Callable[..., list[Table]], folder: Path, **options) -> Outcome:
     """Compute what is missing, write the tables of a study into `folder` and show them."""
-    if hasattr(study, "compute"):
-        computed = study.compute(folder, **request)
-    else:
-        structure = itemgetter(*study.STRUCTURE) if hasattr(study, "STRUCTURE") else None
-        computed = engine.evaluate_all(study.evaluate, study.cases(**request), folder, structure)
-    tables = []
-    if computed is not None:
-        with matplotlib.rc_context(style.STYLE):
-            tables = study.tables(computed, **request)
-        for table in tables:
-            if table.name:
-                save(folder, table)
+    with matplotlib.rc_context(style.STYLE):
+        tables = study(folder, **options)
+    for table in tables:
+        if table.name:
+            save(folder, table)
+    if tables:
         _show(folder, [table for table in tables if table.columns is not None])
     passed = MPI.COMM_WORLD.bcast(all(table.passed for table in tables))
     return Outcome({table.name: table.rows for table in tables if table.name}, passed)
@@ -95,16 +76,14 @@ def _show(folder, tables):
     write_text(Path(folder) / "tables.md", "\n".join(told))
 
 
-def run_command(name: str, out: Path | None, **options) -> bool:
-    """Run one of STUDIES as its command, with options as they were given.  Returns whether it passed."""
-    study = import_module(f".{STUDIES[name]}", __package__)
-    request = study.request(**options) if hasattr(study, "request") else options
+def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, **options) -> bool:
+    """Run a study in its folder, results/study-NAME unless another is given.  Returns whether it passed."""
     folder = out or Path("results") / f"study-{name}"
     if out is None:
         refuse_link(folder.parent, GIVEN)
         refuse_link(folder, GIVEN)
     with claimed(folder, MPI.COMM_WORLD):
-        return run(study, folder, **request).passed
+        return run(study, folder, **options).passed
 
 
 def save(folder: Path, table: Table) -> None:
@@ -113,7 +92,7 @@ def save(folder: Path, table: Table) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     drawn = [] if table.figure is None else style.files_of(folder / table.name)
     enlist(folder, [*(folder / f"{table.name}.{kind}" for kind in ("json", "csv")), *drawn], "study")
-    engine.write_json(folder / f"{table.name}.json", {"title": table.title, "rows": table.rows, "notes": table.notes})
+    write_json(folder / f"{table.name}.json", {"title": table.title, "rows": table.rows, "notes": table.notes})
     columns = list(dict.fromkeys(key for row in table.rows for key in row))
     with replacing(folder / f"{table.name}.csv") as part, open(part, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns)

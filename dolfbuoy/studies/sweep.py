@@ -20,11 +20,12 @@ from ..page.folder import write_pages
 from ..parallel.cases import compute, key, ranks_beside, store_in
 from ..results import style
 from ..results.folder import FILES, claimed, enlist
-from ..results.many import collect, draw
+from ..results.statistics import collect
+from ..results.sweep_figure import draw
 from ..scene import Scene, load_scene, varied
-from ..scene.variants import cases_of, check_known, latin_hypercube, with_seeds
+from ..scene.variants import cases_of, check_known, in_words, latin_hypercube, with_seeds
 from ..writing import refuse_link, replacing
-from .one_case import evaluate, failed, said
+from .one_case import evaluate, failed
 
 #: What `status` and `collect` say of a case that has no result.
 MISSING = {"status": "not computed", "statistics": {}, "sample": None}
@@ -137,7 +138,7 @@ def _kind(text):
 
 
 def _told(which, change, text):
-    return f"{which}, the first with {said(change)}: {text}"
+    return f"{which}, the first with {in_words(change)}: {text}"
 
 
 def check_wavelength(base, changes):
@@ -274,9 +275,14 @@ def _written(planned, folder):
     found = store.results([key(case) for case in cases])
     results = (result or MISSING for result in found)
     kept = ("status", "statistics")  # samples are as large as all the rest
-    rows = [case | {name: result[name] for name in kept} for case, result in zip(cases, results, strict=True)]
+    rows, cut = [], []
+    for case, result in zip(cases, results, strict=True):
+        rows.append(case | {name: result[name] for name in kept})
+        cut.append(result.get("cut", 0.0))
     enlist(folder, [folder / name for name in FILES["sweep"]], "sweep")
     dataset = collect(rows)
+    about = {"units": "1", "long_name": "part of the steps that failed and were retried with smaller ones"}
+    dataset["cut_steps"] = "case", np.array(cut), about
     dataset.attrs |= {"title": planned.base.title, "scene": planned.base.to_toml(), "source": printable(planned.source)}
     records = [_record_of(folder, case) for case in cases] if (folder / RECORDS).is_dir() else []
     if any(records):

@@ -23,7 +23,10 @@ from around_newton import milliseconds
 from machine import sentence
 
 from dolfbuoy import load_scene
-from dolfbuoy.studies.accuracy.step_cost import measure
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from verification.step_cost import measure
 
 TURNS = 5
 AIMS = {"driven": 3.0, "short": 3.5, "long": 2.0}

@@ -28,9 +28,9 @@ MPI_AS_ROOT = dict.fromkeys(("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_C
 class Made:
     """How a file of results/ is made.
 
-    title: its heading.  commands: of dolfbuoy, mpirun or a script here, {out} being a folder of their own.  taken: the
-    file of that folder that holds the tables; None: what is printed.  figures: further files of it.  words: below
-    the head.
+    title: its heading.  commands: of dolfbuoy, python, mpirun or a script here, {out} being a folder of their own.
+    taken: the file of that folder that holds the tables; None: what is printed.  figures: further files of it.
+    words: below the head.
     """
 
     title: str
@@ -45,7 +45,7 @@ _VARIED = "--vary waves.amplitude=0.5:1.5:0.5 --vary waves.period=4,5,6"
 MADE = {
     "step-cost": Made(
         "What a Newton iteration costs",
-        tuple(f"dolfbuoy study step-cost {scene} --out {{out}}" for scene in ("driven", "short", "long")),
+        tuple(f"python -m tests.verification.step_cost {scene} --out {{out}}" for scene in ("driven", "short", "long")),
         words="The floor is the loops in C and the direct solver, called back to back as often as the run called them, "
         "and measured side by side with the steps.",
     ),
@@ -58,9 +58,9 @@ MADE = {
     ),
     "accuracy": Made("", ("dolfbuoy report --out {out}",), "report.md", (*_FRONTS, "schemes.png")),
     "energy": Made("Energy balance", ("dolfbuoy study energy --out {out}",)),
-    "slack": Made("Both slack laws", ("dolfbuoy study slack --out {out}",)),
-    "regularisation": Made("Regularisations", ("dolfbuoy study regularisation short --out {out}",)),
-    "touchdown": Made("Touchdown", ("dolfbuoy study touchdown --out {out}",)),
+    "slack": Made("Both slack laws", ("python -m tests.verification.slack --out {out}",)),
+    "regularisation": Made("Regularisations", ("python -m tests.verification.regularisation short --out {out}",)),
+    "touchdown": Made("Touchdown", ("python -m tests.verification.touchdown --out {out}",)),
     "hard-cases": Made("Hard cases", ("dolfbuoy study hard-cases --slow --out {out}",), "hard-cases.md"),
     "times": Made("", ("times.py --out {out}",), "times.md", ("times.png",)),
     "sweep": Made(
@@ -87,7 +87,8 @@ def run(command: str, printed: Path) -> None:
         program = [shutil.which("mpirun") or sys.exit("mpirun is not installed.")]
         rest = [str(BIN / word) if word == "dolfbuoy" else word for word in rest]
     # os.environ: without what MPI adds to that of this process, with which mpirun would not start
-    how = {"cwd": printed.parent, "env": dict(os.environ) | MPI_AS_ROOT}
+    root = {"PYTHONPATH": str(HERE.parents[1])}  # where python -m finds tests.verification
+    how = {"cwd": printed.parent, "env": dict(os.environ) | MPI_AS_ROOT | root}
     with open(printed, "a", encoding="utf-8") as file:
         code = subprocess.run([*program, *rest], stdout=file, **how).returncode
     if code:

@@ -11,6 +11,8 @@ from alone import simulate
 from dynamics_helpers import running
 from helpers import reference
 
+from dolfbuoy.model.lines import top_position
+
 PULL = reference("bed_and_networks")["cases"]["pull_u1"]
 
 
@@ -129,7 +131,7 @@ def test_against_complementarity():
         for n in range(round(END / STEP)):
             simulation.step(STEP)
             ours.append(np.linalg.norm(simulation.end_tension))
-            top = lines.top_position((n + 1) * STEP)
+            top = top_position(lines.pieces[0].ends[1].top, (n + 1) * STEP)
             tension, count = hard.step(top[[0, 2]], STEP)
             theirs.append(tension)
             lying.append(count)

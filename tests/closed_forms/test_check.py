@@ -227,7 +227,8 @@ def test_hanging_cable():
     """Tensions under an end force in closed form, and T_n = 2/n int sqrt(m/T) ds of its transverse modes."""
     force = np.array([3000.0, 4000.0, 20000.0])
     cable = CABLE | {"elements": 30, "top": {"kind": "free", "force": force.tolist()}}
-    numbers, report = numbers_of({"gravity": G, "sea": {"depth": DEPTH, "density": RHO}, "cable": cable})
+    sea = {"depth": 40.0, "density": RHO}  # deeper than the cable is long, so that all of it is in water
+    numbers, report = numbers_of({"gravity": G, "sea": sea, "cable": cable})
 
     def tension(s):
         return math.hypot(5000.0, 20000.0 - WEIGHT * (30.0 - s))
@@ -262,9 +263,7 @@ SNAP = "pull of a snap at a held end per m/s"
 
 
 @pytest.mark.parametrize("slack", ["tension-only", "compressive"])
-@pytest.mark.parametrize(
-    ("damping", "step"), [(0.0, 0.05), (0.0, 0.01), (8e4, 0.05), (8e4, 0.01), (4e5, 0.05), (4e5, 0.06)]
-)
+@pytest.mark.parametrize(("damping", "step"), [(0.0, 0.05), (0.0, 0.017), (0.0, 0.01), (8e4, 0.05), (8e4, 0.01)])
 def test_snaps(slack, damping, step):
     """c/EA, Z = sqrt(EA rho0) and the 167 ms of a wave along 30 m and back; who is warned, of what, in two digits."""
     cable = CABLE | {"slack": slack, "damping": damping, "top": {"kind": "fixed", "position": [20.0, 0.0, -3.0]}}
@@ -280,9 +279,8 @@ def test_snaps(slack, damping, step):
         return
     assert numbers[SNAP] == pytest.approx(math.sqrt(4e6 * 31))
     assert remarks[SNAP] == f"without damping, for {60 * math.sqrt(31 / 4e6):.3g} s at most"
-    needed = {0.0: "0.017", 8e4: "0.017", 4e5: "0.05"}[damping]
-    hidden = f"Where the cable comes taut, steps of {step:g} s hide the peak: it needs {needed} s, or damping and "
-    hidden = [hidden + "time.tolerance = 0.01."] if step > float(needed) else []
+    hidden = f"Where the cable comes taut, steps of {step:g} s hide the peak: it needs 0.017 s, or cable.damping, with "
+    hidden = [hidden + "which a run makes its steps smaller there."] if step > 0.017 and not damping else []
     assert [sentence for sentence in said if "hide" in sentence] == hidden
     assert any("no damping" in sentence for sentence in said) == (damping == 0)
     _, report = numbers_of(

@@ -6,6 +6,7 @@ Source: the same numbers by hand.
 import math
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from alone import solve_static
 
 from dolfbuoy import load_scene
 from dolfbuoy.check import check, derived
+from dolfbuoy.results.utilisation import never_parted
 
 G = 9.81
 FLOAT = {"hull": [[0, 2], [2, 2]], "mass": 500.0}
@@ -105,6 +107,18 @@ def test_a_velocity_that_jumps_from_row_to_row():
     assert not said_of(moved([[0.0, 0, 0, 0], [10.0, 0, 0, 5.0]]), words)
 
 
+@pytest.mark.parametrize("friction", [0.01, 0.5])
+def test_what_friction_could_carry(friction):
+    """At rest without slip: all that it holds of what lies, or the tension that there is, if that is less."""
+    scene = load_scene("chain-on-bed", seabed__friction=friction)
+    numbers = {name.removeprefix("equilibrium: "): value for name, value, *_ in check(scene).numbers}
+    at_rest = solve_static(scene)
+    lies, tension = numbers["length on the sea bed"], float(np.abs(at_rest.anchor_force[0]))  # horizontal, all along
+    most = friction * numbers["cable weight in water per metre"] * lies
+    assert (most < tension) == (friction == 0.01)
+    assert numbers["tension that friction could carry"] == pytest.approx(min(most, tension), rel=2e-3)
+
+
 def test_what_floats_up():
     """A rope that stands above its ends, by as much as its points; not one that is taut, nor a lazy wave."""
     rope = {"length": 12.0, "line_density": 1.0, "diameter": 0.05, "axial_stiffness": 1e6, "elements": 24}
@@ -117,6 +131,39 @@ def test_what_floats_up():
     taut = rope | {"length": 8.0, "top": {"kind": "fixed", "position": [0.0, 0.0, -11.9]}}
     assert not said_of(scene | {"cable": taut}, "floats up", check)
     assert not said_of("lazy-wave", "floats up", check)
+
+
+ROPE = {"length": 12.0, "line_density": 1.0, "axial_stiffness": 1e5, "slack": "tension-only", "anchor": [0, 0, 0]}
+
+
+def test_a_rope_that_hangs_slack_is_not_compressed():
+    """In a fold beneath two ends at one height but 1 mm apart: T = 0 there and nowhere below."""
+    rope = ROPE | {"top": {"kind": "fixed", "position": [1e-3, 0, 0]}, "elements": 9}
+    assert not said_of({"cable": rope}, "compressed", check)
+    strut = {"length": 1.0, "line_density": 1.0, "axial_stiffness": 1e5, "anchor": [0, 0, 0], "elements": 1}
+    found = said_of({"cable": strut | {"top": {"kind": "fixed", "position": [0, 0, 0.9]}}}, "compressed", check)
+    assert len(found) == 1
+    assert "smallest tension -" in found[0]
+
+
+@pytest.mark.parametrize(("rule", "said"), [(5.5, 1), (5.0, 0), (4.0, 0)])
+def test_a_cable_that_would_part_after_the_end(rule, said):
+    """Of several pieces with one rule it is said once, by `check` and by the summary."""
+    pieces = [{"length": 6.0, "line_density": 1.0, "axial_stiffness": 1e5}] * 2
+    cable = {"segments": pieces, "anchor": [0, 0, 0], "top": {"kind": "fixed", "position": [5, 0, 0]}}
+    scene = {"cable": cable | {"fails_at": {"time": rule}}, "time": {"end": 5.0, "step": 0.1}}
+    found = said_of(scene, "fails_at")
+    assert len(found) == said
+    assert never_parted(load_scene(scene)) == found
+    assert all(s.startswith("cable.fails_at.time = 5.5: is after the end of the run at 5 s, so that") for s in found)
+
+
+def test_a_lot_of_line_in_no_water_is_checked_in_bounded_time():
+    """750 m of cable in 0.1 m of water: eigenvalue solvers that do not converge end (75 s of two solvers before)."""
+    began = time.process_time()
+    found = check("long-bed", **{"sea.depth": 0.1})
+    assert time.process_time() - began < 25
+    assert "buoy, heave" in found.periods
 
 
 @pytest.mark.parametrize(

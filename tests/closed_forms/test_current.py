@@ -41,7 +41,7 @@ def solve(case, kind, degrees, elements):
         "top": top,
     }
     current = {"speed": float(np.linalg.norm(U)), "direction_deg": math.degrees(math.atan2(U[1], U[0]))}
-    sea = {"depth": -float(anchor[2]), "density": DENSITY}
+    sea = {"depth": -float(anchor[2]), "density": DENSITY, "dry_above": False}  # as the numpy code
     return solve_equilibrium(load_scene({"gravity": GRAVITY, "sea": sea, "current": current, "cable": cable}))
 
 

@@ -88,6 +88,22 @@ def test_ropes_are_those_of_moorpy(kind, size):
     assert mine["diameter"] * mine["normal_drag"] == pytest.approx(theirs["d_vol"] * theirs["Cd"], rel=6e-3)
 
 
+@pytest.mark.parametrize("name", ["chain R4 studlink 40 mm", "wire 20 mm", "polyester 60 mm", "nylon 24 mm"])
+def test_materials_are_damped_and_say_so(name):
+    """c/EA in seconds; what a scene makes inextensible has no strain to be damped, what it gives itself counts."""
+    tau = 0.01 if name.startswith(("polyester", "nylon")) else 0.005
+    found = load_scene(scene(name)).network.pieces[0].section
+    assert found.damping == pytest.approx(tau * found.axial_stiffness, rel=1e-14)
+    assert material(name)["source"].endswith(f"damping chosen, c/EA = {1e3 * tau:g} ms")
+    for own, damping in (({"axial_stiffness": math.inf}, 0.0), ({"damping": 3.0}, 3.0), ({"damping": 0.0}, 0.0)):
+        other = scene(name)
+        other["cable"]["segments"][0] |= own
+        assert load_scene(other).network.pieces[0].section.damping == damping
+        one = {"length": 20.0, "material": name, "top": other["cable"]["top"]}
+        whole = load_scene({"sea": {"depth": 15.0}, "cable": one | own})
+        assert whole.network.pieces[0].section.damping == damping
+
+
 def test_a_scene_is_complete_without_the_library():
     """The material becomes a section of its own; the scene that is written solves the same."""
     first = load_scene(scene("chain R3 studless 19 mm less 2 mm", "polyester 24.5 mm"))

@@ -67,14 +67,14 @@ def light_between_heavy(slack):
         line("light", "p", "q", 50.0, 1.0, 3e8, **(more | {"diameter": 0.4})),
         line("high", "q", [115.0, 0.0, 0.0], 90.0, 411.0, 3e8, **more),
     ]
-    return at_rest(cables, [{"name": "p"}, {"name": "q"}], sea={"depth": 500.0})
+    return at_rest(cables, [{"name": "p"}, {"name": "q"}], sea={"depth": 500.0, "dry_above": False})
 
 
 def twelve_legs(slack):
     angles = np.arange(12) * np.pi / 6
     feet = [[520 * math.cos(a), 520 * math.sin(a), -100.0] for a in angles]
     legs = [line(f"leg{i}", foot, "hub", 540.0, 200.0, 4e8, slack=slack, diameter=0.05) for i, foot in enumerate(feet)]
-    return at_rest(legs, [{"name": "hub", "volume": 120.0, "mass": 2000.0}], sea={"depth": 500.0})
+    return at_rest(legs, [{"name": "hub", "volume": 120.0, "mass": 2000.0}], sea={"depth": 500.0, "dry_above": False})
 
 
 def loop(slack):

@@ -12,7 +12,7 @@ import pytest
 from alone import solve_static
 
 from dolfbuoy import load_scene
-from dolfbuoy.model.material import weight_per_length
+from dolfbuoy.model.rigid import weight_per_length
 from dolfbuoy.statics.catenary import between
 
 CASES = json.loads((Path(__file__).parents[1] / "reference" / "bed_and_networks.json").read_text())["cases"]

@@ -66,7 +66,7 @@ def test_closed_form(w, length, EA):
 
 def test_moorpy():
     """A fairlead that MoorPy holds where C comes to rest is pulled as here."""
-    moorpy = pytest.importorskip("moorpy", reason="MoorPy is not installed (extra peers)")
+    moorpy = pytest.importorskip("moorpy", reason="MoorPy is not installed (extra test)")
     w, length, EA = 80.0, 43.0, 5e5
     found = alone.offsets(moored(w, length, EA), SIZES[1:], [30.0], comm=MPI.COMM_SELF)
     for j in range(len(SIZES) - 1):

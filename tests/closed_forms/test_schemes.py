@@ -6,6 +6,7 @@ Source: rods by scipy, a rotating cable in closed form, Richardson's limit, ampl
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged, rates, running
+from in_numpy import accept, rule
 from rods import SCHEMES, state, two_rods
 
 from dolfbuoy.motion.schemes import BDF2, BackwardEuler, GeneralizedAlpha, Predictor, Series, make_scheme
@@ -180,12 +181,12 @@ def oscillate(scheme, omega, step, steps):
     for _ in range(steps):
         for series in (x, v):
             scheme.begin(step, series)
-        gamma, h_x = scheme.rule(step, x)
-        _, h_v = scheme.rule(step, v)
+        gamma, h_x = rule(scheme, step, x)
+        _, h_v = rule(scheme, step, v)
         value = -(gamma * h_x + h_v) / (gamma**2 + omega**2)
         velocity = gamma * value + h_x
-        scheme.accept(x, value, velocity)
-        scheme.accept(v, velocity, gamma * velocity + h_v)
+        accept(scheme, x, value, velocity)
+        accept(scheme, v, velocity, gamma * velocity + h_v)
     return float(np.hypot(value, velocity / omega)[0])
 
 

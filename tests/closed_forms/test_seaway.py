@@ -19,7 +19,8 @@ from dolfbuoy.linear.reactions import WithReactions
 from dolfbuoy.linear.response import small_waves
 from dolfbuoy.linear.seaway import Seaway
 from dolfbuoy.linear.spectrum import bins_of, irregular_waves
-from dolfbuoy.results.response_record import complex_of, warnings
+from dolfbuoy.results.labelled import complex_of
+from dolfbuoy.results.response_record import warnings
 from dolfbuoy.scene.waves import Waves
 from dolfbuoy.studies.physics.response_runs import compared, measured, measured_in_sea
 

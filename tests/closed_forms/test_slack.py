@@ -14,7 +14,8 @@ from scipy.optimize import minimize
 
 import dolfbuoy
 from dolfbuoy import load_scene
-from dolfbuoy.errors import InputError
+from dolfbuoy.errors import InputError, NoResult
+from dolfbuoy.results import parts
 from dolfbuoy.results.summary import warnings
 from dolfbuoy.statics.equilibrium import solve_equilibrium
 
@@ -99,14 +100,14 @@ def test_laws_agree_in_tension(degrees, EA):
 def test_no_state_is_compressed_and_the_ends_carry_the_weight(degrees, elements):
     r, T, top = solution(folded(elements, 0.99, degrees=degrees))
     assert T.min() >= 0
-    assert np.abs(r[:, 0]).max() <= 0.01 * (1 + 1e-9)  # the two-sided law stands aside (study `rising`)
+    assert np.abs(r[:, 0]).max() <= 0.01 * (1 + 1e-9)  # the two-sided law stands aside (verification/rising.py)
     assert top[2] == pytest.approx(0.995, abs=0.15)
 
 
 @pytest.mark.parametrize(("degrees", "gain"), [((1, 0), 3.0), ((2, 1), 5.0)])
 def test_unresolved_fold_is_nearer_than_with_compression(degrees, gain):
     """Error of r against the exact fold of depth 0.004, 10 elements."""
-    from dolfbuoy.studies.stability.slack import fold
+    from verification.slack import fold
 
     case = {"z_end": 0.99, "mu": degrees[0], "nu": degrees[1], "cells": 10}
     two, one = (fold(case | {"slack": law}) for law in ("compressive", "tension-only"))
@@ -252,32 +253,40 @@ def test_snap_loads_of_the_shipped_scene():
     assert float(run.tension_anchor[last].max()) == pytest.approx(expected["anchor_max"][0], rel=0.02)
 
 
-def test_study_writes_table_and_figure_and_says_what_it_saw(tmp_path, monkeypatch, capsys):
+def test_study_writes_its_table_and_says_what_it_saw(tmp_path, monkeypatch, capsys):
     """A short version of the study: a coarse fold, and runs until just after the first snaps."""
-    from dolfbuoy.studies.stability import slack as study
+    from verification import slack as study
+
     from dolfbuoy.studies.study import run
 
     monkeypatch.setattr(study, "FOLDED_CELLS", (10,))
     monkeypatch.setattr(study, "SNAP_CELLS", {(1, 0): (5,), (2, 1): (5,)})
     monkeypatch.setattr(study, "SNAP_STEPS", (("backward-euler", 0.05),))
     monkeypatch.setattr(study, "SNAP_COUNTS", 3.0)
-    rows = run(study, tmp_path, t_end=13.0).rows["slack"]
+    rows = run(study.study, tmp_path, t_end=13.0).rows["slack"]
     assert len(rows) == 2 * 4 + 4
     by_law = {row["slack"]: row for row in rows if row["kind"] == "snap" and row["mu"] == 2}
     assert by_law["compressive"]["T_min"] < -100
     assert by_law["tension-only"]["T_min"] >= 0
     assert all(abs(row["top_error"]) < 0.2 for row in by_law.values())
-    for name in ("slack.json", "slack.csv", "slack.png", "slack.svg"):
-        assert (tmp_path / name).stat().st_size > 1000, name
+    assert (tmp_path / "slack.csv").stat().st_size > 1000
     said = capsys.readouterr().out
     assert "Folded: the two-sided law ends compressed in 3 cases" in said
     assert "Snap, tension-only: largest error at the top" in said
 
 
+def ended(scene):
+    """The record of a run, whether or not most of its steps were retried."""
+    try:
+        return alone.simulate(scene)
+    except NoResult as error:
+        return parts.alone(error.record)
+
+
 @pytest.mark.parametrize(("elements", "force", "end"), [(2, 1e4, 1.0), (3, 10.0, 2.0)])
 def test_a_damped_increment_is_no_sign_of_convergence(elements, force, end):
     """A chain thrown up in long steps: the line search damps much, and T >= 0, no element too long, all the same."""
-    run = alone.simulate(
+    run = ended(
         {
             "cable": {
                 "length": 1.0,

@@ -209,7 +209,7 @@ def test_buoyant_cable_hangs_upwards():
     cable = {"length": 1.0, "line_density": line_density, "diameter": 0.1, "elements": 32, "anchor": ANCHOR}
     cable |= {"position_degree": 3, "tension_degree": 2, "top": FIXED}
     problem = solve_equilibrium(
-        load_scene({"gravity": gravity, "sea": {"depth": 5.0, "density": density}, "cable": cable})
+        load_scene({"gravity": gravity, "sea": {"depth": 5.0, "density": density, "dry_above": False}, "cable": cable})
     )
     solution = CableSolution(problem)
     for s in ("0.25", "0.5", "0.75", "1"):

@@ -1,4 +1,4 @@
-"""Statistics of runs: crossings, peaks, rainflow, wear, Gumbel's distribution and its interval, circles, sets of runs.
+"""Statistics of runs: crossings, peaks, rainflow, fatigue, Gumbel's distribution, its interval, circles, sets of runs.
 
 Source: ASTM E1049-85, sums and integrals by hand, scipy's fits, samples of known distributions.
 """
@@ -13,24 +13,34 @@ from scipy import optimize, stats
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene, statistics
-from dolfbuoy.model import sea_statistics, spectra
+from dolfbuoy.model import spectra
+from dolfbuoy.model.airy import AirySum
 from dolfbuoy.model.components import components_of
 from dolfbuoy.model.sea import elevation_at
-from dolfbuoy.results import certainty, cycles, extremes
-from dolfbuoy.results.elevation import elevation
-from dolfbuoy.results.ensemble import set_of
+from dolfbuoy.results import extremes
 from dolfbuoy.results.offsets import smallest_circle
 from dolfbuoy.results.parts import alone
-from dolfbuoy.results.sample import numbers_of, sample_of
-from dolfbuoy.results.statistics import described
+from dolfbuoy.results.sample import NUMBERS, Fatigue, binned, sample_of
+from dolfbuoy.results.series import Series, described
+from dolfbuoy.results.statistics import exceedance, set_of
 from dolfbuoy.scene.waves import Waves
 
 # -- cycles ----------------------------------------------------------------------------------------------------------
 
 
+def series(x, t=None, noise=0.0):
+    """A series of these values, every second if no times are given."""
+    return Series("tension", np.arange(float(len(x))) if t is None else t, np.asarray(x, dtype=float), noise)
+
+
+def sampled(ranges, counts, duration):
+    """A sample of one line with these cycles."""
+    return {"duration": duration, "cycles": {"tension": [ranges, counts]}}
+
+
 def test_rainflow_is_that_of_astm_e1049():
     """The example of the standard, Fig. 6: half cycles as 0.5."""
-    ranges, counts = cycles.rainflow_cycles(np.array([-2, 1, -3, 5, -1, 3, -4, 4, -2.0]))
+    ranges, counts = series([-2, 1, -3, 5, -1, 3, -4, 4, -2.0]).ranges()
     found = collections.Counter()
     for size, count in zip(ranges, counts, strict=True):
         found[size] += count
@@ -39,16 +49,16 @@ def test_rainflow_is_that_of_astm_e1049():
 
 def test_a_series_without_turns_has_no_cycles():
     for x in (np.full(10, 3.0), np.array([1.0])):
-        ranges, counts = cycles.rainflow_cycles(x)
+        ranges, counts = series(x).ranges()
         assert len(ranges) == len(counts) == 0
-        assert cycles.equivalent_load(ranges, counts, 3.0, 100.0) == 0.0
+        assert Fatigue().equivalent_load(sampled(ranges, counts, 100.0), "tension") == 0.0
 
 
-def test_wear_of_known_ranges():
-    """Ten cycles of 2 and half a one of 4, m = 3: 112 N^3; K = 1000; equivalent in 14 cycles: 2."""
-    ranges, counts = np.array([2.0, 4.0]), np.array([10.0, 0.5])
-    assert cycles.miner_sum(ranges, counts, 3.0, 1000.0) == pytest.approx(0.112, rel=1e-14)
-    assert cycles.equivalent_load(ranges, counts, 3.0, 14.0) == pytest.approx(2.0, rel=1e-14)
+def test_damage_of_known_ranges():
+    """Ten cycles of 2 and half a one of 4, m = 3: 112 N^3; equivalent in 14 cycles, 28 s at 0.5 Hz: 2."""
+    sample = sampled([2.0, 4.0], [10.0, 0.5], 28.0)
+    assert Fatigue(3.0).power_sum(sample, "tension") == pytest.approx(112.0, rel=1e-14)
+    assert Fatigue(3.0, frequency=0.5).equivalent_load(sample, "tension") == pytest.approx(2.0, rel=1e-14)
 
 
 @pytest.mark.parametrize("exponent", [3.0, 5.0, 10.0])
@@ -56,30 +66,41 @@ def test_bins_lose_what_they_say(exponent):
     ranges = np.random.default_rng(3).rayleigh(size=20_000)
     exact = np.sum(ranges**exponent)
     for bins in (32, 64, 128):
-        values, counts = cycles.binned(ranges, np.ones(len(ranges)), bins)
+        values, counts = binned(ranges, np.ones(len(ranges)), bins)
         assert len(values) <= bins
         assert counts.sum() == len(ranges)
         assert np.sum(counts * values) == pytest.approx(ranges.sum(), rel=1e-12)
         lost = 1 - np.sum(counts * values**exponent) / exact
         widest = (ranges.max() / np.median(np.repeat(ranges, 1))) ** 2  # what counts most lies above the median
         assert 0 < lost < exponent * (exponent - 1) / 24 / bins**2 * widest
-    assert cycles.binned(ranges, 1, None)[0] is ranges
+    assert binned(ranges, ranges, len(ranges))[0] is ranges
+    halves = np.where(ranges > 2, 0.5, 1.0)
+    values, counts = binned(ranges, halves, 32)
+    assert counts.sum() == halves.sum()
+    assert np.sum(counts * values) == pytest.approx(np.sum(halves * ranges), rel=1e-12)
 
 
 def test_crossings_and_peaks_of_a_sinusoid():
-    """Any level; the period is interpolated, the peaks are the sampled ones."""
+    """The period is interpolated, the peaks are the sampled ones."""
     t = np.linspace(0, 30, 4001)
     x = 2 + 1.5 * np.sin(2 * np.pi * t / 3.7 - 1.0)
-    assert cycles.crossing_period(t, x, 2.4) == pytest.approx(3.7, rel=1e-5)
-    found = cycles.peaks(x, 2.4)
-    assert len(found) == 7
-    assert found == pytest.approx(3.5, rel=1e-5)
-    assert np.isnan(cycles.crossing_period(t[:200], x[:200], 2.0))
-    assert len(cycles.peaks(1e-12 * x, 2e-12, noise=1e-9)) == 0
+    assert series(x, t).period == pytest.approx(3.7, rel=1e-5)
+    found, counts = series(x, t).peaks()
+    assert found == pytest.approx(np.full(7, 3.5), rel=1e-5)
+    assert counts.tolist() == [1.0] * 7
+    assert np.isnan(series(x[:200], t[:200]).period)
+    assert len(series(1e-12 * x, t, noise=1e-9).peaks()[0]) == 0
+
+
+def test_peaks_are_between_upward_crossings():
+    """Not what comes after the last one, which may still rise."""
+    found, counts = series([-1, 1, -1, 2, -1, 3, -1, 4, -1.0]).peaks()
+    assert found.tolist() == [1.0, 2.0, 3.0]
+    assert counts.tolist() == [1.0] * 3
 
 
 def test_exceedance_of_four_peaks():
-    values, share = cycles.exceedance(np.array([1.0, 3.0, 2.0]), np.array([1.0, 1.0, 2.0]))
+    values, share = exceedance(np.array([1.0, 3.0, 2.0]), np.array([1.0, 1.0, 2.0]))
     assert values.tolist() == [3.0, 2.0, 1.0]
     assert share.tolist() == [0.2, 0.6, 0.8]
 
@@ -87,7 +108,7 @@ def test_exceedance_of_four_peaks():
 def test_numbers_of_a_known_series():
     """x = t^2 on uneven steps: mean 1/3, variance 4/45, third moment 16/945."""
     t = np.linspace(0, 1, 4001) ** 1.5
-    found = numbers_of(t, t**2)
+    found = series(t**2, t).numbers(NUMBERS)
     assert found["mean"] == pytest.approx(1 / 3, rel=1e-6)
     assert found["standard_deviation"] == pytest.approx(math.sqrt(4 / 45), rel=1e-6)
     assert found["skewness"] == pytest.approx(16 / 945 / (4 / 45) ** 1.5, rel=1e-5)
@@ -110,8 +131,9 @@ def test_the_most_probable_value_of_a_longer_time():
     """The distribution of the largest of three runs, F^3, is at its steepest there."""
     found = extremes.Gumbel(5.0, 2.0, 20)
     x = np.linspace(0, 20, 200_001)
-    density = np.gradient(found.below(x) ** 3, x)
-    assert found.below(x, 3.0) == pytest.approx(found.below(x) ** 3, rel=1e-12)
+    below = stats.gumbel_r.cdf(x, found.location, found.scale) ** 3
+    density = np.gradient(below, x)
+    assert found.above(x, 3.0) == pytest.approx(1 - below, rel=1e-12, abs=1e-15)
     assert found.most_probable(3.0) == pytest.approx(x[density.argmax()], abs=2e-4)
 
 
@@ -143,17 +165,17 @@ def test_the_memory_of_a_sea_is_that_of_its_spectrum():
     t, found = np.arange(0.0, 600.0, 0.5), []
     for seed in range(40):
         c = components_of(Waves(**waves, seed=seed))
-        found.append(certainty.memory_of(t, 3.0 + np.cos(np.outer(t, c.frequency) - c.phase) @ c.amplitude))
-    theory = sea_statistics.scatter_of_m0(spectra.jonswap(2.0, 6.0), 1.0) ** 2
+        found.append(series(3.0 + np.cos(np.outer(t, c.frequency) - c.phase) @ c.amplitude, t).memory)
+    theory = extremes.memory_of(spectra.jonswap(2.0, 6.0))
     assert np.mean(found) == pytest.approx(theory, rel=0.15)
-    assert np.isnan(certainty.memory_of(t, np.ones(len(t))))
+    assert np.isnan(series(np.ones(len(t)), t).memory)
 
 
 def test_a_deviation_is_as_well_known_as_is_said():
     """Of 600 runs, each of five minutes, 95 % lie within the bounds; counted within three deviations."""
     waves = {"spectrum": "jonswap", "significant_height": 2.0, "peak_period": 6.0, "amplitudes": "random"}
     t, hits = np.arange(0.0, 300.0, 0.5), 0
-    known = certainty.deviation_known(sea_statistics.scatter_of_m0(spectra.jonswap(2.0, 6.0), 1.0) ** 2, 300.0)
+    known = extremes.deviation_uncertainty(extremes.memory_of(spectra.jonswap(2.0, 6.0)), 300.0)
     for seed in range(600):
         c = components_of(Waves(**waves, seed=seed, components=400))
         hits += abs((np.cos(np.outer(t, c.frequency) - c.phase) @ c.amplitude).std() / 0.5 - 1) < known
@@ -166,18 +188,30 @@ def test_how_well_a_largest_value_is_known(runs, times):
     """Beside half of the interval from samples; the number of runs is the inverse."""
     largest = extremes.Gumbel(30.0, 2.0, runs)
     low, high = largest.interval(times)
-    known = certainty.part_known(largest, runs, times, 10.0)
+    known = largest.uncertainty(runs, times, 10.0)
     assert known == pytest.approx(0.5 * (high - low) / (largest.most_probable(times) - 10.0), rel=0.05)
-    assert certainty.runs_needed(largest, known * (1 + 1e-9), times, 10.0) == runs
-    assert certainty.runs_needed(largest, 10.0, times) == extremes.LEAST
+    assert largest.runs_needed(known * (1 + 1e-9), times, 10.0) == runs
+    assert largest.runs_needed(10.0, times) == extremes.LEAST
+
+
+@pytest.mark.parametrize("crests", [500.0, 3000.0])
+@pytest.mark.parametrize("part", [0.003, 0.01])
+def test_components_that_lower_a_crest_by_a_part(crests, part):
+    """The height that is exceeded once, with Pearson's first term and without: its root is found."""
+    n = extremes.components_needed(crests, part)
+
+    def exceeded(q):
+        return math.log(crests) - q + math.log1p(-(q**2 / 2 - q) / (2 * n))
+
+    q = optimize.brentq(exceeded, 1.0, math.log(crests))
+    assert 1 - math.sqrt(q / math.log(crests)) == pytest.approx(part, rel=0.05)
 
 
 def test_the_largest_crest_is_rayleighs():
-    """Its distribution beside that of as many independent crests: mean and deviation to the first order of 1/ln N."""
-    found = certainty.largest_crest(5.0)
-    mean, deviation = sea_statistics.largest_crest(10800 / 5.0)
-    assert found.location + 0.5772 * found.scale == pytest.approx(mean, rel=0.01)
-    assert found.scale * math.pi / math.sqrt(6) == pytest.approx(deviation, rel=0.1)
+    """Beside the asymptotic distribution of as many independent crests, to the first order of 1/ln N."""
+    found, steepness = extremes.largest_crest(extremes.crests_of(5.0)), math.sqrt(2 * math.log(10800 / 5.0))
+    assert found.most_probable() == pytest.approx(steepness, rel=0.01)
+    assert found.scale == pytest.approx(1 / steepness, rel=0.1)
 
 
 # -- circles ---------------------------------------------------------------------------------------------------------
@@ -278,8 +312,8 @@ def test_most_probable_maximum_of_a_gaussian_sea(found):
     assert float(found.surface_elevation_maximum.mean()) < low
 
 
-def test_wear_of_a_run(runs, found):
-    ranges, counts = cycles.rainflow_cycles(runs[0].tension_top.values[500:, 0])
+def test_damage_of_a_run(runs, found):
+    ranges, counts = series(runs[0].tension_top.values[500:, 0]).ranges()
     damage = np.sum(counts * ranges**4)
     assert float(found.tension_top_damage[0]) == pytest.approx(damage / 1e18, rel=1e-12)
     assert float(found.tension_top_equivalent_load[0]) == pytest.approx((damage / 220) ** 0.25, rel=1e-12)
@@ -311,13 +345,21 @@ def test_runs_of_several_scenes_are_sets(runs):
     assert "in 1 of 2 sets" in several.attrs["notes"]
 
 
+def test_sets_may_have_different_lines(runs):
+    other = load_scene(SCENE, waves__amplitude=2.0)
+    several = statistics([*runs[:10], *(narrow(k, scene=other).assign_coords(cable=["port"]) for k in range(10))])
+    finite = np.isfinite(several.tension_top_most_probable.sel(bound="estimate"))
+    assert finite.transpose("set", "cable").values.tolist() == [[True, False], [False, True]]
+    assert "not all runs" not in several.attrs["notes"]
+
+
 def test_a_title_does_not_make_a_set():
     assert set_of(load_scene(SCENE, title="other")) == set_of(SCENE)
     assert set_of(load_scene(SCENE, waves__phase_deg=3.0)) != set_of(SCENE)
 
 
 def test_a_run_within_its_ramp_is_refused():
-    with pytest.raises(InputError, match=r"run 0: The run ends at t = 80 s: behind t = 100 s there is nothing"):
+    with pytest.raises(InputError, match=r"run 0: The run ends at t = 80 s, and statistics begin at t = 100 s"):
         statistics(narrow(1, 80.0))
 
 
@@ -333,7 +375,7 @@ def test_elevation_at_a_fixed_point_is_that_of_the_forms():
     times = np.array([0.0, 3.0, 50.0, 99.0, 100.0, 123.4])
     for point in ((0.0, 0.0), (7.0, -11.0)):
         expected = [float(elevation_at(SCENE, t, np.array([*point, 0.0]))) for t in times]
-        assert elevation(SCENE, times, point) == pytest.approx(expected, abs=1e-12)
+        assert AirySum.of(SCENE).over_time(times, point) == pytest.approx(expected, abs=1e-12)
 
 
 def test_the_fixed_point_of_a_regular_wave(runs):

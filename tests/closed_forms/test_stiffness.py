@@ -58,7 +58,7 @@ def _pose(scene, force, height, base, step):
         return r, R, np.concatenate([step, np.zeros(3)])
     total, share = np.array(force), None
     body = load_scene(merged(scene, external_force={"force": list(base)}))
-    mass = dolfbuoy.model.rigid.mass_properties(body.buoy[0], dolfbuoy.model.rigid.shape_of(body.buoy[0]))
+    mass = dolfbuoy.model.rigid.mass_properties(body.buoy[0])
     share = np.linalg.norm(step) / np.linalg.norm(total)  # one force at a height of its own makes the same torque
     r, R, _ = at_rest(scene, total, mass.height + share * (height - mass.height) * np.sign(step @ total))
     lever = R.as_matrix()[:, 2] * (share * (height - mass.height) * np.sign(step @ total))

@@ -3,18 +3,18 @@
 Source: sums over elements in numpy, the balance of energy.
 """
 
+import math
+
 import numpy as np
 import pytest
+import typer
 import xarray as xr
 from dynamics_helpers import MOORED, gauss, lagrange, length, merged, rates, running, string_matrices
-from typer.testing import CliRunner
+from verification import endurance
 
-from dolfbuoy.commands.study import app
 from dolfbuoy.errors import InputError
 from dolfbuoy.motion.energy import Meter
 from dolfbuoy.studies.physics import energy
-from dolfbuoy.studies.stability import endurance
-from dolfbuoy.studies.study import run_command
 
 TOP = {"kind": "prescribed", "position": [12.0, 0.5, -3.5], "amplitude": [0.1, 0.2, 1.0], "period": 5.0, "ramp": 2.0}
 CABLE = {
@@ -43,7 +43,7 @@ def test_energies_and_powers_of_a_cable():
             simulation.step(dt)
             positions.append(u[nodes].copy())
         found, T = meter.read(), u[cable.T_dofs[np.argsort(cable.cell_ends[:, 0])]][:, 0]
-        end_tension = simulation.end_tension
+        (end_tension,) = simulation.end_tension
     r, v = positions[-1], (positions[-1] - positions[-2]) / dt
     a = (positions[-1] - 2 * positions[-2] + positions[-3]) / dt**2
     breaks, area = np.linspace(0, c["length"], 7), np.pi * c["diameter"] ** 2 / 4
@@ -159,21 +159,30 @@ def test_what_is_noticed():
     assert failures(stretched) == ["||q| - 1|"]
 
 
-def test_short_for_a_while(tmp_path):
+def test_short_for_a_while(tmp_path, capsys):
     """The start has died out after a minute and a half; a second call reads what the first has left."""
-    arguments = ["endurance", "short", "--duration", "150", "--window", "15", "--skip", "6", "--out", str(tmp_path)]
-    done = CliRunner().invoke(app, [*arguments, "--tolerance", "1e-3"])
-    assert done.exit_code == 0, done.output
-    assert "FAILED" not in done.output
-    assert (tmp_path / "endurance.png").stat().st_size > 5000
+    options = {"duration": 150.0, "window": 15.0, "skip": 6, "out": tmp_path}
+    endurance.main("short", tolerance=1e-3, **options)
+    assert "FAILED" not in capsys.readouterr().out
     written = (tmp_path / "run" / "results.nc").stat().st_mtime_ns
-    done = CliRunner().invoke(app, [*arguments, "--tolerance", "1e-15"])
-    assert done.exit_code == 1
-    assert "FAILED" in done.output
+    with pytest.raises(typer.Exit) as end:
+        endurance.main("short", tolerance=1e-15, **options)
+    assert end.value.exit_code == 1
+    assert "FAILED" in capsys.readouterr().out
     assert (tmp_path / "run" / "results.nc").stat().st_mtime_ns == written
 
 
-def test_too_short_for_its_windows(tmp_path):
-    options = {"scene": "short", "duration": 20.0, "step": 0.1, "scheme": "bdf2", "newton": 1e-9, "window": 15.0}
-    with pytest.raises(InputError, match="--duration 20: fewer than 3 windows of 15 s"):
-        run_command("endurance", tmp_path, **options, skip=1, tolerance=1e-3)
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"duration": 20.0, "window": 15.0}, "--duration 20: fewer than 3 windows of 15 s"),
+        ({"window": 0.0}, "--window 0: must be a positive"),
+        ({"window": -10.0}, "--window -10: must be a positive"),
+        ({"window": math.nan}, "--window nan: must be a positive"),
+        ({"tolerance": math.nan}, "--tolerance nan: must be a positive"),
+        ({"scene": "nowhere"}, "'nowhere': is neither a file nor a shipped scene"),
+    ],
+)
+def test_what_it_cannot_judge(options, said, tmp_path):
+    with pytest.raises(InputError, match=said):
+        endurance.main(**{"scene": "short"} | options, out=tmp_path)

@@ -12,7 +12,7 @@ import pytest
 from mpi4py import MPI
 from mpi_helpers import needs_mpirun, start_scenes
 from scipy.optimize import fsolve
-from test_networks import SCRIPT, apart, defect
+from test_networks import apart, defect
 
 from dolfbuoy import load_scene, simulate
 from dolfbuoy.motion.simulation import Simulation
@@ -201,7 +201,7 @@ def test_a_run_of_groups_goes_on_to_the_last_bit(tmp_path):
 def test_ranks(tmp_path):
     """Groups on two ranks give what they give on one, to 1e-8 of the size of each quantity."""
     scene = in_groups(EVERYTHING) | {"time": EVERYTHING["time"] | {"end": 0.5}}
-    done = start_scenes(2, {"groups": scene}, tmp_path, SCRIPT)
+    done = start_scenes(2, {"groups": scene}, tmp_path)
     assert done.returncode == 0, done.stderr[-2000:]
     alone, together = simulate(scene), read(tmp_path / "groups" / "results.nc")
     for quantity in QUANTITIES:

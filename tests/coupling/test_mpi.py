@@ -13,13 +13,6 @@ from dolfbuoy.results.record import read
 
 pytestmark = [pytest.mark.mpi, needs_mpirun]
 
-SCRIPT = """
-import json, sys
-import dolfbuoy
-
-for name, scene in json.load(open(sys.argv[1])).items():
-    dolfbuoy.simulate(scene, out=name)
-"""
 
 MOVING = merged(MOORED, waves__ramp=0.2, waves__direction_deg=30.0, time={"end": 0.3, "step": 0.01})
 DRIVEN = {
@@ -107,7 +100,7 @@ SCENES = {
 def parallel(request, tmp_path_factory):
     """(number of ranks, folder with one record per scene)."""
     folder = tmp_path_factory.mktemp("mpi")
-    done = start_scenes(request.param, SCENES, folder, SCRIPT)
+    done = start_scenes(request.param, SCENES, folder)
     assert done.returncode == 0, done.stderr[-3000:]
     return request.param, folder
 
@@ -133,6 +126,8 @@ def test_same_as_serial(serial, parallel, name):
         value, reference = run[variable].values, expected[variable].values
         assert value.shape == reference.shape, variable
         size = np.abs(reference).max()
+        if variable.startswith("cable_tension"):  # the least of a slack element is rounding
+            size = max(size, np.abs(expected.cable_tension.values).max())
         if variable in ("cone_angle", "roll", "pitch", "yaw"):  # of a rotation that is known to 1e-8
             size = max(size, 1.0)
         assert np.abs(value - reference).max() <= 1e-8 * size, variable
@@ -149,5 +144,5 @@ def test_serial_run_moves(serial, name):
 def test_more_ranks_than_elements(tmp_path):
     """It runs, or it says in a sentence why not; it does not crash."""
     scene = merged(SCENES["free end"], cable__elements=1)
-    done = start_scenes(2, {"rod": scene}, tmp_path, SCRIPT)
+    done = start_scenes(2, {"rod": scene}, tmp_path)
     assert done.returncode == 0 or "dolfbuoy.errors.InputError" in done.stderr, done.stderr[-3000:]

@@ -8,13 +8,13 @@ import pytest
 from alone import simulate
 
 from dolfbuoy import load_scene
-from dolfbuoy.model.rigid import mass_properties, rotation_of, shape_of
+from dolfbuoy.model.rigid import mass_properties, rotation_of
 
 
 def spins(scene):
     """Angular velocity about the axis at the recorded instants [rad/s]."""
     run = simulate(scene)
-    axial = mass_properties(scene.buoy[0], shape_of(scene.buoy[0])).inertia[2]
+    axial = mass_properties(scene.buoy[0]).inertia[2]
     d = np.array([rotation_of(q)[:, 2] for q in run.buoy_orientation.values])
     return np.sum(run.angular_momentum.values * d, axis=1) / axial
 

@@ -111,7 +111,7 @@ def tether(depth=60.0, speed=0.5, rope=40.0, bed=True, bodies=(FLOAT, CLUMP), **
         segment["body"] = body
     segments += [CORD | {"length": 15.0, "elements": 12}]
     line = {"name": "tether", "segments": segments, "slack": "tension-only", "normal_drag": 1.2} | cable
-    scene = {"sea": {"depth": depth}, "cable": [line], "buoy": HULL}
+    scene = {"sea": {"depth": depth, "dry_above": False}, "cable": [line], "buoy": HULL}  # drag as in `drag_and_weight`
     scene |= {"current": {"speed": speed}} if speed else {}
     return scene | ({"seabed": {} if bed is True else bed} if bed else {})
 

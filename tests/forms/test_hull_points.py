@@ -57,7 +57,7 @@ def exact(hull, height, tilt):
     """Volume, its moment about C and the area of the water plane, by adaptive quadrature of the wet segments."""
     up, s = math.cos(tilt), abs(math.sin(tilt))
     total = np.zeros(3)
-    for a, b, ra, rb in hull.buoy.shape.segments():
+    for a, b, ra, rb in hull.buoy.shape.segments:
         R = lambda z, a=a, b=b, ra=ra, rb=rb: ra + (rb - ra) * (z - a) / (b - a)  # noqa: E731
         depth = lambda z: -(height + (z - hull.buoy.mass.height) * up)  # noqa: E731
         ends = [a, b]

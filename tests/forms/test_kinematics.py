@@ -9,12 +9,14 @@ from helpers import reference
 from scipy.special import j1, jv
 
 from dolfbuoy import load_scene
+from dolfbuoy.core import build
 from dolfbuoy.forms import sea
 from dolfbuoy.model.airy import AirySum
-from dolfbuoy.model.kinematics import Kinematics, compiled_sums
+from dolfbuoy.model.kinematics import Kinematics
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.scene.waves import Waves
-from dolfbuoy.solver import c_code, compat
+from dolfbuoy.solver import compat
+from dolfbuoy.solver.c_code import core
 
 THREE = next(case for case in reference("sea")["cases"] if "sum_of_three" in case["id"])
 STORM = {"spectrum": "jonswap", "significant_height": 3.0, "peak_period": 7.0, "spreading": 6.0, "components": 100}
@@ -30,8 +32,7 @@ class Sums:
     def __init__(self, scene, t):
         self.kinematics, self.airy, self.t = Kinematics(scene), AirySum.of(scene), t
         self.kinematics.set_time(t)
-        self.module = compiled_sums()
-        self.waves = self.module.ffi.cast("waves *", int(self.kinematics.address))
+        self.module, self.waves = core(), self.kinematics.waves
 
     def at(self, x, weights="ones"):
         """(eta, slope, curvature), (v, 5, 7), (a, 5, 7) at x, the ramp included."""
@@ -139,18 +140,18 @@ def test_weights_over_disks():
 
 def test_denormal_numbers_survive():
     """gcc's start-up code of -ffast-math would flush them in the whole process."""
-    assert compiled_sums().lib.phases_at
+    assert core().lib.phases_at
     assert np.float64(1e-310) * np.float64(0.5) == 5e-311
 
 
-def test_without_vectors_the_sums_are_the_same(monkeypatch):
+def test_without_vectors_the_sums_are_the_same(tmp_path, monkeypatch):
     """What is compiled where there is no libmvec."""
-    from dolfbuoy.model import kinematics_c as c
-
-    plain = c_code.module("waves", c.SUMS_DECLARATIONS, c.SUMS)
+    monkeypatch.setattr(build.platform, "machine", lambda: "another")
+    monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path)
+    plain = core.__wrapped__()
     fast, x = Sums(scene_of(STORM), 9.0), np.array([3.0, 4.0, -2.0])
     slow = Sums(scene_of(STORM), 9.0)
-    slow.module, slow.waves = plain, plain.ffi.cast("waves *", int(slow.kinematics.address))
+    slow.module, slow.waves = plain, plain.ffi.cast("waves *", int(core().ffi.cast("uintptr_t", slow.waves)))
     for a, b in zip(fast.at(x), slow.at(x), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-12)
 

@@ -18,7 +18,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.forms import buoy, cable, hull, morison, sea
 from dolfbuoy.forms.sea import Flow
 from dolfbuoy.model.lines import top_position
-from dolfbuoy.model.material import cross_section, weight_per_length
+from dolfbuoy.model.rigid import cross_section, weight_per_length
 from dolfbuoy.scene import Top
 from dolfbuoy.solver.compat import MPI, interval_mesh
 

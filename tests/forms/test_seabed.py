@@ -16,7 +16,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from dolfbuoy import load_scene
 from dolfbuoy.forms import seabed
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.model.seabed import contact, grip_of_body, grip_of_line, hardness, plane
+from dolfbuoy.model.seabed import grip_of_body, grip_of_line, hardness, plane
 from dolfbuoy.solver.real import real_space
 from dolfbuoy.solver.unknowns import Contribution, Part
 
@@ -132,7 +132,8 @@ def test_numbers_of_a_body():
     assert grip.stick == pytest.approx(0.7 * weight / 0.02, rel=1e-12)
     normal, level = plane(scene)
     x = np.array([3.0, -2.0, -20.0 + 0.3 + 0.1 - 0.002 / normal[2]])
-    at = contact(ufl.as_vector(normal.tolist()), level, grip, ufl.as_vector(x.tolist()))
+    n = ufl.as_vector(normal.tolist())
+    at = seabed.Contact(n, seabed.gap(n, level, ufl.as_vector(x.tolist())), *grip[:3], None, grip.stick, None)
     assert number(seabed.pressure(at)) == pytest.approx(weight, rel=1e-9)
 
 

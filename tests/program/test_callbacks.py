@@ -58,7 +58,7 @@ def trajectory(scene, steps=STEPS):
     """Every step of a run: time, unknowns, force at the end, and what Newton's method did; the failed steps of it."""
     simulation, rows = Simulation(scene, MPI.COMM_SELF), []
     for _ in zip(range(steps), simulation.run(), strict=False):
-        tension = [] if simulation.end_tension is None else simulation.end_tension
+        tension = [] if simulation.end_tension is None else simulation.end_tension.ravel()
         rows.append(np.concatenate([[simulation.t], numbers(simulation.newton), simulation.system.u, tension]))
     failed = simulation.control.failed
     simulation.problem.destroy()

@@ -14,7 +14,8 @@ from matplotlib.image import imread
 
 from dolfbuoy import InputError, figures, simulate
 from dolfbuoy.forms import sea
-from dolfbuoy.model.sea import elevation_at, heading, ramp, velocity_at, wavenumber
+from dolfbuoy.model.airy import ramp
+from dolfbuoy.model.sea import elevation_at, heading, velocity_at, wavenumber
 from dolfbuoy.results.figures import draw_all
 from dolfbuoy.results.paraview import export
 from dolfbuoy.results.snapshot import JOINTS

@@ -247,7 +247,7 @@ UNWRITABLE = {
 
 
 @pytest.mark.parametrize("case", UNWRITABLE)
-@pytest.mark.parametrize("command", ["run", "static", "sweep", "advise", "study step-cost", "report"])
+@pytest.mark.parametrize("command", ["run", "static", "sweep", "advise", "study effects", "report"])
 def test_what_cannot_be_written_is_found_first(call, files, monkeypatch, case, command):
     """Before a form is compiled; as root too."""
     from dolfbuoy.model.problem import Problem

@@ -255,7 +255,10 @@ def test_the_table_of_a_wave_in_space():
     assert np.diff(x) == pytest.approx(wave / 64, rel=1e-3)
     assert y.tolist() == [-1e4, 1e4]
     assert (z[0], z[-1]) == (-31.0, 0.0)
-    assert z[-2] == pytest.approx(-wave / 64, rel=1e-3)
+    near = z > -wave / 2 + 1e-6
+    assert near.sum() == 32  # as fine half a wave length down, twelve points to the bed
+    assert np.diff(z[near]) == pytest.approx(wave / 64, rel=1e-3)
+    assert len(z) == 32 + 11
 
 
 def test_a_current():

@@ -116,6 +116,7 @@ def test_a_body_of_moordyn(change, words):
             ("water_depth: 202", "water_depth: 102"),
             "points, foot 1: z = -200.5 is below the bed, which water_depth puts",
         ),
+        (("[1, 2, -15]", "[1, 2, -215]"), "points, ship: z = -215 is below the bed, which water_depth puts at -202 m"),
         (("g: 9.79", "g: high"), "site.g is 'high', which is no number"),
         (("mooring:", "mooring:\n  file: lines.dat"), "mooring.file = 'lines.dat': the mooring is in that file"),
     ],

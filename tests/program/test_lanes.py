@@ -8,15 +8,17 @@ import subprocess
 
 import numpy as np
 import pytest
+from assemblers import Assemblers
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
+from dolfbuoy.core import build
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.solver import c_code, compat, instructions, lanes, loops
-from dolfbuoy.solver.floor import Assemblers
+from dolfbuoy.solver import c_code, compat, instructions, lanes
 
+SIZES = lanes.Sizes(tensor=2, coefficients=2, constants=2, coordinates=6)  #: of the kernel below
 REGISTERS = {"baseline": r"%[yz]mm\d", "avx2": r"%zmm\d", "avx512": r"$^"}  #: which a set does not have
 
 OF_ONE = """void %s(double* restrict A,
@@ -63,12 +65,14 @@ def values_of_cells(rng, n):
 
 @pytest.fixture
 def from_text(tmp_path, monkeypatch):
-    """Writes the text of a kernel into a cache of its own; returns what `lanes` makes of it for a set."""
+    """Writes the text of a kernel into a cache of its own; returns what `lanes` makes of it for a set, and compares
+    with what is compiled of `reference`, for one cell."""
     monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path)
 
-    def compiled(text, chosen, name="text.c"):
-        (tmp_path / name).write_text(text)
-        return lanes._compiled.__wrapped__(tmp_path / name, "kernel", chosen)
+    def compiled(text, chosen, reference=None):
+        (tmp_path / "text.c").write_text(text)
+        single = of_one(tmp_path, reference or text)
+        return lanes._compiled.__wrapped__(tmp_path / "text.c", "kernel", chosen, single, SIZES)
 
     return compiled
 
@@ -79,18 +83,17 @@ def called(function, cells, w, c, x):
     arrays = [A, *(c_code.aligned(a.size).reshape(a.shape) for a in (w, c, x))]
     for array, values in zip(arrays[1:], (w, c, x), strict=True):
         array[:] = values
-    ffi = loops.compiled().ffi
+    ffi = c_code.core().ffi
     call = ffi.cast("void (*)(double *, double *, double *, double *)", function)
     call(*(ffi.cast("double *", array.ctypes.data) for array in arrays))
     return A
 
 
-def of_one(monkeypatch, from_text, text):
-    """The same kernel for one cell, as it is."""
-    monkeypatch.setattr(lanes, "is_known", lambda kernel: False)
-    function, cells = from_text(text, instructions.SETS[0], "single.c")
-    assert cells == 1
-    return function
+def of_one(folder, text):
+    """A kernel for one cell, as it is."""
+    path = folder / f"single-{len(list(folder.iterdir()))}.so"
+    lanes.compile_kernel(path, lanes.text_of(text, "kernel"), "kernel", instructions.SETS[0], lanes=1)
+    return lanes._address(path)
 
 
 @pytest.mark.parametrize("chosen", instructions.available(), ids=lambda known: known.name)
@@ -102,7 +105,7 @@ def test_every_word_of_a_kernel(chosen, from_text, tmp_path, monkeypatch):
     assert cells == chosen.lanes
     w, c, x = values_of_cells(rng, cells)
     found = called(function, cells, w, c, x)
-    single = of_one(monkeypatch, from_text, text)
+    single = of_one(tmp_path, text)
     expected = np.concatenate(
         [called(single, 1, *(np.ascontiguousarray(a[:, [k]]) for a in (w, c, x))) for k in range(cells)], axis=1
     )
@@ -128,7 +131,7 @@ def test_a_system(chosen, changes, monkeypatch):
     expected.residuals()
     expected.jacobians()
     expected.A.assemble()
-    assert system.add_residuals.arguments[1][0].lanes == chosen.lanes
+    assert system.add_residuals.described.integrals[0].lanes == chosen.lanes
     np.testing.assert_allclose(found, expected.b, rtol=1e-12, atol=1e-12 * np.abs(found).max())
     a, b = system.A.getValuesCSR()[2], expected.A.getValuesCSR()[2]
     np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-14 * np.abs(b).max())
@@ -142,9 +145,9 @@ def test_a_cache_that_travels(from_text, tmp_path, monkeypatch):
     for known in reversed(instructions.available()):
         monkeypatch.setattr(instructions, "processor_flags", lambda known=known: flags & known.needs)
         assert instructions.best() == known
-        before = set(tmp_path.glob("*.so"))
+        before = set(tmp_path.glob("dolfbuoy_lanes*.so"))
         _, cells = from_text(text, instructions.best())
-        (library,) = set(tmp_path.glob("*.so")) - before
+        (library,) = set(tmp_path.glob("dolfbuoy_lanes*.so")) - before
         assert cells == known.lanes
         libraries[known.name] = subprocess.run(["objdump", "-d", library], check=True, capture_output=True, text=True)
     for name, listing in libraries.items():
@@ -161,20 +164,38 @@ def test_the_set_may_be_chosen(monkeypatch):
 
 
 def test_what_is_not_known_stays(from_text):
-    """A kernel that calls another function is compiled as it is, for one cell."""
+    """A kernel that calls another function serves as it is, for one cell."""
     data = ", void* custom_data" if compat.KERNEL_TAKES_DATA else ""
     text = (OF_ONE % ("kernel", data)).replace("tanh(w0)", "tgamma(w0)")
-    function, cells = from_text(text, instructions.best())
-    assert cells == 1
-    w, c, x = values_of_cells(np.random.default_rng(3), 1)
-    assert np.all(called(function, 1, w, c, x) != 0)
+    assert from_text(text, instructions.best()) is None
+
+
+def test_a_kernel_with_other_numbers_is_not_used(from_text, caplog):
+    """Compared once, where it is compiled, with that for one cell, and said once."""
+    text = OF_ONE % ("kernel", ", void* custom_data" if compat.KERNEL_TAKES_DATA else "")
+    other = text.replace("weights_a[2] = { 0.25, 0.75 }", "weights_a[2] = { 0.25, 0.750000001 }")
+    assert from_text(text, instructions.best(), reference=other) is None
+    assert from_text(text, instructions.best(), reference=other) is None
+    (said,) = caplog.messages
+    assert "kernel" in said
+    assert "not used" in said
+
+
+def test_cells_that_hang_on_last_digits_do_not_count(tmp_path):
+    """A kernel with a pole is compared where it is far from it; one that has nothing else is not used."""
+    text = OF_ONE % ("kernel", ", void* custom_data" if compat.KERNEL_TAKES_DATA else "")
+    single = of_one(tmp_path, text)
+    assert lanes.difference(single, 1, single, SIZES) == 0.0
+    nothing = of_one(tmp_path, text.replace("double w0 = 0.0;", "double w0 = log(-1.0);"))
+    assert lanes.difference(nothing, 1, nothing, SIZES) == np.inf
 
 
 def test_without_the_text(monkeypatch, tmp_path):
     """Where FFCx's C is gone, its own kernel serves, cell by cell."""
-    monkeypatch.setattr(lanes, "_place_of", lambda kernel: (tmp_path / "gone.c", "kernel"))
+    monkeypatch.setattr(build, "place_of", lambda kernel: (tmp_path / "gone.so", "kernel"))
     problem = Problem(load_scene(merged(MOORED, cable__elements=5)), dynamic=True, comm=MPI.COMM_SELF)
-    assert {one.lanes for one in problem.system.add_residuals.arguments[1]} == {1}
+    loop = problem.system.add_residuals.described
+    assert {loop.integrals[k].lanes for k in range(loop.count)} == {1}
     problem.system.u[:] = np.random.default_rng(2).uniform(-1, 1, problem.system.size)
     problem.system.publish()
     assert np.ptp(problem.system.evaluate()) > 1

@@ -24,7 +24,7 @@ LAYERS = (
     ("model",),
     ("solver", "scene"),
     ("parallel",),
-    ("elsewhere", "writing"),
+    ("elsewhere", "writing", "core"),
     ("forms", "meshes", "scenes", "errors", "roots", "version"),
 )
 #: Within a line: what a scheme leaves of a motion stands in the summary of a run; linear motions begin where runs do.

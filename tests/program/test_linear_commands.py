@@ -3,6 +3,8 @@
 Source: what README and the interface promise.
 """
 
+import re
+
 import meshio
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from mpi_helpers import needs_mpirun, start_scenes
 import dolfbuoy
 from dolfbuoy import InputError
 from dolfbuoy.results.mode_figures import mode_shape
+from dolfbuoy.results.mode_record import moving
 from dolfbuoy.scene import load_scene
 
 FEW = ["--set", "cable.elements=6"]
@@ -38,6 +41,10 @@ def test_modes_prints_and_writes(call, tmp_path):
     for n in range(1, 5):
         assert (tmp_path / "figures" / f"mode_{n:02d}.png").stat().st_size > 5000
         assert (tmp_path / "paraview" / f"mode_{n:02d}_hull.pvd").is_file()
+        period = found.period.values[n - 1] if n > 1 else 1.0  # what has none is shown in 1 s
+        film = (tmp_path / "paraview" / f"mode_{n:02d}_hull.pvd").read_text()
+        times = [float(t) for t in re.findall(r'timestep="([^"]*)"', film)]
+        np.testing.assert_allclose(times, period * np.arange(16) / 16)
     assert "nothing holds it" in (tmp_path / "modes.html").read_text()
     again = call("modes", tmp_path / "modes.toml", "--number", 2, "--out", tmp_path)
     assert again[0] == 0
@@ -61,6 +68,21 @@ def test_a_figure_is_enlarged_and_says_so():
     np.testing.assert_allclose((largest + later) / 2, rest, atol=1e-12)
     aside = figure.axes[1].lines[1].get_xydata() - figure.axes[1].lines[0].get_xydata()
     assert np.abs([*(largest - rest), *aside]).max() > 0.1 * np.ptp(rest)
+
+
+def test_a_mode_moves_as_its_complex_shape():
+    """x(t) = rest + size Re(phase x), displacements, turns and tensions; the largest is a part of what is shown."""
+    rng = np.random.default_rng(6)
+    shape, tension, rest = rng.uniform(-1, 1, (1, 2, 4, 3)), rng.uniform(-9, 9, (1, 2, 3)), rng.uniform(0, 30, (4, 3))
+    data = {"cable_position": (("mode", "part", "node", "xyz"), shape), "rest_cable_position": (("node", "xyz"), rest)}
+    data |= {"cable_tension": (("mode", "part", "cell"), tension)}
+    phases = np.exp(1j * np.array([0.0, 0.4, 2.0]))
+    found = moving(xr.Dataset(data), 1, [0.0, 1.0, 2.0], phases)
+    size = 0.12 * np.ptp(rest, axis=0).max() / np.abs(shape).max()
+    for k, phase in enumerate(phases):
+        moved = size * (phase * (shape[0, 0] + 1j * shape[0, 1])).real
+        np.testing.assert_allclose(found.cable_position[k], rest + moved)
+        np.testing.assert_allclose(found.cable_tension[k], size * (phase * (tension[0, 0] + 1j * tension[0, 1])).real)
 
 
 def test_stiffness_prints_and_writes(call, tmp_path):
@@ -221,17 +243,19 @@ def test_networks_move_in_paraview(call, tmp_path):
     """A moving mesh of every cable and hull; over a period the mean place is that at rest."""
     code, _, _ = call("modes", "two-buoys", "--number", 1, "--paraview", "--out", tmp_path)
     assert code == 0
-    names = {f"cable_{cable}" for cable in ("west", "southwest", "between", "east", "southeast")}
-    names |= {"hull_left", "hull_right"}
-    assert {path.stem for path in (tmp_path / "paraview").glob("*.pvd")} == {f"mode_01_{name}" for name in names}
+    assert {path.stem for path in (tmp_path / "paraview").glob("*.pvd")} == {"mode_01_cable", "mode_01_hull"}
     rest = xr.load_dataset(tmp_path / "modes.nc")
-    paths = sorted((tmp_path / "paraview").glob("mode_01_cable_between_*.vtu"))
-    points = np.array([meshio.read(path).points for path in paths])
-    own = rest.rest_cable_position.values[rest.cable_of_node.values == 2]
-    np.testing.assert_allclose(points.mean(axis=0), own, atol=1e-6)
-    assert np.ptp(points, axis=0).max() > 1
-    hulls = [meshio.read(path).points for path in sorted((tmp_path / "paraview").glob("mode_01_hull_left_*.vtu"))]
-    assert np.ptp(hulls, axis=0).max() > 1
+    meshes = {
+        kind: [meshio.read(path) for path in sorted((tmp_path / "paraview").glob(f"mode_01_{kind}_*.vtu"))]
+        for kind in ("cable", "hull")
+    }
+    points = np.array([mesh.points for mesh in meshes["cable"]])
+    np.testing.assert_allclose(points.mean(axis=0), rest.rest_cable_position.values, atol=1e-6)
+    assert np.ptp(points[:, rest.cable_of_node.values == 2], axis=0).max() > 1
+    hulls = np.array([mesh.points for mesh in meshes["hull"]])
+    first = meshes["hull"][0]
+    left = np.unique(first.cells_dict["quad"][first.cell_data["buoy [1]"][0] == 0])
+    assert np.ptp(hulls[:, left], axis=0).max() > 1
 
 
 @pytest.mark.parametrize(

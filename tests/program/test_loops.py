@@ -1,4 +1,4 @@
-"""The loops in C against dolfinx's assemblers, and how their library comes into the cache.
+"""The loops in C against dolfinx's assemblers.
 
 Source: dolfinx's assemblers.
 """
@@ -6,14 +6,13 @@ Source: dolfinx's assemblers.
 import numpy as np
 import pytest
 from alone import simulate
+from assemblers import Assemblers
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
-from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.solver import c_code, compat, loops
-from dolfbuoy.solver.floor import Assemblers
+from dolfbuoy.solver import c_code, compat
 from dolfbuoy.solver.newton import Newton
 from dolfbuoy.solver.unknowns import array_of
 
@@ -102,9 +101,7 @@ def test_it_reads_what_changes(system):
 def test_forms_of_the_buoy_have_one_tensor():
     """All cells of the hull's axis share their dofs: their tensors are summed up where they arise."""
     problem = Problem(load_scene(merged(MOORED, cable=None)), dynamic=True, comm=MPI.COMM_SELF)
-    integrals = [
-        integral for c in problem.system.jacobians for integral in compat.integrals(c.form, loops.compiled().ffi)
-    ]
+    integrals = [integral for c in problem.system.jacobians for integral in compat.integrals(c.form, c_code.core().ffi)]
     assert max(len(integral.cells) for integral in integrals) > 1
     tensor = 13**2 + -(13**2) % c_code.ALIGNED
     assert len(problem.system.add_jacobians.out) == tensor * len(integrals) + problem.system.unknowns
@@ -133,30 +130,3 @@ def test_after_a_fallback_matrices_are_new(monkeypatch):
     run = simulate(merged(MOORED, cable__elements=5, time={"end": 0.05, "step": 0.01}))
     assert run.attrs["linear_solver_fallbacks"] == 5
     np.testing.assert_allclose(run.tension_top, expected.tension_top, rtol=1e-9)
-
-
-def test_library_is_built_once_and_whole(tmp_path, monkeypatch):
-    """Whoever comes first builds it apart and moves it into place; nothing else stays."""
-    monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path / "cache")
-    build, built = c_code._build, []
-    monkeypatch.setattr(c_code, "_build", lambda *args, **more: (built.append((args, more)), build(*args, **more)))
-    monkeypatch.setattr(c_code, "module", c_code.module.__wrapped__)
-    first, again = (loops.compiled() for _ in range(2))
-    build(*built[0][0], **built[0][1])  # as another process that could not wait: file systems without locks
-    assert len(built) == 1
-    assert [file.name for file in (tmp_path / "cache").iterdir()] == [first.__spec__.origin.rsplit("/", 1)[1]]
-    values, x, scale, places = np.zeros(3), np.array([2.0, 3.0]), np.array([1.0, 10.0]), np.array([2, 0], np.int32)
-    for library in (first, again):
-        values[:] = 0
-        arrays = map(c_code.address, (x, scale, places))
-        library.lib.put(*arrays, 2, library.ffi.NULL, library.ffi.NULL, 0, c_code.address(values))
-        np.testing.assert_array_equal(values, [30, 0, 2])
-
-
-def test_without_a_compiler(tmp_path, monkeypatch):
-    """One sentence, and nothing half done in the cache."""
-    monkeypatch.setattr(compat, "jit_cache", lambda: tmp_path)
-    monkeypatch.setenv("CC", "/nonexistent/compiler")
-    with pytest.raises(InputError, match="needs a C compiler"):
-        c_code.module.__wrapped__("nothing", "int nothing(void);", "int nothing(void) { return 0; }")
-    assert list(tmp_path.iterdir()) == []

@@ -15,16 +15,16 @@ import pytest
 import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
-from dolfbuoy import InputError, modes, show, simulate
+from dolfbuoy import InputError, load_scene, modes, show, simulate
 from dolfbuoy.page.document import as_json, tag
 from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
 from dolfbuoy.page.precision_page import precision_page
 from dolfbuoy.page.run_page import run_page
 from dolfbuoy.page.sweep_page import sweep_page
 from dolfbuoy.results.folder import remark
-from dolfbuoy.results.many import collect
 from dolfbuoy.results.parts import alone
-from dolfbuoy.results.statistics import STATISTICS
+from dolfbuoy.results.sample import STATISTICS
+from dolfbuoy.results.statistics import collect
 from dolfbuoy.studies.study import Table, save
 
 EVIL = "</title></script><script>document.title='taken'</script><img src=x onerror=\"document.title='taken'\">"
@@ -102,6 +102,10 @@ def test_a_page_holds_the_numbers_of_its_record(page, record):
         unpacked(lines["position"]), record.cable_position.values.ravel(), atol=reach / 131068 * 1.001
     )
     np.testing.assert_allclose(unpacked(lines["tension"]), record.cable_tension.values.ravel(), rtol=6e-8)
+    assert lines["largest"] == float(record.cable_tension_maximum.max()) > lines["scale"][1]
+    (envelope,) = found["envelopes"]
+    for key, name in (("low", "cable_tension_minimum_after_ramp"), ("high", "cable_tension_maximum_after_ramp")):
+        np.testing.assert_allclose(unpacked(envelope[key]), record[name], rtol=6e-8)
 
 
 def test_water_of_a_page_is_the_water_of_the_record(page, record):
@@ -124,6 +128,20 @@ def test_ends_of_lines_meet_their_buoys(page, record):
     turned = place + 2 * np.cross(v, np.cross(v, place) + w * place)
     np.testing.assert_allclose(record.buoy_position.values + turned, record.mooring_point.values, atol=1e-9)
     assert held["node"] == record.sizes["node"] - 1
+
+
+def test_buoys_of_a_page_stand_upright_about_their_centres_of_mass(page, record):
+    """Outline, point masses and mast over C; size of the largest extent."""
+    (found,) = data_of(page)["view"]["buoys"]
+    buoy = load_scene("short").buoys[0]
+    bodies = [(buoy.mass, buoy.center_of_mass), *((p.mass, p.height) for p in buoy.point_masses)]
+    center = sum(m * h for m, h in bodies) / sum(m for m, _ in bodies)
+    np.testing.assert_allclose(found["outline"], [[h - center, d / 2] for h, d in buoy.hull])
+    np.testing.assert_allclose(found["masses"], [h - center for _, h in bodies[1:]])
+    np.testing.assert_allclose(found["mast"], [buoy.hull[-1][0] - center, max(h for _, h in bodies) - center])
+    widest = max(d for _, d in buoy.hull)
+    assert found["size"] == pytest.approx(max(widest, max(buoy.hull[-1][0], *(h for _, h in bodies))))
+    np.testing.assert_allclose(found["start"], alone(record).buoy_position[0])
 
 
 def test_policy_lets_in_what_is_there_and_nothing_else(page):

@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 from alone import simulate
 from figure_scenes import HANGING, MOORED, NETWORK, write_free_buoy
+from made_up import RECORD, SCENE
 from scipy.spatial.transform import Rotation
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.sea import elevation_at, heading, velocity_at, wavenumber
-from dolfbuoy.results import paraview
 from dolfbuoy.results import record as results
-from dolfbuoy.results.paraview import export, hull_surface
+from dolfbuoy.results.frame import Frames
+from dolfbuoy.results.hulls import surface_of
+from dolfbuoy.results.paraview import buoy_mesh, export, hull_mesh
 from dolfbuoy.scene import load_scene
 
 
@@ -36,29 +38,21 @@ def network(tmp_path_factory):
 
 
 def test_paraview_has_all_of_a_network(network):
-    """A file for each line and buoy, one for joints, water and bed around all of it, and a collection of them all."""
+    """A file for all lines, for hulls, buoys, joints, water and bed around all of it, and a collection of them all."""
     folder, record = network
     names = {file.name for file in export(folder)}
-    parts = [
-        "cable_a_b",
-        "cable_port",
-        "cable_starboard",
-        "cable_up",
-        "hull",
-        "buoy",
-        "joint",
-        "water",
-        "bed",
-    ]
+    parts = ["cable", "hull", "buoy", "joint", "water", "bed"]
     assert {f"{name}.pvd" for name in [*parts, "network"]} == {name for name in names if name.endswith(".pvd")}
     shown = ElementTree.parse(folder / "paraview" / "network.pvd").getroot().iter("DataSet")
     shown = {(one.get("timestep"), one.get("file").rsplit("_", 1)[0]) for one in shown}
     assert shown == {(repr(float(t)), name) for t in record.frame.values for name in parts}
-    port, joint, bed = (
-        meshio.read(folder / "paraview" / f"{name}_0000.vtu") for name in ("cable_port", "joint", "bed")
-    )
-    np.testing.assert_array_equal(port.cell_data["segment [1]"][0], [0, 0, 0, 1, 1])
-    np.testing.assert_array_equal(port.cell_data["cable [1]"][0], 5 * [1])
+    lines, joint, bed = (meshio.read(folder / "paraview" / f"{name}_0000.vtu") for name in ("cable", "joint", "bed"))
+    for name in ("cable", "segment"):
+        np.testing.assert_array_equal(lines.cell_data[f"{name} [1]"][0], record[f"{name}_of_cell"])
+    drawn = lines.cells_dict["line"]
+    for number in range(4):
+        (nodes,), mine = np.nonzero(record.cable_of_node.values == number), record.cable_of_cell.values == number
+        np.testing.assert_array_equal(drawn[mine], np.column_stack([nodes[:-1], nodes[1:]]))
     np.testing.assert_allclose(joint.points, record.joint_position.values[0])
     heavy = {"Y": 200.0 * 9.81, "ring": -3.0 * 1025 * 9.81, "port.1": -0.1 * 1025 * 9.81}
     np.testing.assert_allclose(joint.point_data["net weight [N]"], [heavy[name] for name in record.joint.values])
@@ -74,6 +68,7 @@ def test_paraview_cable_is_the_record(moored):
         np.testing.assert_array_equal(mesh.point_data["s [m]"], record.s.values)
         np.testing.assert_array_equal(mesh.point_data["velocity [m/s]"], record.cable_velocity.values[i])
         np.testing.assert_array_equal(mesh.cell_data["tension [N]"][0], record.cable_tension.values[i])
+        np.testing.assert_array_equal(mesh.cell_data["largest tension [N]"][0], record.cable_tension_maximum)
 
 
 def test_paraview_cable_of_higher_degree_has_its_tension_on_every_piece(tmp_path):
@@ -166,9 +161,9 @@ def test_paraview_buoy_and_hull_move_as_recorded(moored):
     """p / m at C; the hull's points move so from one step of backward Euler to the next."""
     folder, record = moored
     scene = load_scene(folder / "scene.toml")
-    fine = record.isel(frame=slice(0, 3)).assign_coords(frame=record.time.values[30:33])
-    moving = paraview.hull_meshes(fine, scene.network.buoys["buoy"])
-    before, now = (moving(i, t) for i, t in enumerate(fine.frame.values[:2]))
+    fine = results.read(folder / "results.nc").isel(frame=slice(0, 3))
+    frames = Frames(fine.assign_coords(frame=record.time.values[30:33]), scene)
+    before, now = (hull_mesh(frames.at(t)) for t in frames.times[:2])
     v = now.point_data["velocity [m/s]"]
     turning = np.abs(v - v.mean(axis=0)).max()
     assert turning > 0.02
@@ -220,11 +215,19 @@ def test_still_water_is_one_mesh(tmp_path):
     assert [f.name for f in export(tmp_path) if f.name.startswith("water")] == ["water_0000.vtu", "water.pvd"]
 
 
-def test_hull_surface_is_closed_and_points_outwards():
+def test_surface_of_a_hull_is_closed_and_points_outwards():
     """The divergence theorem on the quadrilaterals gives the volume of two frusta of 48-gons."""
-    points, quads = hull_surface(MOORED["buoy"]["hull"], 0.7, cell=0.3)
+    points, quads = surface_of(np.array([[h - 0.7, d / 2] for h, d in MOORED["buoy"]["hull"]]), cell=0.3)
     a, b, c, d = (points[quads[:, i]] for i in range(4))
     volume = (np.einsum("ij,ij", a, np.cross(b, c)) + np.einsum("ij,ij", a, np.cross(c, d))) / 6
     solid = 0.4 / 3 * (0.8**2 + 0.8 * 1.2 + 1.2**2) + 0.8 * 1.2**2
     assert volume == pytest.approx(solid * 24 * math.sin(2 * math.pi / 48), rel=1e-12)
     assert np.ptp(points[:, 2]) == pytest.approx(1.2)
+
+
+def test_paraview_has_the_mooring_force_of_the_instant():
+    """Of the row of the frame's time: there are four rows to a frame here."""
+    force = np.random.default_rng(4).uniform(-1e4, 1e4, (RECORD.sizes["time"], 1, 3))
+    record = RECORD.assign(mooring_force=(("time", "attachment", "xyz"), force))
+    frame = Frames(record.assign_coords(attachment=["cable.to"]), SCENE).at(12.0)
+    np.testing.assert_array_equal(buoy_mesh(frame).point_data["mooring force [N]"], force[120])

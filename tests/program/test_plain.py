@@ -17,7 +17,7 @@ STEPS = 25
 def trajectory(made):
     rows = []
     for _ in zip(range(STEPS), made.run(), strict=False):
-        rows.append(np.concatenate([made.system.u, made.end_tension]))
+        rows.append(np.concatenate([made.system.u, made.end_tension.ravel()]))
     sizes = np.abs(rows).max(axis=0)
     made.problem.destroy()
     return np.array(rows), np.maximum(sizes, 1e-3 * sizes.max())

@@ -24,7 +24,8 @@ import dolfbuoy
 import dolfbuoy.results.record
 from dolfbuoy import InputError, figures, load_scene
 from dolfbuoy.results.parts import alone
-from dolfbuoy.results.record import INTEGERS, read, seal
+from dolfbuoy.results.quantities import QUANTITIES
+from dolfbuoy.results.record import read, seal
 
 SCENE = merged(MOORED, cable__elements=6, waves__ramp=0.5, time={"end": 0.3, "step": 0.02, "output_every": 0.1})
 
@@ -32,6 +33,7 @@ LABELS = {"xyz", "quaternion", "cable", "buoy", "attachment"}
 ALWAYS = {"time", "time_step", "newton_iterations"}
 CABLE = {"tension_top", "tension_anchor", "anchor_force", "end_tension"}
 CABLE |= {"frame", "cable_position", "cable_tension", "s", "s_cell"}
+CABLE |= {f"cable_{what}_{fold}" for what in ("position", "tension") for fold in ("minimum", "maximum")}
 BUOY = {
     "buoy_position",
     "buoy_orientation",
@@ -131,7 +133,9 @@ def test_files_tell_what_they_hold(files, kind):
     assert record.attrs["source"] == f"dolfbuoy {dolfbuoy.__version__}"
     assert load_scene(tomllib.loads(record.attrs["scene"])) == load_scene(SCENE)
     for name, variable in record.variables.items():
-        assert variable.dtype.kind in ("i" if name in INTEGERS else "OU" if name in LABELS else "f"), name
+        assert variable.dtype.kind in (
+            "i" if name in QUANTITIES and QUANTITIES[name].integer else "OU" if name in LABELS else "f"
+        ), name
         assert variable.attrs["long_name"], name
         assert name in LABELS or variable.attrs["units"], name
         assert "_FillValue" not in variable.encoding, name
@@ -203,7 +207,7 @@ def test_an_old_checkpoint_is_refused(finished, tmp_path, call):
         np.savez(folder / "checkpoint.npz", **(dict(leaves) | {"format": np.array(3)}))
     code, _, errors = call("run", "--resume", folder, "--t-end", "0.4")
     assert code == 2
-    assert "has format 3, and this version resumes format 4 only" in " ".join(errors.split())
+    assert "has format 3, and this version resumes format 5 only" in " ".join(errors.split())
 
 
 def test_run_and_equilibrium_say_the_same_of_a_variable(files):

@@ -137,6 +137,19 @@ def test_bit_for_bit(name, scheme, tolerance, tmp_path, few_checkpoints):
     assert_same(dolfbuoy.simulate(resume=tmp_path), expected)
 
 
+@pytest.mark.parametrize("scheme", SCHEMES[:2])
+def test_bit_for_bit_where_the_tension_jumps(scheme, tmp_path, few_checkpoints):
+    """A rope that is shaken: its steps are smaller than those asked for, and just then it is stopped."""
+    shaken = {"kind": "prescribed", "position": [20.02, 0.0, 0.0], "amplitude": [0.0064, 0.0, 0.0], "period": 0.08}
+    cable = {"length": 20.0, "line_density": 1.0, "axial_stiffness": 1e6, "damping": 2e3, "elements": 6, "top": shaken}
+    scene = {"gravity": 0.0, "cable": cable | {"slack": "tension-only"}, "time": {"end": 0.3, "step": 0.04}}
+    scene = merged(scene, time__scheme=scheme)
+    expected = dolfbuoy.simulate(scene)
+    assert expected.attrs["rejected_steps"] > 3
+    stopped(scene, tmp_path, 10)
+    assert_same(dolfbuoy.simulate(resume=tmp_path), expected)
+
+
 def test_stopped_again_and_again(tmp_path, few_checkpoints):
     scene = merged(SCENES["moored buoy"], time__scheme="bdf2")
     stopped(scene, tmp_path, 13)
@@ -288,7 +301,7 @@ REFUSALS = {
     "no checkpoint": (lambda d: (d / "checkpoint.npz").unlink(), [], ["no run", "checkpoint.npz"]),
     "no record": (lambda d: (d / "results.nc").unlink(), [], ["no run", "results.nc"]),
     "another scene": (lambda d: edit(d / "scene.toml", "\nmass = 400.0", "\nmass = 410.0"), [], ["buoy.mass"]),
-    "another format": (lambda d: other_format(d / "checkpoint.npz"), [], ["format 99", "format 4"]),
+    "another format": (lambda d: other_format(d / "checkpoint.npz"), [], ["format 99", "format 5"]),
     "half a file": (lambda d: os.truncate(d / "checkpoint.npz", 1000), [], ["checkpoint.npz", "not a checkpoint"]),
     "no file": (lambda d: (d / "checkpoint.npz").write_text("x"), [], ["checkpoint.npz", "not a checkpoint"]),
     "end in the past": (lambda d: None, ["--t-end", "0.04"], ["0.04", "t = 0.1 s"]),
@@ -351,9 +364,12 @@ def test_zero_length(name, tolerance, tmp_path):
     for variable in run.data_vars:
         in_time = longer[variable].dims[0] in ("time", "frame")
         first = longer[variable].values[:1] if in_time else longer[variable].values
-        if variable != "touchdown":  # nowhere where nothing lies
+        nowhere = variable in ("touchdown", "parted_at")  # nothing lies, nothing has parted
+        if not nowhere:
             assert np.isfinite(run[variable].values).all(), variable
-        assert np.array_equal(run[variable].values, first, equal_nan=variable == "touchdown"), variable
+        if "_minimum" in variable or "_maximum" in variable:
+            continue  # of all steps, of which one run has more
+        assert np.array_equal(run[variable].values, first, equal_nan=nowhere), variable
 
 
 def test_zero_length_on_the_command_line(call, tmp_path):

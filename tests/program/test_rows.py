@@ -5,40 +5,84 @@ Source: the same in NumPy.
 
 import math
 
+import in_numpy
 import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
-from dolfbuoy.model import body_c, clock_c
+from dolfbuoy.model.airy import ramp
 from dolfbuoy.model.held import held, motion_of
-from dolfbuoy.model.sea import amplitude, main_propagation, time_phase
+from dolfbuoy.model.sea import main_propagation
+from dolfbuoy.motion import past, schemes
+from dolfbuoy.motion.schemes import Series
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.solver.rows import Extrapolation, Sums, Work, copies, picked, smallest, together, traced
+from dolfbuoy.solver.c_code import core
+from dolfbuoy.solver.rows import Work, copies, extrapolation, picked, smallest, together, traced, widening, work
 
 MOST = 9  #: rows in a sum, as many as one likes
 RANDOM = np.random.default_rng(17)
 SHORT = merged(MOORED, cable__elements=5, waves__ramp=0.2, time={"end": 0.4, "step": 0.02})
 
 
+class Made:
+    """A Past of two levels of random numbers, of which some have no rate of a rate."""
+
+    def __init__(self, size, scheme):
+        first, fewer = Series(np.zeros(size), np.zeros(size)), np.zeros(size - size // 3)
+        self.scheme, self.series = scheme, [first, Series(fewer, fewer, new=first.new_rate[: len(fewer)])]
+        for series in self.series:
+            for row in series.rows:
+                row[:] = RANDOM.standard_normal(len(row))
+
+    def reading(self):
+        return ()
+
+    def rules_of_forms(self, gammas):
+        return []
+
+    @property
+    def rows(self):
+        return np.concatenate([row for series in self.series for row in series.rows])
+
+
 @pytest.mark.parametrize("size", [0, 1, 63, 64, 65, 1000])
-def test_sums(size):
-    """Sums whose rows are earlier sums, or their own."""
-    rows = RANDOM.standard_normal((MOST + 1, size))
-    counts = [1, 2, 3, MOST, 2]
-    described = [
-        (rows[k], list(rows[k : k + count]) if k + count <= len(rows) else list(rows[:count]))
-        for k, count in enumerate(counts)
-    ]
-    weights = RANDOM.standard_normal(sum(counts) + len(counts))
-    weights[1] = 1.0  # a divisor
-    sums, before = Sums(described, weights), rows.copy()
-    sums.work()()
-    in_c, rows[:] = rows.copy(), before
-    sums.in_python()
-    np.testing.assert_array_equal(in_c, rows)
-    assert size == 0 or np.all(rows[: len(counts)] != before[: len(counts)])
+@pytest.mark.parametrize("name", ["backward-euler", "bdf2", "generalized-alpha"])
+def test_series(size, name):
+    """Histories, rates and what is past, to the last bit; every row changes that a step changes."""
+    made = Made(size, schemes.make_scheme(name))
+    operations, before = past.Operations(made), made.rows
+    gamma = operations.choose(0.037)
+    functions = [operations.begin[0], *operations.find_rates, *operations.accept]
+    for function in functions:
+        function()
+    in_c, gammas = made.rows, operations.gammas.copy()
+    kept = iter(np.split(before, np.cumsum([len(row) for series in made.series for row in series.rows])))
+    for series in made.series:
+        for row in series.rows:
+            row[:] = next(kept)
+    operations.gammas[:] = 0
+    for function in (in_numpy.make_histories, in_numpy.find_rates, in_numpy.advance):
+        function(operations)
+    np.testing.assert_array_equal(in_c, made.rows)
+    np.testing.assert_array_equal(gammas, [gamma, gamma**2])
+    assert size == 0 or np.mean(in_c != before) > 0.3
+
+
+def test_places_of_rows():
+    """Those of Python are those of C."""
+    for name in ("HELD", "RATE", "PREVIOUS_RATE", "SECOND", "AUXILIARY", "NEW", "NEW_RATE", "HISTORY", "CHANGE"):
+        assert getattr(schemes, name) == getattr(core().lib, name)
+
+
+@pytest.mark.parametrize("size", [0, 1, 7, 1000])
+def test_ranges_of_what_values_have_been(size):
+    values, least, largest = np.zeros(size), np.full(size, np.inf), np.full(size, -np.inf)
+    widen, seen = widening(values, least, largest), RANDOM.standard_normal((5, size))
+    for values[:] in seen:
+        widen()
+    np.testing.assert_array_equal([least, largest], [seen.min(axis=0), seen.max(axis=0)])
 
 
 def test_copies_one_after_the_other():
@@ -53,13 +97,11 @@ def test_extrapolation(count):
     times, powers = np.sort(RANDOM.uniform(-1.0, 1.0, count)), np.arange(count)
     coefficients = RANDOM.standard_normal((count, 70))
     rows = np.array([t**powers @ coefficients for t in times])
-    found = np.zeros(70)
-    extrapolation = Extrapolation(times, rows, np.array([1.5]), found)
-    extrapolation.work()
+    found, again, t = np.zeros(70), np.zeros(70), np.array([1.5])
+    extrapolation(times, rows, t, found)()
     np.testing.assert_allclose(found, 1.5**powers @ coefficients, rtol=0, atol=1e-8 * np.abs(found).max())
-    weights = extrapolation.weights.copy()
-    extrapolation.weigh()
-    np.testing.assert_array_equal(extrapolation.weights, weights)
+    in_numpy.extrapolation(times, rows, t, again)()
+    np.testing.assert_array_equal(found, again)
 
 
 def test_together():
@@ -90,12 +132,12 @@ def states(scene):
 def test_same_run(scheme, tolerance, monkeypatch):
     scene = load_scene(SHORT, time__scheme=scheme, time__tolerance=tolerance)
     in_c = states(scene)
-    used, in_python = [], Sums.in_python
-    monkeypatch.setattr(Sums, "in_c", False)
-    monkeypatch.setattr(Extrapolation, "in_c", False)
-    monkeypatch.setattr(Sums, "in_python", lambda self: (used.append(True), in_python(self))[1])
+    used, advance = [], in_numpy.advance
+    monkeypatch.setattr(past, "Work", in_numpy.work)
+    monkeypatch.setattr(schemes, "extrapolation", in_numpy.extrapolation)
+    monkeypatch.setattr(in_numpy, "advance", lambda operations: (used.append(True), advance(operations))[1])
     np.testing.assert_array_equal(in_c, states(scene))
-    assert len(used) > 3 * len(in_c)
+    assert len(used) == len(in_c)
 
 
 @pytest.mark.parametrize("duration", [0.0, 3.0, 1e9])
@@ -106,13 +148,16 @@ def test_what_is_given_as_a_function_of_time(duration):
     prescribed = load_scene("driven", **{f"cable__top__{key}": value for key, value in swing.items()})
     motion, frequency = motion_of(prescribed.cables[0].top), main_propagation(waves).at_ground
     time, a, phase, u = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(4)
-    wave = clock_c.wave(time, waves.waves.size, duration, math.radians(waves.waves.phase_deg), frequency, (a, phase))
+    numbers = {"size": waves.waves.size, "ramp": duration, "phase": math.radians(waves.waves.phase_deg)}
+    numbers |= {"t": time, "frequency": frequency, "amplitude": a, "time_phase": phase}
+    wave = work("advance_wave", "wave", numbers)
     bring = together(wave, *held([([3, 0, 2], motion)], time, u))
     assert isinstance(bring, Work)
     for t in (0.0, *RANDOM.uniform(0.0, 10.0, 20), *RANDOM.uniform(0.0, 1e3, 20)):
         time[0] = t
         bring()
-        assert (a[0], phase[0]) == (amplitude(waves, t), time_phase(waves, t, frequency))
+        expected = waves.waves.size * ramp(t, duration), math.radians(waves.waves.phase_deg) - frequency * t
+        assert (a[0], phase[0]) == expected
         np.testing.assert_array_equal(u[[3, 0, 2]], motion(t))
 
 
@@ -122,14 +167,18 @@ def test_numbers_of_a_body():
     buoy, u, out = simulation.problem.buoy, simulation.system.u, np.zeros(1)
     state, drift = u[buoy.part.slice], np.zeros(1)
     y = buoy.fields.of(state)
-    read, make_unit = buoy.spin.reader(u, out), body_c.make_unit(y.orientation, drift)
+    read = buoy.spin.reader(u, out)
+    make_unit = work("make_unit", "unit", {"quaternion": y.orientation, "drift": drift})
     farthest = 0.0
     for size in (0.1, 1.0, 1e-7):
         state[:] = RANDOM.standard_normal(len(state))
         y.orientation[:] *= (1 + size) / np.linalg.norm(y.orientation)
         expected, length = y.orientation / np.linalg.norm(y.orientation), np.linalg.norm(y.orientation)
         read()
-        np.testing.assert_array_equal(out, buoy.spin.values(u))
+        a, b, c, d = y.orientation.tolist()
+        along = 2 * (b * d + a * c), 2 * (c * d - a * b), a * a - b * b - c * c + d * d
+        spin = sum(x * part for x, part in zip(along, y.angular_momentum.tolist(), strict=True))
+        assert out == buoy.spin.values(u) == spin / (a * a + b * b + c * c + d * d)
         make_unit()
         np.testing.assert_array_equal(y.orientation, expected)
         farthest = max(farthest, abs(length - 1))

@@ -14,12 +14,14 @@ from dynamics_helpers import rotation_matrix
 from made_up import ALONE, PERIOD, RECORD, SCENE
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from scipy import signal
 from scipy.integrate import trapezoid
 
 from dolfbuoy import InputError, figures, load_scene
 from dolfbuoy.model.sea import heading, velocity_at, wavenumber
-from dolfbuoy.results.behind_ramp import density, mean_over_time
-from dolfbuoy.results.instant import Instant
+from dolfbuoy.results.after_ramp import density, welch
+from dolfbuoy.results.frame import Frames
+from dolfbuoy.results.series import mean_over_time
 from dolfbuoy.results.snapshot import snapshot
 
 
@@ -111,22 +113,23 @@ def test_shapes():
 
 
 def test_envelope():
-    """Least, mean over time and largest of every element, after the ramp, over its arc length."""
+    """Least and largest of every step, mean of the frames of every element, after the ramp, over its arc length."""
     (axes,) = figures.envelope(RECORD, SCENE).axes
     ramp = SCENE.waves.ramp
     assert ramp > 0
     T = ALONE.cable_tension.sel(frame=slice(ramp - 1e-6, None)) / 1000
     found = curves(axes)
     for label, values in (
-        ("largest", T.max("frame")),
+        ("largest", ALONE.cable_tension_maximum_after_ramp / 1000),
         ("mean", T.integrate("frame") / float(40 - T.frame[0])),
-        ("least", T.min("frame")),
+        ("least", ALONE.cable_tension_minimum_after_ramp / 1000),
     ):
         np.testing.assert_allclose(found[label], [ALONE.s_cell, values], rtol=1e-12)
     assert axes.get_ylabel() == "tension [kN]"
+    first = float(ALONE.time.sel(time=slice(ramp - 1e-6, None))[0])
     assert (
-        axes.get_xlabel()
-        == f"arc length from the anchor, s [m]\n({T.sizes['frame']} instants, {float(T.frame[0]):.4g} to 40 s)"
+        axes.get_xlabel() == "arc length from the anchor, s [m]\n"
+        f"(all steps from {first:.4g} to 40 s, mean of {T.sizes['frame']} instants)"
     )
 
 
@@ -137,7 +140,7 @@ def test_track():
     found = curves(axes)
     np.testing.assert_allclose(axes.lines[0].get_data(), after.values[:, :2].T)
     mean = after.integrate("time") / float(after.time[-1] - after.time[0])
-    np.testing.assert_allclose(found["mean"].ravel(), mean[:2])
+    np.testing.assert_allclose(found["mean"].ravel(), mean[:2], atol=1e-13)  # that of y is 0
     np.testing.assert_allclose(found["start"].ravel(), after[0, :2])
     assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()) == ("x [m]", "y [m]", 1.0)
     shown = [text.get_text() for text in compass.get_legend().get_texts()]
@@ -180,6 +183,14 @@ def test_density_of_a_sinusoid_and_of_noise():
     f, S = density(0.05 * np.arange(20_000), noise)
     assert f[-1] == pytest.approx(10)
     assert np.mean(S[5:-5]) == pytest.approx(1 / 10, rel=0.05)  # variance 1 over 0 to 10 Hz
+
+
+@pytest.mark.parametrize("size", [64, 101, 350])
+def test_welch_is_that_of_scipy(size):
+    """Windows of an even and an odd number of values, and of all of them but a few."""
+    x = np.random.default_rng(4).standard_normal(357).cumsum()
+    expected = signal.welch(x, 3.7, nperseg=size, detrend="linear")
+    np.testing.assert_allclose(welch(x, 3.7, size), expected, rtol=1e-9, atol=1e-12 * expected[1].max())
 
 
 def test_spectra():
@@ -270,9 +281,14 @@ def words(figure):
     return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
+#: Height of C above the keel.
+CENTER = (400 * 0.5 + 150 * 2 + 150 * 3) / 700
+
+
 def held_by_its_cable():
-    """RECORD with what the cable does to the buoy: (record, places, forces)."""
-    place = ALONE.buoy_position.values - [0.1, 0.2, 0.9]
+    """RECORD with what the cable does to the buoy, at its keel: (record, places, forces)."""
+    axes = [rotation_matrix(q4)[:, 2] for q4 in ALONE.buoy_orientation.values]
+    place = ALONE.buoy_position.values - CENTER * np.array(axes)
     force = np.column_stack([-900 + RECORD.time, 200 - RECORD.time, -6800 + 40 * RECORD.time])
     dims = ("time", "attachment", "xyz")
     return RECORD.assign(mooring_point=(dims, place[:, None]), mooring_force=(dims, force[:, None])), place, force
@@ -282,7 +298,7 @@ def test_arrows_of_a_snapshot_are_to_their_scale():
     """Water: in each panel to that of the arrow whose speed stands over it.  Forces, around the buoy: the legend says
     size and scale, and that of the cable has one of its own."""
     record, place, pull = held_by_its_cable()
-    figure, now = snapshot(record, SCENE, 12.1), Instant(record, SCENE, 12.1)
+    figure, now = snapshot(record, SCENE, 12.1), Frames(record, SCENE).at(12.1)
     row = int(np.abs(record.time.values - 12).argmin())
     for axes in figure.axes:
         flow, key, *forces = (shafts(c) for c in artists(axes, Line3DCollection))
@@ -294,7 +310,7 @@ def test_arrows_of_a_snapshot_are_to_their_scale():
         np.testing.assert_allclose((flow[:, 1] - flow[:, 0]) * scale, speeds, atol=1e-9)
         assert 0.4 < speed / np.linalg.norm(speeds, axis=1).max() <= 1
         assert len(forces) == (3 if axes is figure.axes[-1] else 0)
-    expected = [(at, push) for _, at, push, _ in now.forces()] + [(place[row], pull[row])]
+    expected = [(at, push) for _, at, push in now.arrows("outside")] + [(place[row], pull[row])]
     for shaft, name, (at, push) in zip(forces, ("external", "wind", "mooring"), expected, strict=True):
         (said,) = (label for label in words(figure) if label.startswith(f"{name} force, "))
         size, unit, scale, _ = re.fullmatch(r".*force, (\S+) (k?N) \((\S+) (k?N) per m\)", said).groups()
@@ -364,16 +380,25 @@ def test_a_snapshot_is_the_right_way_up():
         assert x[1] > x[0]  # to the right
 
 
+def test_a_snapshot_without_waves_and_current_is_along_the_lines():
+    still = load_scene(SCENE, waves=None, current=None)
+    way = ALONE.cable_position.values[30, -1] - ALONE.cable_position.values[30, 0]
+    heading = Frames(RECORD, still).at(12.0).direction_deg
+    assert heading == pytest.approx(math.degrees(math.atan2(way[1], way[0])))
+    assert abs(heading) > 5
+    assert Frames(RECORD, SCENE).at(12.0).direction_deg == 30.0
+
+
 def test_what_a_snapshot_knows():
     """Points of the axis lie at their heights above the keel, forces where they act; the legend has their numbers."""
-    now = Instant(RECORD, SCENE, 12.1)
+    now = Frames(RECORD, SCENE).at(12.1)
     assert now.time == pytest.approx(12.0)
     row = ALONE.sel(time=12.0, method="nearest")
     R, C = rotation_matrix(row.buoy_orientation.values), row.buoy_position.values
-    center = (400 * 0.5 + 150 * 2 + 150 * 3) / 700
-    np.testing.assert_allclose(now.cable, ALONE.cable_position.sel(frame=12.0, method="nearest"))
+    center = CENTER
+    np.testing.assert_allclose(now.x, ALONE.cable_position.sel(frame=12.0, method="nearest"))
     np.testing.assert_allclose(now.buoys[0].masses, [C + (h - center) * R[:, 2] for h in (2.0, 3.0)])
-    (name, place, force, _), (wind, at, push, _) = now.forces()
+    (name, place, force), (wind, at, push) = now.arrows("outside")
     assert (name, wind) == ("external force", "wind force")
     np.testing.assert_allclose(place, C + (2.0 - center) * R[:, 2])
     np.testing.assert_allclose(force, [300, -400, 1200])
@@ -400,4 +425,4 @@ def test_what_a_snapshot_knows():
 
 
 def test_an_instant_without_a_buoy_has_no_forces():
-    assert Instant(RECORD.drop_vars("buoy_position"), SCENE).forces() == []
+    assert Frames(RECORD.drop_vars("buoy_position"), SCENE).at().arrows("outside") == []

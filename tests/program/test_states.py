@@ -9,6 +9,7 @@ from made_up import RECORD, SCENE
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.model.rigid import shape_of
+from dolfbuoy.results.states import states_of
 from dolfbuoy.results.summary import static_warnings, warnings
 
 VOLUME = shape_of(SCENE.network.buoys["buoy"]).volume() * SCENE.sea.density
@@ -41,6 +42,13 @@ def test_under_water():
     share = 100 * 2 / RECORD.sizes["time"]
     words = f"The buoy was all under water in {share:.2g} % of the instants, first at t = 0.9 s."
     assert said(displaced_mass={9: VOLUME, 12: VOLUME}) == [words]
+
+
+@pytest.mark.parametrize(("angle", "words"), [(44.9, ""), (46.0, "leans"), (91.0, "is capsized")])
+def test_lean_at_rest(angle, words):
+    record = RECORD[["cone_angle"]].isel(time=0, drop=True)
+    record["cone_angle"] = ("buoy",), np.array([angle])
+    assert states_of(record, SCENE) == ([f"The buoy {words} at rest: {angle:g} degrees."] if words else [])
 
 
 def test_at_rest_under_water():

@@ -14,7 +14,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.record import read
-from dolfbuoy.results.statistics import statistics
+from dolfbuoy.results.sample import numbers_of
 from dolfbuoy.results.summary import static_rows, static_warnings, summary, warnings
 
 SCENE = merged(
@@ -67,7 +67,7 @@ def test_one_cable():
     np.testing.assert_allclose(record.utilisation, largest(record.cable_tension) / 2e4, rtol=1e-12)
     most = float(record.utilisation.max())
     assert ("largest tension over breaking load", f"{most:.4g}", "") in summary(whole, scene)
-    assert statistics(whole)["utilisation of cable"]["maximum"] == most
+    assert numbers_of(whole)["utilisation of cable"]["maximum"] == most
     assert "utilisation" not in simulate(load_scene(SCENE, cable__breaking_load=None))
     assert not any("breaking load" in sentence for sentence in warnings(whole, scene))
 
@@ -88,6 +88,8 @@ def test_segments_of_a_network():
         mine = (record.cable_of_cell == cable) & (record.segment_of_cell == segment)
         expected = largest(record.cable_tension.where(mine, drop=True)) / load
         np.testing.assert_allclose(record.utilisation.sel(segment=name), expected, rtol=1e-12)
+        most = record[["cable_utilisation_maximum", "cable_tension_maximum"]].where(mine, drop=True)
+        np.testing.assert_allclose(most.cable_utilisation_maximum, most.cable_tension_maximum / load, rtol=1e-12)
     rows = {name: value for name, value, _ in summary(record, scene) if "breaking" in name}
     assert list(rows) == [
         f"{cable}: largest tension over breaking load{segment}"
@@ -111,20 +113,11 @@ def test_check_says_it():
     assert "The equilibrium is above the breaking load of north.2." in report.warnings
 
 
-SCRIPT = """
-import json, sys
-import dolfbuoy
-
-for name, scene in json.load(open(sys.argv[1])).items():
-    dolfbuoy.simulate(scene, out=name)
-"""
-
-
 @pytest.mark.mpi
 @needs_mpirun
 def test_ranks(tmp_path):
     """A segment that lies on one of two ranks."""
-    done = start_scenes(2, {"legs": legs()}, tmp_path, SCRIPT)
+    done = start_scenes(2, {"legs": legs()}, tmp_path)
     assert done.returncode == 0, done.stderr[-2000:]
     one, together = simulate(legs()), read(tmp_path / "legs" / "results.nc")
     np.testing.assert_allclose(together.utilisation, one.utilisation, rtol=1e-8)

@@ -9,16 +9,20 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from dynamics_helpers import rotation_matrix
+from dynamics_helpers import merged, rotation_matrix
 from made_up import ALONE, PERIOD, RECORD, SCENE
 from scipy.spatial.transform import Rotation
 
-from dolfbuoy import SolveError, load_scene, solve_static
+from dolfbuoy import SolveError, load_scene, simulate, solve_static
 from dolfbuoy.check import check
+from dolfbuoy.errors import NoResult
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.results.observe import cone_angle, roll_pitch_yaw
-from dolfbuoy.results.record import FIXED, FRAMES, SERIES
-from dolfbuoy.results.summary import cut, steps_of_peak, summary, warnings
+from dolfbuoy.results.quantities import over
+from dolfbuoy.results.retried import cut
+from dolfbuoy.results.snaps import steps_of_peak
+from dolfbuoy.results.summary import static_rows, summary, warnings
+from dolfbuoy.results.turns import cone_angle, roll_pitch_yaw
+from dolfbuoy.studies.sweep import sweep
 
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
@@ -32,12 +36,17 @@ def test_summary():
     C, water = ALONE.buoy_position, ALONE.surface_elevation
     assert rows["tension at the top |T_bnd|"] == extremes(ALONE.tension_top / 1000, "kN")
     assert rows["force at the anchor"] == extremes(np.linalg.norm(ALONE.anchor_force, axis=1) / 1000, "kN")
+    assert rows["tension of its elements"] == ("2.1 ... 7.84", "kN")
+    assert rows["s of the largest"] == (f"{22 * 11 / 12:.4g}", "m")
     assert rows["uplift at the anchor"] == extremes(-ALONE.anchor_force[:, 2] / 1000, "kN")
     for i, axis in enumerate("xyz"):
         assert rows[f"{axis} of C"] == extremes(C[:, i], "m")
     assert rows["z of C over the water"] == extremes(C[:, 2] - water, "m")
     assert rows["cone angle"] == extremes(RECORD.cone_angle, "deg")
     assert rows["steps, of which retried"] == ("400, 7", "")
+    assert "steps made smaller where a line came taut" not in rows
+    jerked = summary(RECORD.assign_attrs(rejected_steps=5), SCENE)
+    assert ("steps made smaller where a line came taut", "5", "") in jerked
     iterations = RECORD.newton_iterations.values[1:]
     assert rows["Newton iterations per step"] == (f"{iterations.sum() / 400:.2f}", "")
     assert (rows["wall time"], rows["speed"]) == (("12.5", "s"), ("3.2", "x real time"))
@@ -45,11 +54,27 @@ def test_summary():
     assert rows["left by the scheme of a free 5 s motion"] == (f"{left:.1f}", "%")
 
 
+def test_an_equilibrium_of_several_lines_names_their_ends():
+    record, scene = solve_static("three-legs"), load_scene("three-legs")
+    rows = {name: [float(x) for x in value.split()] for name, value, unit in static_rows(record, scene) if unit == "kN"}
+    for k, name in enumerate(record.cable.values):
+        low, high = scene.network.ends_of(k)
+        assert low != high
+        wanted = {
+            f"tension at {high}, |T_bnd|": record.tension_top[k],
+            f"tension at {low}, T_h(0)": record.tension_anchor[k],
+            f"force that holds it at {low}": record.anchor_force[k],
+            f"force that holds it at {high}, T_bnd": record.end_tension[k],
+        }
+        for what, values in wanted.items():
+            np.testing.assert_allclose(1000 * np.array(rows[f"{name}: {what}"]), values, rtol=1e-5, atol=1e-2)
+
+
 def test_warnings_have_their_numbers():
     assert warnings(RECORD, SCENE) == ["7 steps failed and were retried with smaller ones."]
     record = RECORD.copy(deep=True)
-    record.cable_position[3, 2, 2] = -20.37
-    record.cable_tension[5, 1] = -12.5
+    record.cable_position_minimum[2, 2] = -20.37
+    record.cable_tension_minimum[1] = -12.5
     said = " ".join(warnings(record, SCENE))
     assert "up to 0.37 m below the sea bed" in said
     assert "smallest tension -12.5 N; element 2 (s = 3.667 ... 7.333 m)" in said
@@ -71,20 +96,43 @@ def test_steps_that_were_cut():
     assert any(sentence.startswith(said) for sentence in warnings(longer, SCENE))
 
 
-def test_a_run_of_cut_steps_is_no_result(call, tmp_path, monkeypatch):
-    """Every step fails once: told, and exit code 1, also of the finished run."""
-    step = Simulation.step
+@pytest.fixture
+def fails_whole(monkeypatch):
+    """Whole steps fail until a time [s] that is set in it."""
+    step, until = Simulation.step, [math.inf]
 
-    def fails_whole(self, h, judge=None):
-        if h > 0.6 * self.scene.time.step:
+    def fails(self, h, judge=None):
+        if h > 0.6 * self.scene.time.step and self.t < until[0]:
             raise SolveError("on purpose")
         return step(self, h, judge)
 
-    monkeypatch.setattr(Simulation, "step", fails_whole)
+    monkeypatch.setattr(Simulation, "step", fails)
+    return until
+
+
+def test_a_run_of_cut_steps_is_no_result(call, tmp_path, fails_whole):
+    """Every step fails once: told, and exit code 1, also of the finished run."""
     for _ in range(2):
         code, _, err = call("run", "driven", "--t-end", "0.05", "--no-plot", "--out", tmp_path / "out")
         assert code == 1
         assert "100 % of all steps failed and were retried with smaller ones" in " ".join(err.split())
+    with pytest.raises(NoResult, match="100 % of all steps failed") as caught:
+        simulate("driven", time__end=0.05)
+    assert caught.value.record.time[-1] == 0.05
+    found = sweep(load_scene("driven", time__end=0.05), ["cable.normal_drag=0.5,1"], None, tmp_path / "sweep")
+    assert all(text.startswith("NoResult: 100 % of all steps failed") for text in found.status.values)
+
+
+def test_often_cut_steps_are_told(call, tmp_path, fails_whole):
+    """Of twenty steps three: by `simulate` as a warning, by `sweep` for its cases."""
+    fails_whole[0] = 0.015
+    with pytest.warns(UserWarning, match="3 steps failed and were retried with smaller ones, in 15 % of the run"):
+        simulate("driven", time__end=0.1)
+    of = ("driven", "--set", "time.end=0.1", "--vary", "cable.normal_drag=0.5,1")
+    code, out, _ = call("sweep", *of, "--out", tmp_path)
+    assert code == 0
+    said = "In 2 cases many steps failed and were retried with smaller ones, most in number 1, 15 %: see whether"
+    assert said in " ".join(out.split())
 
 
 @pytest.mark.parametrize(
@@ -166,21 +214,22 @@ def test_roll_is_zero_where_the_axes_of_roll_and_yaw_are_one(pitch):
 def test_units_of_the_record():
     """SI, degrees for angles."""
     units = {
-        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension growth_weight",
+        "N": "tension_top tension_anchor anchor_force end_tension mooring_force cable_tension growth_weight "
+        "cable_tension_minimum cable_tension_maximum cable_tension_minimum_after_ramp cable_tension_maximum_after_ramp",
         "m": "buoy_position mooring_point surface_elevation buoyancy_center submerged_length submerged_diameter "
         "cable_position s s_cell length_on_bed touchdown joint_position "
-        "wave_amplitude",
-        "s": "time time_step frame wave_period",
+        "cable_position_minimum cable_position_maximum wave_amplitude",
+        "s": "time time_step frame wave_period parted_at",
         "m s-1": "cable_velocity",
         "kg": "displaced_mass",
         "kg m s-1": "linear_momentum",
         "kg m2 s-1": "angular_momentum",
         "degree": "cone_angle roll pitch yaw wave_direction_deg wave_phase_deg",
         "1": "newton_iterations buoy_orientation cable_of_node cable_of_cell segment_of_cell "
-        "utilisation growth_diameter growth_mass",
+        "utilisation cable_utilisation_maximum growth_diameter growth_mass",
     }
     known = {name: unit for unit, names in units.items() for name in names.split()}
-    assert {name: unit for name, (_, unit, _) in {**SERIES, **FRAMES, **FIXED}.items()} == known
+    assert {name: one.unit for name, one in over("time", "frame", "run", "").items()} == known
 
 
 # -- tables on the terminal --------------------------------------------------------------------------------------------
@@ -212,3 +261,35 @@ def test_tables_on_the_terminal(call, tmp_path):
             values, unit = values / 1000, "kN"
         text = " ".join(f"{v:.6g}" for v in values)
         assert rows[record[name].attrs["long_name"]] == [text, unit]
+
+
+# -- lines without damping ---------------------------------------------------------------------------------------------
+
+CHAIN = {
+    "sea": {"depth": 10.0},
+    "cable": {"length": 16.0, "line_density": 31.0, "diameter": 0.05, "axial_stiffness": 4e6, "elements": 8},
+}
+CHAIN["cable"] |= {"normal_drag": 1.0, "top": {"kind": "fixed", "position": [10.0, 0.0, -3.0]}}
+FALLS = merged(CHAIN, seabed={"friction": 0.0}, time={"end": 0.4, "step": 0.02, "output_every": 0.1})
+
+
+@pytest.mark.parametrize(
+    ("cable", "said"),
+    [
+        ({"slack": "tension-only"}, "lay on the sea bed"),
+        ({"slack": "tension-only", "damping": 1e3}, None),
+        ({"slack": "tension-only", "axial_stiffness": math.inf}, None),
+        ({"slack": "tension-only", "top": {"kind": "free"}}, "went slack and lay on the sea bed"),
+        ({"top": {"kind": "free"}}, "lay on the sea bed"),
+        ({"anchor": [0.0, 0.0, -9.0], "length": 11.0, "top": {"kind": "fixed", "position": [9.0, 0.0, -5.0]}}, None),
+    ],
+)
+def test_a_line_without_damping_that_went_slack_or_lay_is_told(cable, said):
+    """What was let go falls slack; what hangs clear of the bed does neither."""
+    scene = merged(FALLS, cable=FALLS["cable"] | cable)
+    scene["initial"] = {"kind": "equilibrium"}
+    if "top" in cable and cable["top"]["kind"] == "free":
+        scene["initial"] = {"kind": "polyline", "points": [[0, 0, -10.0], [1, 0, -10.0], [13.0, 0.0, -1.0]]}
+    found = [text for text in warnings(simulate(scene), load_scene(scene)) if "no damping" in text]
+    assert len(found) == (said is not None)
+    assert all(text.startswith(f"The cable {said}, and has no damping: pulses") for text in found)

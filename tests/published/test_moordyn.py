@@ -1,6 +1,6 @@
 """Three legs from a point that is driven, in still water, against MoorDyn: peaks and troughs of the top tensions.
 
-Source: MoorDyn from PyPI (the extra `benchmark`; skipped without it), lumped masses and explicit steps; both refined.
+Source: MoorDyn from PyPI (the extra `test`; skipped without it), lumped masses and explicit steps; both refined.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Twenty random moorings in still water against MoorPy: tensions and positions, half of them with chain on the bed.
 
-Source: MoorPy from PyPI (the extra `benchmark`; skipped without it), quasi-static catenaries solved one inside another.
+Source: MoorPy from PyPI (the extra `test`; skipped without it), quasi-static catenaries solved one inside another.
 """
 
 import numpy as np

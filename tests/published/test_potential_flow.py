@@ -4,7 +4,9 @@ Source: Capytaine 3.0, a boundary element method (tests/reference).
 """
 
 import math
+import shutil
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -67,6 +69,9 @@ def test_coefficients_of_a_file():
         (lambda data: data.isel(influenced_dof=[0, 1]), "lacks Pitch"),
         (lambda data: data.assign_coords(wave_direction=[1.0]), "no waves along x"),
         (lambda data: data.assign(added_mass=data.added_mass * np.nan), "no finite positive numbers"),
+        (lambda data: data.assign(rotation_center=1.0), "not a netCDF file"),
+        (lambda data: data.assign(water_depth=("x", [1.0, 2.0])), "not a netCDF file"),
+        (lambda data: data.isel(complex=[0]), "not a netCDF file"),
     ],
 )
 def test_files_that_do_not_serve(change, said, tmp_path):
@@ -92,3 +97,16 @@ def test_force_in_two_parts_and_names_with_the_body(tmp_path):
     np.testing.assert_allclose(found.force, 1.25 * whole.force[[0, 3]])
     np.testing.assert_allclose(found.added_mass, whole.added_mass[[0, 3]])
     np.testing.assert_allclose(found.damping, whole.damping[[0, 3]])
+
+
+def test_numbers_of_another_file_are_not_read(tmp_path):
+    """A link of HDF5 leads out of a stranger's file."""
+    with xr.open_dataset(REFERENCE / "disc.nc") as data:
+        data.load().to_netcdf(tmp_path / "whole.nc", engine="netcdf4")
+    shutil.copy(tmp_path / "whole.nc", tmp_path / "linked.nc")
+    read_capytaine(tmp_path / "linked.nc")
+    with h5py.File(tmp_path / "linked.nc", "a") as file:
+        del file["added_mass"]
+        file["added_mass"] = h5py.ExternalLink(str(tmp_path / "whole.nc"), "added_mass")
+    with pytest.raises(InputError, match="must hold its numbers itself"):
+        read_capytaine(tmp_path / "linked.nc")

@@ -9,8 +9,8 @@ from random_judge import check_failure, check_refusal
 from dolfbuoy import load_scene
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError, SolveError
-from dolfbuoy.model.material import cross_section
-from dolfbuoy.model.rigid import mass_properties, shape_of
+from dolfbuoy.model.rigid import cross_section, mass_properties
+from dolfbuoy.model.surfacing import surfacing
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.observe import Observer
 from dolfbuoy.statics.equilibrium import solve_equilibrium
@@ -88,7 +88,10 @@ def check_cable(problem, cable, ends, largest, name):
     drag, weight = 0.0, np.zeros(3)
     for k in pieces:
         c = network.pieces[k].section
-        weight += c.length * _loads(c.line_density, cross_section(c) if scene.sea else 0.0, scene)
+        wet, doubt = wet_length(problem, k)
+        area = cross_section(c) if scene.sea else 0.0
+        weight += c.length * _loads(c.line_density, area * wet / c.length, scene)
+        noise += doubt * scene.gravity * (scene.sea.density if scene.sea else 0.0) * area
         joint = network.pieces[k].ends[1].name
         if k != pieces[-1] and joint in bodies:
             weight += _loads(bodies[joint].mass, bodies[joint].volume, scene)
@@ -111,6 +114,25 @@ def check_cable(problem, cable, ends, largest, name):
     assert math.hypot(*missing[:2]) <= most, f"{name}: {missing} N are missing, the bed carries {carried:.6g} N"
 
 
+def wet_length(problem, piece):
+    """Length of a piece below still water, and that of elements that have the surface near them [m]."""
+    lines, c = problem.lines, problem.network.pieces[piece].section
+    scene = problem.scene
+    asked = scene.sea and (bool(surfacing(scene)) if scene.sea.dry_above is None else scene.sea.dry_above)
+    if not asked:
+        return c.length, 0.0
+    nodes = np.flatnonzero(lines.line_of_node == piece)
+    s, z, dry, doubt = lines.node_s[nodes], problem.system.u[lines.node_dofs[nodes]][:, 2], 0.0, 0.0
+    for first, last in lines.cell_ends[lines.line_of_cell == piece]:
+        mine, fine = (first - 1e-9 <= s) & (s <= last + 1e-9), np.linspace(-1.0, 1.0, 2001)
+        size = last - first
+        height = np.polynomial.Polynomial.fit(s[mine], z[mine], mine.sum() - 1, domain=[first, last])
+        z_fine = np.polynomial.polynomial.polyval(fine, height.coef)
+        dry += size * (z_fine > 0).mean()
+        doubt += size * (np.abs(z_fine).min() < 0.3 * size)  # what a point of the quadrature stands for
+    return c.length - dry, doubt
+
+
 def _dynamic_pressure(scene):
     if scene.current is None:
         return 0.0
@@ -127,7 +149,7 @@ def check_joint(scene, body, pulls, largest, name):
 
 def check_buoy(scene, buoy, displaced, pulls, largest, name):
     """Weight, buoyancy, external force and lines add up; wind and current push at most as they can."""
-    mass = mass_properties(buoy, shape_of(buoy)).mass
+    mass = mass_properties(buoy).mass
     force = np.array([0.0, 0.0, (displaced - mass) * scene.gravity]) - sum(pulls, np.zeros(3))
     if not pulls:  # it drifts, and is looked at in still water
         assert abs(force[2]) <= BALANCED * mass * scene.gravity, f"{name}: {force} N are missing"

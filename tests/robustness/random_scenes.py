@@ -98,7 +98,7 @@ STRUCTURAL = {
     "waves.period_seen_from", "waves.spectrum", "waves.spectrum.frequency", "waves.spectrum.direction_deg",
     "waves.spectrum.density", "waves.components", "waves.band", "waves.seed", "waves.amplitudes", "waves.kinematics",
     "waves.elevation",
-    "initial.kind", "initial.points", "time.end", "seabed.start", "cable.marine_growth",
+    "initial.kind", "initial.points", "time.end", "seabed.start", "cable.marine_growth", "sea.dry_above",
 }  # fmt: skip
 #: Not drawn: they serve the user's accuracy and output, not the physics.
 LEFT_ALONE = {

@@ -3,6 +3,7 @@
 Source: a list of inputs and of what must be said (bad_input.toml).
 """
 
+import os
 import time
 import tomllib
 from pathlib import Path
@@ -12,9 +13,9 @@ import tomli_w
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.feasible import check_feasible
-from dolfbuoy.model.first_shape import check_first_shape
 from dolfbuoy.scene import load_scene, merged, parse_assignment, shipped_scenes
 from dolfbuoy.scene.reading import parse
+from dolfbuoy.statics.first_shape import check_first_shape
 
 CORPUS = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text())
 KINDS = ("together", "file", "command", "usage")
@@ -164,3 +165,14 @@ def test_bad_usage(call, folder, case):
     code, _, err = call(*case["line"])
     assert code == 2, err
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("line", [("import", "moordyn", "pipe"), ("statistics", "loop")], ids=name)
+def test_what_is_no_file(call, tmp_path, monkeypatch, line):
+    """A pipe that nobody writes to, a link to itself: no wait, and no traceback."""
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    os.symlink("loop", "loop")
+    code, _, err = call(*line)
+    assert code == 2, err
+    check_sentence(err.rstrip("\n"), [line[-1]])

@@ -14,8 +14,8 @@ from dolfbuoy import simulate, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.feasible import check_feasible
-from dolfbuoy.model.first_shape import check_first_shape
 from dolfbuoy.scene import load_scene
+from dolfbuoy.statics.first_shape import check_first_shape
 
 #: Of a scene before it counts as one that hangs [s].
 PATIENCE = 60

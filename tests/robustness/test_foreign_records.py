@@ -183,6 +183,11 @@ def test_flipped_bits(call, made, tmp_path, seed):
         lambda tree: tree.update({"states/0/t": np.array("x")}),
         lambda tree: tree.update({"states/0/u": np.zeros(3)}),
         lambda tree: tree.update({"states/7/u": np.zeros(3)}),
+        *(
+            lambda tree, wrong=wrong: tree.update({"states/0/past/0/count": np.array(wrong)})
+            for wrong in ("x", 1.5, -1, 10**6)
+        ),
+        lambda tree: tree.update({"states/0/past/0/steps_since_start": np.array("x")}),
         lambda tree: [tree.pop(name) for name in list(tree) if name.startswith("states")],
     ],
 )
@@ -193,6 +198,24 @@ def test_a_checkpoint_of_another_shape(call, folder, change):
     change(tree)
     np.savez(file, **tree)
     said(call, "run", "--resume", folder, "--t-end", "0.05", "--no-plot")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda record: record.delncattr("wall_time_s"),
+        lambda record: record.setncattr("wall_time_s", "x"),
+        lambda record: record.delncattr("created"),
+        lambda record: record.renameVariable("xyz", "abc"),
+        lambda record: record.renameVariable("s", "arc"),
+    ],
+)
+def test_a_record_that_cannot_be_lengthened(call, folder, change):
+    """It lacks what every record has: a sentence that names the file."""
+    with netCDF4.Dataset(folder / "results.nc", "a") as record:
+        change(record)
+    seal(folder / "results.nc")
+    assert "results.nc" in said(call, "run", "--resume", folder, "--t-end", "0.05", "--no-plot")
 
 
 @pytest.mark.parametrize(

@@ -20,11 +20,14 @@ def test_there_are_enough_of_them_each_with_a_name():
 
 @pytest.mark.parametrize("file", sorted({c.file for c in CHANGES}))
 def test_every_change_applies_and_leaves_a_program(file):
-    """What is to be changed occurs once; what comes out is Python, and another program."""
+    """What is to be changed occurs once; what comes out is another program, of Python if the file is."""
     text = (ROOT / file).read_text()
     for change in (c for c in CHANGES if c.file == file):
         assert fault(change) is None
-        assert ast.dump(ast.parse(text.replace(change.old, change.new))) != ast.dump(ast.parse(text)), change.name
+        right, wrong = text, text.replace(change.old, change.new)
+        if file.endswith(".py"):
+            right, wrong = ast.dump(ast.parse(right)), ast.dump(ast.parse(wrong))
+        assert wrong != right, change.name
 
 
 def test_the_tests_that_are_likely_to_notice_are_there():

@@ -263,7 +263,7 @@ def test_study_of_a_small_scene(tmp_path, capsys):
     """Few cases; all files; a case that cannot be solved is a row with its reason."""
     scene = settings.shortened(load_scene(DRIVEN), 4.0)
     options = {"pairs": [(1, 0), (2, 1)], "cells": [4], "steps": [0.1], "tolerances": [1e-3], "repeats": 1}
-    run(study, tmp_path, scene=scene, schemes=["bdf2"], newton=[1e-9, 1e-5], **options)
+    run(study.study, tmp_path, scene=scene, schemes=["bdf2"], newton=[1e-9, 1e-5], **options)
     assert "its own error" in capsys.readouterr().out
     assert all((tmp_path / f"work-precision.{suffix}").is_file() for suffix in ("json", "csv", "png", "svg"))
     time = {"scheme": "bdf2", "step": 0.4, "min_step": 0.4, "tolerance": 1e-9}  # cannot be met

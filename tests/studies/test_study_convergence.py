@@ -46,7 +46,7 @@ def test_errors_equal_those_of_another_code(table, material, strain, pairs):
 def test_orders_agree_with_theory(figure, tmp_path, monkeypatch):
     """Between 8, 16 and 32 elements; Neumann and Dirichlet ends."""
     monkeypatch.setattr(study, "draw", lambda *_: None)
-    tables = run(study, tmp_path, figures=(figure,), cells=(8, 16, 32)).rows
+    tables = run(study.study, tmp_path, figures=(figure,), cells=(8, 16, 32)).rows
     assert list(tables) == [f"figure{figure}-neumann", f"figure{figure}-dirichlet"]
     for rows in tables.values():
         assert len(rows) == len(study.FIGURES[figure][1]) * 4 * 3
@@ -99,7 +99,7 @@ def test_compressed_states_are_named():
 def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path, monkeypatch, capsys):
     wanted = study.cases((2, 4), (2, 4))
     assert len(wanted) == 2 * 2 * (4 + 3)  # P4-P3 is in both figures
-    first = run(study, tmp_path, figures=(2,), cells=(2, 4)).rows
+    first = run(study.study, tmp_path, figures=(2,), cells=(2, 4)).rows
     files = {f.name: f.read_bytes() for f in tmp_path.glob("*.[cj]s*")}
     made = {f"figure2-{end}.{suffix}" for end in ("neumann", "dirichlet") for suffix in ("csv", "json")}
     assert set(files) == made | {".dolfbuoy.json"}
@@ -109,7 +109,7 @@ def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path,
     assert kept[3]["order_T_L2"] == first["figure2-neumann"][3]["order_T_L2"]
     monkeypatch.setattr(study, "evaluate", None)
     monkeypatch.setattr(study, "draw", lambda *_: None)
-    assert run(study, tmp_path, figures=(2,), cells=(2, 4)).rows == first
+    assert run(study.study, tmp_path, figures=(2,), cells=(2, 4)).rows == first
     assert {f.name: f.read_bytes() for f in tmp_path.glob("*.[cj]s*")} == files
     assert "P4-P3" in capsys.readouterr().out
 
@@ -119,10 +119,10 @@ def test_each_case_is_computed_once_and_a_second_call_computes_nothing(tmp_path,
 def test_two_ranks_write_the_same_files(tmp_path, monkeypatch):
     monkeypatch.setattr(study, "draw", lambda *_: None)
     program = "from dolfbuoy.studies.accuracy import convergence as s; from dolfbuoy.studies.study import run; "
-    program += "s.draw = lambda *_: None; run(s, 'two', figures=(4,), cells=(2, 4))"
+    program += "s.draw = lambda *_: None; run(s.study, 'two', figures=(4,), cells=(2, 4))"
     done = start(2, ["-c", program], tmp_path)
     assert done.returncode == 0, done.stderr[-3000:]
-    run(study, tmp_path / "one", figures=(4,), cells=(2, 4))
+    run(study.study, tmp_path / "one", figures=(4,), cells=(2, 4))
     for end in ("neumann", "dirichlet"):
         for suffix in ("json", "csv"):
             one, two = ((tmp_path / folder / f"figure4-{end}.{suffix}").read_text() for folder in ("one", "two"))

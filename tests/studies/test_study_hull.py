@@ -15,8 +15,7 @@ from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
 from dolfbuoy.linear.response import responses
 from dolfbuoy.studies.physics import hull
-from dolfbuoy.studies.physics.hull_runs import harmonics, measured_motions
-from dolfbuoy.studies.study import run_command
+from dolfbuoy.studies.physics.response_runs import harmonics, measured
 
 DISC = reference("hull")["rao_capytaine_disc"]["input"]
 SCENE = {
@@ -77,9 +76,9 @@ def test_runs_and_potential_flow_stand_beside(out):
 def test_response_of_a_moored_buoy():
     """In its current, waves oblique to it: runs in time within 0.5 %, the cable's mass and drag included."""
     scene = load_scene("short")
-    linear, run = responses(scene, [4.0], 150.0)[0].motions, measured_motions(scene, 4.0, 150.0)
+    linear, run = responses(scene, [4.0], 150.0)[0].motions, measured(scene, 4.0, 150.0, 2.4e-3)
     for name in ("surge", "heave", "roll", "pitch"):
-        assert getattr(run, name) == pytest.approx(getattr(linear, name), rel=5e-3), name
+        assert run[name] == pytest.approx(getattr(linear, name), rel=5e-3), name
 
 
 def test_harmonics_of_a_record():
@@ -104,7 +103,6 @@ def test_moored_and_free():
         ("free-buoy", REFERENCE / "disc.nc", "must be C of the free buoy"),
     ],
 )
-def test_what_it_refuses(scene, capytaine, said, tmp_path):
-    options = {"runs": "none", "direction": None, "capytaine": capytaine}
+def test_what_it_refuses(scene, capytaine, said):
     with pytest.raises(InputError, match=said):
-        run_command("hull", tmp_path, scene=scene, **options)
+        hull.request(scene, "none", None, capytaine)

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.studies.stability import inf_sup
+from dolfbuoy.studies.accuracy import inf_sup
 from dolfbuoy.studies.study import run
 
 REFERENCE = reference("inf_sup")
@@ -158,7 +158,7 @@ def test_a_scene_refuses_the_counter_examples(pair):
 def test_files(tmp_path, monkeypatch, capsys):
     cases = inf_sup.cases(("catenary", "straight"), [(1, 0), (1, 1), (2, 2)], (4, 8))
     monkeypatch.setattr(inf_sup, "cases", lambda: cases)
-    run(inf_sup, tmp_path)
+    run(inf_sup.study, tmp_path)
     written = json.loads((tmp_path / "inf-sup.json").read_text())
     assert len(written["rows"]) == len(cases)
     for name in ("inf-sup.csv", "inf-sup.png", "inf-sup.svg", "inf-sup-summary.csv"):

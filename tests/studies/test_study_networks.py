@@ -6,6 +6,7 @@ Source: an independent finer run; the scene with the key taken out by hand; sing
 import numpy as np
 import pytest
 from alone import simulate
+from verification import endurance, explicit_limit, regularisation, touchdown
 
 import dolfbuoy
 from dolfbuoy import load_scene
@@ -13,14 +14,13 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.model import effects as declared
 from dolfbuoy.results import measured as acc
 from dolfbuoy.results.compare import Reference
-from dolfbuoy.results.many import draw
-from dolfbuoy.results.statistics import statistics
+from dolfbuoy.results.sample import numbers_of
+from dolfbuoy.results.sweep_figure import draw
 from dolfbuoy.scene import settings
 from dolfbuoy.scene.settings import Space, Stepping
 from dolfbuoy.studies.accuracy import advise as advice
-from dolfbuoy.studies.accuracy import touchdown, work_precision
+from dolfbuoy.studies.accuracy import work_precision
 from dolfbuoy.studies.physics import effects, energy, hull
-from dolfbuoy.studies.stability import endurance, explicit_limit, regularisation
 from dolfbuoy.studies.study import run
 from dolfbuoy.studies.sweep import sweep
 
@@ -101,7 +101,7 @@ def test_work_precision(tmp_path):
     """Cases of lines that share the elements; the finer is the better."""
     scene = load_scene(BRIDLE, time__end=4.0)
     options = {"pairs": [(1, 0)], "cells": [6, 24], "schemes": ["bdf2"], "steps": [0.1], "repeats": 1}
-    rows = run(work_precision, tmp_path, scene=scene, **options).rows["work-precision"]
+    rows = run(work_precision.study, tmp_path, scene=scene, **options).rows["work-precision"]
     errors = {row["cells"]: row["error_tension_top"] for row in rows if not row["own"]}
     assert list(errors) == [settings.fitting(scene, Space(1, 0, 6)).cells, 24]
     assert 0 < errors[24] < 0.5 * errors[min(errors)]
@@ -154,17 +154,17 @@ def test_every_effect_can_be_left_out(name):
 @pytest.mark.parametrize(
     ("study", "options"),
     [
-        (explicit_limit, ()),
-        (regularisation, (1.0,)),
-        (endurance, (1.0, 0.1, "bdf2", 1e-9)),
-        (hull, ("none", None, None)),
-        (touchdown, (1.0,)),
+        (explicit_limit.cable_of, ()),
+        (regularisation.request, (1.0,)),
+        (endurance.request, (1.0, 0.1, "bdf2", 1e-9)),
+        (hull.request, ("none", None, None)),
+        (touchdown.request, (1.0,)),
     ],
 )
 def test_studies_of_one_line_say_so(study, options):
     """In a sentence, before anything is computed."""
     with pytest.raises(InputError, match=r"is a network|and one cable"):
-        study.request("lazy-wave", *options)
+        study("lazy-wave", *options)
 
 
 def test_what_is_left_out_is_what_hands_take_out():
@@ -188,7 +188,7 @@ def test_effects(tmp_path):
     """The table of a network: what its lines and bodies are worth."""
     scene = load_scene(BRIDLE, time__end=3.0, time__step=0.05)
     scene = effects.variant(scene, only=["cable normal drag", "body drag"])
-    rows = run(effects, tmp_path, scene=scene, threshold=0.01).rows["effects"]
+    rows = run(effects.study, tmp_path, scene=scene, threshold=0.01).rows["effects"]
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     assert list(removed) == ["cable normal drag", "body drag"]
     assert removed["cable normal drag"]["change_tension_top"] > 2 * removed["body drag"]["change_tension_top"] > 0
@@ -202,7 +202,7 @@ def test_a_sweep_over_one_line_of_a_network(tmp_path):
     assert found.status.values.tolist() == 4 * ["done"]
     for k in (0, 3):
         case = {"cable.port.length": found.cable_port_length[k].item(), "joint.Y.mass": found.joint_Y_mass[k].item()}
-        one = statistics(dolfbuoy.simulate(load_scene(scene, **case)))
+        one = numbers_of(dolfbuoy.simulate(load_scene(scene, **case)))
         for name, of in (("tension_top", "port"), ("tension_anchor", "main"), ("joint_position_z", "Y")):
             largest = found[f"{name}_maximum"].sel({"joint" if of == "Y" else "cable": of})
             assert float(largest[k]) == one[f"{name} of {of}"]["maximum"]

@@ -13,9 +13,8 @@ from mpi_helpers import needs_mpirun, start
 from test_sweep_parts import lines
 
 from dolfbuoy import load_scene
-from dolfbuoy.studies.accuracy import work_precision
+from dolfbuoy.studies.accuracy import inf_sup, work_precision
 from dolfbuoy.studies.physics import effects
-from dolfbuoy.studies.stability import explicit_limit, inf_sup, rising
 from dolfbuoy.studies.study import run
 
 pytestmark = [
@@ -38,7 +37,7 @@ def inf_sup_few(folder):
     whole = inf_sup.cases
     inf_sup.cases = lambda: whole(("catenary", "straight"), [(1, 0), (1, 1), (2, 1)], (4, 8))
     try:
-        run(inf_sup, folder)
+        run(inf_sup.study, folder)
     finally:
         inf_sup.cases = whole
 
@@ -46,14 +45,9 @@ def inf_sup_few(folder):
 #: Study -> (run(folder), files whose rows must agree).
 STUDIES = {
     "inf-sup": (inf_sup_few, ["inf-sup", "inf-sup-summary"]),
-    "rising": (lambda folder: run(rising, folder), ["rising", "rising-elements", "rising-profiles"]),
-    "explicit-limit": (
-        lambda folder: run(explicit_limit, folder, cables=explicit_limit.PAPER),
-        ["eigenvalues", "explicit-limit"],
-    ),
-    "effects": (lambda folder: run(effects, folder, scene=load_scene(WET)), ["effects"]),
+    "effects": (lambda folder: run(effects.study, folder, scene=load_scene(WET)), ["effects"]),
     "work-precision": (
-        lambda folder: run(work_precision, folder, scene=load_scene(DRY), repeats=1, **GRID),
+        lambda folder: run(work_precision.study, folder, scene=load_scene(DRY), repeats=1, **GRID),
         ["work-precision"],
     ),
 }

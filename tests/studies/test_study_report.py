@@ -89,9 +89,9 @@ TINY = replace(
     mesh_step=0.05,
     euler=(0.2, 0.1),
     second=(0.2, 0.1),
-    spaces=(Space(1, 0, 5), Space(1, 0, 10)),
+    spaces={(1, 0): (5, 10)},
     space_step=0.1,
-    mixed=(),
+    mixed={},
     whole=(1.0, 0.1),
 )
 

@@ -17,9 +17,11 @@ from mpi_helpers import needs_mpirun, start
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.results import style
-from dolfbuoy.results.many import collect, draw
 from dolfbuoy.results.parts import alone
-from dolfbuoy.results.statistics import STATISTICS, dominant_period, statistics
+from dolfbuoy.results.sample import STATISTICS, numbers_of
+from dolfbuoy.results.series import Series
+from dolfbuoy.results.statistics import collect
+from dolfbuoy.results.sweep_figure import draw
 from dolfbuoy.scene.variants import cases_of, parse_vary
 from dolfbuoy.studies import one_case
 from dolfbuoy.studies import sweep as sweeping
@@ -133,23 +135,23 @@ def test_dominant_period_of_a_sinusoid_on_a_trend_is_exact(period, uneven):
     if uneven:
         t = t + 0.3 * np.sin(t) / (1 + t)
     x = 3 + 0.2 * t + 1.7 * np.sin(2 * np.pi * t / period + 0.3)
-    assert dominant_period(t, x) == pytest.approx(period, rel=1e-10)
+    assert Series("x", t, x).dominant_period == pytest.approx(period, rel=1e-10)
     early = np.where(t < t[-1] / 2 - 0.1, 50 * np.sin(8 * t), 0.0)  # what the second half does not see
-    assert dominant_period(t, x + early) == pytest.approx(period, rel=1e-10)
+    assert Series("x", t, x + early).dominant_period == pytest.approx(period, rel=1e-10)
 
 
 def test_dominant_period_is_that_of_the_larger_of_two():
     t = np.linspace(0, 60, 3001)
     one, two = np.sin(2 * np.pi * t / 5.0), np.sin(2 * np.pi * t / 1.3)
-    assert dominant_period(t, one + 0.6 * two) == pytest.approx(5.0, rel=1e-4)
-    assert dominant_period(t, 0.6 * one + two) == pytest.approx(1.3, rel=1e-4)
+    assert Series("x", t, one + 0.6 * two).dominant_period == pytest.approx(5.0, rel=1e-4)
+    assert Series("x", t, 0.6 * one + two).dominant_period == pytest.approx(1.3, rel=1e-4)
 
 
 def test_no_dominant_period():
     t = np.linspace(0, 20, 901)
-    assert np.isnan(dominant_period(t, np.full_like(t, 3.0)))
-    assert np.isnan(dominant_period(t, 3.0 + 1e-12 * np.sin(t), noise=3e-9))
-    assert np.isnan(dominant_period(t[:3], t[:3]))
+    assert np.isnan(Series("x", t, np.full_like(t, 3.0)).dominant_period)
+    assert np.isnan(Series("x", t, 3.0 + 1e-12 * np.sin(t), noise=3e-9).dominant_period)
+    assert np.isnan(Series("x", t[:3], t[:3]).dominant_period)
 
 
 def test_statistics_of_known_series():
@@ -164,7 +166,7 @@ def test_statistics_of_known_series():
         },
         coords={"time": t, "xyz": ["x", "y", "z"], "cable": ["port"], "buoy": ["mine"]},
     )
-    found = statistics(record)
+    found = numbers_of(record)
     assert set(found) == {"tension_top of port", *(f"buoy_position_{axis} of mine" for axis in "xyz")}
     top = found["tension_top of port"]
     assert (top["minimum"], top["maximum"]) == (0.0, 1.0)
@@ -181,7 +183,7 @@ def test_statistics_of_an_angle_that_turns_on():
     yaw = 30 * t + 5 * np.sin(4 * t)
     record = xr.Dataset({"yaw": ("time", (yaw + 180) % 360 - 180)}, coords={"time": t})
     assert np.ptp(record.yaw.values) > 300
-    found = statistics(record)["yaw"]
+    found = numbers_of(record)["yaw"]
     assert (found["minimum"], found["maximum"]) == pytest.approx((yaw.min(), yaw.max()))
     assert found["dominant_period"] == pytest.approx(np.pi / 2, rel=1e-6)
 

@@ -52,12 +52,13 @@ def test_what_is_written_is_read(tmp_path):
     other.close()
     stranger = Writer(tmp_path / "c.jsonl", "q")
     stranger.add("three", {})
+    stranger.add("four", {})
     stranger.close()
     store = Store(tmp_path, "p")
     assert store.result("one") == {"x": 0.1 + 0.2, "y": [np.pi, 1e-300]}
     assert store.result("two") == {"x": 1}
     assert store.result("three") is None
-    assert (store.foreign, store.damaged) == (1, [])
+    assert (store.foreign, store.damaged) == (2, [])
     assert [store.attempt(name) for name in ("one", "two", "three")] == [1, 2, 0]
 
 

@@ -8,7 +8,7 @@ from dynamics_helpers import MOORED, merged
 
 from dolfbuoy import load_scene
 from dolfbuoy.results.parts import alone
-from dolfbuoy.results.record import FRAMES, SERIES
+from dolfbuoy.results.quantities import QUANTITIES
 
 PERIOD = 5.0
 SCENE = load_scene(
@@ -20,6 +20,16 @@ SCENE = load_scene(
         time={"end": 40.0, "step": 0.1, "scheme": "backward-euler"},
     )
 )
+
+
+def extremes(cable_position, cable_tension):
+    """As if there had been more between the frames, and more of it within the ramp."""
+    least, largest = cable_tension.min(axis=0), cable_tension.max(axis=0)
+    values = {"cable_position_minimum": cable_position.min(axis=0), "cable_tension_minimum": least - 900}
+    values |= {"cable_position_maximum": cable_position.max(axis=0) + 0.1, "cable_tension_maximum": largest + 800}
+    values["cable_tension_minimum_after_ramp"] = least - np.linspace(100, 700, 6)
+    values["cable_tension_maximum_after_ramp"] = largest + np.linspace(700, 200, 6)
+    return {name: (QUANTITIES[name].dims, value) for name, value in values.items()}
 
 
 def made_up(end=40.0):
@@ -46,9 +56,10 @@ def made_up(end=40.0):
     shape[..., 2] = -20 + nodes / 22 * (20.4 + 0.2 * np.sin(2 * math.pi * frame / 7)[:, None])
     frames = {"cable_position": shape, "cable_tension": np.linspace(3000, 7000, 6) + frame[:, None]}
     sizes = {"time": len(t), "cable": 1, "buoy": 1, "xyz": 3, "quaternion": 4}
-    dims = {name: ("time", *SERIES[name][0]) for name in series}
+    dims = {name: ("time", *QUANTITIES[name].dims) for name in series}
     data = {name: (dims[name], np.reshape(value, [sizes[d] for d in dims[name]])) for name, value in series.items()}
-    data |= {name: (("frame", *FRAMES[name][0]), value) for name, value in frames.items()}
+    data |= {name: (("frame", *QUANTITIES[name].dims), value) for name, value in frames.items()}
+    data |= extremes(**frames)
     middle = (nodes[1:] + nodes[:-1]) / 2
     coordinates = {"time": t, "frame": frame, "s": ("node", nodes), "s_cell": ("cell", middle), "xyz": ["x", "y", "z"]}
     coordinates |= {"cable": ["cable"], "buoy": ["buoy"]}

@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 
 import pytest
 
@@ -27,12 +28,29 @@ def command(ranks, arguments):
 
 def start(ranks, arguments, folder, timeout=300, **more):
     """A finished process of mpirun; more: variables of its environment."""
-    return subprocess.run(
-        command(ranks, arguments), cwd=folder, env=environment(**more), capture_output=True, text=True, timeout=timeout
-    )
+    with tempfile.TemporaryDirectory(prefix="ompi-") as own:  # another mpirun that ends would take a common one along
+        sessions = {"OMPI_MCA_orte_tmpdir_base": own, "PRTE_MCA_prte_tmpdir_base": own}
+        return subprocess.run(
+            command(ranks, arguments),
+            cwd=folder,
+            env=environment(**sessions, **more),
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+        )
 
 
-def start_scenes(ranks, scenes, folder, script, *arguments):
+#: Runs each scene of scenes.json in a folder of its name.
+SIMULATE = """
+import json, sys
+import dolfbuoy
+
+for name, scene in json.load(open(sys.argv[1])).items():
+    dolfbuoy.simulate(scene, out=name)
+"""
+
+
+def start_scenes(ranks, scenes, folder, script=SIMULATE, *arguments):
     """A finished process of mpirun of a script that is given the path of scenes.json, a name to each scene."""
     (folder / "run.py").write_text(script)
     (folder / "scenes.json").write_text(json.dumps(scenes))

@@ -16,12 +16,16 @@ from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
 from ...writing import replacing
 from .. import sea
-from ..declaration import declared
 from ..study import Table, save
 from .linear_answer import linear_answer
 from .pilot import ALPHA, Candidate, Pilot
 
-WORDS = declared(__file__)
+COLUMNS = {
+    "settings": "settings",
+    "predicted_percent": "error [%]",
+    "predicted_seconds": "time [s]",
+    "remark": "remark",
+}
 #: Share of the accuracy that a prediction may use.
 TARGET = 0.7
 
@@ -149,7 +153,7 @@ def table_rows(advice: Advice) -> list[dict]:
 def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:
     """Print the advice; save table, measurements and figure in `folder`, the scene at `write`."""
     rows, said = table_rows(advice), sentences(advice)
-    show(WORDS.say("title"), rows, WORDS.columns, said)
+    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
     if folder is not None:
         save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))

@@ -13,8 +13,7 @@ Everything is kept on disk, case by case: an interrupted report goes on where it
 
 import json
 import math
-import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -44,11 +43,12 @@ SECOND = (BDF2, ALPHA)
 
 @dataclass(frozen=True)
 class Plan:
-    """What is run of a scene until `end` [s], from report_plans.toml.
+    """What is run of a scene until `end` [s].
 
     reference: elements and step; its check has half and twice of them.  euler, second: steps of the schemes on the
-    scene's own elements, of which mesh_step is the truth.  spaces: at space_step by generalized-alpha.  mixed: elements
-    for the large steps `mixed_steps` of the schemes of second order.  whole: end and step of the whole run.
+    scene's own elements, of which mesh_step is the truth.  spaces: elements of each pair, at space_step by
+    generalized-alpha.  mixed: the same for the large steps `mixed_steps` of the schemes of second order.  whole: end
+    and step of the whole run.
     """
 
     end: float
@@ -56,27 +56,68 @@ class Plan:
     mesh_step: float
     euler: tuple[float, ...]
     second: tuple[float, ...]
-    tolerances: tuple[float, ...]
-    spaces: tuple[Space, ...]
+    spaces: dict[tuple[int, int], tuple[int, ...]]
     space_step: float
-    mixed: tuple[Space, ...]
+    mixed: dict[tuple[int, int], tuple[int, ...]]
     mixed_steps: tuple[float, ...]
     whole: tuple[float, float]
-    repeats: int
+    tolerances: tuple[float, ...] = (0.01, 0.001)
+    repeats: int = 3
 
 
-def _plan(reference, spaces, mixed, **numbers) -> Plan:
-    reference = Space(*reference["pair"], reference["cells"]), reference["step"]
-    return Plan(reference=reference, spaces=_spaces(spaces), mixed=_spaces(mixed), **numbers)
+SHORT = Plan(
+    end=20.0,
+    reference=(Space(3, 2, 20), 0.005),
+    mesh_step=0.005,
+    euler=(0.04, 0.02, 0.01, 0.005),
+    second=(0.1, 0.05, 0.02, 0.01),
+    spaces={(1, 0): (5, 10, 20, 40), (2, 1): (3, 5, 10, 20), (3, 2): (2, 5, 10)},
+    space_step=0.02,
+    mixed={(2, 1): (5, 10), (3, 2): (5,)},
+    mixed_steps=(0.1, 0.05, 0.03),
+    whole=(120.0, 0.02),
+)
+LONG = Plan(
+    end=24.0,
+    reference=(Space(3, 2, 160), 0.02),
+    mesh_step=0.005,
+    euler=(0.04, 0.02, 0.01, 0.005),
+    second=(0.2, 0.1, 0.05, 0.02),
+    spaces={(1, 0): (50, 100, 200, 400), (2, 1): (25, 50, 100, 200), (3, 2): (20, 40, 80)},
+    space_step=0.05,
+    mixed={(1, 0): (100, 400), (2, 1): (50, 100)},
+    mixed_steps=(0.2, 0.1),
+    whole=(120.0, 0.04),
+)
+FULL = {"short": SHORT, "long": LONG}
+
+
+def _quick(plan):
+    """A small version of a plan, to see that all works."""
+    space, step = plan.reference
+    return replace(
+        plan,
+        end=plan.end - 7,
+        reference=(Space(space.mu, space.nu, 2 * (space.cells // 5)), 4 * step),
+        mesh_step=2 * plan.mesh_step,
+        euler=plan.euler[:2],
+        second=plan.second[:2],
+        spaces={pair: plan.spaces[pair][:2] for pair in ((1, 0), (2, 1))},
+        space_step=plan.second[1],
+        mixed={(2, 1): plan.mixed[2, 1][:1]},
+        mixed_steps=plan.mixed_steps[:1],
+        whole=(15.0, plan.second[1]),
+        tolerances=plan.tolerances[:1],
+        repeats=1,
+    )
+
+
+QUICK = {name: _quick(plan) for name, plan in FULL.items()}
 
 
 def _spaces(pairs):
-    """{"mu-nu": numbers of elements} -> Spaces."""
-    return tuple(Space(*map(int, pair.split("-")), n) for pair, cells in pairs.items() for n in cells)
-
-
-_PLANS = tomllib.loads(Path(__file__).with_name("report_plans.toml").read_text(encoding="utf-8"))
-FULL, QUICK = ({name: _plan(**plan) for name, plan in _PLANS[kind].items()} for kind in ("full", "quick"))
+    """Elements of each pair, one after the other."""
+    return [Space(*pair, n) for pair, cells in pairs.items() for n in cells]
 
 
 def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[Space, Stepping]]:
@@ -85,8 +126,8 @@ def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[S
     found = [(own, Stepping(BE, h)) for h in plan.euler]
     found += [(own, Stepping(scheme, h)) for scheme in SECOND for h in plan.second]
     found += [(own, Stepping(BDF2, min(plan.second), tolerance, largest)) for tolerance in plan.tolerances]
-    found += [(space, Stepping(ALPHA, plan.space_step)) for space in plan.spaces]
-    found += [(s, Stepping(scheme, h)) for s in plan.mixed for scheme in SECOND for h in plan.mixed_steps]
+    found += [(space, Stepping(ALPHA, plan.space_step)) for space in _spaces(plan.spaces)]
+    found += [(s, Stepping(scheme, h)) for s in _spaces(plan.mixed) for scheme in SECOND for h in plan.mixed_steps]
     return list(dict.fromkeys(found))
 
 
@@ -150,14 +191,14 @@ def examine(name: str, plan: Plan, folder: Path) -> dict | None:
     whole, store = load_scene(name), Path(folder) / "work" / name
     scene, largest = settings.shortened(whole, plan.end), settings.largest_step(whole)
     fine = fine_cases(scene, plan, store)
-    evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
+    references = evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
     timed = timed_cases(scene, plan, fine["reference"], store, largest)
     found = evaluate_all(wp.evaluate, timed, store, wp.structure)
     if found is None:
         return None
     add_scheme_errors(found, scene, plan, fine["mesh"])
     rows, own = wp.judged(found, scene, fine["check"], fine["reference"])
-    said = wp.notes(rows, own, fine["reference"], MPI.COMM_WORLD.size)
+    said = wp.notes(rows, own, references[list(fine).index("reference")], MPI.COMM_WORLD.size)
     with matplotlib.rc_context(STYLE):
         save(folder, Table(f"work-precision-{name}", rows, notes=said, figure=wp.draw(rows, own)))
     return {
@@ -220,7 +261,7 @@ def run(folder: Path, quick: bool = False) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     refuse_link(folder / "work")
     cells = (4, 8, 16) if quick else (4, 8, 16, 32)
-    static = run_study(convergence, folder / "work" / "convergence", figures=(2,), cells=cells).rows
+    static = run_study(convergence.study, folder / "work" / "convergence", figures=(2,), cells=cells).rows
     free = evaluate_all(evaluate_pendulum, pendulum_cases(quick), folder / "work" / "pendulum")
     scenes = [examine(name, plan, folder) for name, plan in (QUICK if quick else FULL).items()]
     if not static:

@@ -1,90 +1,91 @@
 """Judgement and words of `report`: what the rows of its cases say, as tables, sentences and recommendations."""
 
 import math
-from pathlib import Path
 
-from ...results import compare
 from ...results import measured as acc
-from ...results.compare import Curve, reach
+from ...results.compare import Curve, percent, reach
 from ...results.style import COLORS, PAGE, STYLE, matplotlib, new_figure, plain_ticks
-from ...results.tables import unit_of
+from ...results.tables import groups, unit_of
+from ...results.tables import markdown as table_of
 from ...scene import settings
-from ..declaration import declared
 from . import work_precision as wp
 
-WORDS = declared(__file__)
 #: Accuracies in the tables, and the quantity of most of them.
 ACCURACIES = (0.01, 0.001)
 QUANTITY = "tension_top"
+ERROR_IN_TIME = f"scheme_error_{QUANTITY}"
 BE, BDF2, ALPHA = settings.SCHEMES
 #: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
 PERIOD, SWING = 5.0, 0.02
 
 
+def _own(rows):
+    """The row of the scene's own settings."""
+    return next(row for row in rows if row["own"])
+
+
 def own_elements(rows: list[dict]) -> list[dict]:
     """Cases on the scene's own elements that ran."""
-    own = next(row for row in rows if row["own"])
-    alike = [row for row in rows if (row["pair"], row["cells"]) == (own["pair"], own["cells"])]
-    return [row for row in alike if not row["reason"]]
+    own = _own(rows)
+    return [r for r in rows if (r["pair"], r["cells"]) == (own["pair"], own["cells"]) and not r["reason"]]
+
+
+def _in_time(rows, scheme):
+    """(step, error in time, seconds) of a scheme at fixed steps on the scene's own elements."""
+    chosen = [row for row in own_elements(rows) if row["scheme"] == scheme and not row["tolerance"]]
+    return [(row["step"], row[ERROR_IN_TIME], row["wall"]) for row in chosen]
+
+
+def _reached(points):
+    """What a family of cases needs for each of the ACCURACIES; see `compare.reach`."""
+    return {f"{accuracy:g}": reach(points, accuracy) for accuracy in ACCURACIES}
 
 
 def schemes(rows: list[dict], period: float) -> list[dict]:
     """Per scheme at fixed steps: error in time at the paper's step, step and seconds for the ACCURACIES."""
-    paper = next(row for row in rows if row["own"])
     table = []
     for scheme, name in settings.SCHEMES.items():
-        chosen = [row for row in own_elements(rows) if row["scheme"] == scheme and not row["tolerance"]]
-        points = [(row["step"], row[f"scheme_error_{QUANTITY}"], row["wall"]) for row in chosen]
-        curve = Curve([point[:2] for point in points if point[1]])
-        line = {"scheme": scheme, "name": name, "order": curve.order, "at_paper_step": curve(paper["step"])}
-        for accuracy in ACCURACIES:
-            found = reach(points, accuracy)
-            line[f"{accuracy:g}"] = found and found | {"per_period": period / found["size"]}
-        table.append(line)
+        points = _in_time(rows, scheme)
+        curve, needed = Curve([point[:2] for point in points if point[1]]), _reached(points)
+        for found in filter(None, needed.values()):
+            found["per_period"] = period / found["size"]
+        line = {"scheme": scheme, "name": name, "order": curve.order, "at_paper_step": curve(_own(rows)["step"])}
+        table.append(line | needed)
     return table
 
 
 def adaptive(rows: list[dict]) -> list[dict]:
     """Each adaptive case beside fixed steps of the same scheme and error in time."""
     table = []
-    for row in own_elements(rows):
-        error = row.get(f"scheme_error_{QUANTITY}")
-        if not row["tolerance"] or not error:
-            continue
-        same = [r for r in own_elements(rows) if r["scheme"] == row["scheme"] and not r["tolerance"]]
-        fixed = reach([(r["step"], r[f"scheme_error_{QUANTITY}"], r["wall"]) for r in same], error)
+    for row in (row for row in own_elements(rows) if row["tolerance"] and row.get(ERROR_IN_TIME)):
+        error = row[ERROR_IN_TIME]
+        fixed = reach(_in_time(rows, row["scheme"]), error)
         if fixed and fixed["note"] != "at_most":
             line = {"tolerance": row["tolerance"], "error": error, "seconds": row["wall"]}
             table.append(line | {"fixed_seconds": fixed["seconds"], "ratio": row["wall"] / fixed["seconds"]})
     return table
 
 
-def pairs(rows: list[dict], step: float) -> list[dict]:
-    """Per element pair at one small step: elements and seconds for the ACCURACIES."""
-    chosen, table = _at_step(rows, step), []
-    for pair in dict.fromkeys(row["pair"] for row in chosen):
-        points = [(1 / r["cells"], r[f"bound_{QUANTITY}"], r["wall"]) for r in chosen if r["pair"] == pair]
-        line = {"pair": pair}
-        for accuracy in ACCURACIES:
-            found = reach(points, accuracy)
-            line[f"{accuracy:g}"] = found and found | {"cells": math.ceil(1 / found["size"] - 1e-9)}
-        table.append(line)
+def pairs(rows: list[dict]) -> list[dict]:
+    """Per element pair, of cases at one small step: elements and seconds for the ACCURACIES."""
+    table = []
+    for pair, chosen in groups(rows, "pair").items():
+        needed = _reached([(1 / r["cells"], r[f"bound_{QUANTITY}"], r["wall"]) for r in chosen])
+        for found in filter(None, needed.values()):
+            found["cells"] = math.ceil(1 / found["size"] - 1e-9)
+        table.append({"pair": pair} | needed)
     return table
-
-
-def _at_step(rows, step):
-    """Cases of generalized-alpha at this step that ran."""
-    return [r for r in rows if (r["scheme"], r["step"], r["tolerance"], r["reason"]) == (ALPHA, step, None, None)]
 
 
 def judge(scene: dict) -> dict:
     """The facts of a scene with their tables."""
-    rows = scene["rows"]
+    rows, small = scene["rows"], (ALPHA, scene["space_step"], None, None)
+    spaces = [r for r in rows if (r["scheme"], r["step"], r["tolerance"], r["reason"]) == small]
     return scene | {
         "schemes": schemes(rows, scene["period"]),
         "adaptive": adaptive(rows),
-        "pairs": pairs(rows, scene["space_step"]),
-        "spaces": sorted(_at_step(rows, scene["space_step"]), key=lambda r: (r["pair"], r["cells"])),
+        "pairs": pairs(spaces),
+        "spaces": sorted(spaces, key=lambda r: (r["pair"], r["cells"])),
         "sentences": [wp.sentence(rows, QUANTITY, accuracy) for accuracy in ACCURACIES],
     }
 
@@ -93,44 +94,41 @@ def static_rows(rows: list[dict]) -> list[dict]:
     """Errors of Fig. 2's pairs on the finest mesh of at most 16 elements, with their orders."""
     cells = max(row["cells"] for row in rows if row["cells"] <= 16)
     keys = ("cells", "r_L2", "T_L2", "order_r_L2", "order_T_L2")
-    return [
-        {"pair": f"P{row['mu']}-P{row['nu']}"} | {key: row[key] for key in keys}
-        for row in rows
-        if row["cells"] == cells
-    ]
+    finest = [row for row in rows if row["cells"] == cells]
+    return [{"pair": f"P{row['mu']}-P{row['nu']}"} | {key: row[key] for key in keys} for row in finest]
 
 
 def scheme_rows(facts: dict) -> list[dict]:
     """The tables of the schemes as flat rows."""
     flat = []
-    for scene in facts["scenes"]:
-        for line in scene["schemes"]:
-            row = {"scene": scene["name"], "scheme": line["scheme"], "order": line["order"]}
-            row["error_at_paper_step"] = line["at_paper_step"]
-            for accuracy in ACCURACIES:
-                found = line[f"{accuracy:g}"] or {}
-                row |= {f"{key}_for_{accuracy:g}": found.get(key) for key in ("size", "seconds", "note")}
-            flat.append(row)
+    for name, line in ((scene["name"], line) for scene in facts["scenes"] for line in scene["schemes"]):
+        row = {"scene": name, "scheme": line["scheme"], "order": line["order"]}
+        row["error_at_paper_step"] = line["at_paper_step"]
+        for accuracy in ACCURACIES:
+            found = line[f"{accuracy:g}"] or {}
+            row |= {f"{key}_for_{accuracy:g}": found.get(key) for key in ("size", "seconds", "note")}
+        flat.append(row)
     return flat
 
 
 # -- what follows ------------------------------------------------------------------------------------------------------
 
 
-def cheapest(scene: dict, accuracy: float) -> dict | None:
-    """The scheme that reaches the accuracy in the least time at fixed steps."""
-    able = [line for line in scene["schemes"] if line[f"{accuracy:g}"]]
-    return min(able, key=lambda line: line[f"{accuracy:g}"]["seconds"], default=None)
+def _cheapest(lines, key):
+    """The scheme or pair that reaches an accuracy in the least time, and the others that reach it."""
+    able = [line for line in lines if line[key]]
+    best = min(able, key=lambda line: line[key]["seconds"], default=None)
+    return best, [line for line in able if line is not best]
 
 
 def default_scheme(facts: dict) -> dict | None:
     """Another default than backward Euler: a scheme that is the cheapest in every scene for 1 %, by a factor of two at
     least, with a step per period that is enough in all of them.  None if there is none."""
-    best = [cheapest(scene, ACCURACIES[0]) for scene in facts["scenes"]]
+    key, ratios = f"{ACCURACIES[0]:g}", []
+    best = [_cheapest(scene["schemes"], key)[0] for scene in facts["scenes"]]
     names = {line["scheme"] for line in best if line}
     if None in best or len(names) != 1 or names == {BE}:
         return None
-    key, ratios = f"{ACCURACIES[0]:g}", []
     for scene, line in zip(facts["scenes"], best, strict=True):
         euler = next(other for other in scene["schemes"] if other["scheme"] == BE)[key]
         ratios.append(euler["seconds"] / line[key]["seconds"] if euler else math.inf)
@@ -142,51 +140,49 @@ def default_scheme(facts: dict) -> dict | None:
 
 def recommendations(facts: dict) -> list[str]:
     """Plain sentences, each from the numbers above it."""
-    scenes, found = facts["scenes"], default_scheme(facts)
-    said = [_of_scheme(scene, accuracy) for scene in scenes for accuracy in ACCURACIES]
+    found = default_scheme(facts)
+    said = [_of_scheme(scene, accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
     if found:
         ratios = " and ".join(f"{ratio:.2g}" for ratio in found["ratios"])
-        said.append(WORDS.say("default", **found | {"ratios": ratios}))
+        said.append(
+            f'Unless it is the paper that is to be reproduced, set `scheme = "{found["scheme"]}"` with at least '
+            f"{found['per_period']} steps per wave period: it is the cheapest way to 1 % in both scenes, and backward "
+            f"Euler takes {ratios} times as long."
+        )
     else:
-        said.append(WORDS.say("no_default"))
-    for scene in scenes:
+        said.append("No scheme is the cheapest in both scenes by a factor of two: the default stays as it is.")
+    for scene in facts["scenes"]:
         said += [_of_pair(scene, accuracy) for accuracy in ACCURACIES]
         said += [_of_tolerance(scene, row) for row in scene["adaptive"]]
     return [sentence for sentence in said if sentence]
 
 
 def _of_scheme(scene, accuracy):
-    key, line = f"{accuracy:g}", cheapest(scene, accuracy)
-    if line is None:
+    key = f"{accuracy:g}"
+    best, others = _cheapest(scene["schemes"], key)
+    if best is None:
         return ""
-
-    def say(word, other, **more):
-        return WORDS.say(word, **other[key] | {"name": other["name"], "seconds": _seconds(other[key])} | more)
-
-    others = ", ".join(say("other_scheme", other) for other in scene["schemes"] if other is not line and other[key])
-    return say("scheme", line, scene=scene["name"], accuracy=compare.percent(accuracy), others=others)
+    said = [f"{line['name']} {_seconds(line[key])} at dt {line[key]['size']:.2g} s" for line in (best, *others)]
+    said[0] = f"{said[0]} ({best[key]['per_period']:.0f} steps per period)"
+    return f"`{scene['name']}`, {percent(accuracy)} in time alone: {said[0]}; {', '.join(said[1:])}."
 
 
 def _of_pair(scene, accuracy):
     key = f"{accuracy:g}"
-    able = [line for line in scene["pairs"] if line[key]]
-    if not able:
+    best, others = _cheapest(scene["pairs"], key)
+    if best is None:
         return ""
-
-    def say(word, line, **more):
-        return WORDS.say(word, pair=line["pair"], cells=line[key]["cells"], seconds=_seconds(line[key]), **more)
-
-    best = min(able, key=lambda line: line[key]["seconds"])
-    others = ", ".join(say("other_pair", line) for line in able if line is not best)
-    beside = f"; {others}" if others else ""
-    return say("pair", best, scene=scene["name"], accuracy=compare.percent(accuracy), beside=beside)
+    said = [f"{line['pair']} {line[key]['cells']} elements in {_seconds(line[key])}" for line in (best, *others)]
+    beside = f"; {', '.join(said[1:])}" if others else ""
+    return f"`{scene['name']}`, elements for {percent(accuracy)}: {said[0]}{beside}."
 
 
 def _of_tolerance(scene, row):
     verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
-    numbers = {"error": compare.percent(row["error"]), "seconds": _plain(row["seconds"])}
-    numbers |= {"fixed": _plain(row["fixed_seconds"]), "tolerance": row["tolerance"]}
-    return WORDS.say("tolerance", scene=scene["name"], verdict=verdict, **numbers)
+    return (
+        f"`{scene['name']}`: adaptive BDF2 with tolerance {row['tolerance']:g} has {percent(row['error'])} in "
+        f"{_plain(row['seconds'])} s, a fixed step of the same error takes {_plain(row['fixed_seconds'])} s: {verdict}."
+    )
 
 
 _NOTES = {"": "", "extrapolated": " (extrapolated)", "at_most": " (the coarsest tried)"}
@@ -203,96 +199,88 @@ def _plain(number):
 
 # -- report.md ---------------------------------------------------------------------------------------------------------
 
+FRONT = {"settings": "Pareto front", "wall": "time [s]", "error": "top tension, rms", "max_error": "its maximum"}
+STATIC = {"pair": "pair", "r_L2": "r, L2", "order_r_L2": "order", "T_L2": "T, L2", "order_T_L2": "order"}
+PENDULUM = {"scheme": "scheme", "remaining": "amplitude left, computed", "theory": "linear theory"}
+EXTREMES = {"what": "", "own": "backward Euler", "second": "second order", "difference": "difference"}
+
 
 def markdown(facts: dict) -> str:
     """The report."""
-    scenes, free = facts["scenes"], facts["pendulum"]
+    scenes, free, cells = facts["scenes"], facts["pendulum"], facts["static"][0]["cells"]
     end, step = free[0]["end"], free[0]["step"]
-    parts = {
-        "trial": WORDS.say("trial") + "\n\n" if facts["quick"] else "",
-        "ends": " and ".join(WORDS.say("end", **scene) for scene in scenes),
-        "static": _table(WORDS.columns["static"], map(_static, facts["static"])),
-        "pendulum": _table(WORDS.columns["pendulum"], map(_pendulum, free)),
-        "recommendations": "\n".join(f"- {sentence}" for sentence in facts["recommendations"]),
-    }
-    for name, part in (("scenes", _scene), ("pairs", _pairs), ("schemes", _schemes), ("extremes", _extremes)):
-        parts[name] = "\n\n".join(part(scene) for scene in scenes)
-    numbers = {"repeats": scenes[0]["repeats"], "machine": facts["machine"], "cells": facts["static"][0]["cells"]}
-    damping = {"rule": 100 * math.exp(-2 * math.pi**2 * step * end / PERIOD**2), "period": PERIOD}
-    template = Path(__file__).with_suffix(".txt").read_text(encoding="utf-8")
-    return template.format(**parts, **numbers, **damping, end=end, step=step)
-
-
-def _table(headings, rows):
-    lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
-    return "\n".join(lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows])
+    ends = " and ".join(
+        f"`{s['name']}` until t = {s['end']:g} s (errors count from {s['start']:g} s, after the ramp)" for s in scenes
+    )
+    parts = [
+        "# What accuracy costs",
+        *(["**A quick trial of the report: its numbers are not worth quoting.**"] if facts["quick"] else []),
+        f"Runs are shortened: {ends}. Errors are rms differences from a finer reference over that window, relative to "
+        "the range of the quantity in it. Times are those of the stepping loop, median of "
+        f"{scenes[0]['repeats']}, one core ({facts['machine']}). Made by `dolfbuoy report`.",
+        *map(_scene, scenes),
+        "## Element pairs",
+        f"Static errors (Fig. 2, Neumann end, {cells} elements), and their observed orders:",
+        table_of("", facts["static"], STATIC),
+        *map(_pairs, scenes),
+        "## Time schemes",
+        "Error in time alone, of the top tension: the scene's own elements against the same ones at a much smaller "
+        "step; seconds and steps by powers between the measured ones.",
+        *map(_schemes, scenes),
+        "![error of the schemes over time](schemes.png)",
+        "Backward Euler damps: of a free motion of period P it leaves about exp(-2 pi^2 dt t/P^2), here "
+        f"{100 * math.exp(-2 * math.pi**2 * step * end / PERIOD**2):.1f} %. A rigid pendulum (one inextensible "
+        f"element) of {PERIOD:g} s after {end:g} s at dt {step:g} s:",
+        table_of("", [row | {"scheme": settings.SCHEMES[row["scheme"]]} for row in free], PENDULUM),
+        *map(_extremes, scenes),
+        "## What follows",
+        "\n".join(f"- {sentence}" for sentence in facts["recommendations"]),
+    ]
+    return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
 def _scene(scene):
+    quoted = "\n>\n".join(f"> {sentence}" for sentence in scene["sentences"])
+    picture = f"![error over time, {scene['name']}](work-precision-{scene['name']}.png)"
     front = [row for row in scene["fronts"] if row["quantity"] == acc.QUANTITIES[QUANTITY]]
-    cells = [(row["settings"], f"{_plain(row['wall'])} s", row["error"], row["max_error"]) for row in front]
-    quoted = "\n".join(f"> {sentence}\n>" for sentence in scene["sentences"]).removesuffix("\n>")
-    said = WORDS.say("scene", name=scene["name"], sentences=quoted, front=_table(WORDS.columns["front"], cells))
-    return "\n\n".join([said, *(note for note in scene["notes"] if note.startswith(("Reference", "Failed")))])
-
-
-def _static(row):
-    orders = ("-" if row[key] is None else f"{row[key]:.2f}" for key in ("order_r_L2", "order_T_L2"))
-    return row["pair"], f"{row['r_L2']:.1e}", next(orders), f"{row['T_L2']:.1e}", next(orders)
+    reference = [note for note in scene["notes"] if note.startswith(("Reference", "Failed"))]
+    return "\n\n".join([f"## `{scene['name']}`", quoted, picture, table_of("", front, FRONT, reference)])
 
 
 def _pairs(scene):
-    names = [n for n in ("tension_top", "tension_anchor", "buoy_position") if f"bound_{n}" in _own(scene)]
-    rows = [
-        (row["pair"], row["cells"], row["unknowns"], f"{_plain(row['wall'])} s", *(_bound(row, name) for name in names))
-        for row in scene["spaces"]
-    ]
-    table = _table(WORDS.columns["pairs"] + [acc.QUANTITIES[name] for name in names], rows)
-    return WORDS.say("pairs", **scene, table=table)
-
-
-def _own(scene):
-    return next(row for row in scene["rows"] if row["own"])
-
-
-def _bound(row, name):
-    less = "" if row[f"resolved_{name}"] else "< "
-    return less + compare.percent(row[f"bound_{name}"])
+    names = [n for n in ("tension_top", "tension_anchor", "buoy_position") if f"bound_{n}" in _own(scene["rows"])]
+    rows = [row | {name: wp.shown(row, name) for name in names} for row in scene["spaces"]]
+    columns = {"pair": "pair", "cells": "elements", "unknowns": "unknowns", "wall": "time [s]"}
+    table = table_of("", rows, columns | {name: acc.QUANTITIES[name] for name in names})
+    return f"`{scene['name']}`, generalized-alpha at dt {scene['space_step']:g} s:\n\n{table}"
 
 
 def _schemes(scene):
-    keys, step = [f"{accuracy:g}" for accuracy in ACCURACIES], _own(scene)["step"]
-    rows = [
-        (
-            line["name"],
-            f"{line['order']:.2f}",
-            compare.percent(line["at_paper_step"]),
-            *(_reached(line[key]) for key in keys),
-        )
+    keys, step = [f"{accuracy:g}" for accuracy in ACCURACIES], _own(scene["rows"])["step"]
+    needed = [
+        {key: f"{_seconds(line[key])}, dt {line[key]['size']:.2g} s" if line[key] else "not reached" for key in keys}
         for line in scene["schemes"]
     ]
-    headings = [f"`{scene['name']}`", "order", f"error at dt {step:g} s"]
-    return _table(headings + [f"for {compare.percent(accuracy)}" for accuracy in ACCURACIES], rows)
-
-
-def _reached(found):
-    return f"{_seconds(found)}, dt {found['size']:.2g} s" if found else "not reached"
-
-
-def _pendulum(row):
-    return settings.SCHEMES[row["scheme"]], f"{100 * row['remaining']:.2f} %", f"{100 * row['theory']:.2f} %"
+    rows = [
+        line | found | {"at_paper_step": percent(line["at_paper_step"])}
+        for line, found in zip(scene["schemes"], needed, strict=True)
+    ]
+    columns = {"name": f"`{scene['name']}`", "order": "order", "at_paper_step": f"error at dt {step:g} s"}
+    return table_of("", rows, columns | {key: f"for {percent(float(key))}" for key in keys})
 
 
 def _extremes(scene):
-    rows = []
+    rows, (end, step) = [], scene["whole"]
     for row in scene["extremes"]:
         unit, factor = unit_of([value for value in row.values() if isinstance(value, float)], row["unit"])
         for which in ("largest", "smallest"):
-            a, b = row[f"{which}_own"], row[f"{which}_second"]
-            change = f"{100 * (a - b) / row['range_second']:+.2f} %"
-            rows.append((f"{which} {row['quantity']}", f"{factor * a:.4g} {unit}", f"{factor * b:.4g} {unit}", change))
-    (end, step), table = scene["whole"], _table(WORDS.columns["extremes"], rows)
-    return WORDS.say("extremes", name=scene["name"], end=end, step=step, own=_own(scene)["step"], table=table)
+            own, second = row[f"{which}_own"], row[f"{which}_second"]
+            said = {"own": f"{factor * own:.4g} {unit}", "second": f"{factor * second:.4g} {unit}"}
+            said["difference"] = f"{100 * (own - second) / row['range_second']:+.2f} %"
+            rows.append({"what": f"{which} {row['quantity']}"} | said)
+    steps = f"backward Euler at dt {_own(scene['rows'])['step']:g} s beside generalized-alpha at dt {step:g} s"
+    where = f"`{scene['name']}` until {end:g} s on its own elements: {steps}"
+    return f"{where}, after the ramp; differences relative to the range.\n\n{table_of('', rows, EXTREMES)}"
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
@@ -317,10 +305,10 @@ def draw(scenes: list[dict]):
 
 
 def _line(axes, rows, scheme, fixed, look):
-    error = f"scheme_error_{QUANTITY}"
-    chosen = [r for r in own_elements(rows) if r["scheme"] == scheme and (not r["tolerance"]) == fixed and r.get(error)]
+    alike = [r for r in own_elements(rows) if r["scheme"] == scheme and (not r["tolerance"]) == fixed]
+    chosen = [row for row in alike if row.get(ERROR_IN_TIME)]
     if chosen:
         chosen.sort(key=lambda row: row["wall"])
         label = settings.SCHEMES[scheme] + ("" if fixed else ", adaptive")
         look |= {} if fixed else {"mfc": "white"}
-        axes.plot([r["wall"] for r in chosen], [100 * r[error] for r in chosen], ms=4, label=label, **look)
+        axes.plot([r["wall"] for r in chosen], [100 * r[ERROR_IN_TIME] for r in chosen], ms=4, label=label, **look)

@@ -7,7 +7,9 @@ it.
 """
 
 import itertools
+from collections.abc import Sequence
 from operator import itemgetter
+from pathlib import Path
 
 from mpi4py import MPI
 
@@ -20,7 +22,6 @@ from ...results.measured import Run
 from ...results.style import COLORS, PAGE, PALETTE, Line2D, legend_below, new_figure, plain_ticks
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
-from ..declaration import declared
 from ..study import Table
 from .linear_answer import linear_answer
 
@@ -30,7 +31,6 @@ TIGHTER = 0.01
 #: What of a case is not shown.
 HIDDEN = ("study", "scene", "reference", "file")
 
-WORDS = declared(__file__)
 #: What decides which forms are compiled.
 structure = itemgetter("pair")
 
@@ -166,34 +166,37 @@ def describe(row: dict) -> str:
 
 def sentence(rows: list[dict], name: str, accuracy: float) -> str:
     """What one would quote: the cheapest settings that meet the accuracy, and the scene's own beside them."""
-    what = {"accuracy": percent(accuracy), "quantity": acc.QUANTITIES[name]}
+    what = f"{percent(accuracy)} in {acc.QUANTITIES[name]}"
     allowed = [row for row in rows if row["newton"] <= TIGHTER * accuracy * (1 + 1e-9)]
     good = [row for row in front(allowed, name) if row[f"bound_{name}"] <= accuracy]
-    said = WORDS.say("meets_not", **what)
-    if good:
-        said = WORDS.say("meets", **what, settings=describe(good[0]), wall=good[0]["wall"])
+    said = f"{what}: {describe(good[0])}: {good[0]['wall']:.2g} s" if good else f"{what}: none of the cases"
     own = next((row for row in rows if row["own"]), None)
     if own is None:
         return said + "."
+    said += f"; the scene's own setting ({describe(own)})"
     if own["reason"]:
-        return said + WORDS.say("own_fails", settings=describe(own))
-    less, error = "" if own[f"resolved_{name}"] else "less than ", percent(own[f"bound_{name}"])
-    return said + WORDS.say("own", settings=describe(own), less=less, error=error, wall=own["wall"])
+        return said + " fails."
+    less = "" if own[f"resolved_{name}"] else "less than "
+    return f"{said}: {less}{percent(own[f'bound_{name}'])} in {own['wall']:.2g} s."
 
 
 def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
     """The answer in words."""
     errors = ", ".join(f"{acc.QUANTITIES[name]} {percent(error.rms)}" for name, error in own.items())
-    said = [WORDS.say("reference", settings=describe(fine), errors=errors)]
+    said = [f"Reference: {describe(fine)}; its own error (Richardson): {errors}."]
     said += [sentence(rows, name, accuracy) for name in own for accuracy in ACCURACIES]
     for name in own:
         count = sum(row[f"resolved_{name}"] is False for row in rows)
         if count:
-            said.append(WORDS.say("open", quantity=acc.QUANTITIES[name].capitalize(), count=count, cases=len(rows)))
-    said += [WORDS.say("failed", settings=describe(row), reason=row["reason"]) for row in rows if row["reason"]]
-    said += [WORDS.say("linear", said=words) for words in fine.get("linear", ())]
-    said.append(WORDS.say("time"))
-    return said + ([WORDS.say("ranks", ranks=ranks)] if ranks > 1 else [])
+            said.append(
+                f"{acc.QUANTITIES[name].capitalize()}, not resolved (below 3 times the reference's own error, which "
+                f"bound stands in place of theirs): {count} of {len(rows)} cases."
+            )
+    said += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
+    said += [f"For screening, the {words}" for words in fine.get("linear", ())]
+    said.append("Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before.")
+    shared = f"{ranks} cases ran at once: their times share the machine, and are longer than alone."
+    return said + ([shared] if ranks > 1 else [])
 
 
 def front_rows(rows: list[dict], names) -> list[dict]:
@@ -204,18 +207,19 @@ def front_rows(rows: list[dict], names) -> list[dict]:
 def _front_row(row, name):
     line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)}
     line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")}
-    line |= {"error": _shown(row, name, ""), "max_error": _shown(row, name, "max_")}
+    line |= {"error": shown(row, name), "max_error": shown(row, name, "max_")}
     return line | {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
 
 
-def _shown(row, name, which):
+def shown(row: dict, name: str, which: str = "") -> str:
+    """The error of a row in percent, or what it is less than."""
     error, bound = row[f"{which}error_{name}"], row[f"{which}bound_{name}"]
     return percent(bound) if error == bound else f"< {percent(bound)}"
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
 
-_MARKERS = {"backward-euler": "s", "bdf2": "o", "generalized-alpha": "^"}
+_MARKERS = dict(zip(settings.SCHEMES, itertools.cycle("so^vDP")))
 
 
 def draw(rows: list[dict], own: dict):
@@ -274,8 +278,22 @@ def _handles(rows, colors):
 # -- the study ---------------------------------------------------------------------------------------------------------
 
 
-def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=None, tolerances=(), repeats=3, **more):
-    """(results of the cases, check, reference), None on all ranks but 0; `scene` with the end that is wanted.
+COLUMNS = {"quantity": "quantity", "settings": "settings", "wall": "time [s]"}
+COLUMNS |= {"error": "error", "max_error": "of maximum"}
+
+
+def study(
+    folder: Path,
+    scene: Scene,
+    pairs: list[tuple[int, int]] | None = None,
+    cells: list[int] | None = None,
+    schemes: list[str] | None = None,
+    steps: list[float] | None = None,
+    tolerances: Sequence[float] = (),
+    repeats: int = 3,
+    **more,
+) -> list[Table]:
+    """Every case, and the Pareto fronts; `scene` with the end that is wanted.
 
     more: largest, of adaptive steps; newton, its tolerances.
     """
@@ -286,20 +304,16 @@ def compute(folder, scene: Scene, pairs=None, cells=None, schemes=None, steps=No
     steps = steps or settings.default_steps(scene)
     room = settings.spaces(scene, pairs, cells)
     ways = settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances, **more)
-    chosen = itertools.product(room, ways)
-    fine = reference_cases(scene, room, steps, folder)
-    evaluate_all(evaluate_reference, fine, folder, structure)
-    found = evaluate_all(evaluate, cases(scene, chosen, fine[1], repeats), folder, structure)
-    return None if found is None else (found, *fine)
-
-
-def tables(computed, scene: Scene, **_) -> list[Table]:
-    """Every case, and the Pareto fronts."""
-    found, check, fine = computed
+    check, fine = reference_cases(scene, room, steps, folder)
+    references = evaluate_all(evaluate_reference, [check, fine], folder, structure)
+    chosen = cases(scene, itertools.product(room, ways), fine, repeats)
+    found = evaluate_all(evaluate, chosen, folder, structure)
+    if found is None:
+        return []
     rows, own = judged(found, scene, check, fine)
-    said = notes(rows, own, fine, MPI.COMM_WORLD.size)
-    title = WORDS.say("title", end=scene.time.end)
+    said = notes(rows, own, references[1], MPI.COMM_WORLD.size)
+    title = f"Pareto front: error and time until t = {scene.time.end:g} s; {{folder}}"
     return [
         Table("work-precision", rows, scene.title, notes=said, figure=draw(rows, own)),
-        Table("work-precision-front", front_rows(rows, own), title, WORDS.columns, said),
+        Table("work-precision-front", front_rows(rows, own), title, COLUMNS, said),
     ]

@@ -31,10 +31,8 @@ from ...scene import Scene, load_scene, settings
 from ...scene.everywhere import everywhere
 from ...solver import floor
 from .. import sea
-from ..declaration import declared
 from ..study import Table
 
-WORDS = declared(__file__)
 #: What decides which forms of a base are compiled.
 structure = itemgetter("base")
 
@@ -71,50 +69,38 @@ BASES = {"full": {}, "barest": {"only": []}}
 
 def base_cases(scene: Scene, folder) -> list[dict]:
     """The full scene and the barest one, each with the file of its run."""
-    whole = scene.to_dict()
-    return [with_file({"study": "effects base", "scene": whole, "base": base}, folder, base) for base in BASES]
+    return [with_file(_case(scene, {}, "base", base, choice, base), folder, base) for base, choice in BASES.items()]
 
 
 def cases(scene: Scene, bases: list[dict]) -> list[dict]:
     """Every effect left out, and every effect alone."""
-    names = effects_of(scene)
-    rows = [("without", name, {"left_out": [name]}, "full") for name in names]
-    rows += [("alone", name, {"only": [name]}, "barest") for name in names]
-    return [_case(scene, bases, *row) for row in rows]
+    names, files = effects_of(scene), {case["base"]: case["file"] for case in bases}
+    found = [_case(scene, files, "without", name, {"left_out": [name]}, "full") for name in names]
+    return found + [_case(scene, files, "alone", name, {"only": [name]}, "barest") for name in names]
 
 
-def _case(scene, bases, mode, name, choice, base):
-    files = {case["base"]: case["file"] for case in bases}
+def _case(scene, files, mode, name, choice, base):
     row = {"study": "effects", "mode": mode, "effect": name, "choice": choice, "base": base}
     return row | {"files": files, "scene": scene.to_dict()}
 
 
-def evaluate_base(case: dict) -> dict:
-    """Run the full or the barest scene; its quantities go to `file`."""
-    scene = load_scene(case["scene"])
-    try:
-        run = acc.compute(variant(scene, **BASES[case["base"]]), acc.quantities_of(scene))
-    except (InputError, SolveError) as error:
-        return {"reason": str(error)}
-    run.save(case["file"])
-    return {"reason": None}
-
-
 def evaluate(case: dict) -> dict:
-    """Changes against the base, and costs beside it; a scene that cannot be says why."""
-    scene = load_scene(case["scene"])
-    base = variant(scene, **BASES[case["base"]])
+    """Changes against the base, and costs beside it; a scene that cannot be says why.  The run of a base goes to
+    `file`."""
+    scene, files, base = load_scene(case["scene"]), case["files"], case["base"]
     names = acc.quantities_of(scene)
     try:
-        if not Path(case["files"][case["base"]]).is_file():
-            raise SolveError(f"the {case['base']} scene, to compare with, does not run")
+        if files and not Path(files[base]).is_file():
+            raise SolveError(f"the {base} scene, to compare with, does not run")
         changed = variant(scene, **case["choice"])
         run = acc.compute(changed, names)
-        costs = side_by_side(base, changed)
+        if "file" in case:
+            run.save(case["file"])
+            return {"reason": None}
+        result = {"reason": None} | side_by_side(variant(scene, **BASES[base]), changed)
     except (InputError, SolveError) as error:
         return {"reason": str(error)}
-    reference = _reference(case["files"], case["base"], acc.window_start(scene))
-    result = {"reason": None, **costs}
+    reference = _reference(files, base, acc.window_start(scene))
     for name in names:
         error = reference.error(run, name)
         result |= {f"change_{name}": error.rms, f"max_change_{name}": error.maximum}
@@ -176,7 +162,7 @@ def _of_the_sea(rows, scene, threshold):
         return []
     said = [sea.of_components(scene, threshold), sea.of_statistics(scene)]
     for row in (row for row in rows if row["mode"] == "components"):
-        said[0] += WORDS.say("components", needed=row["components"], time=100 * row["time_ratio"])
+        said[0] += f"  With {row['components']} a step takes {100 * row['time_ratio']:.0f} % of its time."
     return said
 
 
@@ -194,48 +180,62 @@ def judge(rows: list[dict], names, threshold: float) -> tuple[list[str], list[st
 
 def _said_of(row, names):
     if row["reason"]:
-        return f"{row['effect']} ({WORDS.say('without', reason=row['reason'].rstrip('.'))})"
+        return f"{row['effect']} (without it: {row['reason'].rstrip('.')})"
     change, name = largest(row, names)
     return f"{row['effect']} ({acc.QUANTITIES[name]} {compare.percent(change)})"
 
 
 def notes(rows: list[dict], names, threshold: float) -> list[str]:
     """What the scene needs and what it pays for in vain, in words."""
-    needed, vain = judge(rows, names, threshold)
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
-    said = []
-    for words, chosen in (("needs", needed), ("vain", vain)):
-        effects = ", ".join(_said_of(removed[name], names) for name in chosen) or "nothing"
-        said.append(WORDS.say(words, threshold=compare.percent(threshold), effects=effects))
-    for row in (removed[name] for name in vain):
-        change, name = largest(row, names, "max_change_")
+    chosen, limit = judge(rows, names, threshold), compare.percent(threshold)
+    needed, vain = (", ".join(_said_of(removed[name], names) for name in some) or "nothing" for some in chosen)
+    said = [f"For {limit} this scene needs: {needed}.", f"For {limit} this scene pays in vain for: {vain}."]
+    for name in chosen[1]:
+        change, quantity = largest(removed[name], names, "max_change_")
         if change > threshold:
-            moved = {"quantity": acc.QUANTITIES[name], "change": compare.percent(change)}
-            said.append(WORDS.say("maximum", effect=row["effect"], **moved))
+            moved = f"the maximum of {acc.QUANTITIES[quantity]} by {compare.percent(change)}"
+            said.append(f"But {name} moves {moved}.")
     said += [_together(row, names, threshold) for row in rows if row["mode"] == "together"]
-    return [*said, WORDS.say("measures", timed=TIMED)]
+    return [
+        *said,
+        "Changes: rms after the ramp, relative to the range of the full run.  Operations: distinct nodes of the "
+        "residual's expression graph.  Time per step: processor time, median over at most "
+        f"{TIMED} steps of both in turn.",
+    ]
 
 
 def _together(row, names, threshold):
     if row["reason"]:
-        return WORDS.say("together_fails", reason=row["reason"])
+        return f"Without all of these at once: {row['reason']}"
     change, name = largest(row, names)
+    changed = f"{acc.QUANTITIES[name]} changes by {compare.percent(change)}"
     verdict = "" if change <= threshold else ", together they count"
-    numbers = {"change": compare.percent(change), "time": 100 * row["time_ratio"]}
-    return WORDS.say("together", quantity=acc.QUANTITIES[name], verdict=verdict, **numbers)
+    return (
+        f"Without all of these at once: {changed}{verdict}; a step takes {100 * row['time_ratio']:.0f} % of its time."
+    )
+
+
+COSTS = {key: key for key in ("effect", "unknowns", "operations", "forms")} | {"time": "ms per step"}
+#: Mode -> how the tables call its rows, and what they stand beside.
+MODES = {
+    "without": ("it is left out", "without it, beside the full scene"),
+    "alone": ("it is added alone to the barest scene", "with it alone, beside the barest scene"),
+}
 
 
 def questions(rows: list[dict], names) -> list[Table]:
     """A table for every question, its rows by the size of what they change; what is impossible comes first."""
     by_mode, asked = groups(rows, "mode"), []
     heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
-    for mode in ("without", "alone"):
+    for mode, (when, beside) in MODES.items():
         ranked = sorted(by_mode[mode], key=lambda row: -math.inf if row["reason"] else -largest(row, names)[0])
         shown = ranked + (by_mode.get("together", []) if mode == "without" else [])
-        why = [WORDS.say("impossible", **row) for row in shown if row["reason"]]
+        why = [f"{row['effect']} ({mode}): {row['reason']}" for row in shown if row["reason"]]
+        title = f"\nWhat changes when {when}: rms / maximum [%]"
         asked += [
-            Table("", [_changes(row, names) for row in shown], WORDS.say(f"{mode}_changes"), heads, why),
-            Table("", [_costs_beside(row) for row in shown], WORDS.say(f"{mode}_costs"), WORDS.columns),
+            Table("", [_changes(row, names) for row in shown], title, heads, why),
+            Table("", [_costs_beside(row) for row in shown], f"\nWhat a step costs {beside}", COSTS),
         ]
     return asked
 
@@ -314,28 +314,32 @@ def _draw_times(axes, rows, places):
     axes.grid(False, axis="y")
 
 
-def compute(folder, scene: Scene, threshold: float = 0.01) -> list[dict] | None:
+def compute(folder: Path, scene: Scene, threshold: float) -> list[dict] | None:
     """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
         raise InputError("SCENE: must have an effect that can be left out, and a quantity to compare.")
     bases = base_cases(scene, folder)
-    evaluate_all(evaluate_base, bases, folder, structure)
+    evaluate_all(evaluate, bases, folder, structure)
     rows = evaluate_all(evaluate, cases(scene, bases), folder)  # forms of their own: `compat` compiles them in turn
     vain = MPI.COMM_WORLD.bcast(judge(rows, names, threshold)[1] if rows is not None else None)
     if len(vain) > 1:
-        together = _case(scene, bases, "together", "all of these", {"left_out": vain}, "full")
+        files = {case["base"]: case["file"] for case in bases}
+        together = _case(scene, files, "together", "all of these", {"left_out": vain}, "full")
         both = evaluate_all(evaluate, [together], folder)
         rows = rows + both if rows is not None else None
     fewer = _components(folder, scene, threshold)
     return rows + fewer if rows is not None else None
 
 
-def tables(rows: list[dict], scene: Scene, threshold: float = 0.01) -> list[Table]:
+def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
     """All rows in one file; shown question by question."""
+    rows = compute(folder, scene, threshold)
+    if rows is None:
+        return []
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
     said, asked = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
-    asked[0].title = WORDS.say("title", end=scene.time.end) + asked[0].title
+    asked[0].title = f"Effects of the scene until t = {scene.time.end:g} s; {{folder}}\n{asked[0].title}"
     asked[-1].notes = said
     return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *asked]

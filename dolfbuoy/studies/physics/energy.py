@@ -8,6 +8,7 @@ belongs to the time integration alone and must vanish with the step at the order
 """
 
 import itertools
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -16,22 +17,37 @@ from mpi4py import MPI
 from ...errors import InputError
 from ...motion.energy import STORED, Meter
 from ...motion.simulation import Simulation
+from ...parallel.cases import evaluate_all
 from ...results.compare import orders
 from ...results.style import PAGE, new_figure, plain_ticks
 from ...results.tables import groups
-from ...scene import load_scene, settings
+from ...scene import Scene, load_scene
 from ...scene.everywhere import everywhere
-from ..declaration import declared
+from ...scene.settings import SCHEMES
 from ..study import Table
 
-WORDS = declared(__file__)
-STRUCTURE = ("scene",)
-
-SCHEMES = ("backward-euler", "bdf2", "generalized-alpha")
+#: Key of a row -> heading.
+COLUMNS = {
+    "scheme": "scheme",
+    "step": "step [s]",
+    "top": "top [J]",
+    "stream": "moving water [J]",
+    "inertia": "water's inertia [J]",
+    "buoyancy": "buoyancy [J]",
+    "outer": "wind, F_ext [J]",
+    "damping": "damping [J]",
+    "drag": "drag [J]",
+    "bed": "bed [J]",
+    "friction": "bed friction [J]",
+    "stored": "stored [J]",
+    "defect": "defect [J]",
+    "relative": "defect/drag",
+    "order": "order",
+}
 SCENES = {"driven": (60.0, (0.04, 0.02, 0.01)), "short": (40.0, (0.04, 0.02, 0.01))}
 
 
-def load(name, t_end, step, scheme):
+def load(name: str | dict, t_end: float, step: float, scheme: str) -> Scene:
     """A scene of which the balance is exact in space: an elastic cable gets one tension per element.
 
     Cables that go slack admit no generalized-alpha but that without memory of fast motions.
@@ -80,14 +96,12 @@ def cases(scene: str | None = None, t_end: float | None = None, steps=None) -> l
     ]
 
 
-def request(steps: str | None, **given) -> dict:
-    """What `cases` takes."""
-    return {"steps": settings.parse_numbers("--steps", steps), **given}
-
-
-def tables(rows: list[dict], **_) -> list[Table]:
+def study(
+    folder: Path, scene: str | None = None, t_end: float | None = None, steps: list[float] | None = None
+) -> list[Table]:
     """The balance of every scene."""
-    return [_balance(Path(scene).stem, chosen) for scene, chosen in groups(rows, "scene").items()]
+    rows = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene"))
+    return [_balance(Path(scene).stem, chosen) for scene, chosen in groups(rows or [], "scene").items()]
 
 
 def _balance(label, rows):
@@ -95,8 +109,8 @@ def _balance(label, rows):
         orders(mine, "relative", "step")
     for row in rows:
         row["order"], row["stored"] = row.pop("order_relative"), sum(row[part] for part in STORED)
-    shown = {key: title for key, title in WORDS.columns.items() if key == "order" or any(row[key] for row in rows)}
-    title = WORDS.say("title", label=label, end=rows[0]["t_end"])
+    shown = {key: title for key, title in COLUMNS.items() if key == "order" or any(row[key] for row in rows)}
+    title = f"Energy of {label} over {rows[0]['t_end']:g} s: stored - put in = defect"
     return Table(f"energy-{label}", rows, title, shown, figure=draw(rows))
 
 

@@ -5,7 +5,9 @@ check it at a few periods; potential flow stands beside it where its coefficient
 """
 
 import cmath
+import hashlib
 import math
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -16,24 +18,23 @@ from ...linear import LARGEST_KR
 from ...linear.linearisation import linearise
 from ...linear.periods import natural_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import check_periods, response, small_waves
+from ...linear.response import check_periods, response, responses, small_waves
 from ...model.feasible import shape_and_mass
 from ...model.held import adrift_nowhere
 from ...model.hydrostatics import float_upright
+from ...parallel.cases import evaluate_all
 from ...scene import Scene, load_scene, settings
 from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
-from ..declaration import declared
 from ..study import Table, refuse_network
 from . import hull_figures as figures
-from .hull_runs import measured_motions
+from .response_runs import measured
 
-WORDS = declared(__file__)
-#: What decides which forms are compiled.
-STRUCTURE = ("part", "held")
-
-MOTIONS = ("surge", "heave", "pitch")
+#: Motion -> unit of its amplitude in waves.
+MOTIONS = {"surge": "m/m", "heave": "m/m", "pitch": "rad/m"}
+#: Amplitude of the runs over the diameter of the hull: small enough for drag and slopes, large enough for Newton.
+AMPLITUDE = 1e-3
 #: Periods of the response [s]: dense enough for a curve.
 PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24), np.linspace(14.5, 20.0, 12)])
 #: Heels of the righting levers [deg].
@@ -52,8 +53,9 @@ def request(scene: str, runs: str, direction: float | None, capytaine: Path | No
         raise InputError(f"--direction {direction:g}: must be a finite number.")
     runs = settings.parse_numbers("--runs", runs)
     check_periods("--runs", runs)
-    flow = _potential_flow(scene, capytaine) if capytaine else None
-    return {"scene": scene, "runs": runs, "direction": direction, "flow": flow}
+    if capytaine:
+        _check_flow(scene, capytaine)
+    return {"scene": scene, "runs": runs, "direction": direction, "capytaine": capytaine}
 
 
 def _buoy(scene):
@@ -61,7 +63,8 @@ def _buoy(scene):
     return next(iter(scene.network.buoys.values()))
 
 
-def _potential_flow(scene, path):
+def _check_flow(scene, path):
+    """Refuse potential flow of another body, or beside a buoy that does not float."""
     flow, (_, mass), free = read_capytaine(path), shape_and_mass(_buoy(scene)), _floating(scene)
     if free is None or free.GM <= 0:
         raise InputError(f"{path}: stands beside a free buoy, but this one does not float upright without its cable.")
@@ -71,7 +74,6 @@ def _potential_flow(scene, path):
             f"{path}: pitch is counted about a point {flow.rotation_height:.4g} m above still water (rotation_center); "
             f"it must be C of the free buoy, at {center:.4g} m."
         )
-    return flow
 
 
 def _floating(scene, pull=0.0):
@@ -92,22 +94,27 @@ def held_as(scene: Scene, held: str) -> Scene:
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def cases(scene: Scene, runs=(), direction=0.0, flow=None) -> list[dict]:
-    """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be."""
+def cases(scene: Scene, runs=(), direction: float = 0.0, capytaine: Path | None = None) -> list[dict]:
+    """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be.
+
+    capytaine: a file of potential flow, which stands beside the free buoy.
+    """
     free = _floating(scene)
     ways = ["moored"] * (scene.cable is not None) + ["free"] * (free is not None)
     upright = [held for held in ways if held == "moored" or free.GM > 0]
-    periods = sorted({round(float(T), 9) for T in (*PERIODS, *runs, *(flow.periods if flow else ()))})
     common = {"study": "hull", "scene": scene.to_dict(), "direction": direction}
     found = [{"part": "hydrostatics", "held": held} for held in ways]
-    found += [{"part": "response", "held": held, "periods": periods} for held in upright]
-    found += [{"part": "run", "held": held, "period": round(float(T), 9)} for held in upright for T in runs]
+    found += [{"part": "response", "held": held, "periods": PERIODS.tolist()} for held in upright]
+    found += [{"part": "run", "held": held, "period": float(T)} for held in upright for T in runs]
+    if capytaine:
+        digest = hashlib.sha256(Path(capytaine).read_bytes()).hexdigest()
+        found.append({"part": "flow", "held": "free", "file": str(capytaine), "digest": digest})
     return [common | case for case in found]
 
 
 def evaluate(case: dict) -> dict:
-    """What the case's part finds; a reason if its solve fails."""
-    part = {"hydrostatics": _hydrostatics, "response": _response, "run": _run}[case["part"]]
+    """The rows that the case's part finds; a reason if its solve fails."""
+    part = {"hydrostatics": _hydrostatics, "response": _response, "run": _run, "flow": _flow}[case["part"]]
     try:
         return part(held_as(load_scene(case["scene"]), case["held"]), case)
     except SolveError as error:
@@ -115,7 +122,7 @@ def evaluate(case: dict) -> dict:
 
 
 def _hydrostatics(scene, _):
-    """Upright numbers and righting levers, moored under the vertical pull of the cable at rest."""
+    """Righting levers, and upright numbers; moored under the vertical pull of the cable at rest."""
     pull = 0.0
     if scene.cable:
         problem = solve_equilibrium(scene, MPI.COMM_SELF)
@@ -124,14 +131,9 @@ def _hydrostatics(scene, _):
     floating, (_, mass) = _floating(scene, pull), shape_and_mass(_buoy(scene))
     if floating is None:
         raise SolveError(f"the cable pulls at the buoy with {pull:.4g} N, under which it cannot float upright")
-    curve = righting_curve(scene, HEELS, pull)
-    return {
-        "mass": mass.mass,
-        "pull": pull,
-        "KG": mass.height,
-        **vars(floating),
-        "curve": [row._asdict() for row in curve],
-    }
+    levers = [row._asdict() for row in righting_curve(scene, HEELS, pull)]
+    numbers = {"mass": mass.mass, "pull": pull, "KG": mass.height} | vars(floating) | _stability(levers)
+    return {"rows": levers, "numbers": numbers}
 
 
 def _response(scene, case):
@@ -142,7 +144,7 @@ def _response(scene, case):
         rows = [_response_row(response(found, period, case["direction"])) for period in case["periods"]]
     finally:
         found.destroy()
-    return {"natural": {name: mode._asdict() for name, mode in natural.items()}, "rows": rows}
+    return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
 
 
 def _response_row(found):
@@ -154,8 +156,20 @@ def _response_row(found):
 
 def _run(scene, case):
     """Motions by a run in time."""
-    found = measured_motions(scene, case["period"], case["direction"])
-    return {key: value for name in MOTIONS for key, value in _polar(name, getattr(found, name)).items()}
+    amplitude = AMPLITUDE * shape_and_mass(_buoy(scene))[0].max_diameter
+    found = measured(scene, case["period"], case["direction"], amplitude)
+    (own,) = responses(scene, [case["period"]], case["direction"])
+    return {"rows": [_compared(found, own, "run")]}
+
+
+def _flow(scene, case):
+    """Motions by potential flow, with the mass and stiffness of the free buoy."""
+    flow, (_, mass), free = read_capytaine(case["file"]), shape_and_mass(_buoy(scene)), _floating(scene)
+    stiffness = (0.0, free.heave_stiffness, mass.mass * scene.gravity * free.GM)
+    found = flow.responses((mass.mass, mass.mass, mass.inertia[0]), stiffness)
+    own = responses(scene, flow.periods, case["direction"])
+    rows = [_compared(dict(zip(MOTIONS, X, strict=True)), o, "flow") for X, o in zip(found, own, strict=True)]
+    return {"rows": sorted(rows, key=lambda row: row["period"]), "depth": flow.depth}
 
 
 def _polar(name, X):
@@ -164,68 +178,19 @@ def _polar(name, X):
     return {name: abs(X), f"{name}_phase": phase if phase > -180 else 180.0}
 
 
-def _number(row, name):
-    """The complex number of two columns."""
-    return cmath.rect(row[name], math.radians(row[f"{name}_phase"]))
+def _compared(other, own, name):
+    """Another's motions with our own, and the difference as complex numbers in percent of the other's."""
+    row = {"period": own.period}
+    for motion in MOTIONS:
+        X, linear = other[motion], getattr(own.motions, motion)
+        row |= {f"{motion}_{name}": abs(X), f"{motion}_{name}_phase": math.degrees(cmath.phase(X))}
+        row |= {motion: abs(linear), f"{motion}_difference": 100 * abs(X - linear) / abs(X) if X else None}
+    return row | {f"pitch_over_slope_{name}": abs(other["pitch"]) / own.wavenumber}
 
 
-# -- tables ------------------------------------------------------------------------------------------------------------
-
-
-def tables(rows: list[dict], scene: Scene, runs=(), direction=0.0, flow=None) -> list[Table]:
-    """Hydrostatics, levers, natural periods, response, runs, and potential flow where it is given."""
-    failed = [WORDS.say("failed", **row) for row in rows if "reason" in row]
-    at_rest, waves, in_time = (
-        [row for row in rows if row["part"] == part and "reason" not in row]
-        for part in ("hydrostatics", "response", "run")
-    )
-    linear = {row["held"]: {found["period"]: {"held": row["held"], **found} for found in row["rows"]} for row in waves}
-    checked = [_beside(row, linear[row["held"]]) for row in in_time if row["held"] in linear]
-    beside = _potential_rows(scene, flow, linear["free"]) if flow and "free" in linear else []
-    found = _still_tables(at_rest, failed) + _wave_tables(scene, linear, waves, checked, beside, direction)
-    if checked:
-        found.append(Table("hull-runs", checked, WORDS.say("runs"), WORDS.columns["runs"], [WORDS.say("resonance")]))
-    if beside:
-        words = WORDS.say("flow", depth=flow.depth, own=scene.sea.depth)
-        found.append(Table("hull-potential-flow", beside, words, WORDS.columns["flow"]))
-    return found
-
-
-def _still_tables(at_rest, failed):
-    levers = [{"held": row["held"], **lever} for row in at_rest for lever in row["curve"]]
-    figure = figures.draw_levers(levers, {row["held"]: row["GM"] for row in at_rest})
-    columns = WORDS.columns["hydrostatics"] | {row["held"]: row["held"] for row in at_rest}
-    return [
-        Table("hull", _numbers(at_rest), WORDS.say("title"), columns, failed),
-        Table("hull-righting", levers, figure=figure),
-    ]
-
-
-def _wave_tables(scene, linear, waves, checked, beside, direction):
-    """Natural periods; the response at all periods in the file, at whole seconds in the table."""
-    natural = [{"held": row["held"], "motion": n, **mode} for row in waves for n, mode in row["natural"].items()]
-    rows = [row for found in linear.values() for row in found.values()]
-    figure = figures.draw_responses(rows, checked, beside, _shortest(scene))
-    shown = [row for row in rows if row["period"] == int(row["period"])]
-    return [
-        Table("hull-periods", natural, WORDS.say("periods"), WORDS.columns["periods"], _unheld(scene, linear)),
-        Table("hull-response", rows, figure=figure),
-        Table("", shown, WORDS.say("responses", direction=direction), WORDS.columns["response"], _warnings(scene)),
-    ]
-
-
-def _numbers(at_rest):
-    """A row for every number of hydrostatics."""
-    values = {row["held"]: row | _stability(row["curve"]) for row in at_rest}
-    return [
-        {"quantity": title, "unit": unit} | {held: row[key] for held, row in values.items()}
-        for key, (title, unit) in WORDS.data["numbers"].items()
-    ]
-
-
-def _stability(curve):
+def _stability(levers):
     """The heel at which the lever first vanishes, the largest lever up to there, and its heel."""
-    heel, lever = (np.array([point[key] for point in curve]) for key in ("heel_deg", "lever"))
+    heel, lever = (np.array([point[key] for point in levers]) for key in ("heel_deg", "lever"))
     lost = next((k for k in range(2, len(heel)) if lever[k] <= 1e-9 < lever[k - 1]), None)
     vanishing = None
     if lost is not None:
@@ -235,34 +200,88 @@ def _stability(curve):
     return {"vanishing": vanishing, "largest": float(lever[top]), "heel_of_largest": float(heel[top])}
 
 
-def _beside(row, linear):
-    """A run's row with the linear response; linear: by period."""
-    return {"held": row["held"], "period": row["period"], **_compared(row, linear[row["period"]], "run")}
+# -- tables ------------------------------------------------------------------------------------------------------------
+
+PARTS = ("hydrostatics", "response", "run", "flow")
+NATURAL_TITLE = "\nNatural periods about the equilibrium, of the modes with most of their energy in a motion"
+RUNS_TITLE = "\nRuns in time (BDF2, small waves), and how far the linear response is from them, as complex numbers"
+RESONANCE = (
+    "Near a natural period with little damping a run is not steady by then, and its drag, which the linear response "
+    "lacks in still water, counts."
+)
+#: Key -> quantity and unit of the numbers of hydrostatics.
+NUMBERS = {
+    "mass": ("mass", "kg"),
+    "pull": ("vertical pull of the cable at rest", "N"),
+    "displaced_mass": ("displaced mass", "kg"),
+    "draft": ("draft", "m"),
+    "KG": ("KG", "m"),
+    "KB": ("KB", "m"),
+    "BM": ("BM", "m"),
+    "GM": ("GM, lever per heel and weight of the buoy", "m"),
+    "heave_stiffness": ("heave stiffness", "N/m"),
+    "largest": ("largest righting lever", "m"),
+    "heel_of_largest": ("at the heel", "deg"),
+    "vanishing": ("lever vanishes at", "deg"),
+}
+NATURAL = {"held": "", "motion": "motion", "period": "period [s]", "damping_ratio": "damping ratio"}
+NATURAL |= {"share": "share of the energy"}
 
 
-def _compared(row, own, name):
-    """Another's motions with our own, and the difference as complex numbers in percent of the other's."""
-    found = {}
-    for motion in MOTIONS:
-        other, linear = _number(row, motion), _number(own, motion)
-        found |= {f"{motion}_{name}": abs(other), f"{motion}_{name}_phase": math.degrees(cmath.phase(other))}
-        found |= {
-            motion: abs(linear),
-            f"{motion}_difference": 100 * abs(other - linear) / abs(other) if other else None,
-        }
-    return found | {f"pitch_over_slope_{name}": row["pitch"] * own["wavelength"] / (2 * math.pi)}
+def _columns(first, ending, second, heading):
+    """Key -> heading of a table with two columns for each motion."""
+    pairs = [{f"{name}{ending}": f"{name} [{unit}]", f"{name}{second}": heading} for name, unit in MOTIONS.items()]
+    return first | {key: said for pair in pairs for key, said in pair.items()}
 
 
-def _potential_rows(scene, flow, linear):
-    """Potential flow with the free body's mass and stiffness beside our own response; linear: by period."""
-    (_, mass), free = shape_and_mass(_buoy(scene)), _floating(scene)
-    weight = mass.mass * scene.gravity
-    found = flow.responses((mass.mass, mass.mass, mass.inertia[0]), (0.0, free.heave_stiffness, weight * free.GM))
-    rows = []
-    for period, X in sorted(zip(flow.periods, found, strict=True), key=lambda pair: pair[0]):
-        polar = {key: value for name, x in zip(MOTIONS, X, strict=True) for key, value in _polar(name, x).items()}
-        rows.append({"period": period, **_compared(polar, linear[round(period, 9)], "flow")})
-    return rows
+PERIOD = {"period": "T [s]"}
+RUNS = _columns({"held": ""} | PERIOD, "_run", "_difference", "off [%]")
+FLOW = _columns(PERIOD, "_flow", "_difference", "strips off [%]")
+RESPONSE = _columns({"held": ""} | PERIOD | {"wavelength": "wavelength [m]"}, "", "_phase", "phase [deg]")
+RESPONSE |= {"pitch_over_slope": "pitch/slope", "pitch_over_slope_phase": "phase [deg]"}
+
+
+def study(
+    folder: Path, scene: Scene, runs: list[float], direction: float = 0.0, capytaine: Path | None = None
+) -> list[Table]:
+    """Hydrostatics, levers, natural periods, response, runs, and potential flow where it is given."""
+    found = evaluate_all(evaluate, cases(scene, runs, direction, capytaine), folder, itemgetter("part", "held"))
+    if found is None:
+        return []
+    failed = [f"{case['part']}, {case['held']}: {case['reason']}" for case in found if "reason" in case]
+    parts = {part: [c for c in found if c["part"] == part and "reason" not in c] for part in PARTS}
+    levers, linear, checked, beside = (
+        [{"held": case["held"], **row} for case in parts[part] for row in case["rows"]] for part in PARTS
+    )
+    natural = [{"held": case["held"], **mode} for case in parts["response"] for mode in case["natural"]]
+    tables = [
+        *_still(parts["hydrostatics"], levers, failed),
+        Table("hull-periods", natural, NATURAL_TITLE, NATURAL, _unheld(scene)),
+        Table("hull-response", linear, figure=figures.draw_responses(linear, checked, beside, _shortest(scene))),
+        Table("", [row for row in linear if row["period"] == int(row["period"])], columns=RESPONSE),
+    ]
+    tables[-1].title = f"\nResponse to small waves towards {direction:g} degrees, per metre of amplitude"
+    tables[-1].notes = _warnings(scene)
+    if checked:
+        tables.append(Table("hull-runs", checked, RUNS_TITLE, RUNS, [RESONANCE]))
+    for case in parts["flow"]:
+        depths = f"depth {case['depth']:g} m, here {scene.sea.depth:g} m"
+        title = f"\nPotential flow ({depths}) beside the free buoy, as complex numbers"
+        tables.append(Table("hull-potential-flow", beside, title, FLOW))
+    return tables
+
+
+def _still(at_rest: list[dict], levers: list[dict], failed: list[str]) -> list[Table]:
+    """A row for every number of hydrostatics, and the righting levers."""
+    numbers = {case["held"]: case["numbers"] for case in at_rest}
+    rows = [
+        {"quantity": quantity, "unit": unit} | {held: found[key] for held, found in numbers.items()}
+        for key, (quantity, unit) in NUMBERS.items()
+    ]
+    columns = {"quantity": "", "unit": ""} | {held: held for held in numbers}
+    figure = figures.draw_levers(levers, {held: found["GM"] for held, found in numbers.items()})
+    title = "The hull upright, moored under the vertical pull of its cable; {folder}\n"
+    return [Table("hull", rows, title, columns, failed), Table("hull-righting", levers, figure=figure)]
 
 
 def _shortest(scene):
@@ -272,12 +291,20 @@ def _shortest(scene):
 
 
 def _warnings(scene):
-    return [WORDS.say("short_waves", period=_shortest(scene), kR=LARGEST_KR), WORDS.say("phases"), WORDS.say("damping")]
+    return [
+        f"Below {_shortest(scene):.2g} s k R is above {LARGEST_KR:g}: strips are 20 to 100 % off there.",
+        "Phases: by which the motion of C comes after the elevation above its place at rest; pitch turns the top along "
+        "the waves; pitch/slope is -1 where the hull follows the water.",
+        "No wave is radiated but by buoy.wave_damping, and drag is linear about the mean current: in still water peaks "
+        "have no bound.",
+    ]
 
 
-def _unheld(scene, linear):
+def _unheld(scene):
     """Why a buoy that has a cable is not looked at without it."""
-    if scene.cable is None or "free" in linear:
-        return []
     free = _floating(scene)
-    return [WORDS.say("sinks")] if free is None else [WORDS.say("capsizes", GM=free.GM)]
+    if scene.cable is None or (free is not None and free.GM > 0):
+        return []
+    if free is None:
+        return ["Without its cable this buoy is not looked at: it sinks."]
+    return [f"Without its cable this buoy is not looked at in waves: it does not float upright (GM {free.GM:.3g} m)."]

@@ -6,15 +6,15 @@ import time
 import numpy as np
 from mpi4py import MPI
 
+from ...api import simulate
 from ...errors import SolveError
-from ...linear.motions import motions
+from ...linear.motions import Motions, axes_along, turn
 from ...linear.response import small_waves
 from ...linear.seaway import Seaway
-from ...model.held import held_still
+from ...model.held import motion_of
 from ...model.sea import heading, wavenumber
-from ...motion.simulation import Simulation
+from ...scene.cable import MOTION, Top
 from ...scene.sections import Initial, Time
-from .hull_runs import harmonics
 
 #: Periods of a run in which the wave grows, in which it settles, and that are looked at; steps in each.
 GROWING, SETTLING, FITTED, STEPS = 6, 6, 4, 200
@@ -74,49 +74,40 @@ def measured_in_sea(scene, waves) -> tuple[dict[str, float], dict[str, float]]:
 
 
 def _run(scene, waves, end, period):
-    stepping = Time(end=end, step=period / STEPS, scheme="bdf2")
+    stepping = Time(end=end, step=period / STEPS, scheme="bdf2", output_every=end)
     return held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
 
 
 def _history(scene, direction_deg):
-    """Times, name -> values, and the place of C of the first buoy at rest (without a buoy: of the first top)."""
-    simulation = Simulation(scene, MPI.COMM_SELF)
-    try:
-        read, place = _reader(simulation, direction_deg)
-        times, rows = [], []
-        for _ in simulation.run():
-            times.append(simulation.t)
-            rows.append(read())
-        if simulation.control.failed:
-            raise SolveError("steps failed: these waves are too rough for regular steps")
-        return np.array(times), {name: np.array([row[name] for row in rows]) for name in rows[0]}, place
-    finally:
-        simulation.problem.destroy()
+    """Times, name -> values as in `linear.seaway`, and the place of C of the first buoy at rest (without a buoy: of the
+    first top)."""
+    record = simulate(scene, comm=MPI.COMM_SELF)
+    if record.attrs["failed_steps"]:
+        raise SolveError("steps failed: these waves are too rough for regular steps")
+    found, buoys, cables = {}, record.get("buoy", []), record.get("cable", [])
+    for name in buoys:
+        one, ending = record.sel(buoy=name), f" of {name.item()}" if len(buoys) > 1 else ""
+        moved, q = one.buoy_position.values - one.buoy_position.values[0], one.buoy_orientation.values
+        turns = np.array([turn(q[0], change) for change in q - q[0]])
+        columns = np.hstack([moved, turns]).reshape(len(q), 2, 3) @ axes_along(direction_deg).T
+        found |= {f"{n}{ending}": column for n, column in zip(Motions._fields, columns.reshape(-1, 6).T, strict=True)}
+    for name in cables:
+        ending = f"_{name.item()}" if len(cables) > 1 else ""
+        found |= {f"{n}{ending}": record[n].sel(cable=name).values for n in ("tension_top", "tension_anchor")}
+    if len(buoys):
+        place = record.buoy_position.values[0, 0]
+    else:
+        nodes = np.flatnonzero(record.cable_of_node.values == record.cable_of_node.values[0])
+        place = record.cable_position.values[0, nodes[-1]]
+    return record.time.values, found, place
 
 
-def _reader(simulation, direction_deg):
-    """What reads motions and tensions at an instant, named as in `linear.seaway`."""
-    problem, u = simulation.problem, simulation.problem.system.u
-    bodies = [(name, buoy.fields.of(u[buoy.part.slice])) for name, buoy in problem.buoys.items()]  # views
-    at_rest = {name: type(state)(*(part.copy() for part in state)) for name, state in bodies}
-    place = at_rest[bodies[0][0]].position if bodies else u[problem.lines.top_dofs(problem.network.last_of(0))].copy()
-    cables = problem.network.cables
-
-    def read():
-        found = {}
-        for name, state in bodies:
-            rest = at_rest[name]
-            moved = rest._replace(**{n: getattr(state, n) - getattr(rest, n) for n in ("position", "orientation")})
-            ending = f" of {name}" if len(bodies) > 1 else ""
-            found |= {f"{n}{ending}": x for n, x in motions(rest, moved, direction_deg)._asdict().items()}
-        if cables:
-            tops = np.linalg.norm(np.reshape(simulation.latest_end_forces["end_tension"], (-1, 3)), axis=1)
-            for k, (name, top) in enumerate(zip(cables, tops, strict=True)):
-                ending = f"_{name}" if len(cables) > 1 else ""
-                found |= {f"tension_top{ending}": float(top), f"tension_anchor{ending}": problem.anchor_tension(k)}
-        return found
-
-    return read, place
+def harmonics(times: np.ndarray, values: np.ndarray, omega: float) -> np.ndarray:
+    """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares beside a parabola in time."""
+    phase, slow = omega * times, (times - times.mean()) / np.ptp(times)
+    basis = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(slow), slow, slow**2])
+    cosine, sine = np.linalg.lstsq(basis, values, rcond=None)[0][:2]
+    return cosine + 1j * sine
 
 
 def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, float]:
@@ -134,3 +125,24 @@ def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, floa
 
 def _kind_of(name):
     return "tension" if name.startswith("tension") else KINDS.get(name.split()[0])
+
+
+def held_still(scene):
+    """The scene with all ends that it moves held where they are at t = 0."""
+    cables = scene.cable and [_with_still_top(cable) for cable in scene.cable]
+    joints = scene.joint and [_still_joint(joint) for joint in scene.joint]
+    return scene.model_copy(update={"cable": cables, "joint": joints})
+
+
+def _with_still_top(cable):
+    if cable.top is None or cable.top.kind != "prescribed":
+        return cable
+    top = Top(kind="fixed", position=tuple(motion_of(cable.top)(0.0)))
+    return cable.model_copy(update={"top": top})
+
+
+def _still_joint(joint):
+    if joint.held is None or joint.held.kind != "prescribed":
+        return joint
+    at_rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
+    return joint.model_copy(update=at_rest | {"position": tuple(motion_of(joint.held)(0.0))})

@@ -1,0 +1,330 @@
+/* The C core: types and functions of all its files.  See README.md of dolfbuoy/solver. */
+
+#ifndef DOLFBUOY_CORE_H
+#define DOLFBUOY_CORE_H
+
+#include <assert.h>
+#include <petscsnes.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef PETSC_USE_COMPLEX
+#error "PETSc is built for complex numbers; dolfbuoy needs the real one"
+#endif
+static_assert(sizeof(PetscScalar) == sizeof(double), "PETSc must be built for double precision");
+static_assert(sizeof(PetscInt) == PETSC_INT_BYTES, "petscsnes.h must be that of petsc4py");
+static_assert(sizeof(int) == sizeof(int32_t), "numpy.int32 is read as int");
+
+/* Of petscsnes.h, for cffi. */
+#ifdef FOR_CFFI
+typedef int... PetscInt;
+typedef int... PetscErrorCode;
+typedef struct _p_Vec *Vec;
+typedef struct _p_Mat *Mat;
+typedef struct _p_SNES *SNES;
+PetscErrorCode SNESSetLagJacobian(SNES, PetscInt);
+PetscErrorCode MatSetPreallocationCOO(Mat, ptrdiff_t, PetscInt *, PetscInt *);
+PetscErrorCode MatSetValuesCOO(Mat, const double *, int);
+#endif
+
+/* From here on cffi reads too: no preprocessor. */
+
+/* -- loop.c: all forms of a residual or a Jacobian, added up over their cells -------------------------------------- */
+
+typedef struct {
+    uintptr_t kernel;           /* for one cell: tabulate_tensor of FFCx; for several: of lanes.c */
+    int lanes;                  /* cells at once */
+    const int *cells;           /* how many; the last lanes may be too many */
+    int tensor, coefficients, constants, coordinates;   /* numbers of a cell */
+    const int *w, *c, *x;       /* places of coefficients (of each cell) and constants in `values`, and in `mesh` */
+    const double *mesh;         /* coordinates of all cells of the mesh */
+    bool shared;                /* all cells have the same dofs: one tensor is the sum of all */
+    const int *targets;         /* places of the tensors in `out`; NULL: one after the other, from `first` on */
+    ptrdiff_t first;
+    const int *facets;          /* local number of the facet, or NULL; then there is one lane */
+} integral;
+
+typedef void hook_function(void *context, double *values);
+
+typedef struct {
+    hook_function *call;
+    void *context;
+} hook;
+
+typedef struct {                /* what is called before an evaluation */
+    int count;
+    const hook *all;
+} hooks;
+
+typedef struct {
+    const hooks *before;
+    const integral *integrals;
+    int count;
+    double *values, *work, *out;
+    ptrdiff_t length;           /* of out */
+} evaluation;
+
+typedef struct {                /* entry k of a vector of PETSc is scale[k] * values[places[k]] */
+    double *values;
+    const double *scale;
+    const int *places;
+    ptrdiff_t n;
+    const int *tied, *to;       /* places that share entries */
+    ptrdiff_t ties;
+} scaled;
+
+void add_up(const evaluation *E);
+void put(const scaled *S, const double *x);
+void take(const scaled *S, double *x);
+
+/* -- newton.c: what PETSc's Newton method calls ---------------------------------------------------------------------- */
+
+typedef struct {                /* what Python reads and changes too */
+    bool keep, valid, kept;     /* of JacobianAge */
+    int checked;                /* whether linear solves are checked; -1: not known */
+    int64_t assembled_for;      /* `assembled` of the System when the matrix at hand was made */
+    int64_t residuals_total, jacobians_total;
+    double last_increment, last_norm;
+    double tolerance;           /* of the increments */
+    double margin, slow;        /* of JacobianAge */
+    bool own_options;           /* the scene chooses how linear solves are checked */
+    double linear_tolerance;
+    int linear_solves[2];       /* without a check, with one */
+    int reason, error, iterations;                      /* of the latest attempt: SNES's and PETSc's */
+    bool in_order;              /* it has converged, and nothing failed on the way */
+    int many;                   /* iterations after which a matrix is not kept */
+    bool clocked;               /* count the seconds of this process in `seconds` */
+    double seconds;
+} numbers;
+
+typedef struct {                /* of TensionOnly */
+    PetscInt count;
+    const PetscInt *rows;
+    const int64_t *places;      /* of the rows on the diagonal */
+    const double *c, *u;
+    bool *slack, *slack_before;
+    PetscInt *zeroed;           /* room for rows */
+    Vec diagonal;
+} one_sided;
+
+typedef struct {
+    numbers *numbers;
+    int64_t *assembled;
+    const int *failed;          /* a Python function before an evaluation has raised */
+    const evaluation *residuals, *jacobians;
+    const scaled *unknowns, *rows;
+    Mat matrix;
+    const PetscInt *begins, *columns;                   /* of its rows; column of each entry */
+    const double *row_scale, *unknown_scale;
+    const one_sided *law;       /* or NULL */
+    SNES snes;
+    Vec x;
+} newton;
+
+PetscErrorCode install(newton *N, Vec f);
+void attempt(const void *context);
+void judge_solve(const void *context);
+
+/* -- step.c: what a time step does with arrays ------------------------------------------------------------------------- */
+
+/* Rows of a series: values at t_n, t_(n-1) ..., then these. */
+enum {HELD = 5, RATE = 5, PREVIOUS_RATE, SECOND, AUXILIARY, NEW, NEW_RATE, HISTORY, CHANGE, ROWS};
+
+typedef struct {                /* a row becomes the sum of weight x row, over a divisor */
+    int into, terms;
+    const int *rows;
+    const double *weights;
+    double over;
+} rule;
+
+typedef struct {                /* a time scheme for a step: y_t = gamma y + history */
+    double gamma;
+    rule history;
+    int updates;
+    const rule *update;         /* what a step that was taken changes besides values and rates */
+} formula;
+
+typedef struct {
+    double *rows[13];
+    ptrdiff_t n;
+} series;
+
+typedef struct {                /* quantities, their rates, the rates of those ... */
+    int levels, keep;           /* keep: values */
+    const series *series;       /* none longer than the one before; what is new in it is the new rate of that */
+    const formula *formula;
+    double *gammas;             /* of every derivative */
+} past;
+
+typedef struct {
+    double *to;
+    const double *from;
+    ptrdiff_t n;
+} copy;
+
+typedef struct {
+    const copy *copies;
+    int count;
+} copies;
+
+typedef struct {                /* through rows at their times, at *t */
+    const double *times;
+    const double *const *rows;
+    int count;
+    const double *t;
+    double *weights, *out;      /* weights: room, of the rows */
+    ptrdiff_t n;
+} polynomial;
+
+typedef struct {
+    const double *from;
+    double factor;
+} entry;
+
+typedef struct {
+    const entry *entries;
+    int count;
+    double *out;
+} picked;
+
+typedef struct {                /* least and largest of what the values have been */
+    const double *values;
+    double *least, *largest;
+    ptrdiff_t n;
+} range;
+
+typedef struct {                /* a regular wave */
+    const double *t;
+    double size, ramp, phase, frequency;
+    double *amplitude, *time_phase;
+} wave;
+
+typedef struct {                /* an end that swings */
+    const double *t;
+    double position[3], amplitude[3], phase[3], period, ramp;
+    double *out;
+} swing;
+
+typedef struct {                /* L_C . d of a rigid body */
+    const double *quaternion, *angular_momentum;
+    double *out;
+} spinning;
+
+typedef struct {
+    double *quaternion, *drift; /* drift: the largest distance of its length from 1 so far */
+} unit;
+
+typedef void work_function(const void *context);
+
+typedef struct {
+    work_function *call;
+    const void *context;
+} work;
+
+typedef struct {
+    const work *works;
+    int count;
+} works;
+
+void make_histories(const void *context);
+void find_rates(const void *context);
+void advance(const void *context);
+void extrapolate(const void *context);
+void copy_all(const void *context);
+void pick(const void *context);
+void widen(const void *context);
+void advance_wave(const void *context);
+void advance_swing(const void *context);
+void spin(const void *context);
+void make_unit(const void *context);
+void do_all(const void *context);
+double smallest(const double *values, const int *places, int count, double bound);
+
+/* -- waves.c: sums over wave components, at a point ---------------------------------------------------------------------- */
+
+typedef struct {
+    int count, padded;          /* components, rounded up to whole vectors; by rising k */
+    /* of each: k and its parts along x and y, phase - omega t, A, p = A sigma/(k (1 - exp(-2kh))), sigma, exp(-2kh) */
+    double *k, *kx, *ky, *phase, *amplitude, *potential, *sigma, *bottom;
+    double *mean, *moment, *ones;                       /* weights */
+    double *c, *s, *cosh, *sinh;                        /* room: at a point */
+    double radius;              /* of the disk to which the weights belong */
+    double ramp, depth;
+    int serial;                 /* of the time */
+    int stretching;             /* WHEELER, VERTICAL or NO_STRETCHING */
+} waves;
+
+void phases_at(const waves *w, double x, double y);
+void sum_surface(const waves *w, const double *weight, double *out);
+void sum_third(const waves *w, double *out);
+void sum_below(const waves *w, double z, int count, const double *weight, bool large, double *velocity,
+               double *acceleration);
+void weigh(waves *w, double radius);
+
+/* -- sample.c: the points of the forms at which the waves are summed ------------------------------------------------------ */
+
+enum {ON_LINE, ON_AXIS, ON_SURFACE};                    /* kinds of points */
+enum {WHEELER, VERTICAL, NO_STRETCHING};
+enum {PLAIN, MEAN, MOMENT};                             /* weights of components over a disk */
+
+typedef struct {                /* points on the cells of a mesh, and where their numbers go */
+    int kind, weight, size;
+    const int *cells;           /* how many, from the first on */
+    int points, nodes;          /* of a cell */
+    const double *shape;        /* values at the points of what interpolates between the nodes */
+    const double *source;       /* positions on a line; heights and radii on the axis */
+    const int *places;          /* there, of the nodes of every cell: three numbers on a line, else one */
+    int radius;                 /* place of the radius behind the height */
+    double *out;
+    const int *to;              /* there, of the numbers of each point */
+    int seen;                   /* cells when the numbers were taken */
+    double *heights;            /* of the nodes then */
+} points;
+
+typedef struct {
+    waves *waves;
+    bool exact;                 /* at every evaluation, not only when stale */
+    int *stale;
+    int count;
+    points *sets;
+    const double *position, *quaternion, *center;       /* of a body, or NULL */
+    double moved;               /* along the axis, from which on the points are others */
+} kinematics;
+
+void sample(void *context, double *values);
+
+/* -- hull.c: points on the axis of a hull that follow the water plane ----------------------------------------------------- */
+
+typedef struct {
+    int points;                 /* of a piece */
+    const double *at, *weights; /* where they are on [0, 1] */
+    int capacity;               /* points */
+    const int *places;          /* of the numbers of every point */
+    double *out;
+    int *count;                 /* points in use, from the first on */
+} group;
+
+typedef struct {
+    int frusta;
+    const double *frustum;      /* of each: heights of its ends, radii there */
+    group wet, cut;
+    const double *position, *quaternion, *center;
+    const double *amplitude, *wavenumber, *time_phase, *cos_direction, *sin_direction;  /* NULL without such a wave */
+    const kinematics *sea;      /* an irregular one, or NULL */
+    int expanded;               /* serial of the time at which the sea was expanded near where it meets the axis: */
+    double place[2], near[11];  /* elevation, slope, curvature, third derivatives, how far away they serve */
+    bool averaged;              /* over the disks */
+    double least_tilt;
+} hull_points;
+
+void follow(void *context, double *values);
+
+/* To here. */
+
+void axis_of(const double *quaternion, double *d);
+void surface_at(const kinematics *K, double x, double y, double radius, bool averaged, double *out);
+int serial_of(const kinematics *K);
+void expand_at(const kinematics *K, double x, double y, double *out);
+
+#endif

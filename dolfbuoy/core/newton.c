@@ -1,0 +1,264 @@
+/* Residual, Jacobian and stopping rule that PETSc's Newton method calls, on one rank. */
+
+#include "core.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#define TRY(call) do { const PetscErrorCode error = (call); if (error) return error; } while (0)
+
+/* SNES_DIVERGED_FNORM_NAN, or SNES_DIVERGED_FUNCTION_NANORINF since PETSc 3.25. */
+static const SNESConvergedReason NOT_FINITE = (SNESConvergedReason)-4;
+
+/* Of linear solves without a check, and with one. */
+static const KSPNormType LINEAR_NORM[2] = {KSP_NORM_NONE, KSP_NORM_UNPRECONDITIONED};
+
+static double larger(double a, double b)
+{
+    return b > a ? b : a;
+}
+
+/* Scaled unknowns x -> u. */
+static PetscErrorCode read_solution(const newton *N, Vec x)
+{
+    const PetscScalar *values;
+    TRY(VecGetArrayRead(x, &values));
+    put(N->unknowns, values);
+    return VecRestoreArrayRead(x, &values);
+}
+
+/* u -> scaled unknowns x. */
+static PetscErrorCode set_start(const newton *N)
+{
+    PetscScalar *values;
+    const scaled *u = N->unknowns;
+    TRY(VecGetArray(N->x, &values));
+    for (ptrdiff_t k = 0; k < u->n; ++k)
+        values[k] = u->values[u->places[k]] / u->scale[k];
+    return VecRestoreArray(N->x, &values);
+}
+
+/* The sum at scaled unknowns x; means nothing once a Python function has failed. */
+static PetscErrorCode add_up_at(const newton *N, const evaluation *E, Vec x)
+{
+    TRY(read_solution(N, x));
+    if (!*N->failed)
+        add_up(E);
+    return 0;
+}
+
+static void change_residual(const one_sided *L, double *b)
+{
+    for (PetscInt k = 0; k < L->count; ++k) {
+        const double bound = -L->c[k] * L->u[L->rows[k]];
+        L->slack[k] = !(b[L->rows[k]] > bound);
+        if (L->slack[k])
+            b[L->rows[k]] = bound;
+    }
+}
+
+static PetscErrorCode change_matrix(const one_sided *L, Mat A)
+{
+    PetscInt zeroed = 0;
+    PetscScalar *diagonal;
+    memcpy(L->slack_before, L->slack, L->count * sizeof *L->slack);
+    for (PetscInt k = 0; k < L->count; ++k)
+        if (L->slack[k])
+            L->zeroed[zeroed++] = L->rows[k];
+    TRY(MatZeroRowsLocal(A, zeroed, L->zeroed, 0, NULL, NULL));
+    TRY(MatGetDiagonal(A, L->diagonal));
+    TRY(VecGetArray(L->diagonal, &diagonal));
+    for (PetscInt k = 0; k < L->count; ++k)
+        if (L->slack[k])
+            diagonal[L->places[k]] = -L->c[k];
+    TRY(VecRestoreArray(L->diagonal, &diagonal));
+    return MatDiagonalSet(A, L->diagonal, INSERT_VALUES);
+}
+
+static bool unsettled(const one_sided *L)
+{
+    return memcmp(L->slack, L->slack_before, L->count * sizeof *L->slack) != 0;
+}
+
+static PetscErrorCode residual(SNES snes, Vec x, Vec f, void *context)
+{
+    const newton *N = context;
+    PetscScalar *to;
+    (void)snes;
+    ++N->numbers->residuals_total;
+    TRY(add_up_at(N, N->residuals, x));
+    if (N->law)
+        change_residual(N->law, N->residuals->out);
+    TRY(VecGetArray(f, &to));
+    take(N->rows, to);
+    if (*N->failed && N->rows->n)  /* the solve ends in order, then Python tells: an error code leaves vectors locked */
+        to[0] = NAN;
+    return VecRestoreArray(f, &to);
+}
+
+static PetscErrorCode check_linear_solves(numbers *n, SNES snes, int check)
+{
+    KSP ksp;
+    PetscReal divergence;
+    if (check == n->checked)
+        return 0;
+    n->checked = check;
+    TRY(SNESGetKSP(snes, &ksp));
+    TRY(KSPSetNormType(ksp, LINEAR_NORM[check]));
+    TRY(KSPGetTolerances(ksp, NULL, NULL, &divergence, NULL));
+    return KSPSetTolerances(ksp, n->linear_tolerance, 0, divergence, n->linear_solves[check]);
+}
+
+/* As MatDiagonalScale, which goes through the matrix twice. */
+static PetscErrorCode scale(const newton *N, Mat A)
+{
+    PetscScalar *values;
+    TRY(MatSeqAIJGetArray(A, &values));
+    for (ptrdiff_t row = 0; row < N->unknowns->n; ++row) {
+        const double of_row = N->row_scale[row];
+        for (PetscInt k = N->begins[row]; k < N->begins[row + 1]; ++k)
+            values[k] = values[k] * of_row * N->unknown_scale[N->columns[k]];
+    }
+    return MatSeqAIJRestoreArray(A, &values);
+}
+
+static PetscErrorCode assemble(const newton *N, Mat A)
+{
+    TRY(MatSetValuesCOO(A, N->jacobians->out, INSERT_VALUES));
+    ++*N->assembled;
+    if (N->law)
+        TRY(change_matrix(N->law, A));
+    return scale(N, A);
+}
+
+static PetscErrorCode jacobian(SNES snes, Vec x, Mat J, Mat P, void *context)
+{
+    const newton *N = context;
+    numbers *n = N->numbers;
+    (void)snes, (void)J;
+    TRY(add_up_at(N, N->jacobians, x));
+    if (*N->failed)
+        return 0;
+    TRY(assemble(N, P));
+    n->valid = true;
+    n->kept = false;
+    n->assembled_for = *N->assembled;
+    ++n->jacobians_total;
+    return 0;
+}
+
+static PetscErrorCode judge(numbers *n, SNES snes, PetscInt iteration, double step, double norm,
+                            SNESConvergedReason *reason)
+{
+    Vec update;
+    PetscReal increment, length;
+    PetscInt most;
+    double shrinking = 0, ratio = 1;
+    *reason = isfinite(norm) ? SNES_CONVERGED_ITERATING : NOT_FINITE;
+    if (!isfinite(norm))
+        return 0;
+    if (iteration == 0) {
+        n->last_norm = norm;
+        return 0;
+    }
+    TRY(SNESGetSolutionUpdate(snes, &update));
+    TRY(VecNorm(update, NORM_INFINITY, &increment));
+    if (increment > 0) {
+        TRY(VecNorm(update, NORM_2, &length));
+        increment *= larger(1, step / length);
+    }
+    if (iteration > 1) {
+        shrinking = increment / larger(n->last_increment, 1e-300);
+        ratio = larger(shrinking, norm / larger(n->last_norm, 1e-300));
+        ratio = ratio < 1 ? ratio : 1;
+    }
+    n->last_increment = increment;
+    n->last_norm = norm;
+    if (increment * ratio <= n->tolerance * (n->kept ? n->margin : 1)) {
+        *reason = SNES_CONVERGED_SNORM_RELATIVE;
+        return 0;
+    }
+    n->valid = n->keep && shrinking <= n->slow;
+    TRY(SNESGetTolerances(snes, NULL, NULL, NULL, &most, NULL));
+    if (iteration >= most)
+        *reason = SNES_DIVERGED_MAX_IT;
+    return 0;
+}
+
+/* Before an iteration: a new Jacobian if the one at hand does not serve. */
+static PetscErrorCode choose_matrix(newton *N, SNES snes)
+{
+    numbers *n = N->numbers;
+    Vec x;
+    n->valid = n->valid && n->assembled_for == *N->assembled;
+    n->kept = n->valid;
+    if (!n->own_options)
+        TRY(check_linear_solves(n, snes, !n->kept));
+    if (n->valid)
+        return 0;
+    TRY(SNESGetSolution(snes, &x));
+    return jacobian(snes, x, N->matrix, N->matrix, N);
+}
+
+static PetscErrorCode converged(SNES snes, PetscInt iteration, PetscReal x, PetscReal step, PetscReal norm,
+                                SNESConvergedReason *reason, void *context)
+{
+    newton *N = context;
+    (void)x;
+    TRY(judge(N->numbers, snes, iteration, step, norm, reason));
+    if (N->law && *reason > 0 && unsettled(N->law) && N->numbers->last_increment > N->numbers->tolerance)
+        *reason = SNES_CONVERGED_ITERATING;
+    return *reason == SNES_CONVERGED_ITERATING ? choose_matrix(N, snes) : 0;
+}
+
+/* Let SNES call these functions; f: for the residual. */
+PetscErrorCode install(newton *N, Vec f)
+{
+    TRY(SNESSetFunction(N->snes, f, residual, N));
+    TRY(SNESSetJacobian(N->snes, N->matrix, N->matrix, jacobian, N));
+    return SNESSetConvergenceTest(N->snes, converged, N, NULL);
+}
+
+static PetscErrorCode solve(const newton *N)
+{
+    TRY(set_start(N));
+    return SNESSolve(N->snes, NULL, N->x);
+}
+
+/* What came of a solve, be it an error. */
+static PetscErrorCode read_outcome(const newton *N)
+{
+    SNESConvergedReason reason;
+    PetscInt iterations;
+    TRY(SNESGetConvergedReason(N->snes, &reason));
+    TRY(SNESGetIterationNumber(N->snes, &iterations));
+    N->numbers->reason = reason;
+    N->numbers->iterations = iterations;
+    return read_solution(N, N->x);
+}
+
+static double seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return now.tv_sec + 1e-9 * now.tv_nsec;
+}
+
+/* From u to the solution, in u. */
+void attempt(const void *context)
+{
+    const newton *N = context;
+    numbers *n = N->numbers;
+    const double begin = n->clocked ? seconds() : 0;
+    const PetscErrorCode of_solve = solve(N), of_outcome = read_outcome(N);
+    n->error = of_solve ? of_solve : of_outcome;
+    n->in_order = !n->error && n->reason > 0 && !*N->failed;
+    n->seconds += n->clocked ? seconds() - begin : 0;
+}
+
+void judge_solve(const void *context)
+{
+    numbers *n = ((const newton *)context)->numbers;
+    n->valid = n->valid && n->keep && n->iterations < n->many;
+}

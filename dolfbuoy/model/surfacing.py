@@ -1,0 +1,119 @@
+"""Which cables may leave the water: from the scene alone, before anything is solved.
+
+A cable may where one of these is above the deepest trough (the still surface without waves; a regular wave's amplitude
+or the significant height below it):
+
+- an end that is held, wherever it is moved to, a free end that is pulled up as far as the cable reaches, or a point of
+  the first shape that the scene gives;
+- an end on a buoy that is above its water line when it floats freely;
+- the top of an arch of a cable lighter than water, as high as its length allows, or a float at an end, as far as the
+  lines let it rise.
+
+All others hang below their ends: heavy lines, held or carried in the water.
+"""
+
+import heapq
+import math
+
+import numpy as np
+
+from .rigid import mass_properties, shape_of, weight_per_length
+from .sea import crest_height
+
+#: Part of a cable's length by which it may be above the water without leaving it.
+ROUNDING = 1e-9
+#: A cable lighter than water by less than this part of its weight is balanced in it.
+BALANCED = 0.01
+
+
+def surfacing(scene) -> list[str]:
+    """Names of the cables that may leave the water, or hang on a float that may; of a scene without sea none."""
+    if scene.sea is None or not scene.network.pieces:
+        return []
+    network, heights, cables = scene.network, _heights(scene), range(len(scene.network.cables))
+    light = {cable for cable in cables if _is_light(scene, cable)}
+    rises = {p.cable for k, p in enumerate(network.pieces) if _rises(scene, k, heights, p.cable in light)}
+    return [network.cables[cable] for cable in cables if cable in rises or _is_drawn_above(scene, cable)]
+
+
+def _node(network, piece, end):
+    """Name of what an end hangs on, or the end itself."""
+    return network.pieces[piece].ends[end].name or (piece, end)
+
+
+def _heights(scene):
+    """Node -> the highest place above the deepest trough that held ends, buoys and lengths let it have [m]."""
+    network, crest, lines, reached, ahead = scene.network, crest_height(scene), {}, {}, []
+    for k, piece in enumerate(network.pieces):
+        nodes = [_node(network, k, i) for i in (0, 1)]
+        for i, end in enumerate(piece.ends):
+            lines.setdefault(nodes[i], []).append((nodes[1 - i], piece.section.length))
+            if end.held:
+                heapq.heappush(ahead, (_highest(scene, end.top) + crest, str(nodes[i]), nodes[i]))
+            elif end.kind == "buoy":
+                heapq.heappush(ahead, (0.0, str(nodes[i]), nodes[i]))
+    while ahead:
+        z, _, node = heapq.heappop(ahead)
+        if node not in reached:
+            reached[node] = z
+            for other, length in lines[node]:
+                heapq.heappush(ahead, (z + length, str(other), other))
+    return reached
+
+
+def _highest(scene, top):
+    """Height of a held end over a run [m]."""
+    z = top.position[2] + abs(top.amplitude[2] if top.amplitude else 0.0)
+    if top.motion:
+        z += max(0.0, *(row[3] for row in top.motion))
+    if top.velocity and scene.time:
+        z += max(0.0, top.velocity[2]) * scene.time.end
+    return z
+
+
+def _rises(scene, number, heights, light):
+    """Whether a piece may leave the water; light: whether its cable is lighter than water."""
+    network = scene.network
+    piece, least = network.pieces[number], ROUNDING * network.pieces[number].section.length
+    highest = [heights.get(_node(network, number, i), math.inf) for i in (0, 1)]
+    for end, z in zip(piece.ends, highest, strict=True):
+        body = network.bodies.get(end.name)
+        floats = body is not None and scene.sea.density * body.volume > body.mass
+        pulled = end.kind == "free" and end.top.force[2] > 0
+        if z > least and (end.held or floats or pulled):
+            return True
+        if end.kind == "buoy" and _is_above_water_line(scene, end):
+            return True
+    return light and sum(highest) + _room(piece) > 2 * least
+
+
+def _room(piece):
+    """How far up and down a piece reaches in all: its length, less by what its ends are apart if both are held [m]."""
+    low, high = piece.ends
+    across = math.dist(low.top.position[:2], high.top.position[:2]) if low.held and high.held else 0.0
+    return math.sqrt(max(piece.section.length**2 - across**2, 0.0))
+
+
+def _is_light(scene, cable):
+    """Whether a cable as a whole is lighter than water, and not balanced in it as a streamer is."""
+    sections = [scene.network.pieces[k].section for k in scene.network.pieces_of(cable)]
+    mass, weight = (
+        sum(value(c) * c.length for c in sections)
+        for value in (lambda c: c.line_density, lambda c: weight_per_length(scene, c))
+    )
+    return weight < -BALANCED * scene.gravity * mass
+
+
+def _is_above_water_line(scene, end):
+    """Whether a place on a buoy is above its water line when it floats freely: the hull below it displaces more."""
+    buoy = scene.network.buoys[end.name]
+    shape, density = shape_of(buoy), scene.sea.density
+    height = buoy.mooring_height if end.fairlead is None else buoy.fairleads[end.fairlead][2]
+    return density * shape.volume(min(max(height, 0.0), shape.height)) > mass_properties(buoy).mass
+
+
+def _is_drawn_above(scene, cable):
+    """Whether the scene gives points of the first shape of a cable that are above the water."""
+    given, name = scene.initial.points, scene.network.cables[cable]
+    points = given.get(name) if isinstance(given, dict) else given
+    return bool(points) and float(np.max(np.array(points)[:, 2])) > -crest_height(scene)

@@ -1,0 +1,275 @@
+"""A run at an instant, for every picture in space: lines in their pieces, hulls, marks, forces, water and bed."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..model.airy import AirySum
+from ..model.rigid import mass_properties, mooring_offset, rotation_of
+from ..model.sea import elevation_at, velocity_at, wind_at
+from ..model.seabed import height_of_bed
+from ..scene import Scene
+from ..scene.network import attached_ends
+from .hulls import Floating
+from .parts import names_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Span(NamedTuple):
+    """A cable: its name, and the nodes and elements of the record that are its own."""
+
+    name: str
+    node: slice
+    cell: slice
+
+    @property
+    def per(self) -> int:
+        """Straight pieces with which an element is drawn."""
+        return (self.node.stop - self.node.start - 1) // (self.cell.stop - self.cell.start)
+
+
+class Mark(NamedTuple):
+    """A joint or an end that is on no buoy: its name or none, kind (of scene.network.End; with a body that is heavier
+    than water "clump", else "float"), the body's weight in water [N], and node."""
+
+    name: str
+    kind: str
+    weight: float
+    node: int
+
+
+class Force(NamedTuple):
+    """A force of a record over its rows.
+
+    kind: "outside" (wind and external force), "pulls" (an end of a line at a buoy) or "holds" (whatever holds an end).
+    vectors: rows (n,) -> (n, 3) [N].  node: of the end.  buoy, arm: a number, and where it acts on it (3,), off C [m].
+    """
+
+    kind: str
+    name: str
+    vectors: Callable[[np.ndarray], np.ndarray]
+    node: int | None = None
+    buoy: int | None = None
+    arm: np.ndarray | None = None
+
+
+def pieces_of(x: np.ndarray, whole: np.ndarray) -> list[np.ndarray]:
+    """Nodes (n, 3) of a line with as many straight pieces on each element, apart where an element is not whole."""
+    per = (len(x) - 1) // len(whole)
+    gone = np.flatnonzero(~whole)
+    bounds = zip([0, *per * (gone + 1)], [*per * gone, len(x) - 1], strict=True)
+    return [x[first : last + 1] for first, last in bounds if last > first]
+
+
+def whole_at(record: "xr.Dataset", time: float) -> np.ndarray:
+    """Which elements of a record, or of its part of one cable, have not parted at a time."""
+    if "parted_at" not in record:
+        return np.ones(record.sizes["cell"], dtype=bool)
+    return ~(record.parted_at.values <= time)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """All that is drawn of a run at `time` [s]; number: of the recorded frame, row: of the record's times.
+
+    x: nodes (n, 3) of all lines [m].  tension, whole: mean tension [N] of their elements, and which have not parted.
+    lines: name of every cable and nodes of its pieces, more than one where it has parted.  buoys: where they are.
+    """
+
+    run: "Frames"
+    number: int
+    time: float
+    row: int
+    x: np.ndarray
+    tension: np.ndarray
+    whole: np.ndarray
+    lines: list[tuple[str, list[np.ndarray]]]
+    buoys: list[Floating]
+
+    @property
+    def scene(self) -> Scene:
+        """Of the run."""
+        return self.run.scene
+
+    @property
+    def alone(self) -> bool:
+        """Whether there is one line at most, and one buoy."""
+        return len(self.run.spans) <= 1 and len(self.run.buoys) <= 1
+
+    @property
+    def hulls(self) -> list[Floating]:
+        """The buoys that have one."""
+        return [buoy for buoy in self.buoys if buoy.shape]
+
+    @property
+    def points(self) -> np.ndarray:
+        """Of all that is drawn (n, 3) [m]."""
+        return np.array([*self.x, *(buoy.at(height) for buoy in self.buoys for height in buoy.heights)])
+
+    def elevation(self, points: np.ndarray) -> np.ndarray:
+        """Of the water at points (..., 3) [m]."""
+        return elevation_at(self.scene, self.time, points)
+
+    def flow(self, points: np.ndarray) -> np.ndarray:
+        """Velocity (..., 3) of the undisturbed water at points (..., 3) [m/s]."""
+        return velocity_at(self.scene, self.time, points)
+
+    def on_bed(self, points: np.ndarray) -> np.ndarray:
+        """Points (n, 3) of the sea bed below or above points (n, 2 or 3) [m]."""
+        return np.column_stack([points[:, :2], height_of_bed(self.scene, points)])
+
+    @property
+    def direction_deg(self) -> float:
+        """Heading of the vertical plane that shows the water's motion; without any, the lines."""
+        for section in (self.scene.waves, self.scene.current):
+            if section:
+                return section.direction_deg
+        x, y, _ = self.x[-1] - self.x[0] if len(self.x) else (1.0, 0.0, 0.0)
+        return math.degrees(math.atan2(y, x)) if math.hypot(x, y) > 0 else 0.0
+
+    @property
+    def depth_below_bed(self) -> float:
+        """Of the lowest point of the lines [m]; negative over the bed, and for lines that lie on it."""
+        return -1.0 if self.scene.seabed else float(-self.scene.sea.depth - self.x[:, 2].min())
+
+    def in_hull(self, x: np.ndarray) -> np.ndarray:
+        """Whether the points (..., 3) are inside any hull."""
+        return np.any([np.zeros(x.shape[:-1], dtype=bool), *(buoy.in_hull(x) for buoy in self.buoys)], axis=0)
+
+    def arrows(self, kind: str) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """(name, where it acts [m], vector [N]) of the forces on buoys of a kind."""
+        row, forces = np.array([self.row]), [force for force in self.run.forces if force.kind == kind]
+        return [(f.name, self.buoys[f.buoy].place(f.arm), f.vectors(row)[0]) for f in forces]
+
+
+class Frames:
+    """The frames of a record, in which everything of the scene has its place.
+
+    times: of the frames [s]; of a record without lines of all its rows.  spans, buoys, marks: of the cables, names of
+    the buoys, joints and other ends, in the order of the record.  forces: on buoys and ends.
+    """
+
+    def __init__(self, record: "xr.Dataset", scene):
+        self.record, self.scene, self.network = record, scene, scene.network
+        self.times = (record.frame if "frame" in record else record.time).values
+        self.spans = _spans(record) if "cable_position" in record else []
+        self.buoys = names_of(record, "buoy") if "buoy_position" in record else []
+        self.marks = list(self._marks()) if self.spans else []
+        self.forces = [*self._recorded(), *self._outside()]
+
+    def at(self, time: float | None = None) -> Frame:
+        """The frame nearest to a time [s]; by default the last."""
+        number = len(self.times) - 1 if time is None else int(np.abs(self.times - time).argmin())
+        record, time = self.record, float(self.times[number])
+        row, x, tension, whole = int(np.abs(record.time.values - time).argmin()), np.zeros((0, 3)), np.zeros(0), []
+        if self.spans:
+            arrays = (record[name].values[number] for name in ("cable_position", "cable_tension"))
+            (x, tension), whole = arrays, whole_at(record, time)
+        lines = [(span.name, pieces_of(x[span.node], whole[span.cell])) for span in self.spans]
+        buoys = [self.buoy(k, row) for k in range(len(self.buoys))]
+        return Frame(self, number, time, row, x, tension, whole, lines, buoys)
+
+    def buoy(self, number: int, row: int) -> Floating:
+        """A buoy at a row of the record's times; how fast it moves follows from its momenta."""
+        buoy, record = self.network.buoys[self.buoys[number]], self.record
+        r_C, R = record.buoy_position.values[row, number], rotation_of(record.buoy_orientation.values[row, number])
+        if "linear_momentum" not in record:
+            return Floating(buoy, r_C, R)
+        p, L = (record[f"{kind}_momentum"].values[row, number] for kind in ("linear", "angular"))
+        body = mass_properties(buoy)
+        return Floating(buoy, r_C, R, p / body.mass, R @ ((R.T @ L) / body.inertia))
+
+    @property
+    def joints(self) -> list[Mark]:
+        """The marks of joints."""
+        return [mark for mark in self.marks if mark.name]
+
+    @property
+    def places(self) -> np.ndarray:
+        """Of all nodes and centres of mass at all times (n, 3) [m]."""
+        known = (self.record[name].values for name in ("cable_position", "buoy_position") if name in self.record)
+        return np.concatenate([places.reshape(-1, 3) for places in known])
+
+    def node_of(self, piece: int, end: int) -> int:
+        """Node at an end of a piece of the network."""
+        span, number = self.spans[self.network.pieces[piece].cable], self.network.pieces[piece].number
+        before = np.searchsorted(self.record.segment_of_cell.values[span.cell], number + end)
+        return span.node.start + span.per * int(before)
+
+    def _ends(self):
+        """(piece, end, End) of all ends of cables."""
+        for cable in range(len(self.spans)):
+            for piece, end in ((self.network.first_of(cable), 0), (self.network.last_of(cable), 1)):
+                yield piece, end, self.network.pieces[piece].ends[end]
+
+    def _marks(self):
+        """Joints as the record has them, and ends without a name."""
+        pieces, density = self.network.pieces, self.scene.sea.density if self.scene.sea else 0.0
+        places = {end.name: (k, i) for k, piece in enumerate(pieces) for i, end in enumerate(piece.ends)}
+        for name, held in self.network.joints.items():
+            body = self.network.bodies.get(name)
+            weight = 0.0 if body is None else self.scene.gravity * (body.mass - density * body.volume)
+            kind = "joint" if weight == 0 else "clump" if weight > 0 else "float"
+            yield Mark(name, held.kind if held else kind, weight, self.node_of(*places[name]))
+        for piece, end, holder in self._ends():
+            if holder.name is None and holder.kind != "buoy":
+                yield Mark("", holder.kind, 0.0, self.node_of(piece, end))
+
+    def _recorded(self):
+        """Forces of lines on buoys, and of what holds their ends."""
+        if "mooring_force" in self.record and self.spans and self.buoys:
+            for i, (piece, end) in enumerate(attached_ends(self.network)):
+                held, vectors = self.network.pieces[piece].ends[end], self._column("mooring_force", i)
+                arm, buoy = mooring_offset(self.network.buoys[held.name], held.fairlead), self.buoys.index(held.name)
+                yield Force("pulls", "mooring force", vectors, self.node_of(piece, end), buoy, arm)
+        for piece, end, holder in self._ends():
+            name = ("anchor_force", "end_tension")[end]
+            if name in self.record and holder.held:
+                yield Force(
+                    "holds", name, self._column(name, self.network.pieces[piece].cable), self.node_of(piece, end)
+                )
+
+    def _column(self, name, number):
+        return lambda rows: self.record[name].values[rows, number]
+
+    def _outside(self):
+        for number, name in enumerate(self.buoys):
+            buoy, upright = self.network.buoys[name], self.buoy(number, 0)
+            force, wind = buoy.external_force, buoy.wind
+            if force:
+                height = upright.center if force.height is None else force.height
+                yield Force("outside", "external force", _constant(force.force), None, number, upright.arm(height))
+            if wind:
+                arm = upright.arm(wind.height)
+                yield Force("outside", "wind force", self._wind(number, wind, arm), None, number, arm)
+
+    def _wind(self, number, wind, arm):
+        """Of a section [wind], at its height over the water; of many instants from a table over that height."""
+
+        def vectors(rows):
+            points = np.array([self.buoy(number, row).place(arm) for row in rows])
+            heights = points[:, 2]
+            if self.scene.waves:
+                times = self.record.time.values[rows]
+                heights = heights - AirySum.of(self.scene).over_time(times, points)
+            known = np.linspace(heights.min(), heights.max(), 16) if len(rows) > 16 else np.sort(heights)
+            table = np.array([wind_at(wind, height) for height in known])
+            return np.column_stack([np.interp(heights, known, column) for column in table.T])
+
+        return vectors
+
+
+def _constant(vector):
+    return lambda rows: np.tile(vector, (len(rows), 1))
+
+
+def _spans(record):
+    names = names_of(record, "cable")
+    of_node, of_cell = (record[f"cable_of_{along}"].values for along in ("node", "cell"))
+    nodes, cells = (np.searchsorted(of, np.arange(len(names) + 1)).tolist() for of in (of_node, of_cell))
+    return [Span(name, slice(*nodes[k : k + 2]), slice(*cells[k : k + 2])) for k, name in enumerate(names)]

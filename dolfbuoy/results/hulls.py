@@ -1,0 +1,106 @@
+"""Buoys where they are: points of the axis, surface and silhouette of the hull."""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model.rigid import mass_properties, shape_of
+from ..scene.buoy import Buoy
+
+
+@dataclass
+class Floating:
+    """A buoy of a scene with its centre of mass C at r_C (3,) [m], turned by R (3, 3).
+
+    velocity, spin: of C and about it (3,) [m/s, rad/s], if they are known.  shape: its hull, if it has one.  center:
+    height of C above the keel, heights: of everything on the axis [m].  size: largest dimension [m].  masses: places
+    of point masses.  mast: ends (2, 3) of what stands above the hull, or in the place of one.
+    """
+
+    buoy: Buoy
+    r_C: np.ndarray
+    R: np.ndarray
+    velocity: np.ndarray | None = None
+    spin: np.ndarray | None = None
+
+    def __post_init__(self):
+        buoy, self.shape = self.buoy, shape_of(self.buoy)
+        self.center, masses = mass_properties(buoy).height, [p.height for p in buoy.point_masses]
+        top = [0.0, self.shape.height] if self.shape else []
+        self.heights = [self.center, buoy.mooring_height, *masses, *top]
+        width = self.shape.max_diameter if self.shape else 0.0
+        self.size = max(max(self.heights) - min(self.heights), width) or 1.0
+        self.masses = [self.at(height) for height in masses]
+        foot = self.shape.height if self.shape else buoy.mooring_height
+        self.mast = np.array([self.at(foot), self.at(max(self.heights))]) if masses or not self.shape else None
+
+    def arm(self, height: float) -> np.ndarray:
+        """From C to the point of the buoy's axis at `height` above the keel, upright (3,) [m]."""
+        return np.array([0.0, 0.0, height - self.center])
+
+    def place(self, arm: np.ndarray) -> np.ndarray:
+        """Where the point of the body is that stands off C by `arm` (3,), upright [m]."""
+        return self.r_C + self.R @ arm
+
+    def at(self, height: float) -> np.ndarray:
+        """Place of the point of the buoy's axis at `height` above the keel."""
+        return self.place(self.arm(height))
+
+    @property
+    def outline(self) -> np.ndarray:
+        """(height over C, radius) (n, 2) of the stations of the hull, or of its axis if there is none [m]."""
+        if self.shape:
+            return np.column_stack([self.shape.heights - self.center, self.shape.radii])
+        return np.array([[self.buoy.mooring_height - self.center, 0.0], [0.0, 0.0]])
+
+    def in_hull(self, x: np.ndarray) -> np.ndarray:
+        """Whether the points (..., 3) are inside the hull."""
+        if self.shape is None:
+            return np.zeros(x.shape[:-1], dtype=bool)
+        body = (x - self.r_C) @ self.R
+        height = body[..., 2] + self.center
+        return np.hypot(body[..., 0], body[..., 1]) < self.shape.radius(height, height)
+
+    def surface(self, around: int = 48, cell: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
+        """Points (n, 3) and quadrilaterals (m, 4) of the hull, see `surface_of`."""
+        points, quads = surface_of(self.outline, around, cell)
+        return self.r_C + points @ self.R.T, quads
+
+    def silhouette(self, view: np.ndarray) -> np.ndarray:
+        """The outline (n, 2) as it is seen along a horizontal direction."""
+        axis, stations = self.R[:, 2], self.outline
+        aside = view - (view @ axis) * axis
+        aside /= np.linalg.norm(aside) or 1.0
+        middle = self.r_C + stations[:, :1] * axis
+        sides = [middle + sign * stations[:, 1:] * aside for sign in (1, -1)]
+        points = np.concatenate([sides[0], sides[1][::-1], sides[0][:1]])
+        return np.column_stack([points @ view, points[:, 2]])
+
+
+def surface_of(outline: np.ndarray, around: int = 48, cell: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) and quadrilaterals (m, 4) of the closed surface of revolution of an outline (height, radius), from
+    below up.
+
+    around: number of meridians.  cell: longest quadrilateral along a meridian [m].
+    """
+    (low, _), (high, _) = outline[0], outline[-1]
+    outline = _refined(np.array([(low, 0.0), *outline, (high, 0.0)]), cell)
+    angle = 2 * np.pi * np.arange(around) / around
+    z, r = outline[:, :1], outline[:, 1:]
+    points = np.stack([r * np.cos(angle), r * np.sin(angle), np.broadcast_to(z, (len(z), around))], axis=-1)
+    ring, j = np.arange(len(outline) - 1)[:, None] * around, np.arange(around)
+    following = (j + 1) % around
+    quads = np.stack([ring + j, ring + following, ring + around + following, ring + around + j], axis=-1)
+    return points.reshape(-1, 3), quads.reshape(-1, 4)
+
+
+def _refined(outline, cell):
+    """The outline with its pieces divided so that none is longer than `cell`; pieces of no length are left out."""
+    points = [outline[:1]]
+    for a, b in itertools.pairwise(outline):
+        length = float(np.hypot(*(b - a)))
+        count = int(np.ceil(length / cell)) if np.isfinite(cell) else 1
+        if length > 0:
+            points.append(a + (b - a) * np.arange(1, max(count, 1) + 1)[:, None] / max(count, 1))
+    return np.concatenate(points)

@@ -1,0 +1,39 @@
+"""Datasets of numbers that are not over time: modes, responses, stiffnesses, offsets."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Labels of the dimension `part` of complex numbers, which NetCDF does not have.
+PARTS = ("real", "imaginary")
+
+
+def said(unit: str, text: str) -> dict[str, str]:
+    """Attributes of a variable; none but its text for what has no unit."""
+    return {"units": unit, "long_name": text} if unit else {"long_name": text}
+
+
+def labelled(variables: Mapping[str, tuple], labels: Mapping[str, Sequence], attributes: dict) -> "xr.Dataset":
+    """A dataset of {name: (dimensions, values, (unit, long name))}; labels: coordinates by their dimension.
+
+    Complex values become their two parts, where `part` stands among the dimensions.
+    """
+    import xarray as xr
+
+    made = {name: (dims, _real(dims, values), said(*what)) for name, (dims, values, what) in variables.items()}
+    return xr.Dataset(made, {name: list(names) for name, names in labels.items()}, attributes)
+
+
+def _real(dims, values):
+    if not np.iscomplexobj(values):
+        return values
+    return np.stack([values.real, values.imag], axis=list(dims).index("part"))
+
+
+def complex_of(variable: "xr.DataArray") -> np.ndarray:
+    """Complex numbers of a variable over `part`."""
+    return variable.isel(part=0).values + 1j * variable.isel(part=1).values

@@ -1,0 +1,341 @@
+"""Quantities of a record, each declared once: record, observer, tables, figures, page and ParaView follow from it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from . import turns
+
+if TYPE_CHECKING:
+    from .observe import Noted
+
+#: Where the main quantities are shown, over runs and cases: tables of statistics and sweeps, their figures and page.
+EVERYWHERE = ("statistics", "statistics figure", "sweep", "sweep figure", "sweep page")
+
+
+class Curve(NamedTuple):
+    """A curve on the page of a run: title of its panel, own name, and the component of a vector that it shows."""
+
+    panel: str
+    name: str
+    component: str = ""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """An output.
+
+    dims: after `over`, which is "time", "frame", "run" (extremes of all steps), "sample" (made for statistics), or ""
+    of what is known at the beginning.  read: values (..., *dims) of what is noted.
+    shown: place of EVERYWHERE -> components ("" of a scalar); main: shown in all of them.
+    summary: what the table of a run calls its range; component: of a vector there.  at_ends: what that of an
+    equilibrium calls it with the names of the ends, {low} and {high}.
+    figure: whether it has a figure of its own over time.  paraview: name of its field, without the unit.
+    compared: what it is called where runs are compared.  peaks, cycles: components, or "" of a scalar, whose peaks or
+    rainflow ranges are kept.  turning: an angle that goes on over 180 degrees.
+    place: of an elevation of the water, where it is.  effort: of the solver, no physics.  changing: written again with
+    every row.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    unit: str
+    long_name: str
+    over: str = "time"
+    standard_name: str = ""
+    read: Callable[["Noted"], np.ndarray] | None = None
+    main: bool = False
+    shown: Mapping[str, str] = field(default_factory=dict)
+    curves: tuple[Curve, ...] = ()
+    summary: str = ""
+    component: str = ""
+    at_ends: str = ""
+    figure: bool = False
+    paraview: str = ""
+    compared: str = ""
+    peaks: str | None = None
+    cycles: str | None = None
+    turning: bool = False
+    place: str = ""
+    effort: bool = False
+    integer: bool = False
+    changing: bool = False
+
+    def attributes(self) -> dict[str, str]:
+        """Those of its variable in a record."""
+        found = {"units": self.unit, "long_name": self.long_name}
+        if self.over == "run":
+            found["cell_methods"] = f"time: {'minimum' if 'minimum' in self.name else 'maximum'}"
+        return found | ({"standard_name": self.standard_name} if self.standard_name else {})
+
+    def series(self, components: str) -> list[str]:
+        """Names of the series of these components, of a scalar its own."""
+        return [f"{self.name}_{component}" for component in components] or [self.name]
+
+    @property
+    def kind(self) -> str:
+        """What it is of: "cable", "buoy", "joint", ...; empty if of nothing."""
+        return self.dims[0] if self.dims else ""
+
+    @property
+    def field(self) -> str:
+        """Name of the field in ParaView."""
+        return f"{self.paraview} [{self.unit}]"
+
+
+def _of(dims: str, over: str = "time") -> Callable[..., Quantity]:
+    """What declares a Quantity of these dimensions: (name, unit, long name, ...)."""
+    return lambda name, unit, long_name, **more: Quantity(name, tuple(dims.split()), unit, long_name, over, **more)
+
+
+_whole = _of("")
+_cable_vector = _of("cable xyz")
+_cable = _of("cable")
+_buoy_vector = _of("buoy xyz")
+_buoy = _of("buoy")
+_end_vector = _of("attachment xyz")
+_frame_nodes = _of("node xyz", "frame")
+_run_nodes = _of("node xyz", "run")
+_run_cells = _of("cell", "run")
+_node = _of("node", "")
+_cell = _of("cell", "")
+_component = _of("component", "")
+_ALL = (
+    _whole("time", "s", "time"),
+    _whole("time_step", "s", "step that led to this time", effort=True),
+    _whole("newton_iterations", "1", "Newton iterations of that step", effort=True, integer=True),
+    _cable_vector(
+        "anchor_force",
+        "N",
+        "force that holds the lower end of the cable, s = 0",
+        read=lambda n: n.each("anchor_force", 3),
+        at_ends="force that holds it at {low}",
+    ),
+    _cable_vector(
+        "end_tension",
+        "N",
+        "force that holds the upper end of the cable, T_bnd",
+        read=lambda n: n.each("end_tension", 3),
+        at_ends="force that holds it at {high}, T_bnd",
+    ),
+    _cable(
+        "tension_top",
+        "N",
+        "tension at the upper end of the cable, |T_bnd|",
+        read=lambda n: turns.length(n.each("end_tension", 3)),
+        main=True,
+        curves=(Curve("tension", "upper end"),),
+        at_ends="tension at {high}, |T_bnd|",
+        compared="top tension",
+        peaks="",
+        cycles="",
+    ),
+    _cable(
+        "tension_anchor",
+        "N",
+        "tension at the anchor, T_h(0)",
+        read=lambda n: n["tension_anchor"],
+        main=True,
+        curves=(Curve("tension", "lower end"),),
+        at_ends="tension at {low}, T_h(0)",
+        compared="anchor tension",
+        peaks="",
+        cycles="",
+    ),
+    _cable(
+        "length_on_bed",
+        "m",
+        "unstretched length of the cable on the sea bed",
+        read=lambda n: n.each("bed", 4)[..., 0],
+        curves=(Curve("length on the bed", "on the bed"),),
+        summary="length on the sea bed",
+    ),
+    _cable_vector(
+        "touchdown",
+        "m",
+        "where the cable leaves the sea bed towards its upper end; nan if nothing lies",
+        read=lambda n: n.each("bed", 4)[..., 1:],
+        summary="x of the touchdown",
+        component="x",
+    ),
+    Quantity(
+        "utilisation", ("segment",), "1", "largest tension over the breaking load", read=lambda n: n["utilisation"]
+    ),
+    _buoy_vector(
+        "buoy_position",
+        "m",
+        "position of the buoy's centre of mass, r_C",
+        read=lambda n: n.buoy.position,
+        shown={"statistics": "xyz", "sweep figure": "xz", "sweep page": "z"},
+        curves=(
+            Curve("height", "C", "z"),
+            Curve("horizontal position of C", "x", "x"),
+            Curve("horizontal position of C", "y", "y"),
+        ),
+        compared="buoy position",
+        peaks="z",
+    ),
+    Quantity(
+        "offset",
+        ("buoy",),
+        "m",
+        "horizontal distance of C from the anchor",
+        over="sample",
+        shown={"statistics": ""},
+        peaks="",
+    ),
+    Quantity(
+        "buoy_orientation",
+        ("buoy", "quaternion"),
+        "1",
+        "orientation of the buoy, q_4 = (q0, q), body to world",
+        read=lambda n: n.buoy.orientation,
+    ),
+    _buoy(
+        "cone_angle",
+        "degree",
+        "angle between the vertical and the axis of the buoy",
+        read=lambda n: turns.cone_angle(n.buoy.orientation),
+        shown=dict.fromkeys(("statistics", "sweep", "sweep figure", "sweep page"), ""),
+        summary="cone angle",
+        figure=True,
+        paraview="cone angle",
+        compared="cone angle",
+        peaks="",
+    ),
+    _buoy(
+        "roll",
+        "degree",
+        "turn of the buoy about its own x axis, after yaw and pitch",
+        standard_name="platform_roll_starboard_down",
+        read=lambda n: n.turns[0],
+        shown={"statistics": ""},
+        curves=(Curve("angle", "roll"),),
+        paraview="roll",
+        peaks="",
+        turning=True,
+    ),
+    _buoy(
+        "pitch",
+        "degree",
+        "turn of the buoy about its y axis as the yaw leaves it",
+        standard_name="platform_pitch_fore_down",
+        read=lambda n: n.turns[1],
+        shown={"statistics": ""},
+        curves=(Curve("angle", "pitch"),),
+        paraview="pitch",
+        peaks="",
+    ),
+    _buoy(
+        "yaw",
+        "degree",
+        "turn of the buoy about the vertical, before pitch and roll",
+        standard_name="platform_yaw_fore_port",
+        read=lambda n: n.turns[2],
+        curves=(Curve("angle", "yaw"),),
+        paraview="yaw",
+        turning=True,
+    ),
+    _buoy_vector("linear_momentum", "kg m s-1", "linear momentum of the buoy, p", read=lambda n: n.motion.momentum),
+    _buoy_vector(
+        "angular_momentum",
+        "kg m2 s-1",
+        "angular momentum of the buoy about C, L_C (world frame)",
+        read=lambda n: n.motion.angular_momentum,
+    ),
+    _end_vector("mooring_point", "m", "mooring point, r_O", read=lambda n: n.attachment.point),
+    _end_vector("mooring_force", "N", "force of the cable on the buoy, T_O", read=lambda n: n.attachment.force),
+    _buoy(
+        "displaced_mass",
+        "kg",
+        "mass of the displaced water, M_D",
+        read=lambda n: n.hull.mass,
+        paraview="displaced mass",
+    ),
+    _buoy_vector("buoyancy_center", "m", "centre of buoyancy, r_BC", read=lambda n: n.hull.centre),
+    _buoy("submerged_length", "m", "wetted length of the axis, H_sub", read=lambda n: n.hull.length),
+    _buoy("submerged_diameter", "m", "mean diameter of the wetted hull, <D_sub>", read=lambda n: n.hull.diameter),
+    _buoy(
+        "surface_elevation",
+        "m",
+        "water surface above C, eta(r_C, t)",
+        standard_name="sea_surface_height_above_mean_sea_level",
+        read=lambda n: n.hull.surface,
+        shown=dict.fromkeys(("statistics", "statistics figure"), ""),
+        curves=(Curve("height", "water"),),
+        paraview="surface elevation",
+        peaks="",
+        place="at the buoy",
+    ),
+    Quantity(
+        "fixed_point_elevation",
+        (),
+        "m",
+        "water surface at a fixed point",
+        over="sample",
+        shown=dict.fromkeys(("statistics", "statistics figure"), ""),
+        peaks="",
+        place="at a fixed point",
+    ),
+    Quantity("joint_position", ("joint", "xyz"), "m", "position of the joints", read=lambda n: n.each("joint", 3)),
+    Quantity("frame", (), "s", "time of a frame", over="frame"),
+    _frame_nodes("cable_position", "m", "position of the cable's nodes, in order from the anchor"),
+    _frame_nodes("cable_velocity", "m s-1", "velocity of the cable's nodes, in order from the anchor"),
+    Quantity("cable_tension", ("cell",), "N", "mean tension of each element, in order from the anchor", over="frame"),
+    _run_nodes("cable_position_minimum", "m", "least coordinates of the cable's nodes in any step"),
+    _run_nodes("cable_position_maximum", "m", "largest coordinates of the cable's nodes in any step"),
+    _run_cells("cable_tension_minimum", "N", "least tension at any node of each element in any step"),
+    _run_cells(
+        "cable_tension_maximum",
+        "N",
+        "largest tension at any node of each element in any step",
+        paraview="largest tension",
+    ),
+    _run_cells("cable_tension_minimum_after_ramp", "N", "least tension of each element from the end of the ramp on"),
+    _run_cells("cable_tension_maximum_after_ramp", "N", "largest tension of each element from the end of the ramp on"),
+    _run_cells(
+        "cable_utilisation_maximum",
+        "1",
+        "cable_tension_maximum over the breaking load; nan without one",
+        paraview="largest utilisation",
+    ),
+    _node("s", "m", "unstretched arc length of the nodes"),
+    _cell("s_cell", "m", "unstretched arc length of the middle of each element"),
+    _node("cable_of_node", "1", "number of the cable to which each node belongs, from 0", integer=True),
+    _cell("cable_of_cell", "1", "number of the cable to which each element belongs, from 0", integer=True),
+    _cell("segment_of_cell", "1", "number of the segment of its cable, from 0", integer=True),
+    _cell("parted_at", "s", "when each element has parted; nan for those that are whole", changing=True),
+    _cell("growth_diameter", "1", "factor of marine growth on the diameter of each element"),
+    _cell("growth_mass", "1", "factor of marine growth on the mass of each element"),
+    _cell("growth_weight", "N", "weight in water that marine growth adds to each element"),
+    _component("wave_amplitude", "m", "amplitude of a component of the sea"),
+    _component("wave_period", "s", "its period"),
+    _component("wave_direction_deg", "degree", "direction towards which it runs, from x towards y"),
+    _component("wave_phase_deg", "degree", "its phase in a cos(k.x - omega t + phase)"),
+)
+#: By name; whatever is put in here is recorded and shown.
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+
+
+def over(*axes: str) -> dict[str, Quantity]:
+    """Those over time, frames, the run, ..., by name."""
+    return {name: quantity for name, quantity in QUANTITIES.items() if quantity.over in axes}
+
+
+def shown_in(place: str) -> list[str]:
+    """Series that are shown in a place of EVERYWHERE, in the order of the declarations."""
+    every = ((one, "" if one.main else one.shown.get(place)) for one in QUANTITIES.values())
+    return [name for one, components in every if components is not None for name in one.series(components)]
+
+
+def chosen(field_name: str) -> set[str]:
+    """Series whose `peaks` or `cycles` are kept."""
+    every = ((one, getattr(one, field_name)) for one in QUANTITIES.values())
+    return {name for one, components in every if components is not None for name in one.series(components)}
+
+
+def declared(series: str) -> Quantity:
+    """The one of a series, or of a component of it."""
+    return QUANTITIES[max((one for one in QUANTITIES if series == one or series.startswith(f"{one}_")), key=len)]

@@ -1,0 +1,278 @@
+"""Scalar series of a record, and what is read off one of them: moments, periods, peaks, rainflow ranges.
+
+Labels: "tension_top of port", "buoy_position_z of buoy"; of a series that belongs to no cable or buoy its name alone.
+Peaks are the highest values between two upward crossings of the mean.  Rainflow counting follows ASTM E1049-85, by the
+package `rainflow`.  Peaks and ranges come as two arrays, values and counts: a half cycle counts 0.5.
+"""
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from .quantities import QUANTITIES, declared
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Dimensions of a record over its parts, and what stands before the name of a part in a label.
+OF, OF_PART = ("cable", "buoy", "attachment", "segment", "joint"), " of "
+#: Units of numbers that are not in the unit of their series.
+UNITS = {"skewness": "1", "period": "s", "dominant_period": "s", "memory": "s"}
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Values x at instants t [s]; noise: the size of what may be rounding [unit of x].
+
+    Moments are over time (trapezoidal rule), whatever the steps.  What there is not, is nan.
+    """
+
+    label: str
+    t: np.ndarray
+    x: np.ndarray
+    noise: float = 0.0
+
+    def numbers(self, names: Iterable[str]) -> dict[str, float]:
+        """The properties of these names."""
+        return {name: getattr(self, name) for name in names}
+
+    @cached_property
+    def mean(self) -> float:
+        return self._average(self.x)
+
+    @cached_property
+    def standard_deviation(self) -> float:
+        return math.sqrt(self._average((self.x - self.mean) ** 2))
+
+    @property
+    def skewness(self) -> float:
+        """Third central moment over the cube of the standard deviation."""
+        deviation = self.standard_deviation
+        return self._average((self.x - self.mean) ** 3) / deviation**3 if deviation > self.noise else math.nan
+
+    @property
+    def minimum(self) -> float:
+        return float(self.x.min())
+
+    @property
+    def maximum(self) -> float:
+        return float(self.x.max())
+
+    @property
+    def period(self) -> float:
+        """Mean time between two upward crossings of the mean [s]."""
+        t, x, rows = self.t, self.x, self._up_crossings
+        if len(rows) < 2:
+            return math.nan
+        i = rows[[0, -1]]
+        first, last = t[i] + (self.mean - x[i]) / (x[i + 1] - x[i]) * (t[i + 1] - t[i])
+        return float((last - first) / (len(rows) - 1))
+
+    @property
+    def dominant_period(self) -> float:
+        """Period of the largest oscillation in the second half of the run [s].
+
+        The largest peak of the Fourier amplitudes between one period in that half and two samples, then least squares
+        for trend, cosine and sine at a free frequency: exact for a sinusoid on a trend, at any steps.  Amplitudes below
+        the noise do not count.
+        """
+        late = self.t >= 0.5 * (self.t[0] + self.t[-1])
+        t, x = self.t[late] - self.t[-1], self.x[late]
+        if len(t) < 8 or np.ptp(x) <= 2 * self.noise:
+            return math.nan
+        window, frequency = np.sin(np.pi * (t - t[0]) / (t[-1] - t[0])) ** 2, _peak(t, x)
+        known = np.column_stack([np.ones_like(t), t / -t[0], x]).T * window
+        for _ in range(50):
+            fit, change = _fitted(known, t * window, window, 2 * np.pi * frequency * t)
+            frequency += float(np.clip(change, -0.2 / -t[0], 0.2 / -t[0]))
+            if not 0.5 / -t[0] < frequency < 0.5 * (len(t) - 1) / -t[0]:
+                return math.nan
+            if abs(change) <= 1e-13 * frequency:
+                break
+        return 1 / frequency if np.hypot(fit[2], fit[3]) > self.noise else math.nan
+
+    @property
+    def memory(self) -> float:
+        """2 pi int S^2 dw/m0^2 [s]: the variance of a Gaussian process over T scatters by sqrt(memory/T) of itself.
+
+        A periodogram scatters by as much as its mean: half the sum of its squares stands for int S^2 dw.
+        """
+        grid = np.linspace(self.t[0], self.t[-1], len(self.t))
+        power = np.abs(np.fft.rfft(np.interp(grid, self.t, self.x - self.x.mean()))) ** 2
+        if self.standard_deviation <= self.noise or not power.any():
+            return math.nan
+        return float((grid[-1] - grid[0]) * np.sum(power**2) / np.sum(power) ** 2 / 2)
+
+    def peaks(self) -> tuple[np.ndarray, np.ndarray]:
+        """(highest values between neighbouring upward crossings of the mean, ones), in order."""
+        rows = self._up_crossings
+        found = np.maximum.reduceat(self.x, rows + 1)[:-1] if len(rows) > 1 else np.zeros(0)
+        return found, np.ones(len(found))
+
+    def ranges(self) -> tuple[np.ndarray, np.ndarray]:
+        """(rainflow ranges, rising, and their cycles); the residue counts half."""
+        try:
+            from rainflow import count_cycles  # the only place that needs it
+        except ImportError:
+            raise InputError(
+                "rainflow is not installed, which counts cycles: pip install rainflow, or this tree anew."
+            ) from None
+        found = np.array(count_cycles(self.x), dtype=float).reshape(-1, 2)
+        found = found[found[:, 0] > 0]
+        return found[:, 0], found[:, 1]
+
+    def _average(self, values):
+        return float(mean_over_time(self.t, values))
+
+    @cached_property
+    def _up_crossings(self):
+        """Rows, each the last one below the mean before one on or above it; none in what is noise."""
+        if len(self.x) < 2 or np.ptp(self.x) <= 2 * self.noise:
+            return np.zeros(0, dtype=int)
+        above = self.x >= self.mean
+        return np.flatnonzero(~above[:-1] & above[1:])
+
+
+def mean_over_time(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Mean of values (time, ...), by the trapezoidal rule."""
+    weights = np.convolve(np.diff(t), [0.5, 0.5]) if len(t) > 1 else np.ones(1)
+    return np.average(values, axis=0, weights=weights)
+
+
+def unwrapped(record: "xr.Dataset", name: str) -> np.ndarray:
+    """Values of a variable over time; of an angle [degree] without the jump where it turns on over 180."""
+    values = record[name].values
+    return np.unwrap(values, period=360, axis=0) if name in QUANTITIES and QUANTITIES[name].turning else values
+
+
+def series_of(record: "xr.Dataset") -> Iterator[Series]:
+    """Every scalar series of a record and every component of another.  Angles turn on over 180 degrees."""
+    for name, variable in record.data_vars.items():
+        if variable.dims[:1] != ("time",) or (name in QUANTITIES and QUANTITIES[name].effort):
+            continue
+        columns = unwrapped(record, name).reshape(variable.shape[0], -1)
+        own = len(set(variable.dims) & set(OF))
+        labels = itertools.product(*(record[dim].values.astype(str) for dim in variable.dims[1:]))
+        for label, x in zip(labels, columns.T, strict=True):
+            label = OF_PART.join(["_".join([name, *label[own:]]), *label[:own]])
+            yield Series(label, record.time.values, x, 1e-9 * np.abs(columns).max())
+
+
+# -- the largest oscillation -----------------------------------------------------------------------------------------
+
+
+def _fitted(known, t, window, phase):
+    """Least squares of x for constant, trend, cosine and sine, and the change of frequency that would lower the rest.
+
+    Rows of the triangular factor stand for those of all instants: the last of them for what the fit leaves over.
+    """
+    (one, trend, x), cos, sin = known, np.cos(phase), np.sin(phase)
+    columns = np.array([one, trend, window * cos, window * sin, t * cos, t * sin, x])
+    R = np.linalg.qr(columns.T, mode="r")
+    fit = np.linalg.lstsq(R[:4, :4], R[:4, 6], rcond=None)[0]
+    slope = 2 * np.pi * (fit[3] * R[4:, 4] - fit[2] * R[4:, 5])  # of the fit, by frequency
+    return fit, slope @ R[4:, 6] / (slope @ slope)
+
+
+def _peak(t, x):
+    """Frequency of the largest Fourier amplitude, on a grid of an eighth of the resolution."""
+    grid = np.linspace(t[0], t[-1], len(t))
+    y, about = np.interp(grid, t, x - x.mean()), grid - grid.mean()
+    y = (y - y.mean() - (about @ y) / (about @ about) * about) * np.hanning(len(y))
+    amplitude = np.abs(np.fft.rfft(y, 8 * len(y)))
+    amplitude[:8] = 0.0  # less than one period
+    return np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0]))
+
+
+# -- labels and variables --------------------------------------------------------------------------------------------
+
+
+class Place(NamedTuple):
+    """What a label says: name of the series, dimension and name of what it is of (None and "" of nothing)."""
+
+    name: str
+    dimension: str | None
+    part: str
+
+
+def place_of(label: str) -> Place:
+    """The Place of a label."""
+    name, _, part = label.partition(OF_PART)
+    return Place(name, next((d for d in declared(name).dims if d in OF), None), part)
+
+
+def described(label: str) -> tuple[str, str]:
+    """(unit, long name) of a series."""
+    quantity = declared(label.partition(OF_PART)[0])
+    return quantity.unit, quantity.long_name
+
+
+class Columns:
+    """Numbers by label as variables by name, over the dimension of what they are of.
+
+    names: {dimension: names of its parts, in the order of the labels}.
+    """
+
+    def __init__(self, labels: Iterable[str]) -> None:
+        self.labels, self.names = list(dict.fromkeys(labels)), {}
+        for _, dimension, part in map(place_of, self.labels):
+            if dimension and part not in self.names.setdefault(dimension, []):
+                self.names[dimension].append(part)
+
+    def variables(
+        self, columns: dict[str, np.ndarray], ending: str, words: str, dims: tuple[str, ...], unit: str | None = None
+    ) -> dict[str, tuple]:
+        """{name_ending: (dimensions, array, attributes)}; the part's dimension is the second.  unit: if another one."""
+        found = {}
+        for label, column in columns.items():
+            (name, dimension, part), column = place_of(label), np.asarray(column, dtype=float)
+            own, text = described(name)
+            said = {"units": own if unit is None else unit, "long_name": f"{words}: {text}"}
+            if dimension is None:
+                found[f"{name}_{ending}"] = dims, column, said
+                continue
+            names, (first, *others) = self.names[dimension], column.shape
+            whole = (dims[0], dimension, *dims[1:]), np.full((first, len(names), *others), np.nan), said
+            found.setdefault(f"{name}_{ending}", whole)[1][:, names.index(part)] = column
+        return found
+
+    def table(self, rows: list[dict], numbers: Iterable[str], dim: str) -> dict[str, tuple]:
+        """<series>_<number> over `dim` of rows {label: {number: value}}; nan where a row has none."""
+        data = {}
+        for number in numbers:
+            columns = {label: [row.get(label, {}).get(number, np.nan) for row in rows] for label in self.labels}
+            data |= self.variables(columns, number, number.replace("_", " "), (dim,), UNITS.get(number))
+        return data
+
+
+def each_series(
+    dataset: "xr.Dataset", statistic: str, chosen: Iterable[str] | None = None
+) -> list[tuple[str, str, "xr.Dataset"]]:
+    """(name, with its part if there are several; name; what the dataset has of it, without the part's dimension) of all
+    series of which there is this statistic, or of those chosen, in their order."""
+    found, ending = [], f"_{statistic}"
+    names = [str(v).removesuffix(ending) for v in dataset.data_vars if str(v).endswith(ending)]
+    for name in names if chosen is None else [name for name in chosen if name in names]:
+        variable = dataset[f"{name}_{statistic}"]
+        dimension = next((d for d in variable.dims if d in OF), None)
+        for part in dataset[dimension].values.tolist() if dimension else [None]:
+            label = f"{name}{OF_PART}{part}" if dimension and dataset.sizes[dimension] > 1 else name
+            found.append((label, name, _of_part(dataset, name, dimension, part)))
+    return found
+
+
+def _of_part(dataset, name, dimension, part):
+    """The variables of a series of one part, and of all lists of its peaks and ranges."""
+    if dimension is None:
+        return dataset
+    found = dataset.sel({dimension: part})
+    for kept in (f"{name}_peak", f"{name}_range"):
+        if f"{kept}_{dimension}" in found:
+            found = found.isel({f"{kept}_number": found[f"{kept}_{dimension}"].values == part})
+    return found

@@ -1,0 +1,65 @@
+"""What a run says of lines that came taut with a jerk or landed on the bed: short peaks, and pulses without damping."""
+
+import math
+
+import numpy as np
+
+from ..model.seabed import height_of_bed
+from .tables import force_unit
+
+#: Steps above half its height that a peak needs: a snap on 6 was 6 % too low, on 3 it was 18 to 37 %.
+STEPS_OF_A_PEAK = 6
+#: What an elastic line without damping does, in a sentence that `check` and the summary begin.
+PULSES = (
+    "no damping: pulses from where it comes taut or lands run along it as long as the scheme and the elements let "
+    "them, and the ends double them; see cable.damping."
+)
+
+
+def short_peaks(record, low, high) -> list[str]:
+    """Largest tensions of a cable that rest on a few steps: smaller ones may find larger.  low, high: its ends."""
+    found = []
+    for end, force in ((low, np.linalg.norm(record.anchor_force, axis=-1)), (high, record.tension_top.values)):
+        steps = steps_of_peak(force)
+        if steps < STEPS_OF_A_PEAK:
+            unit, factor = force_unit(force)
+            said = f"The largest tension at {end}, {factor * force.max():.4g} {unit} at "
+            said += f"{float(record.time[force.argmax()]):.5g} s, rests on {steps} step{'s' if steps > 1 else ''}"
+            found.append(f"{said}: a snap, of which smaller steps may show more.")
+    return found
+
+
+def steps_of_peak(force) -> float:
+    """Steps in a row about the largest force that are above the middle of it and the median; inf if it hardly rises."""
+    force = np.asarray(force)
+    largest, usual = force.max(), np.median(force)
+    if largest - usual <= 0.1 * largest:
+        return math.inf
+    below = np.flatnonzero(force <= (largest + usual) / 2) - force.argmax()
+    before, after = below[below < 0], below[below > 0]
+    if not len(before) or not len(after):
+        return math.inf
+    return int(after[0] - before[-1] - 1)
+
+
+def undamped(record, scene, sections) -> list[str]:
+    """Whether a cable went slack, or lay on the bed, where it is elastic and has no damping; sections: of its segments.
+
+    Slack is seen in the recorded frames.
+    """
+    bare = np.array([math.isfinite(c.axial_stiffness) and not c.damping for c in sections])
+    slackens = bare & [c.slack == "tension-only" for c in sections]
+    segment = record.segment_of_cell.values
+    slack = (record.cable_tension.values[:, slackens[segment]] <= 0).any()
+    said = ["went slack"] * bool(slack) + ["lay on the sea bed"] * _lies(record, scene, bare[segment])
+    return [f"The cable {' and '.join(said)}, and has {PULSES}"] if said else []
+
+
+def _lies(record, scene, cells):
+    """Whether any of these cells ever lay on the bed, with both ends."""
+    if not scene.seabed:
+        return False
+    position = record.cable_position.values
+    ends = position[:, :: (position.shape[1] - 1) // len(cells)]
+    below = ends[..., 2] <= height_of_bed(scene, ends)
+    return bool((below[:, 1:] & below[:, :-1])[:, cells].any())

@@ -1,0 +1,67 @@
+"""Figure of the cases of a sweep."""
+
+import numpy as np
+import xarray as xr
+
+from . import style
+from .quantities import shown_in
+from .series import each_series
+from .style import Figure, matplotlib
+
+MOST_PANELS = 10
+#: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
+MOST_BARS = 200
+
+
+@matplotlib.rc_context(style.STYLE)
+def draw(dataset: xr.Dataset) -> Figure:
+    """Mean and range of the main quantities: over the first varied key if it is a number, a colour for each combination
+    of the others; else, or where these are too many to tell apart, case by case."""
+    series = each_series(dataset, "mean", shown_in("sweep figure"))[:MOST_PANELS]
+    figure = style.new_figure(style.PAGE, 1.9 * max(len(series), 1) + 0.8)
+    axes = np.atleast_1d(figure.subplots(max(len(series), 1), 1, sharex=True))
+    label, groups = _groups(dataset)
+    width = 0.015 * max(np.ptp(np.concatenate([x for _, x, _ in groups])), 1e-12)
+    for axis, (said, name, one) in zip(axes, series, strict=False):
+        mean, low, high = (one[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
+        for k, (group, x, cases) in enumerate(groups):
+            good = np.isfinite(mean.values[cases])
+            cases = cases[good]
+            place, values = x[good] + width * (k - (len(groups) - 1) / 2), [v.values[cases] for v in (mean, low, high)]
+            (_cloud if dataset.sizes["case"] > MOST_BARS else _bars)(axis, place, *values, group)
+        axis.set_ylabel(f"{said.replace('_', ' ')} [{mean.attrs['units']}]")
+    axes[-1].set_xlabel(label)
+    if len(groups) > 1:
+        axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    title = dataset.attrs.get("title", "")
+    figure.suptitle(f"{title}\nmean and range over the run".strip(), fontsize=9)
+    return figure
+
+
+def _bars(axis, x, mean, low, high, label):
+    reach = np.maximum([mean - low, high - mean], 0.0)  # rounding of the mean
+    axis.errorbar(x, mean, reach, fmt="o", markersize=3.5, capsize=2.5, label=label)
+
+
+def _cloud(axis, x, mean, low, high, label):
+    """Points as a picture, whose size and time do not grow with their number."""
+    (drawn,) = axis.plot(x, mean, ".", markersize=3, rasterized=True, label=label, zorder=3)
+    for ends in (low, high):
+        axis.plot(x, ends, ".", color=drawn.get_color(), alpha=0.4, markersize=1, rasterized=True)
+
+
+def _groups(dataset):
+    """Label of the abscissa, and (label, abscissa, cases) of each group of points."""
+    keys = dataset.attrs["varied"].split(", ")
+    first, *others = (dataset[key.replace(".", "_")].values for key in keys)
+    labels = [
+        ", ".join(f"{k.rpartition('.')[2]} = {v[i]}" for k, v in zip(keys[1:], others, strict=True))
+        for i in range(len(first))
+    ]
+    different = list(dict.fromkeys(labels))
+    points = set(zip(labels, first.tolist(), strict=True))
+    crowded = len(different) > 9 or max(map(len, different)) > 40
+    if first.dtype.kind not in "if" or crowded or len(points) < len(first):
+        return "case", [("", np.arange(len(first)), np.arange(len(first)))]
+    members = [np.flatnonzero([label == group for label in labels]) for group in different]
+    return keys[0], [(group, first[m], m) for group, m in zip(different, members, strict=True)]

@@ -1,0 +1,50 @@
+"""Lengths of vectors, and angles of orientations."""
+
+import math
+
+import numpy as np
+
+
+def length(vectors):
+    """Of vectors (..., 3)."""
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.sqrt(x * x + y * y + z * z)
+
+
+def cone_angle(q4):
+    """Angle between the vertical and the axis R(q4) e3 [deg] for q4 (..., 4), accurate near 0 and 180."""
+    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
+    across = 2 * np.hypot(b * d + a * c, c * d - a * b)
+    return np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d))
+
+
+#: Distance of the pitch from 90 degrees, halved [rad], below which roll and yaw are one turn.
+LOCKED = 1e-8
+
+
+def roll_pitch_yaw(q4):
+    """Turns about e1, e2, e3 of the body [deg] that make orientations (..., 4): first the yaw, the pitch, the roll.
+
+    R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  With the pitch at 90 or -90 only
+    the difference or sum of yaw and roll has a meaning: then the roll is 0.  From sum and difference of the half
+    angles, of which q_4 has products, so that nothing is lost near those pitches.
+    """
+    a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
+    sum_size, difference_size = np.hypot(a - c, d + b), np.hypot(a + c, d - b)
+    half_sum, half_difference = np.arctan2(d + b, a - c), np.arctan2(d - b, a + c)
+    pitch = math.pi / 2 - 2 * np.arctan2(sum_size, difference_size)
+    no_sum = sum_size <= LOCKED * difference_size
+    no_difference = ~no_sum & (difference_size <= LOCKED * sum_size)
+    half_sum, half_difference = (
+        np.where(no_sum, half_difference, half_sum),
+        np.where(no_difference, half_sum, half_difference),
+    )
+    roll, yaw = _one_turn(half_sum - half_difference), _one_turn(half_sum + half_difference)
+    return roll, np.degrees(pitch), yaw
+
+
+def _one_turn(angle):
+    """Angles [rad] in degrees, -180 < x <= 180."""
+    x = np.degrees(angle)
+    x = x - 360 * np.round(x / 360)
+    return np.where(x == -180, 180.0, x)

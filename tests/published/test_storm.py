@@ -1,0 +1,101 @@
+"""A navigation buoy on a chain that comes taut with a jerk in a storm: loads that do not depend on steps and elements.
+
+Source: the same scene with finer steps and elements; the elastic wave of a snap.
+"""
+
+import numpy as np
+import pytest
+from alone import simulate
+
+from dolfbuoy import load_scene
+from dolfbuoy.motion.stepping import JumpControl
+
+BUOY = {
+    "hull": [[0.0, 0.6], [2.0, 0.6], [2.25, 3.0], [3.1, 3.0]],
+    "mass": 2600.0,
+    "center_of_mass": 2.4,
+    "point_masses": [{"mass": m, "height": z} for m, z in ((800.0, 0.1), (500.0, 4.5), (100.0, 6.0))],
+    "added_mass": 0.8,
+    "normal_drag": 0.8,
+    "axial_added_mass": 0.8,
+    "axial_drag": 0.8,
+    "rotational_added_mass": 0.8,
+}
+STORM = {
+    "sea": {"depth": 25.0},
+    "seabed": {"friction": 0.6, "start": "pulled"},
+    "waves": {
+        "spectrum": "jonswap",
+        "significant_height": 4.0,
+        "peak_period": 9.0,
+        "spreading": 10,
+        "seed": 1,
+        "ramp": 20.0,
+    },
+    "current": {"speed": 1.5, "profile": "power"},
+    "wind": {"speed_10m": 20.0, "area": 3.0, "height": 4.5},
+    "cable": {"material": "chain R3 studless 32 mm", "length": 80.0, "slack": "tension-only"},
+    "buoy": BUOY,
+    "time": {"end": 120.0, "step": 0.05, "scheme": "bdf2"},
+}
+
+
+def largest(scene, **changes):
+    """Largest tensions at the anchor and at the top [kN], and the steps of the run over those asked for."""
+    found = simulate(scene, **changes)
+    time = load_scene(scene, **changes).time
+    loads = np.linalg.norm(found.anchor_force, axis=-1).max(), found.tension_top.values.max()
+    return np.array(loads) / 1e3, (found.sizes["time"] - 1) / (time.end / time.step)
+
+
+@pytest.mark.slow
+def test_loads_of_the_storm_converge():
+    """With the chain of the library, and from 0.025 s on 5 % at most off; steps are smaller in snaps only.
+
+    That is so for seed 1, not for every sea.  Largest loads at the anchor for seed 2 [kN], in the snap at 54.7 s:
+    51.8 (40 elements, 0.025 s), 50.6 (40, 0.0125 s), 48.2 (80, 0.025 s), 48.4 (80, 0.0125 s): 7 % by
+    the elements, 2 % and less by the step; the top has 30.3 to 30.4.
+    """
+    table = {}
+    for elements, step in ((20, 0.05), (40, 0.025), (80, 0.0125), (160, 0.00625)):
+        table[elements], more = largest(STORM, cable__elements=elements, time__step=step)
+        print(f"| {elements} | {step} | {table[elements][0]:.1f} | {table[elements][1]:.1f} | {more:.3f} |")
+        assert more < 1.15
+    for elements in (40, 80):
+        np.testing.assert_allclose(table[elements], table[160], rtol=0.05)
+
+
+# A taut rope, through which a wave runs in 20 ms, whose end shakes once within 80 ms, in steps of 40 ms.
+SHAKEN = {
+    "gravity": 0.0,
+    "cable": {
+        "length": 20.0,
+        "line_density": 1.0,
+        "axial_stiffness": 1e6,
+        "damping": 2e3,
+        "elements": 40,
+        "slack": "tension-only",
+        "anchor": [0.0, 0.0, 0.0],
+        "top": {
+            "kind": "prescribed",
+            "position": [20.02, 0.0, 0.0],
+            "amplitude": [0.0064, 0.0, 0.0],
+            "period": 0.08,
+        },
+    },
+    "time": {"end": 0.2, "step": 0.04, "scheme": "bdf2"},
+}
+
+
+@pytest.mark.parametrize(("scheme", "within"), [("bdf2", 0.05), ("backward-euler", 0.15)])
+def test_steps_are_small_enough_for_a_wave(scheme, within, monkeypatch):
+    """Whatever step is asked for, where the tension jumps; without smaller ones the wave is not seen."""
+    (fine, _), _ = largest(SHAKEN, time__step=0.00025, time__scheme=scheme)
+    (found, _), more = largest(SHAKEN, time__scheme=scheme)
+    assert found == pytest.approx(fine, rel=within)
+    assert more > 2
+    monkeypatch.setattr(JumpControl, "most", 1e9)
+    (hidden, _), more = largest(SHAKEN, time__scheme=scheme)
+    assert more == pytest.approx(1.0)
+    print(scheme, fine, found, hidden)
+    assert hidden < 0.8 * fine

@@ -1,0 +1,106 @@
+"""The runner of studies and its commands: files, exit codes, and the hard cases as a table.
+
+Source: made-up studies and cases, counted by hand.
+"""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from dolfbuoy.commands.study import app
+from dolfbuoy.errors import InputError
+from dolfbuoy.studies import hard_cases
+from dolfbuoy.studies.accuracy import inf_sup
+from dolfbuoy.studies.study import Table, run, run_command, save
+
+COMMANDS = [command.name or command.callback.__name__ for command in app.registered_commands]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_has_an_example(name):
+    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200", "TERM": "dumb"}).output
+    assert f"dolfbuoy study {name}" in shown
+    assert "results/study-NAME" in shown
+
+
+def test_options_of_wrong_kind_are_refused():
+    done = CliRunner().invoke(app, ["work-precision", "short", "--repeats", "0"])
+    assert done.exit_code == 2
+    assert "--repeats" in done.output
+
+
+def test_a_table_is_written_and_read(tmp_path):
+    """Rows of different keys share one header; a table without a figure has no picture."""
+    save(tmp_path, Table("name", [{"a": 1, "b": None}, {"a": 2.5, "c": "x"}], notes=["said"]))
+    assert (tmp_path / "name.csv").read_text().splitlines() == ["a,b,c", "1,,", "2.5,,x"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == [".dolfbuoy.json", "name.csv", "name.json"]
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_study_that_fails_is_exit_code_1(monkeypatch, tmp_path, passed):
+    monkeypatch.setattr(inf_sup, "study", lambda folder: [Table("", [], columns={"a": "b"}, passed=passed)])
+    assert run_command("inf-sup", inf_sup.study, tmp_path) is passed
+    assert CliRunner().invoke(app, ["inf-sup", "--out", str(tmp_path)]).exit_code == (0 if passed else 1)
+
+
+CASES = '''
+import pytest
+from hard import Findings
+
+
+@pytest.fixture
+def found(request):
+    return Findings(request.node)
+
+
+def test_good_one(found):
+    """Asked | this.  Must show: that."""
+    found.close("one", 1.0, 1.0, 1e-9)
+
+
+def test_bad_one(found):
+    """Asked.  Must show: what it does not."""
+    found.remark("before")
+    found.below("two", 2.0, 1.0)
+
+
+@pytest.mark.slow("expensive")
+def test_dear_one(found):
+    """Nothing is measured.  Must show: a failure."""
+'''
+
+
+@pytest.fixture
+def catalogue(tmp_path, monkeypatch):
+    """Cases that pass, fail, and measure nothing, in place of the hard ones."""
+    place = tmp_path / "checkout" / "tests" / "robustness"
+    place.mkdir(parents=True)
+    settings = '[tool.pytest.ini_options]\nmarkers = ["slow: or not"]\n'
+    (tmp_path / "checkout" / "pyproject.toml").write_text(settings)
+    (place / "test_hard_made_up.py").write_text(CASES)
+    monkeypatch.setattr(hard_cases, "TESTS", place)
+    return tmp_path / "out"
+
+
+def test_hard_cases_in_a_table(catalogue, capsys):
+    """Table, JSON and markdown; what was measured of a case that fails is told too."""
+    assert run(hard_cases.study, catalogue, only="good").passed
+    assert not run(hard_cases.study, catalogue).passed
+    assert "1 of 2 cases pass." in capsys.readouterr().out
+    good, bad = json.loads((catalogue / "hard-cases.json").read_text())["rows"]
+    assert (good["passed"], bad["passed"]) == (True, False)
+    assert bad["happened"] == "before; two 2 (at most 1)"
+    assert "two 2 (at most 1)" in bad["failed"][0]
+    lines = (catalogue / "hard-cases.md").read_text().splitlines()
+    assert lines[2].startswith("| good-one | Asked \\| this | that | one 1, expected 1")
+    assert "1 of 2 cases pass" in (catalogue / "tables.md").read_text()
+    assert "1 of 3 cases pass" in str(run(hard_cases.study, catalogue, slow=True)) + capsys.readouterr().out
+    with pytest.raises(InputError, match="no case is called so; there are good-one, bad-one, dear-one"):
+        run(hard_cases.study, catalogue, only="c")
+
+
+def test_hard_cases_belong_to_a_checkout(tmp_path, monkeypatch):
+    monkeypatch.setattr(hard_cases, "TESTS", tmp_path)
+    with pytest.raises(InputError, match=r"tests/robustness/test_hard_\*\.py of a checkout"):
+        hard_cases.cases()
