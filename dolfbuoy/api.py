@@ -9,12 +9,12 @@ from mpi4py import MPI
 
 from .errors import InputError, NoResult, SolveError
 from .model.components import components_of
-from .model.held import adrift_nowhere
+from .model.prescribed_ends import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation
 from .motion.stepping import StepControl
 from .parallel import interruption
-from .parallel.ranks import told
+from .parallel.ranks import bcast
 from .results import checkpoint, retried
 from .results import folder as folders
 from .results import record as results
@@ -228,7 +228,7 @@ def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
 def _sound(record, scene, comm):
     """The record of a finished run, said so if its steps were often retried.  Raises NoResult if most of them were."""
     unsound = retried.refused(record, scene) if comm.rank == 0 else None
-    if (sentence := told(comm, unsound and str(unsound))) is not None:
+    if (sentence := bcast(comm, unsound and str(unsound))) is not None:
         raise unsound or NoResult(sentence)
     if comm.rank == 0 and retried.cut(record, scene) > retried.OFTEN:
         warnings.warn(*retried.said(record, scene), stacklevel=3)

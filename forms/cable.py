@@ -16,7 +16,7 @@ from .kinds import Expr, Scalar
 from .sea import Flow, relative
 
 
-class Bend(NamedTuple):
+class Kink(NamedTuple):
     """Where the compliance of a table T(e) changes: at T [N], by `change` [1/N] on the way away from T = 0."""
 
     T: Scalar
@@ -24,7 +24,7 @@ class Bend(NamedTuple):
     below: bool  #: whether it is at T < 0
 
     def beyond(self, T: Expr) -> Expr:
-        """T beyond the bend."""
+        """T beyond the kink."""
         return min_value(T - self.T, 0) if self.below else max_value(T - self.T, 0)
 
 
@@ -37,7 +37,7 @@ class Cable(NamedTuple):
     area: Scalar | None = None  #: A0 [m^2]
     damping: Scalar | None = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
     compliance: Scalar | None = None  #: 1/EA [1/N], 0 where inextensible: instead of EA where not all lines are alike
-    bends: tuple[Bend, ...] = ()  #: of a table T(e), whose slope next to 0 is EA; none: Hooke's law
+    kinks: tuple[Kink, ...] = ()  #: of a table T(e), whose slope next to 0 is EA; none: Hooke's law
 
     def grown(self, diameter: Scalar, mass: Scalar) -> "Cable":
         """With marine growth, by factors: thicker in drag and in volume, heavier, and as stiff as before."""
@@ -66,18 +66,18 @@ def strain(cable: Cable, T: Expr, r: Expr | None = None, r_t: Expr | None = None
         return None
     T = elastic_tension(cable, T, r, r_t)
     e = T / cable.EA if cable.compliance is None else T * cable.compliance
-    return e + sum(bend.change * bend.beyond(T) for bend in cable.bends) if cable.bends else e
+    return e + sum(kink.change * kink.beyond(T) for kink in cable.kinks) if cable.kinks else e
 
 
 def elastic_energy(cable: Cable, e: Expr, T: Expr, r: Expr, r_t: Expr) -> Expr:
     """Integral of the elastic tension over e per unstretched length, 1/2 EA e^2 by Hooke's law [J/m]."""
-    if cable.compliance is None and not cable.bends:
+    if cable.compliance is None and not cable.kinks:
         return 0.5 * cable.EA * e**2
     T = elastic_tension(cable, T, r, r_t)
-    if not cable.bends:
+    if not cable.kinks:
         return 0.5 * e * T
     compliance = 1 / cable.EA if cable.compliance is None else cable.compliance
-    return T * e - 0.5 * (compliance * T**2 + sum(b.change * b.beyond(T) ** 2 for b in cable.bends))
+    return T * e - 0.5 * (compliance * T**2 + sum(kink.change * kink.beyond(T) ** 2 for kink in cable.kinks))
 
 
 def strain_rate(r: Expr, r_t: Expr) -> Expr:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from mpi4py import MPI
 
-from ..model.seabed import rubs, stick_length
+from ..model.seabed import has_friction, stick_length
 from .snaps import undamped
 
 #: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
@@ -43,7 +43,11 @@ def on_the_bed(problem, report) -> None:
 def _friction_to_come(problem, report, piece, found, of):
     """What friction could carry and does not at rest: it needs a slip."""
     scene = problem.scene
-    if not scene.seabed.friction or rubs(scene, dynamic=False) or not problem.network.pieces[piece].ends[0].held:
+    if (
+        not scene.seabed.friction
+        or has_friction(scene, dynamic=False)
+        or not problem.network.pieces[piece].ends[0].held
+    ):
         return
     most = scene.seabed.friction * abs(problem.lines.weight_of(piece)) * found.length
     could = min(most, max(problem.tension_at(found.s, piece), 0.0))

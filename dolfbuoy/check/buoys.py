@@ -2,7 +2,7 @@
 
 import math
 
-from ..parallel.ranks import told
+from ..parallel.ranks import bcast
 from ..scene.network import attached_ends
 
 
@@ -34,7 +34,7 @@ def buoys_at_rest(problem, report) -> None:
     network = problem.network
     for name, rank in problem.buoy_ranks.items():
         buoy, of = problem.buoys.get(name), f" of {name}" if len(network.buoys) > 1 else ""
-        x, y, z = told(problem.comm, buoy and buoy.fields.of(problem.system.u[buoy.part.slice]).position, rank)
+        x, y, z = bcast(problem.comm, buoy and buoy.fields.of(problem.system.u[buoy.part.slice]).position, rank)
         ends = [(network.pieces[k], i) for k, i in attached_ends(network)]
         cables = [(piece.cable, i) for piece, i in ends if piece.ends[i].name == name]
         far = [network.pieces[network.first_of(c) if i else network.last_of(c)].ends[1 - i] for c, i in cables]

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from ..model.effects import names as effects_of
 from ..model.feasible import check_feasible
-from ..model.held import overshoot
+from ..model.prescribed_ends import overshoot
 from ..scene import Scene, load_scene
 from ..statics.equilibrium import solve_equilibrium
 from ..statics.first_shape import check_first_shape

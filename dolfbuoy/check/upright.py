@@ -10,7 +10,7 @@ from ..model.rigid import MassProperties, weight_per_length
 from ..roots import brentq
 from ..scene.buoy import Buoy
 from ..scene.network import attached_ends
-from ..scene.stretching import secant
+from ..scene.stiffness import secant
 
 
 @dataclass(frozen=True)

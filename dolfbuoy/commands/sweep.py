@@ -110,7 +110,7 @@ def _end(dataset, folder):
         _show(dataset, folder)
         say_warnings(_doubts(dataset))
     done = dataset is not None and bool((dataset.status == "done").any())
-    if not ranks.told(MPI.COMM_WORLD, done):
+    if not ranks.bcast(MPI.COMM_WORLD, done):
         raise typer.Exit(1)
 
 

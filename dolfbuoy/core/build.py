@@ -1,4 +1,4 @@
-"""Compile the C of this folder: `core` (cffi's API mode), and `lanes.c` with the text of a kernel."""
+"""Compile the C of this folder: `core` (cffi's API mode), and `simd.c` with the text of a kernel."""
 
 import ctypes
 import os

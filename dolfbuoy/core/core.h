@@ -33,7 +33,7 @@ PetscErrorCode MatSetValuesCOO(Mat, const double *, int);
 /* -- loop.c: all forms of a residual or a Jacobian, added up over their cells -------------------------------------- */
 
 typedef struct {
-    uintptr_t kernel;           /* for one cell: tabulate_tensor of FFCx; for several: of lanes.c */
+    uintptr_t kernel;           /* for one cell: tabulate_tensor of FFCx; for several: of simd.c */
     int lanes;                  /* cells at once */
     const int *cells;           /* how many; the last lanes may be too many */
     int tensor, coefficients, constants, coordinates;   /* numbers of a cell */

@@ -13,7 +13,7 @@ typedef void tabulate_tensor(double *, const double *, const double *, const dou
 #define NO_DATA
 #endif
 
-typedef void several(double *, const double *, const double *, const double *);  /* of lanes.c */
+typedef void several(double *, const double *, const double *, const double *);  /* of simd.c */
 
 static void gather(double *to, const double *from, const int *places, ptrdiff_t n)
 {

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..model.rigid import mass_properties
 from ..scene.network import Network
-from ..scene.stretching import TensionTable
+from ..scene.stiffness import TensionTable
 from . import moordyn_water
 from .notes import Note
 

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
 
 from ..errors import InputError
-from ..model.held import adrift_nowhere
+from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
 from ..scene.sections import Initial

@@ -16,9 +16,9 @@ from ..scene import Scene
 from ..solver import compat
 from ..solver.fields import Fields
 from ..solver.real import real_space
-from ..solver.rows import Work, work
 from ..solver.system import System
 from ..solver.unknowns import Block, Part
+from ..solver.vector_ops import Work, work
 from . import effects
 from .attachment import Attachment
 from .interface import Evolution, Model

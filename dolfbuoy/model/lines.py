@@ -15,18 +15,18 @@ from ..forms import coupling
 from ..forms.kinds import Expr
 from ..scene import Scene
 from ..scene.cable import Cable, Top
-from ..scene.stretching import TensionTable, bends_of
+from ..scene.stiffness import TensionTable, kinks_of
 from ..solver import compat
 from ..solver.tension_only import OneSidedRows
 from ..solver.unknowns import Block
 from . import effects
 from .growth import Growth
-from .held import held, motion_of
 from .interface import Evolution
 from .kinematics import on_line
 from .layout import Layout
 from .masses import Masses
 from .parting import Parting
+from .prescribed_ends import held, motion_of
 from .rigid import cross_section, weight_per_length
 from .seabed import Lying, Seabed
 
@@ -141,7 +141,7 @@ class Lines(Layout, Masses):
             area=None if dry else number(cross_section),
             damping=number(lambda c: c.damping) if any(c.damping for c in self.sections) else None,
             compliance=number(lambda c: 1 / c.axial_stiffness) if self.mixed else None,
-            bends=(*self._bends(below=False), *self._bends(below=True)),
+            kinks=(*self._kinks(below=False), *self._kinks(below=True)),
         )
         if self.growth is not None and any(c.marine_growth for c in self.sections):
             self.cable = self.cable.grown(self.growth.diameter, self.growth.mass)
@@ -156,16 +156,16 @@ class Lines(Layout, Masses):
                     lambda scene, _, n=self.numbers[k]: np.array(scene.network.pieces[n].ends[1].top.force)
                 )
 
-    def _bends(self, below):
-        """Bends of tables T(e); a section that has fewer than others has bends that change nothing."""
+    def _kinks(self, below):
+        """Kinks of tables T(e); a section that has fewer than others has kinks that change nothing."""
 
-        def bend(section, k):
-            return (*bends_of(section.axial_stiffness, below), *[(0.0, 0.0)] * most)[k]
+        def kink(section, k):
+            return (*kinks_of(section.axial_stiffness, below), *[(0.0, 0.0)] * most)[k]
 
-        most = max(len(bends_of(c.axial_stiffness, below)) for c in self.sections)
+        most = max(len(kinks_of(c.axial_stiffness, below)) for c in self.sections)
         number = self.constants.per_cell
         return [
-            form.Bend(number(lambda c, k=k: bend(c, k)[0]), number(lambda c, k=k: bend(c, k)[1]), below)
+            form.Kink(number(lambda c, k=k: kink(c, k)[0]), number(lambda c, k=k: kink(c, k)[1]), below)
             for k in range(most)
         ]
 

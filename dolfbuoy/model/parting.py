@@ -11,7 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from ..forms.kinds import Expr
-from ..parallel.ranks import combined
+from ..parallel.ranks import allreduce
 from ..solver import compat
 
 if TYPE_CHECKING:
@@ -61,13 +61,13 @@ class Parting:
         """Pieces that follow one another part once, at one place."""
         mine = np.isin(self.lines.line_of_cell, pieces)
         parted = self.parted.x.array[self._dofs[mine]].max(initial=0.0)
-        if combined(self.lines.comm, float(parted), MPI.MAX):
+        if allreduce(self.lines.comm, float(parted), MPI.MAX):
             return False
         weakest = self._at(pieces, rule.at) if rule.tension is None else self._above(rule.tension, u, mine)
         if rule.tension is None and t < rule.time * (1 - 1e-12):
             return False
         self.parted.x.array[self._dofs[weakest]], self.memory["parted_at"][self._dofs[weakest]] = 1.0, t
-        return combined(self.lines.comm, bool(weakest.any()), MPI.LOR)
+        return allreduce(self.lines.comm, bool(weakest.any()), MPI.LOR)
 
     def _at(self, pieces, at):
         """Mask of the element at a length over pieces, at the upper end without it."""
@@ -84,5 +84,5 @@ class Parting:
         """Mask of the element with the largest tension, if that is above `tension`."""
         u = u[self.lines.part.slice]
         T = np.where(mine, u[self.lines.T_dofs[: len(mine)]].max(axis=1), -np.inf)
-        largest = combined(self.lines.comm, float(T.max(initial=-np.inf)), MPI.MAX)
+        largest = allreduce(self.lines.comm, float(T.max(initial=-np.inf)), MPI.MAX)
         return mine & (largest == T) & (largest > tension)

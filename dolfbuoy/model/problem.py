@@ -8,21 +8,21 @@ import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
-from ..parallel.ranks import combined, told
+from ..parallel.ranks import allreduce, bcast
 from ..scene import Scene
 from ..scene.network import attached_ends
 from ..solver.loops import Loop
 from ..solver.newton import Newton
 from ..solver.numbering import Numbering
-from ..solver.rows import smallest, together
 from ..solver.system import System
 from ..solver.tension_only import TensionOnly
 from ..solver.unknowns import Block, Part
+from ..solver.vector_ops import smallest, together
 from .attachment import Attachment
 from .bodies import Bodies
 from .buoy import Buoy
+from .connectivity import Joining
 from .interface import Evolution
-from .joining import Joining
 from .line_groups import lines_of
 from .rigid import weight_per_length
 from .size import check_size
@@ -83,9 +83,9 @@ class Problem:
 
     def _inside_out(self):
         """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
-        if combined(self.comm, self._smallest_tension(), MPI.MIN) >= 0:
+        if allreduce(self.comm, self._smallest_tension(), MPI.MIN) >= 0:
             return None
-        stretch = combined(self.comm, self.lines.smallest_stretch(self.system.u), MPI.MIN)
+        stretch = allreduce(self.comm, self.lines.smallest_stretch(self.system.u), MPI.MIN)
         return None if stretch >= 0 else f"the cable tension turns an element inside out, to a stretch of {stretch:.3g}"
 
     @property
@@ -249,7 +249,7 @@ class Problem:
     def smallest_tension(self) -> float:
         """Smallest element mean of T [N], over all ranks."""
         means = self.lines.mean_tension(self.system.u)
-        return combined(self.comm, means.min(initial=np.inf), MPI.MIN)
+        return allreduce(self.comm, means.min(initial=np.inf), MPI.MIN)
 
     def end_force(self, piece: int, end: int, fresh: bool = True) -> np.ndarray:
         """The force that holds an end of a piece of line [N], on every rank: at a joint its part of the sum there.
@@ -261,12 +261,12 @@ class Problem:
         if holder.kind == "buoy":
             attachment = self._at_ends[piece, end]
             mine = -attachment.of(self.system.u).force if attachment.buoy else None
-            return told(self.comm, mine, attachment.rank)
+            return bcast(self.comm, mine, attachment.rank)
         if holder.kind == "free":
             return np.array(holder.top.force)
         residual = self.system.evaluate() if fresh else self.system.last_residual
         owned = self.lines.end_dofs[piece][end] if self.lines.owns_end(piece, end) else []
-        return combined(self.comm, residual[owned] if len(owned) else np.zeros(3), MPI.SUM)
+        return allreduce(self.comm, residual[owned] if len(owned) else np.zeros(3), MPI.SUM)
 
     def end_tension(self, fresh: bool = True, cable: int = 0) -> np.ndarray | None:
         """T_bnd, the force that holds the upper end of a cable [N], on every rank; None without lines."""
@@ -296,7 +296,7 @@ class Problem:
         begins, ends = (self.lines.cell_ends - self.lines.begins[line]).T
         here = (self.lines.line_of_cell == line) & (begins <= s) & (s <= ends)
         mine = self.lines.mean_tension(self.system.u)[here].max(initial=-np.inf)
-        return combined(self.comm, float(mine), MPI.MAX)
+        return allreduce(self.comm, float(mine), MPI.MAX)
 
     def destroy(self) -> None:
         """Give PETSc's objects back."""

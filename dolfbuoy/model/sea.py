@@ -12,7 +12,7 @@ from ..forms import sea, wind
 from ..forms.kinds import Expr
 from ..scene import Scene
 from ..scene.buoy import Wind
-from ..solver import rows
+from ..solver import vector_ops
 from ..solver.system import System
 from ..solver.unknowns import array_of
 from .airy import AirySum
@@ -169,7 +169,7 @@ class SeaState:
         amplitude, time_phase = self._numbers_of_wave
         numbers = {"size": waves.size, "ramp": waves.ramp, "phase": math.radians(waves.phase_deg)}
         numbers |= {"frequency": main_propagation(self.scene).at_ground, "amplitude": amplitude}
-        return [rows.work("advance_wave", "wave", {"t": time, **numbers, "time_phase": time_phase})]
+        return [vector_ops.work("advance_wave", "wave", {"t": time, **numbers, "time_phase": time_phase})]
 
     def set_wave(self, amplitude: float, time_phase: float) -> None:
         """Amplitude a [m] and phase - omega t [rad] of the wave."""

@@ -65,7 +65,7 @@ def stick_length(scene: Scene) -> float:
     return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
 
 
-def rubs(scene: Scene, dynamic: bool) -> bool:
+def has_friction(scene: Scene, dynamic: bool) -> bool:
     """Whether there is friction: in statics only where lines are taken as pulled."""
     return scene.seabed.friction > 0 and (dynamic or scene.seabed.start == "pulled")
 
@@ -143,7 +143,7 @@ class Bed:
         parts = (lambda section, name=name: getattr(self.grip_of(section), name) for name in Grip._fields)
         self.grip = Grip(*map(numbers.per_cell, parts))
         self.friction = numbers.constant(lambda scene, _: scene.seabed.friction if model.dynamic else 0.0)
-        self.held = fem.Function(space()) if rubs(scene, model.dynamic) else None
+        self.held = fem.Function(space()) if has_friction(scene, model.dynamic) else None
         self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
         terms = effects.called_by(scene, "bed")
         self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
@@ -262,7 +262,7 @@ class Seabed(Bed):
 
     def __init__(self, lines: "Lines"):
         positions, degree = lines.positions, lines.dx.metadata()["quadrature_degree"]
-        self.points = Points(lines, positions, degree) if rubs(lines.scene, lines.dynamic) else None
+        self.points = Points(lines, positions, degree) if has_friction(lines.scene, lines.dynamic) else None
 
         def space():
             return compat.function_space(lines.mesh, compat.quadrature_element(lines.mesh, degree, 3))

@@ -4,7 +4,7 @@ from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.lines import Body
 from ..scene.network import OWN
-from ..scene.stretching import bends_of
+from ..scene.stiffness import kinks_of
 from . import effects
 
 #: Keys of a piece of line whose values are part of the structure.
@@ -33,8 +33,8 @@ def structure_of(scene: Scene) -> tuple:
 
 def _of_line(scene, section):
     keys = [repr(getattr(section, name)) for name in _OF_LINES]
-    bends = [len(bends_of(section.axial_stiffness, below)) for below in (False, True)]
-    return *keys, *bends, bool(section.diameter), _called(scene, "cable", section)
+    kinks = [len(kinks_of(section.axial_stiffness, below)) for below in (False, True)]
+    return *keys, *kinks, bool(section.diameter), _called(scene, "cable", section)
 
 
 def _of_buoy(scene, buoy):

@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from ..solver.rows import copies, extrapolation
+from ..solver.vector_ops import copies, extrapolation
 
 #: Rows of a Series: values at t_n, t_(n-1) ..., newest first; the rate at t_n, and at t_(n-1); the second derivative at
 #: the start; an auxiliary rate; value and rate at t_(n+1); the history of its rate; room for a change.

@@ -5,10 +5,10 @@ from mpi4py import MPI
 
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
-from ..parallel.ranks import combined
-from ..solver.rows import copies, picked, together, traced
+from ..parallel.ranks import allreduce
+from ..solver.vector_ops import copies, picked, together, traced
 from .consistent import make_consistent
-from .past import Past
+from .history import Past
 from .schemes import GeneralizedAlpha, Predictor, make_scheme
 from .start import initial_state
 from .stepping import AdaptiveControl, JumpControl, StepControl
@@ -223,7 +223,7 @@ class Simulation:
             return self._local_error()
         T = self.system.u[self.ropes]
         found = np.abs(T - self._before[self.ropes]).max(initial=0.0), np.abs(T).max(initial=0.0)
-        return tuple(float(combined(self.comm, one, MPI.MAX)) for one in found)
+        return tuple(float(allreduce(self.comm, one, MPI.MAX)) for one in found)
 
     def _local_error(self):
         """Largest local error of position and velocity over the tolerance; None without a tolerance or without a past.
@@ -241,7 +241,7 @@ class Simulation:
         constant = self.scheme.error_constant
         # Local errors of order p + 1 that are this small add up to about `tolerance` over a run (measured).
         allowed = (tolerance / 2.5) ** ((order + 1) / order)
-        return combined(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
+        return allreduce(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
     def _basis(self):
         """What the functions of a step are made of; `problem.change` between two steps gives another scene."""

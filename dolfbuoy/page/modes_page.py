@@ -6,7 +6,7 @@ from ..results.after_ramp import scene_of
 from ..results.frame import Frames
 from ..results.mode_record import KINDS, enlargement, moving
 from ..results.tables import unit_of
-from . import words
+from . import html
 from .document import fragment, joined, page, tag
 from .pack import single
 from .view import base_view
@@ -20,7 +20,7 @@ def modes_page(dataset, scene=None) -> str:
     note = "Shapes are enlarged so that they can be seen; their colours are the changes of the tension."
     body = joined(
         [
-            words.header(f"Modes of {scene.title or 'a scene'}", said, f"dolfbuoy {dataset.attrs['version_dolfbuoy']}"),
+            html.header(f"Modes of {scene.title or 'a scene'}", said, f"dolfbuoy {dataset.attrs['version_dolfbuoy']}"),
             tag(
                 "main",
                 fragment("stage", note=note),
@@ -32,7 +32,7 @@ def modes_page(dataset, scene=None) -> str:
                     aria_labelledby="modes-title",
                 ),
                 tag("div", class_="grid", id="charts"),
-                tag("div", words.scene(scene.to_toml(), "modes"), words.versions(dataset.attrs), class_="grid"),
+                tag("div", html.scene(scene.to_toml(), "modes"), html.versions(dataset.attrs), class_="grid"),
             ),
         ]
     )

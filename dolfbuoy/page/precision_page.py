@@ -2,7 +2,7 @@
 
 from ..results.compare import pareto
 from ..results.measured import QUANTITIES
-from . import words
+from . import html
 from .document import joined, page, tag
 
 
@@ -11,10 +11,10 @@ def precision_page(rows: list[dict], notes: list[str], scene: str = "") -> str:
     title = f"Work and precision of {scene}" if scene else "Work and precision"
     names = [name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)]
     said = f"{len(rows)} cases against a finer reference"
-    answer = words.section("answer", "The answer", words.paragraphs(notes), class_="whole")
+    answer = html.section("answer", "The answer", html.paragraphs(notes), class_="whole")
     charts = tag("div", id="charts", class_="grid")
-    cases = words.section("cases", "Cases", tag("div", id="table"), class_="whole")
-    body = joined([words.header(title, said), tag("main", charts, answer, cases)])
+    cases = html.section("cases", "Cases", tag("div", id="table"), class_="whole")
+    body = joined([html.header(title, said), tag("main", charts, answer, cases)])
     return page(title, body, data_of(rows, names), "precision")
 
 

@@ -5,16 +5,16 @@ import numpy as np
 from ..check import derived
 from ..results.after_ramp import scene_of
 from ..results.parts import parts_of
-from ..results.paths import pushes
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
+from ..results.trajectories import pushes
 from ..scene.settings import SCHEMES, period_of
-from . import words
+from . import html
+from .accuracy_section import worth
 from .document import fragment, joined, page, tag
 from .pack import chosen_rows, exact
 from .series import columns_of, envelopes, panels, rows_that_fit, spectra
 from .view import view_of
-from .worth import worth
 
 
 def run_page(record, scene=None, advice: list[str] | None = None, case: str | None = None) -> str:
@@ -28,10 +28,10 @@ def run_page(record, scene=None, advice: list[str] | None = None, case: str | No
     said = list(dict.fromkeys([*derived(scene).warnings, *warnings(record, scene)]))
     body = joined(
         [
-            words.header(title, *([f"case {case}"] if case else []), *_said_of(record, scene)),
+            html.header(title, *([f"case {case}"] if case else []), *_said_of(record, scene)),
             tag(
                 "main",
-                words.warnings(said),
+                html.warnings(said),
                 _keys(found["moments"]),
                 fragment("stage", note=_thinned(found)),
                 fragment("series"),
@@ -142,9 +142,9 @@ def _keys(moments):
 
 def _facts(record, scene, advice):
     """The lower part: tables and words."""
-    rows = words.table(("quantity", "value", "unit"), summary(record, scene))
-    matters = words.section("matters", "What matters", rows)
-    sources = tag("div", words.scene(scene.to_toml()), words.versions(record.attrs), class_="wide")
+    rows = html.table(("quantity", "value", "unit"), summary(record, scene))
+    matters = html.section("matters", "What matters", rows)
+    sources = tag("div", html.scene(scene.to_toml()), html.versions(record.attrs), class_="wide")
     return tag("div", matters, worth(record, scene, advice), sources, class_="grid")
 
 

@@ -8,7 +8,7 @@ from ..results.quantities import shown_in
 from ..results.sample import STATISTICS
 from ..results.series import described, each_series
 from ..results.tables import unit_of
-from . import words
+from . import html
 from .document import joined, page, tag
 from .pack import single
 
@@ -26,12 +26,12 @@ def sweep_page(dataset) -> str:
     opens = "opens its replay, which is in records/ beside this file, and " if found["records"] else ""
     hint = f"A line is a case; a click on it, or on its row below, {opens}shows its numbers and how to run it alone."
     drawn = tag("p", hint, class_="note"), tag("div", id="axes")
-    charts = words.section("parallel", "All cases", *drawn, class_="whole")
-    listed = words.section("cases", "Cases", tag("div", id="table"))
+    charts = html.section("parallel", "All cases", *drawn, class_="whole")
+    listed = html.section("cases", "Cases", tag("div", id="table"))
     empty = tag("div", tag("p", "Choose a line or a row."), id="chosen", aria_live="polite")
-    one = words.section("case", "One case", empty)
-    more = tag("div", words.scene(dataset.attrs["scene"], common=True), class_="grid") if found["scene"] else None
-    body = joined([words.header(title, said), tag("main", charts, listed, one, more)])
+    one = html.section("case", "One case", empty)
+    more = tag("div", html.scene(dataset.attrs["scene"], common=True), class_="grid") if found["scene"] else None
+    body = joined([html.header(title, said), tag("main", charts, listed, one, more)])
     return page(title, body, found, "sweep")
 
 

@@ -37,12 +37,12 @@ def _world():
     return MPI.COMM_WORLD
 
 
-def combined(comm, value, op):
+def allreduce(comm, value, op):
     """allreduce; one rank alone keeps its value, since the call alone takes as long as the kernels of a short cable."""
     return value if comm.size == 1 else comm.allreduce(value, op=op)
 
 
-def told(comm, value, root=0):
+def bcast(comm, value, root=0):
     """bcast; one rank alone keeps its value."""
     return value if comm.size == 1 else comm.bcast(value, root=root)
 

@@ -8,10 +8,10 @@ from ..model.seabed import height_of_bed
 from ..scene.settings import period_of
 from .drawing import figure_of, legend_above
 from .frame import pieces_of, whole_at
-from .paths import equal_axes, label_axes, panel_height, widest
 from .running import envelope_of
 from .style import COLORS, COLUMN, Figure, LineCollection, new_figure
 from .tables import force_unit
+from .trajectories import equal_axes, label_axes, panel_height, widest
 
 
 @figure_of("cable_position", part="cable")

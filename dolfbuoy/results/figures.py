@@ -17,12 +17,12 @@ from .folder import enlist
 from .over_time import cone_angle, heave, of_quantity, roll_pitch_yaw, tension
 from .paraview import read_run
 from .parts import names_of
-from .paths import orbit, track, trajectory
 from .quantities import QUANTITIES
 from .record import UNFIT, undamaged
 from .snapshot import snapshot
 from .spectra import motion_spectrum, tension_spectrum
 from .style import files_of, save
+from .trajectories import orbit, track, trajectory
 
 _ALL = (
     trajectory,

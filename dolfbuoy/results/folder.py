@@ -18,7 +18,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from ..errors import InputError
-from ..parallel.ranks import told
+from ..parallel.ranks import bcast
 from ..scene import load_scene
 from ..writing import replacing, write_text
 from . import checkpoint
@@ -62,7 +62,7 @@ def _on_root(comm, function, *arguments):
             result = function(*arguments)
         except InputError as refused:
             error = refused
-    result, error = told(comm, (result, error))
+    result, error = bcast(comm, (result, error))
     if error is not None:
         raise error
     return result

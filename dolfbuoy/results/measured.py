@@ -14,7 +14,7 @@ from ..scene import Scene
 from ..scene.settings import ramp_of
 from ..writing import replacing
 from . import quantities
-from .turns import cone_angle
+from .attitude import cone_angle
 
 #: What is compared, and its name in a sentence.
 QUANTITIES = {name: one.compared for name, one in quantities.QUANTITIES.items() if one.compared}

@@ -16,11 +16,11 @@ from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
 from ..solver import compat
-from ..solver.rows import picked, traced
+from ..solver.vector_ops import picked, traced
 from ..version import __version__
+from .attitude import roll_pitch_yaw
 from .quantities import over
 from .record import FORMAT
-from .turns import roll_pitch_yaw
 from .utilisation import Utilisation, stressed
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from . import turns
+from . import attitude
 
 if TYPE_CHECKING:
     from .observe import Noted
@@ -124,7 +124,7 @@ _ALL = (
         "tension_top",
         "N",
         "tension at the upper end of the cable, |T_bnd|",
-        read=lambda n: turns.length(n.each("end_tension", 3)),
+        read=lambda n: attitude.length(n.each("end_tension", 3)),
         main=True,
         curves=(Curve("tension", "upper end"),),
         at_ends="tension at {high}, |T_bnd|",
@@ -197,7 +197,7 @@ _ALL = (
         "cone_angle",
         "degree",
         "angle between the vertical and the axis of the buoy",
-        read=lambda n: turns.cone_angle(n.buoy.orientation),
+        read=lambda n: attitude.cone_angle(n.buoy.orientation),
         shown=dict.fromkeys(("statistics", "sweep", "sweep figure", "sweep page"), ""),
         summary="cone angle",
         figure=True,

@@ -5,7 +5,7 @@ import time as clock
 import numpy as np
 from mpi4py import MPI
 
-from ..parallel.ranks import combined, told
+from ..parallel.ranks import allreduce, bcast
 from . import checkpoint
 from .observe import Observer, attributes
 from .record import Record
@@ -60,7 +60,7 @@ class Recorder:
                 self._make_values()
         if sim.t >= self._next_frame - self._tolerance or sim.t >= self._end - self._tolerance:
             self._add_frame()
-        if told(sim.comm, clock.monotonic() > self._next_save):
+        if bcast(sim.comm, clock.monotonic() > self._next_save):
             self.save()
 
     def _make_values(self):
@@ -84,7 +84,7 @@ class Recorder:
         begin = clock.monotonic()
         comm = self.simulation.comm
         states = comm.gather(self.simulation.state() | {"extremes": self._extremes.kept})
-        self._drift = combined(comm, self.simulation.quaternion_drift, MPI.MAX)  # the buoy is on one rank only
+        self._drift = allreduce(comm, self.simulation.quaternion_drift, MPI.MAX)  # the buoy is on one rank only
         self._parted = self.observer.parted(self._fixed)
         self.record.extremes = self._extremes.values(self.observer)
         if self.root:

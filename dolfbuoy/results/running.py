@@ -6,7 +6,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene.settings import ramp_of
-from ..solver.rows import widening
+from ..solver.vector_ops import widening
 from .after_ramp import BEHIND, after_ramp
 from .series import mean_over_time
 

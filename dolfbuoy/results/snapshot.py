@@ -7,9 +7,9 @@ import textwrap
 import numpy as np
 
 from ..model.sea import crest_height, heading, wavenumber
+from .draw3d import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
 from .drawing import figure_of
 from .frame import Frames
-from .space import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
 from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, matplotlib, new_figure
 from .tables import force_unit
 

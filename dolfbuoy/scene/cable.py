@@ -28,7 +28,7 @@ from .quantities import (
     finite_numbers,
 )
 from .section import Section, key
-from .stretching import AxialStiffness
+from .stiffness import AxialStiffness
 from .wave_files import motion_of
 
 MOST_ROWS = 100_000

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
-from .everywhere import keys_of_lines
+from .broadcast import keys_of_lines
 from .quantities import number_of
 from .sections import SCHEMES, Solver
 

@@ -8,7 +8,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from .c_code import address, check, core
-from .rows import Work
+from .vector_ops import Work
 
 #: PETSc's reason DIVERGED_FNORM_NAN, or DIVERGED_FUNCTION_NANORINF since 3.25.
 NOT_FINITE = -4

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from . import c_code, compat, lanes
+from . import c_code, compat, simd
 from .c_code import address, core
 
 
@@ -174,8 +174,8 @@ class Loop:
         if integral.facets is not None:
             one.facets = self._ints(integral.facets)
         elif len(cells) > 1:
-            sizes = lanes.Sizes(one.tensor, one.coefficients, one.constants, one.coordinates)
-            one.kernel, one.lanes = lanes.several(integral.kernel, sizes) or (integral.kernel, 1)
+            sizes = simd.Sizes(one.tensor, one.coefficients, one.constants, one.coordinates)
+            one.kernel, one.lanes = simd.several(integral.kernel, sizes) or (integral.kernel, 1)
         one.cells = self._kept(self._shared.counts.of(mesh, cells))
         one.w, one.c, one.mesh = self._by_lanes(one, coefficients), self._ints(constants), self._doubles(x)
         one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(x.shape[1]))

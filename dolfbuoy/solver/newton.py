@@ -11,7 +11,7 @@ from petsc4py import PETSc
 from ..errors import InputError, SolveError
 from .c_code import check, core
 from .callbacks import NOT_FINITE, Callbacks, Number, new_numbers
-from .rows import copies, together
+from .vector_ops import copies, together
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name

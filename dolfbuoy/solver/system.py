@@ -12,8 +12,8 @@ import ufl
 
 from . import compat, coo
 from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
-from .rows import copies
 from .unknowns import Contribution, Values
+from .vector_ops import copies
 
 
 class System:

@@ -7,7 +7,7 @@ import numpy as np
 import ufl
 
 from . import compat
-from .rows import copies
+from .vector_ops import copies
 
 
 @dataclass

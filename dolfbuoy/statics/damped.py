@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from ..errors import SolveError
 from ..parallel import interruption
-from ..parallel.ranks import combined
+from ..parallel.ranks import allreduce
 
 #: Inertia that is left, relative to the weight.
 LEFT = 1e-11
@@ -37,7 +37,7 @@ def relax(problem, growth=1.5, steps=400, momentum=False) -> None:
                     raise
                 continue
             moved = system.u - before
-            farthest = combined(problem.comm, float(np.abs(moved[lines.node_dofs]).max(initial=0.0)), MPI.MAX)
+            farthest = allreduce(problem.comm, float(np.abs(moved[lines.node_dofs]).max(initial=0.0)), MPI.MAX)
             if farthest <= LEFT * acceleration * h**2:
                 return
             velocity = moved / h if momentum else velocity

@@ -6,12 +6,12 @@ import numpy as np
 
 from ..errors import InputError, SolveError
 from ..model.feasible import check_feasible
-from ..model.held import adrift_nowhere
 from ..model.hydrostatics import float_upright
 from ..model.lines import top_position
+from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import MPI, Problem
 from ..model.rigid import weight_per_length
-from ..model.seabed import rubs
+from ..model.seabed import has_friction
 from .damped import relax
 from .growth import settle
 from .pulled import pull
@@ -40,7 +40,7 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
         _rest(problem)
     else:
         settle(problem, lambda: _rest(problem))
-    if scene.seabed is not None and rubs(scene, dynamic=False):
+    if scene.seabed is not None and has_friction(scene, dynamic=False):
         pull(problem)
     return problem
 

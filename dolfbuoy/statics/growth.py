@@ -8,7 +8,7 @@ import numpy as np
 from mpi4py import MPI
 
 from ..errors import SolveError
-from ..parallel.ranks import combined
+from ..parallel.ranks import allreduce
 from .ways import is_compressed
 
 #: Factors that change by less have been found.
@@ -30,7 +30,7 @@ def settle(problem, rest) -> None:
     for _ in range(ROUNDS):
         now = growth.factors
         way = growth.at(problem.system.u) - now
-        if combined(problem.comm, float(np.abs(way).max(initial=0.0)), MPI.MAX) <= SETTLED:
+        if allreduce(problem.comm, float(np.abs(way).max(initial=0.0)), MPI.MAX) <= SETTLED:
             return
         if last is not None:
             share = _aitken(problem.comm, share, last, way)
@@ -40,7 +40,7 @@ def settle(problem, rest) -> None:
 
 def _aitken(comm, share, last, way):
     turn = way - last
-    along, size = (combined(comm, float((a * turn).sum()), MPI.SUM) for a in (last, turn))
+    along, size = (allreduce(comm, float((a * turn).sum()), MPI.SUM) for a in (last, turn))
     return min(max(-share * along / size, LEAST), 1.0) if size else share
 
 

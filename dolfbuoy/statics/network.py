@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import SolveError
-from ..scene.stretching import secant
+from ..scene.stiffness import secant
 from . import catenary, on_bed
 from .catenary import Catenary
 from .on_bed import UP, Bed, Lying, OnBed

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..model.sea import heading
-from ..model.seabed import rubs
+from ..model.seabed import has_friction
 from ..scene.sections import Current, ExternalForce
 from .equilibrium import let_turn, solve_equilibrium
 
@@ -114,7 +114,7 @@ def _follow(problem, scene_of, sizes, comm):
 
 def _goes_on(problem):
     """Whether an equilibrium is all that is to know for the next one: growth and friction have more to find."""
-    return problem.lines.growth is None and not (problem.scene.seabed and rubs(problem.scene, dynamic=False))
+    return problem.lines.growth is None and not (problem.scene.seabed and has_friction(problem.scene, dynamic=False))
 
 
 def _march(problem, scene_of, start, end, left=HALVINGS):

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import SolveError
 from ..model.seabed import Lying, stick_length
-from ..parallel.ranks import told
+from ..parallel.ranks import bcast
 from .damped import relax
 from .on_bed import UP
 
@@ -165,7 +165,7 @@ class _Laying:
         if laid.joint not in self.problem.network.bodies:
             return 0.0
         bodies = self.problem.bodies  # of the first rank
-        pressure = told(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
+        pressure = bcast(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
         return pressure * (self.mu + laid.along[2] / self.n[2])
 
     # -- places --------------------------------------------------------------------------------------------------------

@@ -182,7 +182,7 @@ def by_stiffness(problem):
 
 
 def _has_stiffness(problem):
-    return all(group.cable.EA is not None and not group.cable.bends for group in problem.lines.groups)
+    return all(group.cable.EA is not None and not group.cable.kinks for group in problem.lines.groups)
 
 
 def _weights(problem):

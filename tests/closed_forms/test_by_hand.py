@@ -29,11 +29,11 @@ from dolfbuoy.model import effects, size
 from dolfbuoy.model.components import current_felt
 from dolfbuoy.model.feasible import check_feasible, hanging_weight
 from dolfbuoy.model.growth import Growth
-from dolfbuoy.model.held import overshoot
 from dolfbuoy.model.line_groups import LineGroups
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.masses import Masses
 from dolfbuoy.model.parting import Parting
+from dolfbuoy.model.prescribed_ends import overshoot
 from dolfbuoy.model.rigid import weight_per_length
 from dolfbuoy.model.seabed import height_of_bed, plane
 from dolfbuoy.model.spectra import _tapered

@@ -19,8 +19,8 @@ from dynamics_helpers import rates, running
 from dolfbuoy.model.lines import Lines
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.schemes import Predictor
-from dolfbuoy.solver.rows import copies
 from dolfbuoy.solver.unknowns import array_of
+from dolfbuoy.solver.vector_ops import copies
 
 DENSITY = 1.3
 AXES = np.linalg.qr(np.array([[1.0, 2.0, 2.0], [0.3, -1.0, 0.5]]).T)[0].T  # a plane at random

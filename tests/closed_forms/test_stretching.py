@@ -16,7 +16,7 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.forms import cable as form
 from dolfbuoy.motion.consistent import make_consistent
 from dolfbuoy.motion.schemes import Predictor
-from dolfbuoy.scene.stretching import TensionTable
+from dolfbuoy.scene.stiffness import TensionTable
 from dolfbuoy.statics.equilibrium import solve_equilibrium
 
 #: Rubber: soft in the middle, stiff at the end, another stiffness when pushed.
@@ -120,8 +120,8 @@ def test_one_element_vibrates_as_the_oscillator_of_its_table():
 def test_energy_is_the_work_of_the_tension(T, compliance):
     """e and its energy as forms have them, in numbers."""
     table = TensionTable(ROWS)
-    bends = tuple(form.Bend(bend, change, bend < 0) for bend, change in table.bends)
-    law = form.Cable(1.0, EA=float(table), bends=bends, compliance=1 / float(table) if compliance else None)
+    kinks = tuple(form.Kink(kink, change, kink < 0) for kink, change in table.kinks)
+    law = form.Cable(1.0, EA=float(table), kinks=kinks, compliance=1 / float(table) if compliance else None)
     outside = STRAINS[-1] + (T - TENSIONS[-1]) * 0.6 / 100 if TENSIONS[-1] < T else strain(T)
     e = float(form.strain(law, T))
     assert e == pytest.approx(outside, abs=1e-14)

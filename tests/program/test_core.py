@@ -23,7 +23,7 @@ from dolfbuoy.solver import c_code, compat, coo
 ROOT = Path(__file__).parents[2]
 LOCK = "dolfbuoy.lock"
 #: In seconds under the sanitizers: every file of the core, and kernels in vectors.
-SANITIZED = "program/test_rows.py", "program/test_lanes.py", "program/test_hooks.py", "forms/test_kinematics.py"
+SANITIZED = "program/test_vector_ops.py", "program/test_simd.py", "program/test_hooks.py", "forms/test_kinematics.py"
 SANITIZED += ("program/test_callbacks.py::test_what_a_hook_raises_ends_the_solve",)
 
 

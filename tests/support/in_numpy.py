@@ -6,7 +6,7 @@ from math import prod
 
 import numpy as np
 
-from dolfbuoy.motion.past import Operations
+from dolfbuoy.motion.history import Operations
 from dolfbuoy.motion.schemes import HISTORY, Scheme, Series
 
 

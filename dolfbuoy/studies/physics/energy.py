@@ -22,7 +22,7 @@ from ...results.compare import orders
 from ...results.style import PAGE, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import Scene, load_scene
-from ...scene.everywhere import everywhere
+from ...scene.broadcast import everywhere
 from ...scene.settings import SCHEMES
 from ..study import Table
 

@@ -11,7 +11,7 @@ from ...errors import SolveError
 from ...linear.motions import Motions, axes_along, turn
 from ...linear.response import small_waves
 from ...linear.seaway import Seaway
-from ...model.held import motion_of
+from ...model.prescribed_ends import motion_of
 from ...model.sea import heading, wavenumber
 from ...scene.cable import MOTION, Top
 from ...scene.sections import Initial, Time

@@ -16,9 +16,9 @@ from dolfbuoy import load_scene
 from dolfbuoy.core import build
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.solver import c_code, compat, instructions, lanes
+from dolfbuoy.solver import c_code, compat, instructions, simd
 
-SIZES = lanes.Sizes(tensor=2, coefficients=2, constants=2, coordinates=6)  #: of the kernel below
+SIZES = simd.Sizes(tensor=2, coefficients=2, constants=2, coordinates=6)  #: of the kernel below
 REGISTERS = {"baseline": r"%[yz]mm\d", "avx2": r"%zmm\d", "avx512": r"$^"}  #: which a set does not have
 
 OF_ONE = """void %s(double* restrict A,
@@ -72,7 +72,7 @@ def from_text(tmp_path, monkeypatch):
     def compiled(text, chosen, reference=None):
         (tmp_path / "text.c").write_text(text)
         single = of_one(tmp_path, reference or text)
-        return lanes._compiled.__wrapped__(tmp_path / "text.c", "kernel", chosen, single, SIZES)
+        return simd._compiled.__wrapped__(tmp_path / "text.c", "kernel", chosen, single, SIZES)
 
     return compiled
 
@@ -92,8 +92,8 @@ def called(function, cells, w, c, x):
 def of_one(folder, text):
     """A kernel for one cell, as it is."""
     path = folder / f"single-{len(list(folder.iterdir()))}.so"
-    lanes.compile_kernel(path, lanes.text_of(text, "kernel"), "kernel", instructions.SETS[0], lanes=1)
-    return lanes._address(path)
+    simd.compile_kernel(path, simd.text_of(text, "kernel"), "kernel", instructions.SETS[0], lanes=1)
+    return simd._address(path)
 
 
 @pytest.mark.parametrize("chosen", instructions.available(), ids=lambda known: known.name)
@@ -185,9 +185,9 @@ def test_cells_that_hang_on_last_digits_do_not_count(tmp_path):
     """A kernel with a pole is compared where it is far from it; one that has nothing else is not used."""
     text = OF_ONE % ("kernel", ", void* custom_data" if compat.KERNEL_TAKES_DATA else "")
     single = of_one(tmp_path, text)
-    assert lanes.difference(single, 1, single, SIZES) == 0.0
+    assert simd.difference(single, 1, single, SIZES) == 0.0
     nothing = of_one(tmp_path, text.replace("double w0 = 0.0;", "double w0 = log(-1.0);"))
-    assert lanes.difference(nothing, 1, nothing, SIZES) == np.inf
+    assert simd.difference(nothing, 1, nothing, SIZES) == np.inf
 
 
 def test_without_the_text(monkeypatch, tmp_path):

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.cable import Top
-from ..solver.rows import copies, work
+from ..solver.vector_ops import copies, work
 from .airy import ramp
 
 

@@ -55,7 +55,7 @@ def several(kernel: int, sizes: Sizes) -> tuple[int, int] | None:
 
 @cache
 def _compiled(text, name, chosen, kernel, sizes):
-    key = text.stem, name, chosen, [file.read_text() for file in (Path(__file__), build.FOLDER / "lanes.c")]
+    key = text.stem, name, chosen, [file.read_text() for file in (Path(__file__), build.FOLDER / "simd.c")]
     path = c_code.kept("lanes", key, partial(_make, text, name, chosen, kernel, sizes))
     if path.stat().st_size == 0:
         return None
@@ -90,7 +90,7 @@ def compile_kernel(path: Path, kernel_text: str, name: str, chosen: instructions
         file.write_text(f"static {kernel_text}")
         defined = [f'-DKERNEL="{file}"', f"-DNAME={name}", f"-DLANES={lanes or chosen.lanes}"]
         defined += ["-DKERNEL_TAKES_DATA"] if compat.KERNEL_TAKES_DATA else []
-        unit = build.Unit(build.FOLDER / "lanes.c", [*OPTIONS, *chosen.options, *defined])
+        unit = build.Unit(build.FOLDER / "simd.c", [*OPTIONS, *chosen.options, *defined])
         build.shared_library(path, [unit], LIBRARIES)
 
 

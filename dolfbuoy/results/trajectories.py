@@ -5,9 +5,9 @@ import numpy as np
 from ..model.sea import heading
 from ..scene.settings import period_of
 from .after_ramp import Missing, TooShort, after_ramp
+from .draw3d import equal_scale
 from .drawing import at_least, figure_of, legend_above
 from .series import mean_over_time
-from .space import equal_scale
 from .style import COLORS, COLUMN, Figure, new_figure
 
 #: A motion is drawn as planar if its width is below this share of its length.

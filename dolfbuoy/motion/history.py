@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..solver.c_code import address, core
-from ..solver.rows import Work, copies
 from ..solver.unknowns import array_of
+from ..solver.vector_ops import Work, copies
 from .schemes import HISTORY, KEPT, Series, Sum, same_step
 
 

@@ -51,7 +51,7 @@ class TensionTable(float):
         return repr([list(row) for row in self.rows])
 
     @cached_property
-    def bends(self) -> list[tuple[float, float]]:
+    def kinks(self) -> list[tuple[float, float]]:
         """(T, change of the compliance de/dT there [1/N]) on the way from 0 to each end of the table."""
         compliances = [(b[0] - a[0]) / (b[1] - a[1]) for a, b in pairwise(self.rows)]
         inner = zip(self.rows[1:-1], pairwise(compliances), strict=True)
@@ -60,8 +60,8 @@ class TensionTable(float):
     def strain(self, T: float) -> float:
         """e of a tension."""
         found = T / self
-        for bend, change in self.bends:
-            found += change * (max(T - bend, 0.0) if bend >= 0 else min(T - bend, 0.0))
+        for kink, change in self.kinks:
+            found += change * (max(T - kink, 0.0) if kink >= 0 else min(T - kink, 0.0))
         return found
 
 
@@ -82,10 +82,10 @@ AxialStiffness = Annotated[
 ]  # N
 
 
-def bends_of(stiffness, below: bool) -> list[tuple[float, float]]:
+def kinks_of(stiffness, below: bool) -> list[tuple[float, float]]:
     """Bends of a table at T < 0 or at T >= 0; none of a number."""
-    bends = stiffness.bends if isinstance(stiffness, TensionTable) else []
-    return [bend for bend in bends if (bend[0] < 0) == below]
+    kinks = stiffness.kinks if isinstance(stiffness, TensionTable) else []
+    return [kink for kink in kinks if (kink[0] < 0) == below]
 
 
 def secant(stiffness, T: float) -> float:

@@ -1,5 +1,5 @@
 /* The text of a kernel of FFCx (KERNEL, a file; NAME, its function) for LANES cells at once, a cell in each lane of the
-   vector registers.  With LANES > 1 the text is that of solver/lanes.py: `real` for double, `choice` for bool, pick for
+   vector registers.  With LANES > 1 the text is that of solver/simd.py: `real` for double, `choice` for bool, pick for
    ?:, and v_... for the functions of <math.h>. */
 
 #include <math.h>

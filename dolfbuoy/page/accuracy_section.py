@@ -7,7 +7,7 @@ from ..errors import InputError, SolveError
 from ..results.summary import remaining_amplitude
 from ..scene.settings import SCHEMES, period_of
 from .document import Markup, tag
-from .words import paragraphs, section, table
+from .html import paragraphs, section, table
 
 
 def worth(record, scene, advice: list[str] | None) -> Markup:

@@ -13,13 +13,13 @@ from mpi4py import MPI
 
 from dolfbuoy import load_scene
 from dolfbuoy.model.airy import ramp
-from dolfbuoy.model.held import held, motion_of
+from dolfbuoy.model.prescribed_ends import held, motion_of
 from dolfbuoy.model.sea import main_propagation
-from dolfbuoy.motion import past, schemes
+from dolfbuoy.motion import history, schemes
 from dolfbuoy.motion.schemes import Series
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.solver.c_code import core
-from dolfbuoy.solver.rows import Work, copies, extrapolation, picked, smallest, together, traced, widening, work
+from dolfbuoy.solver.vector_ops import Work, copies, extrapolation, picked, smallest, together, traced, widening, work
 
 MOST = 9  #: rows in a sum, as many as one likes
 RANDOM = np.random.default_rng(17)
@@ -52,7 +52,7 @@ class Made:
 def test_series(size, name):
     """Histories, rates and what is past, to the last bit; every row changes that a step changes."""
     made = Made(size, schemes.make_scheme(name))
-    operations, before = past.Operations(made), made.rows
+    operations, before = history.Operations(made), made.rows
     gamma = operations.choose(0.037)
     functions = [operations.begin[0], *operations.find_rates, *operations.accept]
     for function in functions:
@@ -133,7 +133,7 @@ def test_same_run(scheme, tolerance, monkeypatch):
     scene = load_scene(SHORT, time__scheme=scheme, time__tolerance=tolerance)
     in_c = states(scene)
     used, advance = [], in_numpy.advance
-    monkeypatch.setattr(past, "Work", in_numpy.work)
+    monkeypatch.setattr(history, "Work", in_numpy.work)
     monkeypatch.setattr(schemes, "extrapolation", in_numpy.extrapolation)
     monkeypatch.setattr(in_numpy, "advance", lambda operations: (used.append(True), advance(operations))[1])
     np.testing.assert_array_equal(in_c, states(scene))
