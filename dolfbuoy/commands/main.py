@@ -14,11 +14,11 @@ from typer.core import TyperGroup
 from typer.main import get_group
 
 from .. import __version__
-from ..errors import InputError, SolveError, missing, printable
+from ..errors import InputError, NotAccurate, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
 from ..writing import refuse_present
-from .run import advised, draw, run
+from .run import draw, run
 from .shared import (
     InstantsOption,
     Interrupted,
@@ -183,15 +183,25 @@ def advise(
 
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
     from ..model.feasible import check_feasible
+    from ..results.compare import parse_accuracy
     from ..results.folder import claimed
+    from ..studies.accuracy import advise as study
 
     loaded = load(scene, assign)
     check_feasible(loaded)
     folder = default_folder(folder, f"advise-{Path(scene).stem}")
     if write is not None and not write.is_dir():
         refuse_present([write], overwrite)
+    if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
+        raise InputError(f"--write {write}: must be a file, not a folder, where one can be written.")
+
+    def say(text):
+        out.print(text, soft_wrap=True, highlight=False, markup=False)
+
     with claimed(folder, MPI.COMM_WORLD):
-        advised(loaded, quantity, accuracy, folder, write)
+        found = study.advise_all(loaded, quantity, parse_accuracy(accuracy), say)
+        if rank() == 0:
+            study.report(found, folder, write)
 
 
 @app.command()
@@ -261,6 +271,8 @@ def main():
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)
+    except NotAccurate as error:
+        _fail(str(error), 4)
     except SolveError as error:
         _fail(f"The solve failed. {error}", 1)
     except ImportError as error:
