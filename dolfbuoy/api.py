@@ -5,8 +5,7 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mpi4py import MPI
-
+from .elsewhere import MPI
 from .errors import InputError, NoResult, NotAccurate, SolveError
 from .model.components import components_of
 from .model.prescribed_ends import adrift_nowhere

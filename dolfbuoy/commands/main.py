@@ -179,9 +179,8 @@ def advise(
     overwrite: OverwriteOption = False,
 ):
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
-    from mpi4py import MPI
-
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
+    from ..elsewhere import MPI
     from ..model.feasible import check_feasible
     from ..results.compare import parse_accuracy
     from ..results.folder import claimed
@@ -210,8 +209,7 @@ def report(
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
 ):
     """What accuracy costs: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
-    from mpi4py import MPI
-
+    from ..elsewhere import MPI
     from ..results.folder import claimed
     from ..studies.accuracy.report import run as write_report
 

@@ -94,9 +94,8 @@ def run(
 
 def _to_be_resumed(folder, end):
     """The scene of a stopped run; None, said so, when it is complete."""
-    from mpi4py import MPI
-
     from ..api import simulate
+    from ..elsewhere import MPI
     from ..results.checkpoint import load as load_checkpoint
     from ..results.record import verify
 
@@ -112,9 +111,8 @@ def _to_be_resumed(folder, end):
 
 def _is_there(folder, scene, overwrite):
     """Whether the finished run of the scene is in the folder."""
-    from mpi4py import MPI
-
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
+    from ..elsewhere import MPI
     from ..results.folder import claimed, holds
 
     with claimed(folder, MPI.COMM_WORLD):
@@ -175,8 +173,7 @@ def _left(scene, folder):
 
 
 def _say_if_one_rank_is_faster(scene):
-    from mpi4py import MPI
-
+    from ..elsewhere import MPI
     from ..results.summary import sharing_note
 
     note = sharing_note(scene, MPI.COMM_WORLD.size)

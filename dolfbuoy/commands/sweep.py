@@ -104,7 +104,7 @@ def _what_is_left(folder):
 
 def _end(dataset, folder):
     """Show the cases; exit code 1 if none is done."""
-    from mpi4py import MPI
+    from ..elsewhere import MPI
 
     if dataset is not None:
         _show(dataset, folder)

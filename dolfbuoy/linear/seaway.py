@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from mpi4py import MPI
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.airy import AirySum
 from ..model.components import components_of

@@ -1,8 +1,7 @@
 """What the numbers of a run are worth: scheme, step, what is left of each period, and an error if one is known."""
 
-from mpi4py import MPI
-
 from ..check import check, derived
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..results.bars import rows_of
 from ..results.summary import remaining_amplitude
