@@ -75,7 +75,10 @@ def bars_of(
     if not _smooth(scene):
         sentences.append("Lines go slack or lie on a bed: bars are orders of magnitude.")
     if end < scene.time.end:
-        sentences.append(f"Bars are those of the run until {end:g} s, in proportion to the range of each series.")
+        later = "; extremes of a sea after it are suspect" if scene.waves is not None and scene.waves.irregular else ""
+        sentences.append(
+            f"Bars are those of the run until {end:g} s, in proportion to the range of each series{later}."
+        )
     found, far = {}, []
     for (name, part), series in whole.items():
         both = (fine.get((name, part)), coarse.get((name, part)))
@@ -83,7 +86,8 @@ def bars_of(
         bars, lost = _of_series(series, *both, divided) if all(both) else (dict.fromkeys(FLOOR, math.nan), False)
         newton, chance = _newton(scene, series), _chance(scene, series)
         for number, value in numbers_of(series).items():
-            verdict = _verdict(bars[number], float(np.ptp(series.x)), reason, lost, series.noise)
+            unseen = end < _instant(series, number) and scene.waves is not None and scene.waves.irregular
+            verdict = _verdict(bars[number], float(np.ptp(series.x)), reason, lost or unseen, series.noise)
             found[Output(name, number, part)] = Bar(value, bars[number], verdict, newton, chance.get(number, math.nan))
         far += [series.label] * lost
     if far and reason is None:
@@ -99,6 +103,12 @@ def _of_series(series, fine, coarse, factor):
     one, other = numbers_of(fine), numbers_of(coarse)
     bars = {n: share * max(abs(one[n] - other[n]), FLOOR[n] * rms) / factor for n in FLOOR}
     return bars, bool(rms > LOST * fine.standard_deviation and rms > 100 * series.noise)
+
+
+def _instant(series, number):
+    """When a series has its largest or smallest value [s]; -inf of a mean, which every part of a sea shows."""
+    extremes = {"max": series.x.argmax, "min": series.x.argmin}
+    return series.t[extremes[number]()] if number in extremes else -math.inf
 
 
 def _verdict(bar, size, reason, lost, noise):
