@@ -7,6 +7,7 @@ import typer
 
 from ..errors import InputError
 from ..results.tables import force_unit
+from .app import app
 from .shared import (
     OutOption,
     SceneArgument,
@@ -31,6 +32,7 @@ ROUNDING = 1e-10
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
 
 
+@app.command()
 def modes(
     scene: SceneArgument,
     number: Annotated[int, typer.Option("--number", help="Of modes, the slowest first, 1 to 500.")] = 10,
@@ -70,6 +72,7 @@ def _number_of(value):
     return "-" if np.isnan(value) else f"{value:.5g}" if abs(value) > NO_DAMPING else "0"
 
 
+@app.command()
 def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
     """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
     from ..linear_api import stiffness as find
@@ -111,6 +114,7 @@ def _stiffness_text(value):
     return f"{value:.5g}" if np.isfinite(value) else "rigid" if value > 0 else "-rigid"
 
 
+@app.command()
 def offsets(
     scene: SceneArgument,
     force: Annotated[str | None, typer.Option("--force", help="Sizes \\[N], a,b,c or start:stop:step.")] = None,
@@ -190,9 +194,3 @@ def _draw_offsets(found, scene, folder):
     enlist(folder, files_of(target), "offsets")
     save(offset_curves(found, held), target)
     out.print(f"figure: {target}.png", soft_wrap=True)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make them commands of an application."""
-    for command in (modes, stiffness, offsets):
-        app.command()(command)

@@ -4,20 +4,18 @@ import itertools
 import os
 import sys
 import traceback
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.markup import escape
-from typer.core import TyperGroup
-from typer.main import get_group
 
 from .. import __version__
 from ..errors import InputError, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
 from ..writing import refuse_present
+from .app import app
 from .run import advised, draw, run
 from .shared import (
     InstantsOption,
@@ -40,62 +38,6 @@ from .shared import (
     table_of,
 )
 
-#: Modules here that add commands of their own, and the names of these, in the order of --help.
-ELSEWHERE = {
-    "linear": ("modes", "stiffness", "offsets"),
-    "response": ("response",),
-    "periodic": ("periodic",),
-    "statistics": ("statistics",),
-    "sweep": ("sweep",),
-    "language": ("new", "keys", "schema"),
-    "formats": ("import", "export", "compare"),
-    "study": ("study",),
-}
-
-
-class _Group(TyperGroup):
-    """Imports a module of ELSEWHERE when a command of it is asked for, so that the others cost a start nothing.
-
-    Says itself how an interruption ends; else typer says "Aborted".
-    """
-
-    def list_commands(self, ctx):
-        later = [name for names in ELSEWHERE.values() for name in names]
-        return [*(name for name in super().list_commands(ctx) if name not in later), *later]
-
-    def get_command(self, ctx, cmd_name):
-        if cmd_name not in self.commands:
-            having = [module for module, names in ELSEWHERE.items() if cmd_name in names]
-            for module in having or ELSEWHERE:  # a name that none has is misspelt, perhaps one of theirs
-                self.commands |= get_group(commands_of(module)).commands
-        return super().get_command(ctx, cmd_name)
-
-    def invoke(self, ctx):
-        try:
-            return super().invoke(ctx)
-        except Interrupted:
-            raise
-        except BaseException:
-            if interruption.received():
-                raise Interrupted("Interrupted.") from None
-            raise
-
-
-app = typer.Typer(
-    cls=_Group,
-    add_completion=False,
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-    help="Simulation of a tethered buoy with FEniCSx.\n\nExample: dolfbuoy run short",
-)
-
-
-def commands_of(module: str) -> typer.Typer:
-    """An application of the commands of a module of ELSEWHERE."""
-    part = typer.Typer(add_completion=False, rich_markup_mode="rich")
-    import_module(f".{module}", __package__).add_to(part)
-    return part
-
 
 def _say_version(wanted):
     if wanted:
@@ -109,7 +51,7 @@ def options(
         bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Say the version and exit.")
     ] = False,
 ):
-    """What goes before a command."""
+    """Options that go before a command."""
 
 
 @app.command("list")
@@ -199,7 +141,7 @@ def report(
     folder: Annotated[Path, typer.Option("--out", help="Folder of the report.")] = Path("results/report"),
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
 ):
-    """What accuracy costs: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
+    """The price of accuracy: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
     from mpi4py import MPI
 
     from ..results.folder import claimed
@@ -310,7 +252,7 @@ TEXTS = ("--out", "--write", "--table", "--scatter", "--resume", "--like", "--se
 
 
 def _is_odd_number(text):
-    """Whether Python reads it as a number that nobody means: 1_0, or digits of another script."""
+    """True if Python reads it as a number that nobody means: 1_0, or digits of another script."""
     try:
         float(text)
     except ValueError:

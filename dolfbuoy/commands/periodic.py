@@ -4,9 +4,11 @@ from typing import Annotated
 
 import typer
 
+from .app import app
 from .shared import OutOption, SceneArgument, SetOption, folder_of, load, out, rank, say_warnings, table_of
 
 
+@app.command()
 def periodic(
     scene: SceneArgument,
     folder: OutOption = None,
@@ -30,8 +32,3 @@ def periodic(
     count, error = record.attrs["cycle_periods"], percent(record.attrs["cycle_error"])
     out.print(f"The limit cycle to {error} of its ranges (estimated), after {count} periods.")
     say_warnings(warnings(record, loaded))
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make it a command of an application."""
-    app.command()(periodic)

@@ -7,6 +7,7 @@ import numpy as np
 import typer
 
 from ..errors import InputError
+from .app import app
 from .linear import PlotOption
 from .shared import OutOption, SceneArgument, SetOption, finite, folder_of, load, out, rank, say_warnings, table_of
 
@@ -21,6 +22,7 @@ UNSETTLED = 0.01
 SHOWN = (2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 25, 30)
 
 
+@app.command()
 def response(
     scene: SceneArgument,
     periods: Annotated[str | None, typer.Option("--periods", help="\\[s], a,b,c or start:stop:step.")] = None,
@@ -217,8 +219,3 @@ def _draw_response(found, runs, folder):
         enlist(folder, files_of(target), "response")
         save(figure, target)
     out.print(f"{2 * len(figures)} figures in {folder / 'figures'}", soft_wrap=True)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make it a command of an application."""
-    app.command()(response)

@@ -101,7 +101,7 @@ def _to_be_resumed(folder, end):
 
 
 def _is_there(folder, scene, overwrite):
-    """Whether the finished run of the scene is in the folder."""
+    """True if the finished run of the scene is in the folder."""
     from mpi4py import MPI
 
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
@@ -158,7 +158,7 @@ def _compute(scene, folder, shows, source, advice=None):
 
 
 def _left(scene, folder):
-    """What there is of a run that was interrupted."""
+    """A sentence on what is left of a run that was interrupted."""
     from ..results.folder import can_resume
 
     if not can_resume(folder, scene):

@@ -9,6 +9,7 @@ import typer
 from ..errors import InputError
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
+from .app import app
 from .shared import (
     Interrupted,
     SceneArgument,
@@ -45,6 +46,7 @@ LimitOption = Annotated[
 ]
 
 
+@app.command()
 def sweep(
     scene: SceneArgument,
     assign: SetOption = None,
@@ -170,8 +172,3 @@ def _show_status(found, folder, part):
     say_warnings(found["damaged"])
     if found["foreign"]:
         say_warnings([f"{found['foreign']} results are of another version of dolfbuoy, and do not count."])
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make it a command of an application."""
-    app.command()(sweep)
