@@ -30,7 +30,7 @@ class BodyOf:
 
 
 def is_free(body: Row) -> bool:
-    """Whether nothing but its lines and the water hold the body."""
+    """True if nothing but its lines and the water hold the body."""
     return body.values.get("attachment", "free").lower().startswith("free")
 
 
@@ -143,7 +143,7 @@ def _numbers(body, column, counts=(1, 2, 3, 6)):
 
 
 def _say_rest(body, rods, types, note):
-    """What a buoy has no place for."""
+    """Quantities of a body that a buoy has no place for."""
     for column, what in (("volume", "a volume beside its rods'"), ("CdA", "drag beside its rods'")):
         if _numbers(body, column).any():
             note(body.line, f"the body has {what}, {body[column]}, which is not carried over")

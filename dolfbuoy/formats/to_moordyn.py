@@ -42,7 +42,7 @@ class Numerics:
 
 @dataclass
 class Start:
-    """Where free joints and centres of buoys are at the start [m], by name."""
+    """Positions of free joints and centres of buoys at the start [m], by name."""
 
     joints: dict[str, np.ndarray] = field(default_factory=dict)
     buoys: dict[str, np.ndarray] = field(default_factory=dict)

@@ -34,7 +34,7 @@ def check_periods(name: str, periods) -> None:
 
 @dataclass(frozen=True)
 class Response:
-    """Of a buoy to waves of one period [s] and direction, per metre of amplitude: [m/m] and [rad/m], complex."""
+    """Response of a buoy to waves of one period [s] and direction, per metre of amplitude [m/m, rad/m], complex."""
 
     period: float
     direction_deg: float

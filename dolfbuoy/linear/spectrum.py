@@ -58,7 +58,7 @@ def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
 
 
 def bins_of(waves: Waves) -> Bins:
-    """Of a spectrum, each frequency in a few directions of equal energy; of components, each of them, or sums."""
+    """Bins of a spectrum, each frequency in a few directions of equal energy; of components, each of them, or sums."""
     spectrum = spectrum_of(waves)
     if spectrum is None:
         return _of_components(components_of(waves), waves.direction_deg)

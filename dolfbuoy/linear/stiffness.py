@@ -50,7 +50,7 @@ class Restoring:
 
 
 def restoring(found: Linearisation) -> Restoring:
-    """Of all buoys together; collective.  Raises SolveError if the lines have no stiffness of their own."""
+    """Stiffness of all buoys together; collective.  Raises SolveError if the lines have no stiffness of their own."""
     places, sizes = inextensible_tensions(found.problem)
     rigid = [np.zeros((6, 0)) for _ in found.bodies]
     if len(places):
@@ -80,7 +80,7 @@ def _rigid(body, soft, hard, least):
 
 
 def condensed(found: Linearisation, more=None) -> Condensed:
-    """Of all buoys together; the same on all ranks.  more: a matrix that is added to K.
+    """Condensed stiffness of all buoys together; the same on all ranks.  more: a matrix that is added to K.
 
     Raises SolveError if the lines have no stiffness of their own.
     """

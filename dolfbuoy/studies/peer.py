@@ -32,7 +32,7 @@ class Comparison:
 
 
 def beginning(scene) -> Start:
-    """Where a run of the scene begins: at rest, or where its [initial] puts it."""
+    """Start of a run of the scene: at rest, or where its [initial] puts it."""
     step = {} if scene.time else {"time.step": 1.0}
     return start_of(simulate(scene, **{"time.end": 0.0} | step).isel(time=0))
 

@@ -129,7 +129,7 @@ def sentences(advice: Advice) -> list[str]:
 
 
 def _of_the_sea(scene, choice) -> list[str]:
-    """What statistics in an irregular sea need besides, in components, seeds and computing time."""
+    """Further needs of statistics in an irregular sea: components, seeds and computing time."""
     return [sea.of_components(scene, 0.01), sea.of_statistics(scene, choice.seconds)] if sea.has_seeds(scene) else []
 
 

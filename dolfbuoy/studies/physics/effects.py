@@ -1,4 +1,4 @@
-"""What each effect of a scene is worth, and what it costs: left out of the scene, and added alone to the barest one.
+"""Worth and cost of each effect of a scene: left out of the scene, and added alone to the barest one.
 
 The barest scene is cable, buoy and hydrostatics.  A change is the rms difference over the run, without the ramp at its
 start, relative to the range (max - min) of the full run; the change of the maximum likewise.  Cost is counted twice:
@@ -157,7 +157,7 @@ def _components(folder, scene, threshold):
 
 
 def _of_the_sea(rows, scene, threshold):
-    """What its statistics take, in words."""
+    """Sentences on what its statistics take."""
     if not sea.has_seeds(scene):
         return []
     said = [sea.of_components(scene, threshold), sea.of_statistics(scene)]
@@ -186,7 +186,7 @@ def _said_of(row, names):
 
 
 def notes(rows: list[dict], names, threshold: float) -> list[str]:
-    """What the scene needs and what it pays for in vain, in words."""
+    """Sentences on what the scene needs and what it pays for in vain."""
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     chosen, limit = judge(rows, names, threshold), compare.percent(threshold)
     needed, vain = (", ".join(_said_of(removed[name], names) for name in some) or "nothing" for some in chosen)
