@@ -18,9 +18,8 @@ def keys(
     """Keys of a scene: unit, default, range, meaning.  Example: dolfbuoy keys cable"""
     from ..scene.keys import keys_of
 
-    rows = keys_of(section)
     shown = table("Keys of a scene", ("key", "unit", "default", "range", "meaning"), right=())
-    for row in rows:
+    for row in keys_of(section):
         shown.add_row(*row)
     out.print(shown)
 

@@ -12,11 +12,13 @@ from .shared import (
     OutOption,
     SceneArgument,
     SetOption,
+    draw_into,
     finite,
     folder_of,
     load,
     out,
     page_of,
+    print_table,
     rank,
     say_warnings,
     table_of,
@@ -93,15 +95,13 @@ def _show_stiffness(of_buoy, found):
     """Matrices of a buoy, and the eigenvalues of their symmetric parts."""
     for name in ("mooring", "hull", "total"):
         title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
-        shown = table_of(f"\n{title}", "", *found.motion.values.tolist())
-        for row, values in zip(found.reaction.values.tolist(), _without_rounding(found[name].values), strict=True):
-            shown.add_row(row, *map(_stiffness_text, values))
-        out.print(shown)
+        rows = zip(found.reaction.values.tolist(), _without_rounding(found[name].values), strict=True)
+        rows = [(row, *map(_stiffness_text, values)) for row, values in rows]
+        print_table(f"\n{title}", ("", *found.motion.values.tolist()), rows)
     title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
-    shown = table_of(title, "", *map(str, range(1, 7)))
-    for name in ("mooring", "hull", "total"):
-        shown.add_row(name, *map(_stiffness_text, _without_rounding(found[f"{name}_eigenvalue"].values)))
-    out.print(shown)
+    values = {name: _without_rounding(found[f"{name}_eigenvalue"].values) for name in ("mooring", "hull", "total")}
+    rows = [(name, *map(_stiffness_text, row)) for name, row in values.items()]
+    print_table(title, ("", *map(str, range(1, 7))), rows)
 
 
 def _without_rounding(values):
@@ -183,14 +183,8 @@ def _show_offsets(found, what, folder):
 
 
 def _draw_offsets(found, scene, folder):
-    from ..results.folder import enlist
     from ..results.offset_figures import offset_curves
-    from ..results.style import files_of, save
-    from ..writing import made
 
     held = [end.top.position[:2] for piece in scene.network.pieces for end in piece.ends if end.held]
-    target = folder / "figures" / "offsets"
-    made(folder, "figures")
-    enlist(folder, files_of(target), "offsets")
-    save(offset_curves(found, held), target)
+    target = draw_into(folder, "offsets", "offsets", offset_curves(found, held))
     out.print(f"figure: {target}.png", soft_wrap=True)

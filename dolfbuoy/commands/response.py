@@ -9,7 +9,20 @@ import typer
 from ..errors import InputError
 from .app import app
 from .linear import PlotOption
-from .shared import OutOption, SceneArgument, SetOption, finite, folder_of, load, out, rank, say_warnings, table_of
+from .shared import (
+    OutOption,
+    SceneArgument,
+    SetOption,
+    draw_into,
+    finite,
+    folder_of,
+    load,
+    out,
+    print_table,
+    rank,
+    say_warnings,
+    table_of,
+)
 
 #: Motions that are shown, factor, unit.
 MOTIONS = [(name, 1.0, "m") for name in ("surge", "sway", "heave")]
@@ -92,7 +105,7 @@ def response(
     seconds = time.monotonic() - began
     _show_response(found, folder)
     out.print(f"{LINEAR}  {len(asked)} periods took {seconds:.2g} s.", soft_wrap=True)
-    if _ends_move(loaded):
+    if any(end.kind == "prescribed" for piece in loaded.network.pieces for end in piece.ends):
         out.print(HELD, soft_wrap=True)
     say_warnings(warnings(found))
     runs = _verified(found, loaded, checked, height)
@@ -112,10 +125,9 @@ def _show_response(found, folder):
             continue
         title = f"\n{folder / 'response.nc'}, amplitudes per metre in {words}"
         for what, amplitudes in _amplitudes(few, key):
-            shown = table_of(f"{title}{what}", "period [s]", *amplitudes)
-            for T, *values in zip(few.period.values, *amplitudes.values(), strict=True):
-                shown.add_row(f"{T:g}", *(f"{value:.4g}" for value in values))
-            out.print(shown)
+            rows = zip(few.period.values, *amplitudes.values(), strict=True)
+            rows = [(f"{T:g}", *(f"{value:.4g}" for value in values)) for T, *values in rows]
+            print_table(f"{title}{what}", ("period [s]", *amplitudes), rows)
     if "tension_std" in found:
         shown = table_of("\nStandard deviations in the irregular sea", "", "standard deviation", "mean", "unit")
         for of_buoy, one in each_buoy(found) if "motion_std" in found else ():
@@ -162,10 +174,6 @@ def _to_verify(text):
     return (parse_numbers("--verify", numbers) if numbers else []), "sea" in words
 
 
-def _ends_move(scene):
-    return any(end.kind == "prescribed" for piece in scene.network.pieces for end in piece.ends)
-
-
 def _verified(found, scene, periods, height):
     """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
     from ..results.labelled import complex_of
@@ -207,15 +215,9 @@ def _differences(found):
 
 
 def _draw_response(found, runs, folder):
-    from ..results.folder import enlist
     from ..results.response_figures import amplitudes, spectra
-    from ..results.style import files_of, save
-    from ..writing import made
 
     figures = {"amplitudes": amplitudes(found, runs)} | ({"spectra": spectra(found)} if "tension_std" in found else {})
     for name, figure in figures.items():
-        target = folder / "figures" / f"response_{name}"
-        made(folder, "figures")
-        enlist(folder, files_of(target), "response")
-        save(figure, target)
+        draw_into(folder, "response", f"response_{name}", figure)
     out.print(f"{2 * len(figures)} figures in {folder / 'figures'}", soft_wrap=True)

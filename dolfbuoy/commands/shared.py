@@ -74,6 +74,27 @@ def table_of(title, *columns):
     return table(title, columns, right=("value", "after the run"))
 
 
+def print_table(title, columns, rows):
+    """Print a table of rows of texts."""
+    shown = table_of(title, *columns)
+    for row in rows:
+        shown.add_row(*row)
+    out.print(shown)
+
+
+def draw_into(folder, kind, name, figure):
+    """Save a figure in the folder of figures of a result of this kind; returns its path without the ending."""
+    from ..results.folder import enlist
+    from ..results.style import files_of, save
+    from ..writing import made
+
+    target = folder / "figures" / name
+    made(folder, "figures")
+    enlist(folder, files_of(target), kind)
+    save(figure, target)
+    return target
+
+
 def say_warnings(warnings):
     """On rank 0, a line each."""
     if rank() == 0:

@@ -52,8 +52,7 @@ def statistics(
     overwrite: OverwriteOption = False,
 ):
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
-    from mpi4py import MPI
-
+    from ..elsewhere import MPI
     from ..results.folder import claimed
     from ..results.statistics import Fatigue, lifetime, runs_of, together
     from ..results.statistics_figures import FIGURES, draw_all

@@ -18,6 +18,7 @@ from .shared import (
     load,
     out,
     out_option,
+    print_table,
     rank,
     say_warnings,
     table_of,
@@ -106,7 +107,7 @@ def _what_is_left(folder):
 
 def _end(dataset, folder):
     """Show the cases; exit code 1 if none is done."""
-    from mpi4py import MPI
+    from ..elsewhere import MPI
 
     if dataset is not None:
         _show(dataset, folder)
@@ -165,10 +166,9 @@ def _show_status(found, folder, part):
     shown.add_row("missing", str(found["missing"]), f"{begun}{rest}")
     out.print(shown)
     if found["reasons"]:
-        shown = table_of("\nWhy cases failed", "number", "status of them")
-        for reason, number in sorted(found["reasons"].items(), key=lambda item: -item[1]):
-            shown.add_row(str(number), reason)
-        out.print(shown)
+        reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
+        rows = [(str(number), reason) for reason, number in reasons]
+        print_table("\nWhy cases failed", ("number", "status of them"), rows)
     say_warnings(found["damaged"])
     if found["foreign"]:
         say_warnings([f"{found['foreign']} results are of another version of dolfbuoy, and do not count."])

@@ -36,11 +36,7 @@ def is_free(body: Row) -> bool:
 
 def placed(body: Row, place: np.ndarray) -> np.ndarray:
     """A point of a body in space [m]: at rest, turned by roll, pitch and yaw (about z, y, x in turn) as it starts."""
-    return _origin(body) + _rotation(body) @ place
-
-
-def _origin(body):
-    return np.array([body.number(axis, 0.0) for axis in "xyz"])
+    return np.array([body.number(axis, 0.0) for axis in "xyz"]) + _rotation(body) @ place
 
 
 def _rotation(body):

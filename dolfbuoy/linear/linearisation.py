@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
 
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem

@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.sea import heading, wavenumber
 from ..scene.sections import Waves

@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from mpi4py import MPI
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.airy import AirySum
 from ..model.components import components_of
@@ -161,11 +161,11 @@ class Seaway:
 
     def _change(self, before, X, energies):
         """Largest relative change of the standard deviations of what moves."""
-        old, new = (np.sqrt((np.abs(self._moving(x)) ** 2) @ energies) for x in (before, X))
+        moving = [
+            np.concatenate([*(body.motion(x) for body in self.found.bodies), self.tensions(x)]) for x in (before, X)
+        ]
+        old, new = (np.sqrt(np.abs(x) ** 2 @ energies) for x in moving)
         return float((np.abs(new - old) / np.maximum(new, 1e-3 * new.max())).max(initial=0.0))
-
-    def _moving(self, X):
-        return np.concatenate([*(body.motion(X) for body in self.found.bodies), self.tensions(X)])
 
     # -- what is read ------------------------------------------------------------------------------------------------
 

@@ -54,7 +54,8 @@ def restoring(found: Linearisation) -> Restoring:
     places, sizes = inextensible_tensions(found.problem)
     rigid = [np.zeros((6, 0)) for _ in found.bodies]
     if len(places):
-        soft, hard = (_with_compliance(found, places, sizes / (EA * found.problem.typical_force)) for EA in STIFF)
+        shape, force = 2 * (found.K.shape[1],), found.problem.typical_force
+        soft, hard = (condensed(found, csr_matrix((-(sizes / (EA * force)), (places, places)), shape)) for EA in STIFF)
         moorings = [mooring_stiffness(found, every) for every in (soft, hard)]
         least = LEAST * STIFF[1] * found.problem.typical_force / found.problem.lines.longest
         rigid = [
@@ -67,10 +68,6 @@ def restoring(found: Linearisation) -> Restoring:
         every = condensed(found)
         mooring = mooring_stiffness(found, every)
     return Restoring(every.bodies, mooring, every.stiffness - mooring, rigid)
-
-
-def _with_compliance(found, places, compliances):
-    return condensed(found, csr_matrix((-compliances, (places, places)), shape=2 * (found.K.shape[1],)))
 
 
 def _rigid(body, soft, hard, least):

@@ -31,7 +31,7 @@ def _run(folder):
     enlist(folder, [folder / "page.html"])
     known = remarks(folder, "run")
     with undamaged(folder / "results.nc", UNFIT):
-        text = run_page(record, scene, known.get("advice"), known.get("case"))
+        text = run_page(record, scene, known.get("case"))
     return _written(folder / "page.html", text)
 
 

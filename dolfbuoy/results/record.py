@@ -125,7 +125,7 @@ class Record:
                 self._started -= float(old.wall_time_s)
                 if not all(name in old.variables for name in (*self.labels, *self.fixed)):
                     raise ValueError("labels or fixed values are missing")
-            if lengths != counts:
+            if lengths != counts or "output" in old.dimensions:  # error bars are of the whole run
                 self._copy(old, counts)
         self.counts = dict(counts)
 
@@ -138,7 +138,7 @@ class Record:
                 for name in (n for n in old.variables if n in over("time", "frame")):
                     self._append(file, name, old.variables[name][: counts[_axis(name)]])
                 self._put_extremes(file)
-                file.setncatts({name: old.getncattr(name) for name in old.ncattrs()})
+                file.setncatts({name: old.getncattr(name) for name in old.ncattrs() if not name.startswith("bar_")})
             seal(part)
 
     def _define(self, file):
@@ -237,6 +237,24 @@ def check_format(attributes, name: str) -> None:
             f"{name} was written by an older dolfbuoy ({version}), without the dimensions cable and buoy that every "
             "record has now: compute it again, with --overwrite in the same folder."
         )
+
+
+def put(path, more: "xr.Dataset") -> None:
+    """Put variables without time into a finished record, or in the place of those of these names.  Raises OSError."""
+    with replacing(path) as part:
+        shutil.copyfile(path, part)
+        reserve(part, more.nbytes + 2**17 + _length(more.attrs))
+        with netCDF4.Dataset(part, "a") as file:
+            for name, size in more.sizes.items():
+                if name not in file.dimensions:
+                    file.createDimension(name, size)
+            for name, variable in more.variables.items():
+                kind = str if variable.dtype.kind == "O" else variable.dtype
+                place = file.variables.get(name) or file.createVariable(name, kind, variable.dims)
+                place.setncatts(variable.attrs)
+                place[:] = variable.values
+            file.setncatts(more.attrs)
+        seal(part)
 
 
 def seal(path) -> None:

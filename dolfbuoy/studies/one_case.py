@@ -7,8 +7,8 @@ import time as clock
 from pathlib import Path
 
 import xarray as xr
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..motion.simulation import Simulation
 from ..page.folder import write_pages

@@ -10,8 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mpi4py import MPI
-
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..page.folder import PAGES, write_pages
 from ..parallel.cases import write_json

@@ -4,8 +4,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from mpi4py import MPI
-
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...results import measured as acc
 from ...results.compare import percent

@@ -10,8 +10,8 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...errors import InputError
 from ...parallel.cases import evaluate_all
 from ...results.compare import orders

@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...motion.schemes import make_scheme
 from ...motion.simulation import Simulation
 from ...parallel.cases import evaluate_all, with_file

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from operator import itemgetter
 from pathlib import Path
 
-from mpi4py import MPI
-
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...parallel.cases import evaluate_all, with_file
 from ...results import compare

@@ -17,8 +17,8 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...model import effects as model
 from ...motion.simulation import Simulation

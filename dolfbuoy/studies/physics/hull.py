@@ -11,8 +11,8 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...linear import LARGEST_KR
 from ...linear.linearisation import linearise

@@ -4,9 +4,9 @@ import math
 import time
 
 import numpy as np
-from mpi4py import MPI
 
 from ...api import simulate
+from ...elsewhere import MPI
 from ...errors import SolveError
 from ...linear.motions import Motions, axes_along, turn
 from ...linear.response import small_waves
