@@ -40,7 +40,7 @@ from .shared import (
 )
 
 
-def _say_version(wanted):
+def _print_version(wanted):
     if wanted:
         out.print(f"dolfbuoy {__version__}", highlight=False)
         raise typer.Exit
@@ -49,7 +49,7 @@ def _say_version(wanted):
 @app.callback()
 def options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Say the version and exit.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ):
     """Options that go before a command."""

@@ -94,17 +94,17 @@ def response(
         raise InputError("--verify sea: there is none; give --significant-height and --peak-period.")
     if height is None and loaded.waves is not None and not loaded.waves.irregular:
         height = 2 * loaded.waves.size
-    asked = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
-    check_periods("--periods", asked)
+    requested = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
+    check_periods("--periods", requested)
     check_periods("--verify", checked)
-    asked = sorted({*asked, *checked})
+    requested = sorted({*requested, *checked})
     began = time.monotonic()
-    found = find(loaded, asked, height, sea, direction, folder)
+    found = find(loaded, requested, height, sea, direction, folder)
     if rank() != 0:
         return
     seconds = time.monotonic() - began
     _show_response(found, folder)
-    out.print(f"{LINEAR}  {len(asked)} periods took {seconds:.2g} s.", soft_wrap=True)
+    out.print(f"{LINEAR}  {len(requested)} periods took {seconds:.2g} s.", soft_wrap=True)
     if any(end.kind == "prescribed" for piece in loaded.network.pieces for end in piece.ends):
         out.print(HELD, soft_wrap=True)
     say_warnings(warnings(found))

@@ -62,19 +62,19 @@ def run(
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
-    asked = {"accuracy.estimate": "companion"} if bars or accuracy is not None else {}
+    requested = {"accuracy.estimate": "companion"} if bars or accuracy is not None else {}
     if accuracy is not None:
         from ..results.compare import parse_accuracy
 
-        asked["accuracy.target"] = parse_accuracy(accuracy)
+        requested["accuracy.target"] = parse_accuracy(accuracy)
     if of is not None:
         if accuracy is None:
             raise InputError(f"--of {of}: goes with --accuracy, of whose outputs it is.")
-        asked["accuracy.of"] = of.split(",")
+        requested["accuracy.of"] = of.split(",")
     shows = {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
     shows |= {"page.html": partial(page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
-        if folder is not None or assign or asked or overwrite:
+        if folder is not None or assign or requested or overwrite:
             raise InputError(
                 f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
                 "--accuracy, --bars or --overwrite."
@@ -83,7 +83,7 @@ def run(
         if loaded is not None:
             _compute(loaded, resume, shows, {"resume": resume, **end})
         return
-    loaded, folder = load(scene, assign, **end, **asked), folder_of(scene, folder)
+    loaded, folder = load(scene, assign, **end, **requested), folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
     if _is_there(folder, loaded, overwrite):

@@ -29,7 +29,7 @@ TableOption = Annotated[Path | None, typer.Option("--table", help="CSV file, a r
 PartOption = Annotated[
     str | None, typer.Option("--part", metavar="I/N", help="Every N-th case from the I-th on, beside other parts.")
 ]
-StatusOption = Annotated[bool, typer.Option("--status", help="Say how far it is, and run nothing.")]
+StatusOption = Annotated[bool, typer.Option("--status", help="Show how far it is, and run nothing.")]
 CollectOption = Annotated[bool, typer.Option("--collect", help="Make sweep.nc of what is there, and run nothing.")]
 RetryOption = Annotated[Literal["failed"] | None, typer.Option("--retry", help="Run cases that failed once more.")]
 SeedsOption = Annotated[
@@ -65,7 +65,7 @@ def sweep(
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
     if status and collect:
-        raise InputError("--status: says how far the sweep is, --collect writes what is there: give one of them.")
+        raise InputError("--status: shows how far the sweep is, --collect writes what is there: give one of them.")
     if collect and part is not None:
         raise InputError("--collect: is about all parts: leave out --part.")
     loaded = load(scene, assign)

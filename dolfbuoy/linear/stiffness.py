@@ -40,7 +40,7 @@ class Condensed:
 class Restoring:
     """mooring, hull (6 b, 6 b): stiffness of the lines, and of all else.  rigid: of each body orthonormal columns
     (6, k), turns at the radius of gyration, along which inextensible lines let it not move; what the matrices have
-    there is as large as can be told, and means nothing.
+    there is only as large as rounding lets it be, and means nothing.
     """
 
     bodies: list[Body]

@@ -101,10 +101,10 @@ def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI
             found = advise(scene, quantity, accuracy, say)
         except (InputError, SolveError) as error:
             found = error
-    told = comm.bcast(found.scene if isinstance(found, Advice) else found)
-    if isinstance(told, Exception):
-        raise told
-    return found if comm.rank == 0 else told
+    shared = comm.bcast(found.scene if isinstance(found, Advice) else found)
+    if isinstance(shared, Exception):
+        raise shared
+    return found if comm.rank == 0 else shared
 
 
 def sentences(advice: Advice) -> list[str]:

@@ -226,18 +226,18 @@ MODES = {
 
 def questions(rows: list[dict], names) -> list[Table]:
     """A table for every question, its rows by the size of what they change; what is impossible comes first."""
-    by_mode, asked = groups(rows, "mode"), []
+    by_mode, tables = groups(rows, "mode"), []
     heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
     for mode, (when, beside) in MODES.items():
         ranked = sorted(by_mode[mode], key=lambda row: -math.inf if row["reason"] else -largest(row, names)[0])
         shown = ranked + (by_mode.get("together", []) if mode == "without" else [])
         why = [f"{row['effect']} ({mode}): {row['reason']}" for row in shown if row["reason"]]
         title = f"\nWhat changes when {when}: rms / maximum [%]"
-        asked += [
+        tables += [
             Table("", [_changes(row, names) for row in shown], title, heads, why),
             Table("", [_costs_beside(row) for row in shown], f"\nWhat a step costs {beside}", COSTS),
         ]
-    return asked
+    return tables
 
 
 def _label(row):
@@ -339,7 +339,7 @@ def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
         return []
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
-    said, asked = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
-    asked[0].title = f"Effects of the scene until t = {scene.time.end:g} s; {{folder}}\n{asked[0].title}"
-    asked[-1].notes = said
-    return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *asked]
+    said, tables = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
+    tables[0].title = f"Effects of the scene until t = {scene.time.end:g} s; {{folder}}\n{tables[0].title}"
+    tables[-1].notes = said
+    return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *tables]
