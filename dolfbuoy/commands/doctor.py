@@ -10,7 +10,7 @@ from ..errors import OF_THE_SYSTEM, InputError
 
 
 def installed():
-    """What knows the versions of all that the system has to bring.  Raises InputError if some of it is not there."""
+    """The module of the versions of what the system has to bring.  Raises InputError if some of it is missing."""
     absent = [name for name in OF_THE_SYSTEM if importlib.util.find_spec(name) is None]
     if absent:
         raise InputError(

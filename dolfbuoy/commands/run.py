@@ -24,9 +24,9 @@ from .shared import (
     load,
     out,
     page_of,
+    print_table,
     rank,
     say_warnings,
-    table_of,
 )
 
 
@@ -62,19 +62,19 @@ def run(
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
-    asked = {"accuracy.estimate": "companion"} if bars or accuracy is not None else {}
+    requested = {"accuracy.estimate": "companion"} if bars or accuracy is not None else {}
     if accuracy is not None:
         from ..results.compare import parse_accuracy
 
-        asked["accuracy.target"] = parse_accuracy(accuracy)
+        requested["accuracy.target"] = parse_accuracy(accuracy)
     if of is not None:
         if accuracy is None:
             raise InputError(f"--of {of}: goes with --accuracy, of whose outputs it is.")
-        asked["accuracy.of"] = of.split(",")
+        requested["accuracy.of"] = of.split(",")
     shows = {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
     shows |= {"page.html": partial(page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
-        if folder is not None or assign or asked or overwrite:
+        if folder is not None or assign or requested or overwrite:
             raise InputError(
                 f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
                 "--accuracy, --bars or --overwrite."
@@ -83,7 +83,7 @@ def run(
         if loaded is not None:
             _compute(loaded, resume, shows, {"resume": resume, **end})
         return
-    loaded, folder = load(scene, assign, **end, **asked), folder_of(scene, folder)
+    loaded, folder = load(scene, assign, **end, **requested), folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
     if _is_there(folder, loaded, overwrite):
@@ -110,7 +110,7 @@ def _to_be_resumed(folder, end):
 
 
 def _is_there(folder, scene, overwrite):
-    """Whether the finished run of the scene is in the folder."""
+    """True if the finished run of the scene is in the folder."""
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
     from ..elsewhere import MPI
     from ..results.folder import claimed, holds
@@ -163,7 +163,7 @@ def _compute(scene, folder, shows, source):
 
 
 def _left(scene, folder):
-    """What there is of a run that was interrupted."""
+    """A sentence on what is left of a run that was interrupted."""
     from ..results.folder import can_resume
 
     if not can_resume(folder, scene):
@@ -233,8 +233,6 @@ class _Bar:
 def _print_summary(record, scene, folder):
     from ..results import summary as results
 
-    shown = table_of(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
-    for name, value, unit in results.summary(record, scene):
-        shown.add_row(name, value, unit)
-    out.print(shown)
+    title = f"\n{scene.title or 'Run'}, {folder / 'results.nc'}"
+    print_table(title, ("quantity", "value", "unit"), results.summary(record, scene))
     say_warnings(results.warnings(record, scene))

@@ -49,7 +49,7 @@ class Linearisation:
 
     @cached_property
     def holds(self) -> list[Hold]:
-        """Where lines hold on buoys, on every rank; collective at first use."""
+        """Points at which lines hold on buoys, on every rank; collective at first use."""
         return holds_of(self.problem, self.u)
 
     @cached_property

@@ -55,7 +55,7 @@ def evaluate(
 
 
 def failed(error: Exception) -> dict:
-    """What is kept of a case that failed."""
+    """Record of a case that failed."""
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
 
 
