@@ -8,6 +8,7 @@ import os
 import shutil
 import struct
 import time as clock
+import traceback
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
@@ -283,13 +284,32 @@ def _checksum(file, size):
 
 @contextmanager
 def undamaged(path, otherwise):
-    """Raise InputError, with the path and `otherwise`, for whatever the libraries run into in a damaged file."""
+    """Raise InputError, with the path and `otherwise`, for any error of the libraries that read a damaged file."""
     try:
         yield
     except (FileNotFoundError, PermissionError, InputError):
         raise
     except Exception as error:  # zip, NumPy, HDF5, netCDF4 and xarray have errors of many kinds for it
         raise InputError(f"{path} {otherwise}") from error
+
+
+@contextmanager
+def fitting(path):
+    """Raise InputError, with the path, for a record without a variable, label or row that it must have.
+
+    Such a lack shows where xarray looks a name up, or where sizes do not match.  All other errors are faults of the
+    program and pass.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except (LookupError, AttributeError, ValueError) as error:
+        *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+        looked_up = frame.f_globals["__name__"].startswith(("xarray.", "pandas."))
+        if isinstance(error, KeyError | AttributeError) and not looked_up:
+            raise
+        raise InputError(f"{path} {UNFIT}") from error
 
 
 def nothing() -> "xr.Dataset":
