@@ -155,6 +155,9 @@ def test_files_of_columns(tmp_path):
     found = wave_components(SCENE | {"waves": {"components": str(tmp_path / "c.txt"), "direction_deg": 5.0}})
     np.testing.assert_allclose(found.period.values, [6.0, 4.0])
     np.testing.assert_allclose(found.direction_deg.values, [15.0, -5.0])
+    (tmp_path / "bad.txt").write_text("f, S\n0.1 2 3\n0.2 4\n")
+    with pytest.raises(InputError, match="line 2 of its file must be 2 numbers"):
+        load_scene(SCENE | {"waves": {"spectrum": str(tmp_path / "bad.txt")}})
     for text in ("0.1 2\n0.2\n", "", "\0", "0.1 2\nx y\n"):
         (tmp_path / "bad.txt").write_text(text)
         with pytest.raises(InputError, match="file"):
