@@ -136,7 +136,9 @@ def test_netcdf_file_of_directions(tmp_path, unit, degrees):
     f, theta, density = directional()
     coming = np.mod(270.0 - theta, 360.0)
     efth = (("time", "dir", "freq"), degrees * density.T[None], {"units": f"m^{{2}}.s.{unit}^{{-1}}"})
-    xr.Dataset({"efth": efth}, coords={"freq": f, "dir": coming}).to_netcdf(tmp_path / "sea.nc")
+    xr.Dataset({"efth": efth}, coords={"freq": f, "dir": coming})[{"freq": slice(None, None, -1)}].to_netcdf(
+        tmp_path / "sea.nc"
+    )
     (tmp_path / "scene.toml").write_text(
         '[sea]\ndepth = 30.0\n[buoy]\nhull = [[0, 2], [2, 2]]\nmass = 500.0\n[waves]\nspectrum = "sea.nc"\n'
     )
