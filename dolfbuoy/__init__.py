@@ -11,7 +11,6 @@ import importlib
 
 from .elsewhere import elsewhere
 from .errors import InputError, SolveError
-from .parallel import singleton
 from .version import __version__ as __version__
 
 #: The interface by its module, imported at first use.
@@ -19,8 +18,6 @@ _OF_API = dict.fromkeys(("offsets", "periodic", "simulate", "solve_static", "wav
 _OF_API |= dict.fromkeys(("modes", "response", "stiffness"), "linear_api")
 _OF_API |= {"check": "check", "show": "page.notebook"}
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
-
-singleton.before_mpi()  # whatever is imported next may start it
 
 
 def __dir__():

@@ -5,9 +5,8 @@ import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mpi4py import MPI
-
-from .errors import InputError, NoResult, SolveError
+from .elsewhere import MPI
+from .errors import InputError, NoResult, NotAccurate, SolveError
 from .model.components import components_of
 from .model.prescribed_ends import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
@@ -129,8 +128,8 @@ def simulate(
     with the Simulation and the step's iterations.  overrides: see load_scene.  resume: folder of a run that was
     stopped, instead of scene and out; only `time__end` may then be changed.  It goes on as if it had not been stopped.
     Raises InputError for an impossible scene, folder or resumption, SolveError when a step fails for good, NoResult
-    when most of them had to be retried with smaller ones, OSError when nothing can be written; everything computed
-    until then is on disk.  Warns when many steps were retried.
+    when most of them had to be retried with smaller ones, NotAccurate when an accuracy was not reached, OSError when
+    nothing can be written; everything computed until then is on disk.  Warns when many steps were retried.
     """
     if resume is not None:
         ends = [value for key, value in overrides.items() if key.replace("__", ".") == "time.end"]
@@ -140,15 +139,20 @@ def simulate(
         with folders.claimed(resume, comm):
             point = checkpoint.load(resume, comm.size, *ends)
             folders.go_on(resume, point.scene, comm)
-            return _sound(_drive(point.scene, Path(resume), comm, progress, point), point.scene, comm)
+            record = _drive(point.scene, Path(resume), comm, progress, point)
+            return _with_bars(_sound(record, point.scene, comm), point.scene, Path(resume), comm)
     scene = load_scene(scene, **overrides)
     if out is None:
         with tempfile.TemporaryDirectory() as folder:
             return simulate(scene, comm.bcast(folder), comm, progress)
     with folders.claimed(out, comm):
         if folders.holds(out, "run", scene, overwrite, comm):
-            return _sound(_read(Path(out) / "results.nc", comm), scene, comm)
-        return _sound(_drive(scene, Path(out), comm, progress), scene, comm)
+            record = _read(Path(out) / "results.nc", comm)
+        elif scene.accuracy is not None and scene.accuracy.target is not None:
+            return _accurate(scene, Path(out), comm, progress)
+        else:
+            record = _drive(scene, Path(out), comm, progress)
+        return _with_bars(_sound(record, scene, comm), scene, Path(out), comm)
 
 
 def periodic(
@@ -223,6 +227,50 @@ def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
     if comm.rank == 0:
         folders.finish(folder, "run")
     return _read(folder / "results.nc", comm, own=point is None)
+
+
+def _with_bars(record, scene, folder, comm):
+    """The record of a finished run, with error bars if the scene asks for them."""
+    if scene.accuracy is None or scene.accuracy.estimate == "none" or bcast(comm, "bar" in record):
+        return record
+    from .accuracy import bars, companion
+
+    try:
+        coarse = _quietly(companion.companion_of(scene), comm)
+    except (SolveError, NoResult) as error:
+        coarse = error
+    return _put(record, bars.bars_of(record, scene, coarse), scene, folder) if comm.rank == 0 else record
+
+
+def _accurate(scene, folder, comm, progress):
+    """The record of a run with settings whose bars are within the scene's target.  Raises NotAccurate if none are."""
+    if comm.size > 1:
+        raise InputError("accuracy.target: settings are found on one rank; give the run to several with its own.")
+    from .accuracy import target
+
+    def run(one, last):
+        return _sound(_drive(one, folder, comm, progress), one, comm) if last else _quietly(one, comm)
+
+    found = target.reach(scene, run)
+    record = _put(found.record, (found.bars, found.sentences), found.scene, folder)
+    if found.worst > target.ENOUGH:
+        raise NotAccurate(target.sentence_of(found), record)
+    return record
+
+
+def _quietly(scene, comm):
+    """The record of a run that is only compared with; of its own steps the comparison takes care."""
+    with warnings.catch_warnings(action="ignore", category=UserWarning):
+        return simulate(load_scene(scene, accuracy=None), comm=comm)
+
+
+def _put(record, bars, scene, folder):
+    """The record with bars, in the file too."""
+    from .accuracy.bars import dataset_of
+
+    found = dataset_of(*bars, scene)
+    results.put(folder / "results.nc", found)
+    return record.merge(found).assign_attrs(found.attrs)
 
 
 def _sound(record, scene, comm):

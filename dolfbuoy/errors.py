@@ -37,6 +37,14 @@ class NoResult(SolveError):
         self.record = record
 
 
+class NotAccurate(SolveError):
+    """An accuracy that was asked for was not reached; record: of the last run, with its bars; exit code 4."""
+
+    def __init__(self, sentence, record=None):
+        super().__init__(sentence)
+        self.record = record
+
+
 def missing(error: ImportError) -> "InputError | None":
     """A failed import of one of OF_THE_SYSTEM as one sentence; None if something else failed."""
     name = (error.name or "").partition(".")[0]

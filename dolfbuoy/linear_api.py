@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from mpi4py import MPI
 
+from .elsewhere import MPI
 from .errors import InputError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes

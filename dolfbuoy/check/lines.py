@@ -5,8 +5,8 @@ from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..meshes import cable_nodes
 from ..model.effects import called_by
 from ..model.rigid import cross_section, weight_per_length

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..model.effects import names as effects_of
 from ..model.feasible import check_feasible
 from ..model.prescribed_ends import overshoot

@@ -10,7 +10,7 @@ from ..errors import OF_THE_SYSTEM, InputError
 
 
 def installed():
-    """What knows the versions of all that the system has to bring.  Raises InputError if some of it is not there."""
+    """The module of the versions of what the system has to bring.  Raises InputError if some of it is missing."""
     absent = [name for name in OF_THE_SYSTEM if importlib.util.find_spec(name) is None]
     if absent:
         raise InputError(
@@ -40,9 +40,8 @@ def _version():
 
 
 def _solve():
-    from mpi4py import MPI
-
     from ..api import solve_static
+    from ..elsewhere import MPI
 
     top = {"kind": "fixed", "position": [0.6, 0.0, 0.5]}
     scene = {"gravity": 1.0, "cable": {"length": 1.0, "line_density": 1.0, "elements": 16, "top": top}}

@@ -1,4 +1,4 @@
-"""What the command `dolfbuoy` starts; light, so that an interruption of its imports ends in one word too."""
+"""Start of the command `dolfbuoy`; light, so that an interruption of its imports ends in one word too."""
 
 import gc
 import os

@@ -8,6 +8,7 @@ import typer
 
 from ..errors import InputError
 from ..writing import refuse_present, write_text
+from .app import app
 from .shared import OverwriteOption, SceneArgument, SetOption, default_folder, err, finite, load, out, out_option, rank
 
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of MoorDyn, or YAML of MoorPy or RAFT.")]
@@ -27,6 +28,7 @@ COLUMNS = {
 }
 
 
+@app.command("import")
 def import_(
     kind: FormatArgument,
     file: FileArgument,
@@ -49,6 +51,7 @@ def import_(
     _say(f"{target}: check it with dolfbuoy check {target}")
 
 
+@app.command()
 def export(
     kind: PeerArgument,
     scene: SceneArgument,
@@ -78,6 +81,7 @@ def export(
     _say(f"{', '.join(written.files)} in {folder}")
 
 
+@app.command()
 def compare(
     kind: PeerArgument,
     scene: SceneArgument,
@@ -135,10 +139,3 @@ def _make(folder):
 def _say(text):
     if rank() == 0:
         out.print(text, soft_wrap=True, markup=False, highlight=False)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make them commands of an application."""
-    app.command("import")(import_)
-    app.command()(export)
-    app.command()(compare)

@@ -8,21 +8,23 @@ import typer
 
 from ..errors import InputError
 from ..results.tables import out, table
+from .app import app
 
 
+@app.command()
 def keys(
     section: Annotated[str | None, typer.Argument(metavar="SECTION", help="Such as cable or cable.top.")] = None,
 ):
     """Keys of a scene: unit, default, range, meaning.  Example: dolfbuoy keys cable"""
     from ..scene.keys import keys_of
 
-    rows = keys_of(section)
     shown = table("Keys of a scene", ("key", "unit", "default", "range", "meaning"), right=())
-    for row in rows:
+    for row in keys_of(section):
         shown.add_row(*row)
     out.print(shown)
 
 
+@app.command()
 def schema():
     """JSON Schema of a scene, for editors.  Example: dolfbuoy schema > schema.json"""
     from ..scene.schema import as_text
@@ -30,6 +32,7 @@ def schema():
     out.print(as_text(), end="", soft_wrap=True, markup=False, highlight=False)
 
 
+@app.command()
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the scene; its file is NAME.toml.")],
     like: Annotated[str, typer.Option("--like", metavar="SCENE", help="Scene whose values it begins with.")] = "short",
@@ -59,9 +62,3 @@ def write_new(path: Path, like: str) -> None:
         raise InputError(f"NAME = {str(path)!r}: must be a new file; this one exists and is left as it is.") from None
     except OSError as error:
         raise InputError(f"NAME = {str(path)!r}: must be a file that can be written ({error.strerror}).") from None
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make them commands of an application."""
-    for command in (new, keys, schema):
-        app.command()(command)

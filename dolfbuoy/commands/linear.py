@@ -7,15 +7,18 @@ import typer
 
 from ..errors import InputError
 from ..results.tables import force_unit
+from .app import app
 from .shared import (
     OutOption,
     SceneArgument,
     SetOption,
+    draw_into,
     finite,
     folder_of,
     load,
     out,
     page_of,
+    print_table,
     rank,
     say_warnings,
     table_of,
@@ -31,6 +34,7 @@ ROUNDING = 1e-10
 PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
 
 
+@app.command()
 def modes(
     scene: SceneArgument,
     number: Annotated[int, typer.Option("--number", help="Of modes, the slowest first, 1 to 500.")] = 10,
@@ -70,6 +74,7 @@ def _number_of(value):
     return "-" if np.isnan(value) else f"{value:.5g}" if abs(value) > NO_DAMPING else "0"
 
 
+@app.command()
 def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
     """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
     from ..linear_api import stiffness as find
@@ -90,15 +95,13 @@ def _show_stiffness(of_buoy, found):
     """Matrices of a buoy, and the eigenvalues of their symmetric parts."""
     for name in ("mooring", "hull", "total"):
         title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
-        shown = table_of(f"\n{title}", "", *found.motion.values.tolist())
-        for row, values in zip(found.reaction.values.tolist(), _without_rounding(found[name].values), strict=True):
-            shown.add_row(row, *map(_stiffness_text, values))
-        out.print(shown)
+        rows = zip(found.reaction.values.tolist(), _without_rounding(found[name].values), strict=True)
+        rows = [(row, *map(_stiffness_text, values)) for row, values in rows]
+        print_table(f"\n{title}", ("", *found.motion.values.tolist()), rows)
     title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
-    shown = table_of(title, "", *map(str, range(1, 7)))
-    for name in ("mooring", "hull", "total"):
-        shown.add_row(name, *map(_stiffness_text, _without_rounding(found[f"{name}_eigenvalue"].values)))
-    out.print(shown)
+    values = {name: _without_rounding(found[f"{name}_eigenvalue"].values) for name in ("mooring", "hull", "total")}
+    rows = [(name, *map(_stiffness_text, row)) for name, row in values.items()]
+    print_table(title, ("", *map(str, range(1, 7))), rows)
 
 
 def _without_rounding(values):
@@ -111,6 +114,7 @@ def _stiffness_text(value):
     return f"{value:.5g}" if np.isfinite(value) else "rigid" if value > 0 else "-rigid"
 
 
+@app.command()
 def offsets(
     scene: SceneArgument,
     force: Annotated[str | None, typer.Option("--force", help="Sizes \\[N], a,b,c or start:stop:step.")] = None,
@@ -179,20 +183,8 @@ def _show_offsets(found, what, folder):
 
 
 def _draw_offsets(found, scene, folder):
-    from ..results.folder import enlist
     from ..results.offset_figures import offset_curves
-    from ..results.style import files_of, save
-    from ..writing import made
 
     held = [end.top.position[:2] for piece in scene.network.pieces for end in piece.ends if end.held]
-    target = folder / "figures" / "offsets"
-    made(folder, "figures")
-    enlist(folder, files_of(target), "offsets")
-    save(offset_curves(found, held), target)
+    target = draw_into(folder, "offsets", "offsets", offset_curves(found, held))
     out.print(f"figure: {target}.png", soft_wrap=True)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make them commands of an application."""
-    for command in (modes, stiffness, offsets):
-        app.command()(command)

@@ -4,21 +4,19 @@ import itertools
 import os
 import sys
 import traceback
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.markup import escape
-from typer.core import TyperGroup
-from typer.main import get_group
 
 from .. import __version__
-from ..errors import InputError, SolveError, missing, printable
+from ..errors import InputError, NotAccurate, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
 from ..writing import refuse_present
-from .run import advised, draw, run
+from .app import app
+from .run import draw, run
 from .shared import (
     InstantsOption,
     Interrupted,
@@ -35,69 +33,14 @@ from .shared import (
     out,
     out_option,
     page_of,
+    print_table,
     rank,
     say_warnings,
     table_of,
 )
 
-#: Modules here that add commands of their own, and the names of these, in the order of --help.
-ELSEWHERE = {
-    "linear": ("modes", "stiffness", "offsets"),
-    "response": ("response",),
-    "periodic": ("periodic",),
-    "statistics": ("statistics",),
-    "sweep": ("sweep",),
-    "language": ("new", "keys", "schema"),
-    "formats": ("import", "export", "compare"),
-    "study": ("study",),
-}
 
-
-class _Group(TyperGroup):
-    """Imports a module of ELSEWHERE when a command of it is asked for, so that the others cost a start nothing.
-
-    Says itself how an interruption ends; else typer says "Aborted".
-    """
-
-    def list_commands(self, ctx):
-        later = [name for names in ELSEWHERE.values() for name in names]
-        return [*(name for name in super().list_commands(ctx) if name not in later), *later]
-
-    def get_command(self, ctx, cmd_name):
-        if cmd_name not in self.commands:
-            having = [module for module, names in ELSEWHERE.items() if cmd_name in names]
-            for module in having or ELSEWHERE:  # a name that none has is misspelt, perhaps one of theirs
-                self.commands |= get_group(commands_of(module)).commands
-        return super().get_command(ctx, cmd_name)
-
-    def invoke(self, ctx):
-        try:
-            return super().invoke(ctx)
-        except Interrupted:
-            raise
-        except BaseException:
-            if interruption.received():
-                raise Interrupted("Interrupted.") from None
-            raise
-
-
-app = typer.Typer(
-    cls=_Group,
-    add_completion=False,
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-    help="Simulation of a tethered buoy with FEniCSx.\n\nExample: dolfbuoy run short",
-)
-
-
-def commands_of(module: str) -> typer.Typer:
-    """An application of the commands of a module of ELSEWHERE."""
-    part = typer.Typer(add_completion=False, rich_markup_mode="rich")
-    import_module(f".{module}", __package__).add_to(part)
-    return part
-
-
-def _say_version(wanted):
+def _print_version(wanted):
     if wanted:
         out.print(f"dolfbuoy {__version__}", highlight=False)
         raise typer.Exit
@@ -106,10 +49,10 @@ def _say_version(wanted):
 @app.callback()
 def options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Say the version and exit.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ):
-    """What goes before a command."""
+    """Options that go before a command."""
 
 
 @app.command("list")
@@ -117,10 +60,7 @@ def list_scenes():
     """Shipped scenes.  Example: dolfbuoy list"""
     from ..scene import load_scene, shipped_scenes
 
-    shown = table_of("Shipped scenes", "name", "title")
-    for name in shipped_scenes():
-        shown.add_row(name, load_scene(name).title)
-    out.print(shown)
+    print_table("Shipped scenes", ("name", "title"), [(name, load_scene(name).title) for name in shipped_scenes()])
 
 
 @app.command()
@@ -139,11 +79,10 @@ def check(scene: SceneArgument, assign: SetOption = None):
     out.print(shown)
     if report.periods:
         columns = ["period", "value", "unit"] + (["after the run"] if loaded.time else [])
-        shown = table_of("\nPeriods, and the amplitude that the scheme and its step leave of a free motion", *columns)
-        for name, period in report.periods.items():
-            rest = [f"{100 * remaining_amplitude(period, loaded):.1f} %"] if loaded.time else []
-            shown.add_row(name, f"{period:.5g}", "s", *rest)
-        out.print(shown)
+        rows = [[name, f"{period:.5g}", "s"] for name, period in report.periods.items()]
+        for row, period in zip(rows, report.periods.values(), strict=True):
+            row += [f"{100 * remaining_amplitude(period, loaded):.1f} %"] if loaded.time else []
+        print_table("\nPeriods, and the amplitude that the scheme and its step leave of a free motion", columns, rows)
     say_warnings(report.warnings)
 
 
@@ -158,10 +97,8 @@ def static(
     folder, loaded = folder_of(scene, folder), load(scene, assign)
     record = solve_static(loaded, out=folder, overwrite=overwrite)
     if rank() == 0:
-        shown = table_of(f"Equilibrium, {folder / 'static.nc'}", "quantity", "value", "unit")
-        for row in static_rows(record, loaded):
-            shown.add_row(*row)
-        out.print(shown)
+        title = f"Equilibrium, {folder / 'static.nc'}"
+        print_table(title, ("quantity", "value", "unit"), static_rows(record, loaded))
         say_warnings(static_warnings(record, loaded))
 
 
@@ -179,19 +116,28 @@ def advise(
     overwrite: OverwriteOption = False,
 ):
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
-    from mpi4py import MPI
-
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
+    from ..elsewhere import MPI
     from ..model.feasible import check_feasible
+    from ..results.compare import parse_accuracy
     from ..results.folder import claimed
+    from ..studies.accuracy import advise as study
 
     loaded = load(scene, assign)
     check_feasible(loaded)
     folder = default_folder(folder, f"advise-{Path(scene).stem}")
     if write is not None and not write.is_dir():
         refuse_present([write], overwrite)
+    if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
+        raise InputError(f"--write {write}: must be a file, not a folder, where one can be written.")
+
+    def say(text):
+        out.print(text, soft_wrap=True, highlight=False, markup=False)
+
     with claimed(folder, MPI.COMM_WORLD):
-        advised(loaded, quantity, accuracy, folder, write)
+        found = study.advise_all(loaded, quantity, parse_accuracy(accuracy), say)
+        if rank() == 0:
+            study.report(found, folder, write)
 
 
 @app.command()
@@ -199,9 +145,8 @@ def report(
     folder: Annotated[Path, typer.Option("--out", help="Folder of the report.")] = Path("results/report"),
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
 ):
-    """What accuracy costs: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
-    from mpi4py import MPI
-
+    """The price of accuracy: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
+    from ..elsewhere import MPI
     from ..results.folder import claimed
     from ..studies.accuracy.report import run as write_report
 
@@ -240,10 +185,7 @@ def doctor():
     from .doctor import examine, installed
 
     compat = installed()
-    shown = table_of("Versions", "package", "version")
-    for name, version in compat.versions().items():
-        shown.add_row(name, version)
-    out.print(shown)
+    print_table("Versions", ("package", "version"), compat.versions().items())
     out.print(f"compiled forms are kept in {compat.jit_cache()}\n", soft_wrap=True)
     results = examine()
     for name, passed, found in results:
@@ -261,6 +203,8 @@ def main():
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)
+    except NotAccurate as error:
+        _fail(str(error), 4)
     except SolveError as error:
         _fail(f"The solve failed. {error}", 1)
     except ImportError as error:
@@ -310,7 +254,7 @@ TEXTS = ("--out", "--write", "--table", "--scatter", "--resume", "--like", "--se
 
 
 def _is_odd_number(text):
-    """Whether Python reads it as a number that nobody means: 1_0, or digits of another script."""
+    """True if Python reads it as a number that nobody means: 1_0, or digits of another script."""
     try:
         float(text)
     except ValueError:

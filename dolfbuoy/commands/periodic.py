@@ -4,9 +4,11 @@ from typing import Annotated
 
 import typer
 
-from .shared import OutOption, SceneArgument, SetOption, folder_of, load, out, rank, say_warnings, table_of
+from .app import app
+from .shared import OutOption, SceneArgument, SetOption, folder_of, load, out, print_table, rank, say_warnings
 
 
+@app.command()
 def periodic(
     scene: SceneArgument,
     folder: OutOption = None,
@@ -23,15 +25,8 @@ def periodic(
     record = find(loaded, folder, accuracy=parse_accuracy(accuracy), most=most)
     if rank() != 0:
         return
-    shown = table_of(f"\n{loaded.title or 'Limit cycle'}, {folder / 'periodic.nc'}", "quantity", "value", "unit")
-    for row in summary(record, loaded):
-        shown.add_row(*row)
-    out.print(shown)
+    title = f"\n{loaded.title or 'Limit cycle'}, {folder / 'periodic.nc'}"
+    print_table(title, ("quantity", "value", "unit"), summary(record, loaded))
     count, error = record.attrs["cycle_periods"], percent(record.attrs["cycle_error"])
     out.print(f"The limit cycle to {error} of its ranges (estimated), after {count} periods.")
     say_warnings(warnings(record, loaded))
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make it a command of an application."""
-    app.command()(periodic)

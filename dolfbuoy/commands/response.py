@@ -7,8 +7,22 @@ import numpy as np
 import typer
 
 from ..errors import InputError
+from .app import app
 from .linear import PlotOption
-from .shared import OutOption, SceneArgument, SetOption, finite, folder_of, load, out, rank, say_warnings, table_of
+from .shared import (
+    OutOption,
+    SceneArgument,
+    SetOption,
+    draw_into,
+    finite,
+    folder_of,
+    load,
+    out,
+    print_table,
+    rank,
+    say_warnings,
+    table_of,
+)
 
 #: Motions that are shown, factor, unit.
 MOTIONS = [(name, 1.0, "m") for name in ("surge", "sway", "heave")]
@@ -21,6 +35,7 @@ UNSETTLED = 0.01
 SHOWN = (2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 25, 30)
 
 
+@app.command()
 def response(
     scene: SceneArgument,
     periods: Annotated[str | None, typer.Option("--periods", help="\\[s], a,b,c or start:stop:step.")] = None,
@@ -79,18 +94,18 @@ def response(
         raise InputError("--verify sea: there is none; give --significant-height and --peak-period.")
     if height is None and loaded.waves is not None and not loaded.waves.irregular:
         height = 2 * loaded.waves.size
-    asked = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
-    check_periods("--periods", asked)
+    requested = numbers_of("--periods", periods) if periods is not None else PERIODS.tolist()
+    check_periods("--periods", requested)
     check_periods("--verify", checked)
-    asked = sorted({*asked, *checked})
+    requested = sorted({*requested, *checked})
     began = time.monotonic()
-    found = find(loaded, asked, height, sea, direction, folder)
+    found = find(loaded, requested, height, sea, direction, folder)
     if rank() != 0:
         return
     seconds = time.monotonic() - began
     _show_response(found, folder)
-    out.print(f"{LINEAR}  {len(asked)} periods took {seconds:.2g} s.", soft_wrap=True)
-    if _ends_move(loaded):
+    out.print(f"{LINEAR}  {len(requested)} periods took {seconds:.2g} s.", soft_wrap=True)
+    if any(end.kind == "prescribed" for piece in loaded.network.pieces for end in piece.ends):
         out.print(HELD, soft_wrap=True)
     say_warnings(warnings(found))
     runs = _verified(found, loaded, checked, height)
@@ -110,10 +125,9 @@ def _show_response(found, folder):
             continue
         title = f"\n{folder / 'response.nc'}, amplitudes per metre in {words}"
         for what, amplitudes in _amplitudes(few, key):
-            shown = table_of(f"{title}{what}", "period [s]", *amplitudes)
-            for T, *values in zip(few.period.values, *amplitudes.values(), strict=True):
-                shown.add_row(f"{T:g}", *(f"{value:.4g}" for value in values))
-            out.print(shown)
+            rows = zip(few.period.values, *amplitudes.values(), strict=True)
+            rows = [(f"{T:g}", *(f"{value:.4g}" for value in values)) for T, *values in rows]
+            print_table(f"{title}{what}", ("period [s]", *amplitudes), rows)
     if "tension_std" in found:
         shown = table_of("\nStandard deviations in the irregular sea", "", "standard deviation", "mean", "unit")
         for of_buoy, one in each_buoy(found) if "motion_std" in found else ():
@@ -160,10 +174,6 @@ def _to_verify(text):
     return (parse_numbers("--verify", numbers) if numbers else []), "sea" in words
 
 
-def _ends_move(scene):
-    return any(end.kind == "prescribed" for piece in scene.network.pieces for end in piece.ends)
-
-
 def _verified(found, scene, periods, height):
     """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
     from ..results.labelled import complex_of
@@ -205,20 +215,9 @@ def _differences(found):
 
 
 def _draw_response(found, runs, folder):
-    from ..results.folder import enlist
     from ..results.response_figures import amplitudes, spectra
-    from ..results.style import files_of, save
-    from ..writing import made
 
     figures = {"amplitudes": amplitudes(found, runs)} | ({"spectra": spectra(found)} if "tension_std" in found else {})
     for name, figure in figures.items():
-        target = folder / "figures" / f"response_{name}"
-        made(folder, "figures")
-        enlist(folder, files_of(target), "response")
-        save(figure, target)
+        draw_into(folder, "response", f"response_{name}", figure)
     out.print(f"{2 * len(figures)} figures in {folder / 'figures'}", soft_wrap=True)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make it a command of an application."""
-    app.command()(response)

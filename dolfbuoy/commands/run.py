@@ -1,6 +1,5 @@
 """`dolfbuoy run`: a scene in time, from its start or from where it was stopped, and what is shown of it."""
 
-import os
 import shlex
 import time as clock
 import warnings
@@ -11,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ..errors import InputError, NoResult
+from ..errors import InputError, NoResult, NotAccurate
 from ..parallel import interruption
 from .shared import (
     InstantsOption,
@@ -19,16 +18,15 @@ from .shared import (
     OutOption,
     OverwriteOption,
     ParaviewOption,
-    QuantityOption,
     SetOption,
     err,
     folder_of,
     load,
     out,
     page_of,
+    print_table,
     rank,
     say_warnings,
-    table_of,
 )
 
 
@@ -43,8 +41,15 @@ def run(
     page: Annotated[
         bool | None, typer.Option("--page/--no-page", help="Write page.html \\[default: unless --no-plot].")
     ] = None,
-    accuracy: Annotated[str | None, typer.Option("--accuracy", help="Find the settings first; see advise.")] = None,
-    quantity: QuantityOption = "tension_top",
+    accuracy: Annotated[
+        str | None, typer.Option("--accuracy", help="Find settings with which outputs are so accurate, as 1%.")
+    ] = None,
+    of: Annotated[
+        str | None, typer.Option("--of", help="These outputs, with commas, as tension_top.max,cone_angle.std.")
+    ] = None,
+    bars: Annotated[
+        bool, typer.Option("--bars", help="Estimate error bars from a second run, at about half the cost of the first.")
+    ] = False,
     resume: Annotated[
         Path | None, typer.Option("--resume", metavar="DIR", help="Go on with a run that was stopped, or lengthen it.")
     ] = None,
@@ -57,36 +62,40 @@ def run(
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
+    requested = {"accuracy.estimate": "companion"} if bars or accuracy is not None else {}
+    if accuracy is not None:
+        from ..results.compare import parse_accuracy
+
+        requested["accuracy.target"] = parse_accuracy(accuracy)
+    if of is not None:
+        if accuracy is None:
+            raise InputError(f"--of {of}: goes with --accuracy, of whose outputs it is.")
+        requested["accuracy.of"] = of.split(",")
     shows = {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
     shows |= {"page.html": partial(page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
-        if folder is not None or assign or accuracy is not None or overwrite:
+        if folder is not None or assign or requested or overwrite:
             raise InputError(
                 f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
-                "--accuracy or --overwrite."
+                "--accuracy, --bars or --overwrite."
             )
         loaded = _to_be_resumed(resume, end)
         if loaded is not None:
             _compute(loaded, resume, shows, {"resume": resume, **end})
         return
-    loaded, folder = load(scene, assign, **end), folder_of(scene, folder)
+    loaded, folder = load(scene, assign, **end, **requested), folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
-    advice = None
-    if accuracy is not None:
-        _is_there(folder, loaded, overwrite=True)  # what cannot be written, or is the user's, before the pilot
-        loaded, advice = advised(loaded, quantity, accuracy)
     if _is_there(folder, loaded, overwrite):
         _show_again(loaded, folder, shows)
     else:
-        _compute(loaded, folder, shows, {"scene": loaded, "out": folder, "overwrite": overwrite}, advice)
+        _compute(loaded, folder, shows, {"scene": loaded, "out": folder, "overwrite": overwrite})
 
 
 def _to_be_resumed(folder, end):
     """The scene of a stopped run; None, said so, when it is complete."""
-    from mpi4py import MPI
-
     from ..api import simulate
+    from ..elsewhere import MPI
     from ..results.checkpoint import load as load_checkpoint
     from ..results.record import verify
 
@@ -101,10 +110,9 @@ def _to_be_resumed(folder, end):
 
 
 def _is_there(folder, scene, overwrite):
-    """Whether the finished run of the scene is in the folder."""
-    from mpi4py import MPI
-
+    """True if the finished run of the scene is in the folder."""
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
+    from ..elsewhere import MPI
     from ..results.folder import claimed, holds
 
     with claimed(folder, MPI.COMM_WORLD):
@@ -127,10 +135,11 @@ def _show_again(scene, folder, shows):
         raise error
 
 
-def _compute(scene, folder, shows, source, advice=None):
-    """Simulate, and print and show what came of it; advice: sentences that go with the run."""
+def _compute(scene, folder, shows, source):
+    """Simulate, and print and show what came of it."""
     from ..api import simulate
     from ..check import derived
+    from ..results.after_ramp import scene_of
 
     say_warnings(derived(scene).warnings)
     _say_if_one_rank_is_faster(scene)
@@ -138,7 +147,7 @@ def _compute(scene, folder, shows, source, advice=None):
     try:
         with bar, warnings.catch_warnings(action="ignore", category=UserWarning):  # the summary says it
             record = simulate(progress=bar.update, **source)
-    except NoResult as error:
+    except (NoResult, NotAccurate) as error:
         record, unsound = error.record, error
     except BaseException:
         if interruption.received():
@@ -146,11 +155,7 @@ def _compute(scene, folder, shows, source, advice=None):
         raise
     if rank() != 0:
         return
-    if advice:
-        from ..results.folder import remark
-
-        remark(folder, "run", advice=advice)
-    _print_summary(record, scene, folder)
+    _print_summary(record, scene_of(record), folder)  # settings may be others than those that were given
     for show in shows.values():
         show(folder)
     if unsound is not None:
@@ -158,7 +163,7 @@ def _compute(scene, folder, shows, source, advice=None):
 
 
 def _left(scene, folder):
-    """What there is of a run that was interrupted."""
+    """A sentence on what is left of a run that was interrupted."""
     from ..results.folder import can_resume
 
     if not can_resume(folder, scene):
@@ -168,31 +173,12 @@ def _left(scene, folder):
 
 
 def _say_if_one_rank_is_faster(scene):
-    from mpi4py import MPI
-
+    from ..elsewhere import MPI
     from ..results.summary import sharing_note
 
     note = sharing_note(scene, MPI.COMM_WORLD.size)
     if note and rank() == 0:
         err.print(note, soft_wrap=True, highlight=False)
-
-
-def advised(scene, quantity, accuracy, folder=None, write=None):
-    """The scene with settings of this accuracy, and why in sentences (on rank 0); says what was chosen."""
-    from ..results.compare import parse_accuracy
-    from ..studies.accuracy import advise as study
-
-    if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
-        raise InputError(f"--write {write}: must be a file, not a folder, where one can be written.")
-
-    def say(text):
-        out.print(text, soft_wrap=True, highlight=False, markup=False)
-
-    found = study.advise_all(scene, quantity, parse_accuracy(accuracy), say)
-    if rank() != 0:
-        return found, None
-    study.report(found, folder, write)
-    return found.scene, study.sentences(found)
 
 
 def draw(folder, paraview=True, instants=50):
@@ -247,8 +233,6 @@ class _Bar:
 def _print_summary(record, scene, folder):
     from ..results import summary as results
 
-    shown = table_of(f"\n{scene.title or 'Run'}, {folder / 'results.nc'}", "quantity", "value", "unit")
-    for name, value, unit in results.summary(record, scene):
-        shown.add_row(name, value, unit)
-    out.print(shown)
+    title = f"\n{scene.title or 'Run'}, {folder / 'results.nc'}"
+    print_table(title, ("quantity", "value", "unit"), results.summary(record, scene))
     say_warnings(results.warnings(record, scene))

@@ -1,4 +1,4 @@
-"""What several commands have in common: their options, and how they load and show."""
+"""Common parts of the commands: options, and how scenes are loaded and results shown."""
 
 import math
 from pathlib import Path
@@ -25,7 +25,7 @@ SetOption = Annotated[
 
 
 def out_option(default):
-    """Where the results go; what is in brackets must not be taken for a style."""
+    """The option --out with this default; its brackets must not be taken for a style."""
     return Annotated[Path | None, typer.Option("--out", help=f"Folder of the results \\[default: {default}].")]
 
 
@@ -56,7 +56,7 @@ def load(scene, assignments, **overrides):
 
 
 def default_folder(folder, name):
-    """Where the results go, results/NAME unless a folder is given; a link must be given.  Raises InputError."""
+    """Folder of the results, results/NAME unless one is given; a link must be given.  Raises InputError."""
     if folder is not None:
         return folder
     for place in (Path("results"), Path("results") / name):
@@ -65,13 +65,34 @@ def default_folder(folder, name):
 
 
 def folder_of(scene, folder):
-    """Where the results of a scene go."""
+    """Folder of the results of a scene."""
     return default_folder(folder, Path(scene).stem)
 
 
 def table_of(title, *columns):
     """An empty table, its numbers aligned to the right."""
     return table(title, columns, right=("value", "after the run"))
+
+
+def print_table(title, columns, rows):
+    """Print a table of rows of texts."""
+    shown = table_of(title, *columns)
+    for row in rows:
+        shown.add_row(*row)
+    out.print(shown)
+
+
+def draw_into(folder, kind, name, figure):
+    """Save a figure in the folder of figures of a result of this kind; returns its path without the ending."""
+    from ..results.folder import enlist
+    from ..results.style import files_of, save
+    from ..writing import made
+
+    target = folder / "figures" / name
+    made(folder, "figures")
+    enlist(folder, files_of(target), kind)
+    save(figure, target)
+    return target
 
 
 def say_warnings(warnings):

@@ -9,6 +9,7 @@ import typer
 
 from ..errors import InputError
 from ..parallel.ranks import rank
+from .app import app
 from .shared import OverwriteOption, default_folder, finite, out, out_option, table_of
 
 #: Sets that are printed; netCDF has them all.
@@ -37,6 +38,7 @@ YearsOption = Annotated[float, typer.Option("--years", help="In which the larges
 FrequencyOption = Annotated[float, typer.Option("--frequency", help="Cycles of the equivalent load per second \\[Hz].")]
 
 
+@app.command()
 def statistics(
     folders: FoldersArgument,
     start: StartOption = None,
@@ -50,8 +52,7 @@ def statistics(
     overwrite: OverwriteOption = False,
 ):
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
-    from mpi4py import MPI
-
+    from ..elsewhere import MPI
     from ..results.folder import claimed
     from ..results.statistics import Fatigue, lifetime, runs_of, together
     from ..results.statistics_figures import FIGURES, draw_all
@@ -194,7 +195,7 @@ def _extremes(series):
 
 
 def _certainty(series):
-    """How well these runs tell deviations and extremes, and how many tell the extremes to 5 % above the mean."""
+    """Error of deviations and extremes from these runs, and the number of runs for extremes to 5 % above the mean."""
     from ..results.compare import duration
     from ..results.extremes import Gumbel, deviation_uncertainty
 
@@ -259,8 +260,3 @@ def _circles(mine):
         if np.isfinite(one.watch_circle_radius):
             table.add_row("the anchor", "", "", f"{float(one.watch_circle_radius):.4g}")
         yield table
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make it a command of an application."""
-    app.command()(statistics)

@@ -6,9 +6,11 @@ from typing import Annotated
 
 import typer
 
+from .app import app
 from .shared import SceneArgument, out_option
 
-app = typer.Typer(no_args_is_help=True, help="Studies.  Example: mpirun -n 2 dolfbuoy study convergence")
+studies = typer.Typer(no_args_is_help=True, help="Studies.  Example: mpirun -n 2 dolfbuoy study convergence")
+app.add_typer(studies, name="study")
 
 Out = out_option("results/study-NAME")
 TEnd = Annotated[float | None, typer.Option("--t-end", help="End of the runs \\[s].")]
@@ -22,7 +24,7 @@ def _run(name: str, study: Callable, out: Path | None, **options) -> None:
         raise typer.Exit(1)
 
 
-@app.command("inf-sup")
+@studies.command("inf-sup")
 def inf_sup(out: Out = None) -> None:
     """Inf-sup constant of the linearised cable: which pairs are stable.  Example: dolfbuoy study inf-sup"""
     from ..studies.accuracy import inf_sup as module
@@ -30,7 +32,7 @@ def inf_sup(out: Out = None) -> None:
     _run("inf-sup", module.study, out)
 
 
-@app.command()
+@studies.command()
 def convergence(
     out: Out = None,
     figure: Annotated[str, typer.Option(help="2, 3, 4 or all.")] = "all",
@@ -43,7 +45,7 @@ def convergence(
     _run("convergence", module.study, out, **wanted)
 
 
-@app.command("hard-cases")
+@studies.command("hard-cases")
 def hard_cases(
     only: Annotated[str | None, typer.Option(metavar="NAME", help="Names that begin so.")] = None,
     slow: Annotated[bool, typer.Option("--slow", help="The expensive ones too.")] = False,
@@ -55,7 +57,7 @@ def hard_cases(
     _run("hard-cases", module.study, out, only=only, slow=slow)
 
 
-@app.command("work-precision")
+@studies.command("work-precision")
 def work_precision(
     scene: SceneArgument,
     t_end: Annotated[
@@ -77,7 +79,7 @@ def work_precision(
     _run("work-precision", module.study, out, **wanted)
 
 
-@app.command()
+@studies.command()
 def effects(
     scene: SceneArgument,
     t_end: Annotated[
@@ -86,13 +88,13 @@ def effects(
     threshold: Annotated[str, typer.Option(help="Change below which an effect is in vain.")] = "1%",
     out: Out = None,
 ) -> None:
-    """What each effect of a scene changes and costs.  Example: dolfbuoy study effects short --t-end 15"""
+    """Change and cost of each effect of a scene.  Example: dolfbuoy study effects short --t-end 15"""
     from ..studies.physics import effects as module
 
     _run("effects", module.study, out, **module.request(scene, t_end, threshold))
 
 
-@app.command()
+@studies.command()
 def energy(
     scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Default: driven and short.")] = None,
     t_end: TEnd = None,
@@ -106,7 +108,7 @@ def energy(
     _run("energy", module.study, out, scene=scene, t_end=t_end, steps=parse_numbers("--steps", steps))
 
 
-@app.command()
+@studies.command()
 def hull(
     scene: SceneArgument,
     runs: Annotated[
@@ -121,12 +123,7 @@ def hull(
     ] = None,
     out: Out = None,
 ) -> None:
-    """How a hull floats and rides small waves: hydrostatics, natural periods, response.  Example: dolfbuoy study hull short"""  # noqa: E501
+    """A hull afloat and in small waves: hydrostatics, natural periods, response.  Example: dolfbuoy study hull short"""
     from ..studies.physics import hull as module
 
     _run("hull", module.study, out, **module.request(scene, runs, direction, capytaine))
-
-
-def add_to(parent: typer.Typer) -> None:
-    """Make them commands below `study` of an application."""
-    parent.add_typer(app, name="study")

@@ -9,6 +9,7 @@ import typer
 from ..errors import InputError
 from ..parallel import interruption, ranks
 from ..results.tables import unit_of
+from .app import app
 from .shared import (
     Interrupted,
     SceneArgument,
@@ -17,6 +18,7 @@ from .shared import (
     load,
     out,
     out_option,
+    print_table,
     rank,
     say_warnings,
     table_of,
@@ -27,7 +29,7 @@ TableOption = Annotated[Path | None, typer.Option("--table", help="CSV file, a r
 PartOption = Annotated[
     str | None, typer.Option("--part", metavar="I/N", help="Every N-th case from the I-th on, beside other parts.")
 ]
-StatusOption = Annotated[bool, typer.Option("--status", help="Say how far it is, and run nothing.")]
+StatusOption = Annotated[bool, typer.Option("--status", help="Show how far it is, and run nothing.")]
 CollectOption = Annotated[bool, typer.Option("--collect", help="Make sweep.nc of what is there, and run nothing.")]
 RetryOption = Annotated[Literal["failed"] | None, typer.Option("--retry", help="Run cases that failed once more.")]
 SeedsOption = Annotated[
@@ -45,6 +47,7 @@ LimitOption = Annotated[
 ]
 
 
+@app.command()
 def sweep(
     scene: SceneArgument,
     assign: SetOption = None,
@@ -62,7 +65,7 @@ def sweep(
 ):
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
     if status and collect:
-        raise InputError("--status: says how far the sweep is, --collect writes what is there: give one of them.")
+        raise InputError("--status: shows how far the sweep is, --collect writes what is there: give one of them.")
     if collect and part is not None:
         raise InputError("--collect: is about all parts: leave out --part.")
     loaded = load(scene, assign)
@@ -104,7 +107,7 @@ def _what_is_left(folder):
 
 def _end(dataset, folder):
     """Show the cases; exit code 1 if none is done."""
-    from mpi4py import MPI
+    from ..elsewhere import MPI
 
     if dataset is not None:
         _show(dataset, folder)
@@ -163,15 +166,9 @@ def _show_status(found, folder, part):
     shown.add_row("missing", str(found["missing"]), f"{begun}{rest}")
     out.print(shown)
     if found["reasons"]:
-        shown = table_of("\nWhy cases failed", "number", "status of them")
-        for reason, number in sorted(found["reasons"].items(), key=lambda item: -item[1]):
-            shown.add_row(str(number), reason)
-        out.print(shown)
+        reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
+        rows = [(str(number), reason) for reason, number in reasons]
+        print_table("\nWhy cases failed", ("number", "status of them"), rows)
     say_warnings(found["damaged"])
     if found["foreign"]:
         say_warnings([f"{found['foreign']} results are of another version of dolfbuoy, and do not count."])
-
-
-def add_to(app: typer.Typer) -> None:
-    """Make it a command of an application."""
-    app.command()(sweep)

@@ -183,7 +183,7 @@ class _Reader:
         return found
 
     def _points(self):
-        """What an end there is, the place and "fixed", "moved" or "free", by names; the joints."""
+        """Place and kind ("fixed", "moved" or "free") of each end, by name; and the joints."""
         places, joints = {}, []
         for row in self._rows("points"):
             name, kind = _text(row, "name", "points"), _text(row, "type", "points").lower()

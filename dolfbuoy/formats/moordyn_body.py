@@ -30,17 +30,13 @@ class BodyOf:
 
 
 def is_free(body: Row) -> bool:
-    """Whether nothing but its lines and the water hold the body."""
+    """True if nothing but its lines and the water hold the body."""
     return body.values.get("attachment", "free").lower().startswith("free")
 
 
 def placed(body: Row, place: np.ndarray) -> np.ndarray:
     """A point of a body in space [m]: at rest, turned by roll, pitch and yaw (about z, y, x in turn) as it starts."""
-    return _origin(body) + _rotation(body) @ place
-
-
-def _origin(body):
-    return np.array([body.number(axis, 0.0) for axis in "xyz"])
+    return np.array([body.number(axis, 0.0) for axis in "xyz"]) + _rotation(body) @ place
 
 
 def _rotation(body):
@@ -143,7 +139,7 @@ def _numbers(body, column, counts=(1, 2, 3, 6)):
 
 
 def _say_rest(body, rods, types, note):
-    """What a buoy has no place for."""
+    """Quantities of a body that a buoy has no place for."""
     for column, what in (("volume", "a volume beside its rods'"), ("CdA", "drag beside its rods'")):
         if _numbers(body, column).any():
             note(body.line, f"the body has {what}, {body[column]}, which is not carried over")

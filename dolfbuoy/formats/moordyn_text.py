@@ -236,7 +236,7 @@ def _row(tables, section, number, line):
 
 
 def is_number(text: str) -> bool:
-    """Whether it is a finite number."""
+    """True if it is a finite number."""
     try:
         number_of(text)
     except ValueError:

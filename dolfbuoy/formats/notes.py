@@ -1,4 +1,4 @@
-"""What a translation could not carry over, or changed on the way."""
+"""Notes on what a translation could not carry over, or changed on the way."""
 
 from dataclasses import dataclass
 

@@ -42,7 +42,7 @@ class Numerics:
 
 @dataclass
 class Start:
-    """Where free joints and centres of buoys are at the start [m], by name."""
+    """Positions of free joints and centres of buoys at the start [m], by name."""
 
     joints: dict[str, np.ndarray] = field(default_factory=dict)
     buoys: dict[str, np.ndarray] = field(default_factory=dict)
@@ -51,7 +51,7 @@ class Start:
 @dataclass
 class Export:
     """Files by name, the first one is MoorDyn's input; what was not carried over; the step [s]; which point each driven
-    or held end is, in the order in which MoorDyn is told where they are, as scene's `Top` sections."""
+    or held end is, in the order in which MoorDyn takes their places, as scene's `Top` sections."""
 
     files: dict[str, str]
     notes: list[Note]

@@ -41,19 +41,19 @@ class Sea:
 
 
 class Velocities:
-    """Where velocities are in the linearised equations."""
+    """Place of velocities in the linearised equations."""
 
     def __init__(self, found: Linearisation):
         self.found = found
         self._axes = [_WetAxis(body, found.problem.buoys[body.name]) for body in found.bodies]
 
     def of_water(self, velocity) -> Sea:
-        """Of a function of points (n, 3)."""
+        """Velocities of the water, a function of points (n, 3)."""
         at_nodes = [velocity(line.positions) for line in self.found.lines]
         return Sea(at_nodes, [axis.fit @ velocity(axis.points).ravel() for axis in self._axes])
 
     def relative(self, X, omega, water: Sea) -> Sea:
-        """Of what moves with Re[X exp(-i omega t)], less that of the water."""
+        """Relative velocities of what moves with Re[X exp(-i omega t)]: its own less the water's."""
         found = self.found
         at_nodes = [-1j * omega * line.moved(X) - u for line, u in zip(found.lines, water.at_nodes, strict=True)]
         on_hulls = [-1j * omega * body.motion(X) - u for body, u in zip(found.bodies, water.on_hulls, strict=True)]
@@ -125,7 +125,7 @@ def _crossing(v):
 
 
 class LinearDrag:
-    """What waves add to K and E, and so to the forces of the waves.  equations: those, with rows of reactions."""
+    """Parts that waves add to K and E, and so to the forces of the waves.  equations: those, with rows of reactions."""
 
     def __init__(self, velocities: Velocities, equations: WithReactions):
         self.velocities, self.found, self.equations = velocities, velocities.found, equations
@@ -137,7 +137,7 @@ class LinearDrag:
         self._sums = None
 
     def in_cycle(self, relative: Sea, amplitude, share=1.0):
-        """Of regular waves, of the relative velocities per metre.  share: of the new drag, the rest stays as it is."""
+        """Average in regular waves, from the relative velocities per metre.  share: of the new drag, the rest stays."""
         phases = CYCLE * amplitude * np.exp(-2j * np.pi * (np.arange(PHASES) + 0.5) / PHASES)
         samples = (
             Sea([(v * z).real for v in relative.at_nodes], [(v * z).real for v in relative.on_hulls]) for z in phases
@@ -145,7 +145,7 @@ class LinearDrag:
         self._average(samples, share)
 
     def in_sea(self, relatives: list[Sea], energies, share=1.0):
-        """Of a Gaussian sea; energies: S dw [m^2] of the frequencies of the relative velocities.  share: see above."""
+        """Average in a Gaussian sea; energies: S dw [m^2] of the velocities' frequencies.  share: see above."""
         nodes = [_roots(np.array(v), energies) for v in zip(*(r.at_nodes for r in relatives), strict=True)]
         hulls = [_roots(np.array(v), energies) for v in zip(*(r.on_hulls for r in relatives), strict=True)]
         samples = (
@@ -193,7 +193,7 @@ class LinearDrag:
         return self._sums
 
     def force(self, water: Sea):
-        """What it adds to the slope of the residual in the amplitude."""
+        """Part of the drag in the slope of the residual in the amplitude."""
         rates, state = (values[self.found.problem.system.order] for values in self.velocities.as_rates(water))
         return -(self.dE @ rates + self.dK @ state)
 

@@ -1,4 +1,4 @@
-"""Where buoys and lines stand among all unknowns of a linearised scene; the same on all ranks."""
+"""Places of buoys and lines among all unknowns of a linearised scene; the same on all ranks."""
 
 from typing import NamedTuple
 
@@ -122,7 +122,7 @@ def bodies_of(problem, u) -> list[Body]:
 
 
 def holds_of(problem, u) -> list[Hold]:
-    """Where lines hold on buoys."""
+    """Points at which lines hold on buoys."""
     mine, names = [], {id(buoy): name for name, buoy in problem.buoys.items()}
     for attachment in (attachment for attachment in problem.attachments if attachment.buoy):
         at = attachment.of(u)

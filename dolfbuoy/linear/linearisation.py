@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from mpi4py import MPI
 from scipy.sparse import csr_matrix, vstack
 
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
@@ -49,7 +49,7 @@ class Linearisation:
 
     @cached_property
     def holds(self) -> list[Hold]:
-        """Where lines hold on buoys, on every rank; collective at first use."""
+        """Points at which lines hold on buoys, on every rank; collective at first use."""
         return holds_of(self.problem, self.u)
 
     @cached_property

@@ -8,7 +8,7 @@ from ..model.sea import heading
 
 
 class Motions(NamedTuple):
-    """Of C along a direction, across it (to the left) and up [m], and turns about these three axes [rad].
+    """Motions of C along a direction, across it (to the left) and up [m], and turns about these three axes [rad].
 
     pitch > 0 turns the top along the direction.  Small; complex where they are amplitudes.
     """
@@ -22,7 +22,7 @@ class Motions(NamedTuple):
 
 
 def motions(at_rest, change, direction_deg=0.0) -> Motions:
-    """Of a small change of a buoy's state; both with its fields `position` and `orientation`."""
+    """Motions of a small change of a buoy's state; both with its fields `position` and `orientation`."""
     axes = axes_along(direction_deg)
     return Motions(*axes @ change.position, *axes @ turn(at_rest.orientation, change.orientation))
 

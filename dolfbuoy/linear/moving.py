@@ -1,4 +1,4 @@
-"""What moves in a mode: shares of its kinetic energy, added mass included, and names from them."""
+"""Moving parts of a mode: shares of its kinetic energy, added mass included, and names from them."""
 
 import numpy as np
 
@@ -57,7 +57,7 @@ class Moving:
         return vectors @ np.linalg.svd(inside, full_matrices=False)[2].conj().T
 
     def _displacements(self, x, ways):
-        """Of all buoys and lines, of the directions (ahead or along, up or across, aside)."""
+        """Displacements of all buoys and lines in the directions (ahead or along, up or across, aside)."""
         parts = [self.axes[[0, 2, 1]][ways] @ body.motion(x)[:3] for body in self.bodies]
         for line in self.lines:
             parts += [(d * line.moved(x)).sum(axis=1) for d in line.directions(self.axes[0])[ways]]
@@ -78,7 +78,7 @@ class Moving:
         return {name: energy / total for name, energy in energies.items()}
 
     def names_of(self, body) -> list[str]:
-        """Of the six motions of a buoy, with its own name if there are several."""
+        """Names of the six motions of a buoy, with its own name if there are several."""
         prefix = f"{body.name} " if len(self.bodies) > 1 else ""
         return [f"{prefix}{name}" for name in Motions._fields]
 
@@ -113,7 +113,7 @@ class Moving:
 
 
 def _changes_of_sign(values):
-    """Of complex displacements at the phase in which they are largest."""
+    """Number of changes of sign of complex displacements at the phase in which they are largest."""
     largest = values[np.abs(values).argmax()]
     real = (values / largest).real if largest else np.zeros(1)
     return int(np.count_nonzero(np.diff(np.sign(real[np.abs(real) > LEAST_WAVE]))))

@@ -91,7 +91,7 @@ def _drifting(moving, vectors):
 
 
 def _clusters(roots):
-    """Where several roots that follow each other are one."""
+    """Ranges of consecutive roots that are one."""
     apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
     return [rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1]
 

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..solver.quadratic import FEW
 from .eigenvalues import DENSE, modes_near

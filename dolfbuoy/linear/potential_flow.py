@@ -96,7 +96,7 @@ def _complex(array):
 
 
 def _places(data, dimension, path):
-    """Where surge, heave and pitch stand; Capytaine puts a body's name before those of several bodies."""
+    """Places of surge, heave and pitch; Capytaine puts a body's name before those of several bodies."""
     found = [str(name).split("__")[-1].lower() for name in data[dimension].values]
     missing = [dof for dof in DOFS if dof.lower() not in found]
     if missing:

@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from mpi4py import MPI
 from scipy.sparse.linalg import splu
 
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.sea import heading, wavenumber
 from ..scene.sections import Waves
@@ -21,7 +21,7 @@ from .motions import Motions, motions
 
 #: Amplitude [m] of the waves whose forces are taken for linear: what drag adds, and what rounding does, are below 1e-5.
 SMALL = 1e-5
-#: Periods of waves that are asked for lie between these [s].
+#: Periods of waves that may be requested lie between these [s].
 SHORTEST, LONGEST = 0.01, 10_000.0
 
 
@@ -34,7 +34,7 @@ def check_periods(name: str, periods) -> None:
 
 @dataclass(frozen=True)
 class Response:
-    """Of a buoy to waves of one period [s] and direction, per metre of amplitude: [m/m] and [rad/m], complex."""
+    """Response of a buoy to waves of one period [s] and direction, per metre of amplitude [m/m, rad/m], complex."""
 
     period: float
     direction_deg: float

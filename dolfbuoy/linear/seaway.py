@@ -9,10 +9,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from mpi4py import MPI
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.airy import AirySum
 from ..model.components import components_of
@@ -31,8 +31,10 @@ SLOW = 0.5
 
 @dataclass
 class Wave:
-    """Of one frequency and direction: omega at a fixed point [rad/s], k and direction as a vector [1/m]; per metre the
-    slope F of the residual and the water's velocities."""
+    """A wave of one frequency and direction: omega at a fixed point [rad/s], k and direction as a vector [1/m].
+
+    Per metre of amplitude, the slope F of the residual and the water's velocities.
+    """
 
     omega: float
     k: np.ndarray
@@ -66,7 +68,7 @@ class Seaway:
     # -- waves -------------------------------------------------------------------------------------------------------
 
     def wave(self, omega, direction_deg=None, wavelength=None) -> Wave:
-        """What there is to know of one frequency of `waves.period`, in a direction (None: that of all).
+        """The wave of one frequency of `waves.period`, in a direction (None: that of all).
 
         wavelength: if it does not follow from dispersion [m].
         """
@@ -159,16 +161,16 @@ class Seaway:
 
     def _change(self, before, X, energies):
         """Largest relative change of the standard deviations of what moves."""
-        old, new = (np.sqrt((np.abs(self._moving(x)) ** 2) @ energies) for x in (before, X))
+        moving = [
+            np.concatenate([*(body.motion(x) for body in self.found.bodies), self.tensions(x)]) for x in (before, X)
+        ]
+        old, new = (np.sqrt(np.abs(x) ** 2 @ energies) for x in moving)
         return float((np.abs(new - old) / np.maximum(new, 1e-3 * new.max())).max(initial=0.0))
-
-    def _moving(self, X):
-        return np.concatenate([*(body.motion(X) for body in self.found.bodies), self.tensions(X)])
 
     # -- what is read ------------------------------------------------------------------------------------------------
 
     def motions(self, X) -> list[Motions]:
-        """Of every buoy along and across the direction, of columns of all unknowns."""
+        """Motions of every buoy along and across the direction, of columns of all unknowns."""
         axes = axes_along(self.direction_deg)
         moved = [body.motion(X) for body in self.found.bodies]
         return [Motions(*(axes @ motion[:3]), *(axes @ motion[3:])) for motion in moved]
@@ -222,7 +224,7 @@ def _complex(water, x, quarter):
 
 
 def _slope(problem, function):
-    """Of a linear function of the local unknowns, in all unknowns."""
+    """Slope of a linear function of the local unknowns, in all unknowns."""
     unit, row = np.zeros(problem.system.size), np.zeros(problem.system.unknowns)
     places = np.flatnonzero(np.isin(problem.system.order, problem.lines.force_dofs()))
     for place in places:

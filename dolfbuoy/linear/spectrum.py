@@ -40,7 +40,7 @@ class Bins:
 
 
 def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
-    """The irregular sea that is asked for: (significant height [m], peak period [s], gamma, s of its spreading or
+    """The irregular sea that is requested: (significant height [m], peak period [s], gamma, s of its spreading or
     None), else the scene's, or None.
 
     Raises InputError for numbers that are no sea.
@@ -53,12 +53,12 @@ def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
             f"sea = {tuple(sea)}: must be a height and a period above 0, gamma from 1, and a spreading above 0."
         )
     direction = direction_deg if direction_deg is not None else scene.waves.direction_deg if scene.waves else 0.0
-    asked = {"spectrum": "jonswap", "significant_height": height, "peak_period": period, "gamma": gamma}
-    return made(Waves, direction_deg=direction, spreading=spreading, **asked)
+    requested = {"spectrum": "jonswap", "significant_height": height, "peak_period": period, "gamma": gamma}
+    return made(Waves, direction_deg=direction, spreading=spreading, **requested)
 
 
 def bins_of(waves: Waves) -> Bins:
-    """Of a spectrum, each frequency in a few directions of equal energy; of components, each of them, or sums."""
+    """Bins of a spectrum, each frequency in a few directions of equal energy; of components, each of them, or sums."""
     spectrum = spectrum_of(waves)
     if spectrum is None:
         return _of_components(components_of(waves), waves.direction_deg)

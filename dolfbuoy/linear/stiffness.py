@@ -40,7 +40,7 @@ class Condensed:
 class Restoring:
     """mooring, hull (6 b, 6 b): stiffness of the lines, and of all else.  rigid: of each body orthonormal columns
     (6, k), turns at the radius of gyration, along which inextensible lines let it not move; what the matrices have
-    there is as large as can be told, and means nothing.
+    there is only as large as rounding lets it be, and means nothing.
     """
 
     bodies: list[Body]
@@ -50,11 +50,12 @@ class Restoring:
 
 
 def restoring(found: Linearisation) -> Restoring:
-    """Of all buoys together; collective.  Raises SolveError if the lines have no stiffness of their own."""
+    """Stiffness of all buoys together; collective.  Raises SolveError if the lines have no stiffness of their own."""
     places, sizes = inextensible_tensions(found.problem)
     rigid = [np.zeros((6, 0)) for _ in found.bodies]
     if len(places):
-        soft, hard = (_with_compliance(found, places, sizes / (EA * found.problem.typical_force)) for EA in STIFF)
+        shape, force = 2 * (found.K.shape[1],), found.problem.typical_force
+        soft, hard = (condensed(found, csr_matrix((-(sizes / (EA * force)), (places, places)), shape)) for EA in STIFF)
         moorings = [mooring_stiffness(found, every) for every in (soft, hard)]
         least = LEAST * STIFF[1] * found.problem.typical_force / found.problem.lines.longest
         rigid = [
@@ -69,10 +70,6 @@ def restoring(found: Linearisation) -> Restoring:
     return Restoring(every.bodies, mooring, every.stiffness - mooring, rigid)
 
 
-def _with_compliance(found, places, compliances):
-    return condensed(found, csr_matrix((-compliances, (places, places)), shape=2 * (found.K.shape[1],)))
-
-
 def _rigid(body, soft, hard, least):
     """Directions in which one block is as much larger as the compliance in it was smaller, and above rounding."""
     (before, _), (after, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (soft, hard))
@@ -80,7 +77,7 @@ def _rigid(body, soft, hard, least):
 
 
 def condensed(found: Linearisation, more=None) -> Condensed:
-    """Of all buoys together; the same on all ranks.  more: a matrix that is added to K.
+    """Condensed stiffness of all buoys together; the same on all ranks.  more: a matrix that is added to K.
 
     Raises SolveError if the lines have no stiffness of their own.
     """

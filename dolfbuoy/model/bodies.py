@@ -3,8 +3,8 @@
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..forms import joint as form
 from ..forms.kinds import Expr
 from ..scene import Scene

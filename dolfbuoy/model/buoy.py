@@ -52,7 +52,7 @@ class Spin(Evolution):
     """L_C . d of a buoy: no unknown, but with a rate of its own, gamma x value + history."""
 
     def __init__(self, buoy: "Buoy"):
-        self.gamma, self.history, self.followed = (fem.Constant(buoy.mesh, 0.0) for _ in range(3))
+        self.gamma, self.history, self.followed = (compat.constant(buoy.mesh, 0.0) for _ in range(3))
         super().__init__(buoy.part, [(self.gamma, self.history)], True, [np.array([np.inf])])
 
     def values(self, u: np.ndarray) -> np.ndarray:
@@ -96,10 +96,10 @@ class Buoy(Model):
         self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
         if dynamic:
-            self.gamma, self.history = fem.Constant(self.mesh, 0.0), fem.Function(self.state.function_space)
+            self.gamma, self.history = compat.constant(self.mesh, 0.0), fem.Function(self.state.function_space)
             self.spin = None  #: L_C . d, followed where something may turn the buoy
         else:
-            self.relaxation, self.gauge = fem.Constant(self.mesh, 0.0), None
+            self.relaxation, self.gauge = compat.constant(self.mesh, 0.0), None
             self.reference = fem.Function(self.state.function_space)
         self.sea = SeaState(self.mesh, scene, with_waves=dynamic)
         self._above, self._beside = [], {}
@@ -132,7 +132,7 @@ class Buoy(Model):
     def _constants(self):
         self._numbers = Numbers(self.mesh, self.scene, lambda scene: [scene.network.buoys[self.name]])
         number = self._numbers.constant
-        self.one = fem.Constant(self.mesh, 1.0)
+        self.one = compat.constant(self.mesh, 1.0)
         self.M = number(lambda scene, b: self.mass.mass)
         self.center = number(lambda scene, b: self.mass.height)
         self.inertia = number(lambda scene, b: np.array(self.mass.inertia))

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..meshes import cable_nodes
 from ..scene.cable import Cable
 from ..scene.network import Network, Piece

@@ -9,8 +9,8 @@ from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..scene import Scene
 from ..solver.tension_only import OneSidedRows
 from .interface import Model

@@ -8,8 +8,8 @@ from functools import partial
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..forms import cable as form
 from ..forms import coupling
 from ..forms.kinds import Expr
@@ -175,7 +175,7 @@ class Lines(Layout, Masses):
             self.bed = Seabed(self)
             self.memory |= self.bed.memory
         if not self.dynamic:
-            self.relaxation, self.reference = fem.Constant(self.mesh, 0.0), fem.Function(self.space)
+            self.relaxation, self.reference = compat.constant(self.mesh, 0.0), fem.Function(self.space)
 
     def change(self, scene: Scene) -> None:
         """Take the numbers of another scene of the same structure."""

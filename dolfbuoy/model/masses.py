@@ -8,6 +8,7 @@ from dolfinx import fem
 from ..forms.kinds import Expr
 from ..forms.sea import Flow
 from ..scene import Scene
+from ..solver import compat
 from . import effects
 from .interface import Model
 from .numbers import Numbers
@@ -35,7 +36,7 @@ class Masses(Model):
 
     def _move(self) -> None:
         """Constants and Functions of the rates."""
-        self.gamma_v, self.gamma_a = (fem.Constant(self.mesh, 0.0) for _ in range(2))
+        self.gamma_v, self.gamma_a = (compat.constant(self.mesh, 0.0) for _ in range(2))
         self.history_v, self.history_a = fem.Function(self.space), fem.Function(self.space)
 
     @property

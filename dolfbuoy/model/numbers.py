@@ -31,7 +31,7 @@ class Numbers:
 
     def constant(self, get: Callable) -> fem.Constant:
         """fem.Constant with the value get(scene, section), of the first section."""
-        made = fem.Constant(self.mesh, get(self.scene, self.sections[0]))
+        made = compat.constant(self.mesh, get(self.scene, self.sections[0]))
         self._given.append((made, get))
         return made
 

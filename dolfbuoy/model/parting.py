@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from dolfinx import fem
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..forms.kinds import Expr
 from ..parallel.ranks import allreduce
 from ..solver import compat

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..parallel.ranks import allreduce, bcast
 from ..scene import Scene
 from ..scene.network import attached_ends

@@ -3,8 +3,7 @@
 import os
 import resource
 
-from mpi4py import MPI
-
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..meshes import number_of_cells
 from ..scene import Scene

@@ -5,8 +5,8 @@ they follow from the positions, the velocity that the constraints admit, and the
 """
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..solver import compat
 from .schemes import BackwardEuler, Predictor
 

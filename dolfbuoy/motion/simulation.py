@@ -1,8 +1,8 @@
 """A scene in time: initial state, implicit steps, and what is retried when a step fails."""
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..parallel.ranks import allreduce

@@ -1,21 +1,26 @@
 """What the numbers of a run are worth: scheme, step, what is left of each period, and an error if one is known."""
 
-from mpi4py import MPI
-
 from ..check import check, derived
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
+from ..results.bars import rows_of
 from ..results.summary import remaining_amplitude
 from ..scene.settings import SCHEMES, period_of
 from .document import Markup, tag
 from .html import paragraphs, section, table
 
 
-def worth(record, scene, advice: list[str] | None) -> Markup:
-    """The section; advice: sentences of `dolfbuoy advise` about this scene, if it was asked."""
-    known = advice or [
-        "The error of this run is not known: dolfbuoy advise SCENE measures what its settings leave of an accuracy, "
-        "and dolfbuoy study work-precision SCENE draws error over time."
+def worth(record, scene) -> Markup:
+    """The section: settings, what the scheme leaves of free motions, and error bars if they were estimated."""
+    rows = [
+        (f"{row.part}: {row.name}" if row.part else row.name, row.value, row.bar, row.unit, row.verdict, row.chance)
+        for row in rows_of(record)
     ]
+    unknown = (
+        "The error of this run is not known: dolfbuoy run SCENE --bars estimates it, dolfbuoy advise SCENE measures "
+        "what its settings leave of an accuracy, and dolfbuoy study work-precision SCENE draws error over time."
+    )
+    known = [record.attrs["bar_says"]] if record.attrs.get("bar_says") else [] if rows else [unknown]
     return section(
         "worth",
         "What these numbers are worth",
@@ -23,6 +28,7 @@ def worth(record, scene, advice: list[str] | None) -> Markup:
         _periods(scene),
         tag("h3", "Error"),
         paragraphs(known),
+        table(("output", "value", "+-", "unit", "verdict", "scatter over seeds"), rows) if rows else None,
     )
 
 

@@ -24,33 +24,33 @@ def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
 
 def _run(folder):
     from ..results.paraview import read_run
-    from ..results.record import UNFIT, undamaged
+    from ..results.record import fitting
     from .run_page import run_page
 
     record, scene = read_run(folder)
     enlist(folder, [folder / "page.html"])
     known = remarks(folder, "run")
-    with undamaged(folder / "results.nc", UNFIT):
-        text = run_page(record, scene, known.get("advice"), known.get("case"))
+    with fitting(folder / "results.nc"):
+        text = run_page(record, scene, known.get("case"))
     return _written(folder / "page.html", text)
 
 
 def _modes(folder):
-    from ..results.record import UNFIT, read, undamaged
+    from ..results.record import fitting, read
     from .modes_page import modes_page
 
     enlist(folder, [folder / "modes.html"], "modes")
-    with undamaged(folder / "modes.nc", UNFIT):
+    with fitting(folder / "modes.nc"):
         text = modes_page(read(folder / "modes.nc"))
     return _written(folder / "modes.html", text)
 
 
 def _sweep(folder):
-    from ..results.record import UNFIT, read, undamaged
+    from ..results.record import fitting, read
     from .sweep_page import sweep_page
 
     enlist(folder, [folder / "sweep.html"], "sweep")
-    with undamaged(folder / "sweep.nc", UNFIT):
+    with fitting(folder / "sweep.nc"):
         text = sweep_page(read(folder / "sweep.nc"))
     return _written(folder / "sweep.html", text)
 

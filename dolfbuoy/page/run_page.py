@@ -17,8 +17,8 @@ from .series import columns_of, envelopes, panels, rows_that_fit, spectra
 from .view import view_of
 
 
-def run_page(record, scene=None, advice: list[str] | None = None, case: str | None = None) -> str:
-    """HTML of a record with its time; advice: see `worth`; case: of a sweep, what varies there.
+def run_page(record, scene=None, case: str | None = None) -> str:
+    """HTML of a record with its time; case: of a sweep, what varies there.
 
     Raises InputError for a record without a scene.
     """
@@ -35,7 +35,7 @@ def run_page(record, scene=None, advice: list[str] | None = None, case: str | No
                 _keys(found["moments"]),
                 fragment("stage", note=_thinned(found)),
                 fragment("series"),
-                _facts(record, scene, advice),
+                _facts(record, scene),
             ),
         ]
     )
@@ -140,12 +140,12 @@ def _keys(moments):
     )
 
 
-def _facts(record, scene, advice):
+def _facts(record, scene):
     """The lower part: tables and words."""
     rows = html.table(("quantity", "value", "unit"), summary(record, scene))
     matters = html.section("matters", "What matters", rows)
     sources = tag("div", html.scene(scene.to_toml()), html.versions(record.attrs), class_="wide")
-    return tag("div", matters, worth(record, scene, advice), sources, class_="grid")
+    return tag("div", matters, worth(record, scene), sources, class_="grid")
 
 
 def _headings(scene):

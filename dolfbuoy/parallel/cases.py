@@ -15,11 +15,11 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
 
-from mpi4py import MPI
 from rich.console import Console
 from rich.progress import Progress
 
 from .. import forms, meshes
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..writing import made, write_text
 from . import interruption

@@ -1,4 +1,4 @@
-"""What figures of a run have in common: they take a record, with what it has draw a figure, and say what they miss."""
+"""Registry of the figures of a run, and what they share: each draws a record, or names the variable that it lacks."""
 
 import functools
 from collections.abc import Callable
@@ -7,9 +7,22 @@ from .after_ramp import Missing, scene_of
 from .parts import names_of, part_of
 from .style import STYLE, matplotlib
 
+#: Name of the files: what draws them, from (record, scene); `figure_of` puts a figure in.
+FIGURES: dict[str, Callable] = {}
+
 
 def figure_of(*needs: str, part: str | None = None) -> Callable:
-    """A function (record, scene=None, ...) that draws what these variables of a record say, as a figure.
+    """Decorator of a function that `draws`, which makes it a figure of every run that has the variables."""
+
+    def register(draw):
+        FIGURES[draw.__name__] = draws(*needs, part=part)(draw)
+        return FIGURES[draw.__name__]
+
+    return register
+
+
+def draws(*needs: str, part: str | None = None) -> Callable:
+    """A function (record, scene=None, ...) that draws these variables of a record as a figure.
 
     The scene is by default the one that the record carries.  part: "cable" or "buoy" if it draws one, which then is a
     keyword too: the name of the one, by default of the only one.  The function raises Missing for a record without the

@@ -11,39 +11,35 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..writing import made
+
+# Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
+from . import along_line, over_time, spectra, trajectories  # noqa: F401
+from . import snapshot as _snapshot  # noqa: F401
 from .after_ramp import Missing, TooShort
-from .along_line import envelope, shapes
+from .drawing import FIGURES
 from .folder import enlist
-from .over_time import cone_angle, heave, of_quantity, roll_pitch_yaw, tension
+from .over_time import of_quantity
 from .paraview import read_run
 from .parts import names_of
 from .quantities import QUANTITIES
-from .record import UNFIT, undamaged
-from .snapshot import snapshot
-from .spectra import motion_spectrum, tension_spectrum
+from .record import fitting
 from .style import files_of, save
-from .trajectories import orbit, track, trajectory
 
-_ALL = (
-    trajectory,
-    track,
-    orbit,
-    tension,
-    envelope,
-    heave,
-    cone_angle,
-    roll_pitch_yaw,
-    motion_spectrum,
-    tension_spectrum,
-    shapes,
-    snapshot,
-)
-#: Name of the files: what draws them, from (record, scene).
-FIGURES: dict[str, Callable] = {draw.__name__: draw for draw in _ALL}
 __all__ = [*FIGURES, "draw_all"]
 #: Cables or buoys that have figures of their own: those with the largest value of a quantity.
 MOST_PARTS = 12
 CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
+
+
+def __getattr__(name: str) -> Callable:
+    """The figure of this name."""
+    if name not in FIGURES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return FIGURES[name]
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *FIGURES]
 
 
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
@@ -63,7 +59,7 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
         parts = chosen[draw.part] if draw.part else []
         for part in parts or [None]:
             try:
-                with undamaged(Path(folder) / "results.nc", UNFIT):
+                with fitting(Path(folder) / "results.nc"):
                     figure = draw(record, scene, **({draw.part: part} if part else {}))
             except Missing:
                 continue

@@ -15,8 +15,7 @@ from collections.abc import Iterable
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mpi4py import MPI
-
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..parallel.ranks import bcast
 from ..scene import load_scene

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..motion.simulation import Simulation
 from ..scene import Scene

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..scene.settings import period_of
-from .drawing import at_least, figure_of, legend_above
+from .drawing import FIGURES, at_least, draws, figure_of, legend_above
 from .quantities import QUANTITIES, Quantity
 from .series import unwrapped
 from .style import COLORS, COLUMN, Figure, new_figure
@@ -49,11 +49,11 @@ def of_quantity(quantity: Quantity) -> Callable:
         return _over_time(record, scene, [(label, [(factor * values, "-", COLORS["blue"], None)])])
 
     draw.__name__, draw.__doc__ = quantity.name, f"Over time: {quantity.long_name}."
-    return figure_of(quantity.name, part=quantity.kind)(draw)
+    return draws(quantity.name, part=quantity.kind)(draw)
 
 
 #: Figs. 8 (left) and 10 (right): angle between the vertical and the axis of the buoy.
-cone_angle = of_quantity(QUANTITIES["cone_angle"])
+cone_angle = FIGURES["cone_angle"] = of_quantity(QUANTITIES["cone_angle"])
 
 
 @figure_of("roll", "pitch", "yaw", part="buoy")

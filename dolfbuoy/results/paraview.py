@@ -16,7 +16,7 @@ from . import quantities
 from .checkpoint import read_scene
 from .folder import enlist, remarks
 from .frame import Frame, Frames
-from .record import UNFIT, read, undamaged
+from .record import fitting, read
 
 #: Instants that are written unless others are asked for: each is a file of everything that moves.
 INSTANTS = 50
@@ -36,7 +36,7 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     """
     folder = Path(folder)
     record, scene = read_run(folder)
-    with undamaged(folder / "results.nc", UNFIT):
+    with fitting(folder / "results.nc"):
         recorded, frames = instants(record, scene), Frames(record, scene)
         meshes = {name: partial(_of_record, folder / "results.nc", make) for name, make in meshes_of(frames).items()}
         chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
@@ -89,7 +89,7 @@ def meshes_of(frames: Frames) -> dict[str, Make]:
 
 def _of_record(file, make, frame):
     """A mesh from a record, which may be damaged."""
-    with undamaged(file, UNFIT):
+    with fitting(file):
         return make(frame)
 
 

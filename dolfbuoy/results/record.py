@@ -8,6 +8,7 @@ import os
 import shutil
 import struct
 import time as clock
+import traceback
 import zlib
 from contextlib import contextmanager
 from pathlib import Path
@@ -125,7 +126,7 @@ class Record:
                 self._started -= float(old.wall_time_s)
                 if not all(name in old.variables for name in (*self.labels, *self.fixed)):
                     raise ValueError("labels or fixed values are missing")
-            if lengths != counts:
+            if lengths != counts or "output" in old.dimensions:  # error bars are of the whole run
                 self._copy(old, counts)
         self.counts = dict(counts)
 
@@ -138,7 +139,7 @@ class Record:
                 for name in (n for n in old.variables if n in over("time", "frame")):
                     self._append(file, name, old.variables[name][: counts[_axis(name)]])
                 self._put_extremes(file)
-                file.setncatts({name: old.getncattr(name) for name in old.ncattrs()})
+                file.setncatts({name: old.getncattr(name) for name in old.ncattrs() if not name.startswith("bar_")})
             seal(part)
 
     def _define(self, file):
@@ -239,6 +240,24 @@ def check_format(attributes, name: str) -> None:
         )
 
 
+def put(path, more: "xr.Dataset") -> None:
+    """Put variables without time into a finished record, or in the place of those of these names.  Raises OSError."""
+    with replacing(path) as part:
+        shutil.copyfile(path, part)
+        reserve(part, more.nbytes + 2**17 + _length(more.attrs))
+        with netCDF4.Dataset(part, "a") as file:
+            for name, size in more.sizes.items():
+                if name not in file.dimensions:
+                    file.createDimension(name, size)
+            for name, variable in more.variables.items():
+                kind = str if variable.dtype.kind == "O" else variable.dtype
+                place = file.variables.get(name) or file.createVariable(name, kind, variable.dims)
+                place.setncatts(variable.attrs)
+                place[:] = variable.values
+            file.setncatts(more.attrs)
+        seal(part)
+
+
 def seal(path) -> None:
     """Put a checksum behind the end of a file that is complete, where HDF5 does not look."""
     with open(path, "r+b") as file:
@@ -265,13 +284,32 @@ def _checksum(file, size):
 
 @contextmanager
 def undamaged(path, otherwise):
-    """Raise InputError, with the path and `otherwise`, for whatever the libraries run into in a damaged file."""
+    """Raise InputError, with the path and `otherwise`, for any error of the libraries that read a damaged file."""
     try:
         yield
     except (FileNotFoundError, PermissionError, InputError):
         raise
     except Exception as error:  # zip, NumPy, HDF5, netCDF4 and xarray have errors of many kinds for it
         raise InputError(f"{path} {otherwise}") from error
+
+
+@contextmanager
+def fitting(path):
+    """Raise InputError, with the path, for a record without a variable, label or row that it must have.
+
+    Such a lack shows where xarray looks a name up, or where sizes do not match.  All other errors are faults of the
+    program and pass.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except (LookupError, AttributeError, ValueError) as error:
+        *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+        looked_up = frame.f_globals["__name__"].startswith(("xarray.", "pandas."))
+        if isinstance(error, KeyError | AttributeError) and not looked_up:
+            raise
+        raise InputError(f"{path} {UNFIT}") from error
 
 
 def nothing() -> "xr.Dataset":

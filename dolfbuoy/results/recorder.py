@@ -3,8 +3,8 @@
 import time as clock
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..parallel.ranks import allreduce, bcast
 from . import checkpoint
 from .observe import Observer, attributes

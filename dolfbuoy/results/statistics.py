@@ -21,7 +21,7 @@ from .after_ramp import scene_of
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
 from .offsets import smallest_circle
 from .quantities import QUANTITIES
-from .record import UNFIT, read, undamaged
+from .record import fitting, read
 from .sample import NUMBERS, OFFSET, STATISTICS, Fatigue, pair_of, sample_of
 from .series import OF_PART, Columns, described, place_of
 
@@ -113,7 +113,7 @@ def _run(source, number, start, point):
         record, name = read_folder(Path(source)), str(source)
     try:
         scene, seconds = scene_of(record), record.attrs.get("wall_time_s", np.nan)
-        with undamaged(name, UNFIT):
+        with fitting(name):
             return Run(name, sample_of(record, scene, start, point), set_of(scene), seconds=seconds)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None

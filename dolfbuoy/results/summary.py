@@ -8,7 +8,7 @@ from ..meshes import number_of_cells
 from ..model.effects import called_by
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
-from . import retried, snaps
+from . import bars, retried, snaps
 from .parts import names_of, parts_of
 from .quantities import QUANTITIES, over
 from .running import maximum, minimum
@@ -28,6 +28,7 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
         rows += [_range(f"{name}: {axis} of the body", place.sel(xyz=axis), "m") for axis in "xyz"]
     if "parted" in record.attrs:
         rows.append(("parted", record.attrs["parted"], ""))
+    rows += bars.summary_rows(record)
     steps = record.sizes["time"] - 1
     rows.append(("steps, of which retried", f"{steps}, {record.attrs['failed_steps']}", ""))
     if scene.time.tolerance is None and (smaller := record.attrs.get("rejected_steps", 0)):
@@ -179,6 +180,7 @@ def warnings(record, scene) -> list[str]:
     found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
+    found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
     return found + retried.said(record, scene)
 
 

@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..scene.network import Network
 
 

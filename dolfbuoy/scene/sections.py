@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 import tomli_w
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from .accuracy import Accuracy
 from .buoy import Buoy, ExternalForce, Wind
 from .initial import Initial
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
@@ -165,6 +166,7 @@ class Scene(Section):
     seabed: Seabed | None = None
     initial: Initial = Initial()
     time: Time | None = None
+    accuracy: Accuracy | None = None
     solver: Solver = Solver()
 
     @model_validator(mode="after")

@@ -92,7 +92,7 @@ class Waves(Section):
         default=None,
     )
     spectrum: Spectrum | None = key(
-        "spectrum of an irregular sea: a formula, a table [[f, S], ...] or a file",
+        "wave spectrum, [[f, S], ...] or a file",
         "Hz, m^2/Hz",
         default=None,
     )

@@ -8,15 +8,13 @@ import os
 import sys
 from types import ModuleType
 
-# Must be set before the libraries behind numpy and PETSc start their threads; the user's own value is kept.
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
 import petsc4py
 
 from ..elsewhere import MPI, elsewhere
-from ..parallel import singleton
 
-singleton.after_mpi()
+# The libraries behind PETSc read it once, when they are loaded: threads only cost time here.
+_ours = "OMP_NUM_THREADS" not in os.environ
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
     # The workers of an executor start PETSc with their first task, each at its own time: not all ranks together.
     own = MPI.COMM_SELF if "mpi4py.futures" in sys.modules else None
@@ -44,3 +42,5 @@ try:
         import dolfinx  # noqa: F401
 finally:
     sys.argv = arguments
+if _ours:
+    del os.environ["OMP_NUM_THREADS"]

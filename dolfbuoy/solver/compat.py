@@ -5,6 +5,8 @@ functions below hide names, signatures and nothing else.
 """
 
 import itertools
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,12 +21,11 @@ from dolfinx import cpp as _cpp
 from dolfinx import fem
 from dolfinx import jit as dolfinx_jit
 from dolfinx import mesh as dmesh
-from mpi4py import MPI
 from petsc4py import PETSc
 
-from ..elsewhere import elsewhere
+from ..elsewhere import MPI, elsewhere
 from . import jit
-from .jit import COMPILER, quiet_compiler
+from .jit import COMPILER
 
 #: dolfinx versions that the tests have passed on, with the Debian release that ships them.
 SUPPORTED = {(0, 5): "Debian 12", (0, 9): "Debian 13", (0, 11): "Debian sid"}
@@ -40,26 +41,39 @@ else:
     import basix.ufl  # not part of basix by itself
     import ffcx.options
 
-#: UFL sorts the constants of a sum by the text of their numbers, so that it matters whether they are 9 and 10: they get
+#: UFL sorts the constants of a sum by the text of their numbers, so that it matters whether they are 9 and 10: ours get
 #: as many digits each.  Else the same scene has another form, and other last bits, the more was built before it.
-FIRST_CONSTANT = 1_000_000
-if LEGACY:
-    ufl.Constant._globalcount = max(ufl.Constant._globalcount, FIRST_CONSTANT)
-else:
-    ufl.Constant._counter = itertools.count(FIRST_CONSTANT)
+_numbers = itertools.count(1_000_000)
 
 JIT_OPTIONS = {"cffi_extra_compile_args": COMPILER}
 
 
 def _read_elsewhere(module, name):
-    """What a library reads once, of its options in the user's home and in the current folder, without the latter."""
+    """(module, name, function) of options that a library reads in the user's home and not in the current folder."""
     with elsewhere():
         found = getattr(module, name)()
-    setattr(module, name, lambda: found)
+    return module, name, lambda: found
 
 
-_read_elsewhere(dolfinx_jit, "_load_parameters" if LEGACY else "_load_options")
-_read_elsewhere(*((ffcx.parameters, "_load_parameters") if LEGACY else (ffcx.options, "_load_options")))
+#: What is in the place of functions of dolfinx and FFCx while a form is compiled here; `one_at_a_time` follows below.
+_OURS = [
+    _read_elsewhere(dolfinx_jit, "_load_parameters" if LEGACY else "_load_options"),
+    _read_elsewhere(*((ffcx.parameters, "_load_parameters") if LEGACY else (ffcx.options, "_load_options"))),
+]
+
+
+@contextmanager
+def _compiler() -> Iterator[None]:
+    """Compile quietly, without options of the current folder, each form by one process; then all is as it was."""
+    theirs = [(module, name, getattr(module, name)) for module, name, _ in _OURS]
+    for module, name, ours in _OURS:
+        setattr(module, name, ours)
+    try:
+        with jit.quiet_compiler():
+            yield
+    finally:
+        for module, name, their in theirs:
+            setattr(module, name, their)
 
 
 def supported() -> bool:
@@ -69,7 +83,8 @@ def supported() -> bool:
 
 def jit_cache() -> Path:
     """Folder in which dolfinx keeps compiled forms."""
-    options = (dolfinx_jit.get_parameters if LEGACY else dolfinx_jit.get_options)({})
+    with _compiler():
+        options = (dolfinx_jit.get_parameters if LEGACY else dolfinx_jit.get_options)({})
     return Path(options["cache_dir"])
 
 
@@ -117,10 +132,21 @@ def mixed_element(elements):
 
 def function_space(mesh, element):
     """Function space of an element."""
-    if LEGACY:
-        with quiet_compiler():
+    with _compiler():
+        if LEGACY:
             return fem.FunctionSpace(mesh, element, jit_params=JIT_OPTIONS)
-    return fem.functionspace(mesh, element)
+        return fem.functionspace(mesh, element)
+
+
+def constant(mesh, value) -> fem.Constant:
+    """A constant of forms, in UFL's order of ours alone: see `_numbers`."""
+    counter, number = ("_globalcount", next(_numbers)) if LEGACY else ("_counter", _numbers)
+    theirs = getattr(ufl.Constant, counter)
+    setattr(ufl.Constant, counter, number)
+    try:
+        return fem.Constant(mesh, value)
+    finally:
+        setattr(ufl.Constant, counter, theirs)
 
 
 def space_on_dofmap(mesh, space, index_map, cell_dofs, block_size):
@@ -152,12 +178,12 @@ def local_index_map(size):
 # dolfinx gives no other access to what each rank does by itself when a form is compiled for all ranks.
 _OPTIONS = "jit_params" if LEGACY else "jit_options"
 _one_at_a_time = jit.one_at_a_time(dolfinx_jit.ffcx_jit.__wrapped__, _OPTIONS, jit_cache)
-dolfinx_jit.ffcx_jit = dolfinx_jit.mpi_jit_decorator(_one_at_a_time)
+_OURS.append((dolfinx_jit, "ffcx_jit", dolfinx_jit.mpi_jit_decorator(_one_at_a_time)))
 
 
 def compile_form(form):
     """Compile a UFL form, or find it in the cache."""
-    with quiet_compiler():
+    with _compiler():
         return fem.form(form, **{_OPTIONS: JIT_OPTIONS})
 
 

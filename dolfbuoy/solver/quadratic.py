@@ -10,14 +10,13 @@ import contextlib
 from typing import NamedTuple
 
 import numpy as np
-from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.linalg import lu_factor, lu_solve
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import csc_matrix, csr_matrix, diags, identity, vstack
 from scipy.sparse.linalg import splu
 
-from ..elsewhere import elsewhere
+from ..elsewhere import MPI, elsewhere
 from ..errors import SolveError
 
 #: Imaginary parts below this part of |lambda| are rounding.

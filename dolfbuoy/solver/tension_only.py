@@ -16,8 +16,9 @@ wherever the basis of the tension is, that is everywhere for tension degrees 0 a
 from dataclasses import dataclass
 
 import numpy as np
-from mpi4py import MPI
 from petsc4py import PETSc
+
+from ..elsewhere import MPI
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ have gone on to.  A line without tension on the bed stays where it comes to lie,
 """
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import SolveError
 from ..parallel import interruption
 from ..parallel.ranks import allreduce

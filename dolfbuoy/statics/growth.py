@@ -5,8 +5,8 @@ Wall, Comput. Mech. 43, 2008), and half as far again and again where Newton find
 """
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import SolveError
 from ..parallel.ranks import allreduce
 from .ways import is_compressed

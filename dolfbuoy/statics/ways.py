@@ -10,8 +10,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import SolveError
 from ..model.lines import top_position
 from ..model.problem import Problem

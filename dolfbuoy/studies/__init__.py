@@ -1,1 +1,1 @@
-"""What accuracy costs, what is stable, what an effect is worth: many independent cases, and what came of them."""
+"""Studies over many independent cases: the price of accuracy, stable elements, the worth of an effect."""

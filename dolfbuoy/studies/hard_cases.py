@@ -23,7 +23,7 @@ QUIET = ("-q", "-p", "no:cacheprovider", "-m", "slow or not slow")
 
 
 class _Seen:
-    """What a run of pytest finds and reports."""
+    """Cases that a run of pytest finds, and their reports."""
 
     def __init__(self) -> None:
         self.items, self.reports = [], []

@@ -7,8 +7,8 @@ import time as clock
 from pathlib import Path
 
 import xarray as xr
-from mpi4py import MPI
 
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..motion.simulation import Simulation
 from ..page.folder import write_pages
@@ -55,7 +55,7 @@ def evaluate(
 
 
 def failed(error: Exception) -> dict:
-    """What is kept of a case that failed."""
+    """Record of a case that failed."""
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
 
 

@@ -32,7 +32,7 @@ class Comparison:
 
 
 def beginning(scene) -> Start:
-    """Where a run of the scene begins: at rest, or where its [initial] puts it."""
+    """Start of a run of the scene: at rest, or where its [initial] puts it."""
     step = {} if scene.time else {"time.step": 1.0}
     return start_of(simulate(scene, **{"time.end": 0.0} | step).isel(time=0))
 
@@ -52,7 +52,8 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
     theirs, written = _theirs(scene, start_of(record.isel(time=0)), end, segments)
     ours = record.time.values, _ours(record, scene)
     series = theirs.t, _named(theirs, scene)
-    rows = [_row(name, unit, ours, series, end / 2) for name, unit in _names(ours[1], series[1])]
+    units = {name: "N" if "tension" in name else "m" for name in ours[1] if name in series[1]}
+    rows = [_row(name, unit, ours, series, end / 2) for name, unit in units.items()]
     return Comparison(rows, [str(note) for note in written.notes], ours, series)
 
 
@@ -95,10 +96,6 @@ def _named(series: Series, scene):
     for k, name in enumerate(network.buoys):
         found |= {f"{name}: keel {axis}": series.body[:, k, i] for i, axis in enumerate(AXES)}
     return found
-
-
-def _names(ours, theirs):
-    return [(name, "N" if "tension" in name else "m") for name in ours if name in theirs]
 
 
 def _row(name, unit, ours, theirs, start):

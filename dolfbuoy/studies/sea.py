@@ -1,4 +1,4 @@
-"""What an irregular sea asks of whoever wants its statistics: components, length and number of runs, computing time."""
+"""Needs of statistics in an irregular sea: components, length and number of runs, computing time."""
 
 import math
 
@@ -19,7 +19,7 @@ SEEDS = (10, 30, 100)
 
 
 def has_seeds(scene) -> bool:
-    """Whether the scene's sea is one of many: a spectrum with random phases."""
+    """True if the scene's sea is one of many: a spectrum with random phases."""
     return scene.waves is not None and scene.waves.spectrum is not None
 
 

@@ -10,8 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from mpi4py import MPI
-
+from ..elsewhere import MPI
 from ..errors import InputError
 from ..page.folder import PAGES, write_pages
 from ..parallel.cases import write_json
@@ -71,9 +70,9 @@ def _show(folder, tables):
     """On the screen, and in tables.md, which may travel: it says nothing of folders."""
     for t in tables:
         show(t.title.replace("{folder}", str(folder)), t.rows, t.columns, t.notes)
-    told = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns, t.notes) for t in tables]
+    texts = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns, t.notes) for t in tables]
     enlist(folder, [Path(folder) / "tables.md"], "study")
-    write_text(Path(folder) / "tables.md", "\n".join(told))
+    write_text(Path(folder) / "tables.md", "\n".join(texts))
 
 
 def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, **options) -> bool:

@@ -81,7 +81,7 @@ class Part:
 
     @property
     def folder(self) -> str:
-        """Of the store, below that of all cases."""
+        """Folder of the part's store, below that of all cases."""
         return f"part-{self.number}-of-{self.of}"
 
     def __str__(self):
@@ -89,7 +89,7 @@ class Part:
 
 
 def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None, source: str = "") -> Plan:
-    """What a sweep consists of.  Raises InputError for a bad scene or bad cases.
+    """The plan of a sweep: its cases and their names.  Raises InputError for a bad scene or bad cases.
 
     seeds, latin: see `variants.with_seeds`, `variants.latin_hypercube`; source: see `Plan`.
     """
@@ -103,7 +103,7 @@ def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None,
 
 
 def warnings(base: Scene, changes: list[dict]) -> list[str]:
-    """What can be said of the cases before the first is run, each kind once, with the first case of it.
+    """Warnings on the cases before the first is run, each kind once, with the first case of it.
 
     Every case is read: what is no scene will not run.  `check` takes as long as a hundred readings: its warnings are
     those of LOOKED_AT cases, evenly spaced, and of those with the smallest or largest value of a key.
@@ -236,7 +236,7 @@ def _check_division(folder, part, comm):
 
 
 def status(planned: Plan, folder: Path, part: Part | None = None) -> dict:
-    """How far a sweep is: numbers of cases that are done, failed, missing and begun, seconds they took on the average,
+    """Progress of a sweep: numbers of cases that are done, failed, missing and begun, seconds they took on the average,
     reasons of failures with their numbers, sentences about damaged files, and results of other programs."""
     store, names = store_in(folder), [key(case) for case in planned.share(part)]
     reasons, times = Counter(), []

@@ -6,6 +6,7 @@ Source: tests/reference (scipy/mpmath, two methods), a spring by hand.
 import numpy as np
 import pytest
 from helpers import reference
+from scipy.integrate import quad
 
 from dolfbuoy.statics import catenary
 
@@ -117,3 +118,13 @@ def test_weightless_cable_is_a_straight_spring():
 def test_inextensible_cable_that_is_too_short_is_refused():
     with pytest.raises(ValueError, match="cannot span"):
         catenary.between(START, world(0.9, 1.2), 1.49, 1.0, np.inf)
+
+
+def test_means_along_a_line():
+    """Of the tension between two places, and of t t^T of the whole line: by quadrature."""
+    shape = catenary.Catenary(START, ALONG, 130.0, 1e7, 900.0, -2100.0)
+    a, b, L = 3.0, 21.0, 40.0
+    assert shape.mean_tension(a, b) == pytest.approx(quad(shape.tension, a, b)[0] / (b - a), rel=1e-10)
+    tangent = lambda s: np.array([shape.H, shape.vertical(s)]) / shape.tension(s)  # noqa: E731
+    mean = [[quad(lambda s, i=i, j=j: tangent(s)[i] * tangent(s)[j], 0, L)[0] / L for j in (0, 1)] for i in (0, 1)]
+    np.testing.assert_allclose(shape.mean_tangent_product(L), mean, atol=1e-9)

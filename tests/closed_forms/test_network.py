@@ -11,6 +11,7 @@ import pytest
 from helpers import reference
 
 from dolfbuoy.errors import SolveError
+from dolfbuoy.scene.stiffness import TensionTable
 from dolfbuoy.statics import catenary, on_bed
 from dolfbuoy.statics.network import Joint, Network, Piece, solve
 
@@ -256,3 +257,12 @@ def test_catenary_without_bed_between_two_points():
 def test_what_has_no_rest(joints, pieces, said):
     with pytest.raises(SolveError, match=said):
         solve(Network(joints, pieces))
+
+
+def test_a_table_counts_as_the_stiffness_where_it_is_pulled_hardest():
+    """A line that hangs down with a weight on it: pulled hardest at its top, by both weights."""
+    rows, L, w, load = [(0.0, 0.0), (0.01, 2e3), (0.02, 1e4)], 30.0, 100.0, 2500.0
+    pieces = [Piece(0, 1, L, w, TensionTable(rows))]
+    rest = solve(Network([Joint((0.0, 0.0, 0.0)), Joint(free=True, load=(0.0, 0.0, -load))], pieces, None))
+    strain = np.interp(load + w * L, *np.array(rows).T[::-1])
+    assert pytest.approx((load + w * L) / strain, rel=1e-3) == rest.network.pieces[0].EA

@@ -90,8 +90,12 @@ def test_cycle():
     np.testing.assert_allclose(slopes(STRING, round_about), UNIT * a, rtol=1e-3)
 
 
-def test_heave_of_a_disc():
-    """At resonance, in waves of any height: 1/2 C rho A 8/(3 pi) V of the velocity relative to the water, by hand."""
+@pytest.mark.parametrize("regular", [True, False])
+def test_heave_of_a_disc(regular):
+    """At resonance, in waves of any height: 1/2 C rho A V of the velocity relative to the water, by hand.
+
+    V is 8/(3 pi) of its amplitude in regular waves, Borgman's sqrt(8/pi) of its standard deviation in a sea.
+    """
     D, C, mass, axial = 3.0, 1.4, 3000.0, 0.6
     buoy = {"hull": [[0, D], [1.5, D]], "mass": mass, "center_of_mass": 0.3, "axial_drag": C}
     scene = load_scene({"sea": {"depth": 300.0}, "buoy": buoy | {"axial_added_mass": axial}})
@@ -101,7 +105,11 @@ def test_heave_of_a_disc():
     T = 1.15 * 2 * math.pi * math.sqrt((mass + added) / k_heave)
     seaway = Seaway(scene)
     wave, a = seaway.wave(2 * math.pi / T), 0.4
-    found = complex(seaway.motions(seaway.regular(wave, a))[0].heave)
+    if regular:
+        found, factor = complex(seaway.motions(seaway.regular(wave, a))[0].heave), 8 / (3 * math.pi)
+    else:  # Re[X a e^(-i w t)] at once, and a quarter of a period later
+        moved = seaway.over_time(Waves(components=[[a, T, 0.0, 0.0]]), np.array([0.0, T / 4]))["heave"]
+        found, factor = complex(*moved) / a, math.sqrt(8 / math.pi) / math.sqrt(2)
     small = complex(seaway.motions(seaway.regular(wave))[0].heave)
     seaway.destroy()
     w = 2 * math.pi / T
@@ -111,7 +119,7 @@ def test_heave_of_a_disc():
     keel = -1j * w * math.exp(-k * draft)  # velocity of the water at the keel
     X = small
     for _ in range(200):
-        c = 0.5 * C * 1025 * area * 8 / (3 * math.pi) * abs(-1j * w * X - keel) * a
+        c = 0.5 * C * 1025 * area * factor * abs(-1j * w * X - keel) * a
         X = 0.5 * X + 0.5 * (F + c * keel) / (inner - 1j * w * c)
     assert found == pytest.approx(X, rel=0.02)
     assert abs(found) < 0.95 * abs(small)
@@ -278,6 +286,24 @@ def test_one_component_over_time():
         exact = (row[0] * values[0] * np.exp(1j * (phase - wave.omega * times))).real
         np.testing.assert_allclose(found[name], exact, atol=2e-3 * row[0] * abs(values[0]), err_msg=name)
     seaway.destroy()
+
+
+def test_a_small_disc_goes_with_the_elevation():
+    """Two long components that cross, at a place off the origin: its heave is eta there, sum A cos(k.x - w t + phi)."""
+    rows, x = [[1e-3, 10.0, 20.0, 75.0], [2e-3, 12.0, 140.0, -50.0]], np.array([31.0, -17.0])
+    disc = {"hull": [[0, 0.4], [0.2, 0.4]], "mass": 12.0, "center_of_mass": 0.05, "axial_added_mass": 0.6}
+    line = {"length": 20.0, "line_density": 0.02, "diameter": 0.005, "axial_stiffness": 50.0, "elements": 2}
+    scene = load_scene({"sea": {"depth": 300.0}, "buoy": disc, "cable": line | {"anchor": [*x, -24.0]}})
+    seaway, times = Seaway(scene, 20.0), np.linspace(0.0, 30.0, 61)
+    np.testing.assert_allclose(seaway.crest[:2], x, atol=1e-6)
+    heave = seaway.over_time(Waves(components=rows), times)["heave"]
+    seaway.destroy()
+    exact = np.zeros(len(times))
+    for amplitude, period, direction, phase in rows:
+        omega, theta = 2 * math.pi / period, math.radians(direction)
+        along = x @ [math.cos(theta), math.sin(theta)]  # deep water: k = omega^2/g
+        exact += amplitude * np.cos(omega**2 / 9.81 * along - omega * times + math.radians(phase))
+    np.testing.assert_allclose(heave, exact, atol=0.02 * 3e-3)
 
 
 def test_a_scene_with_an_irregular_sea():

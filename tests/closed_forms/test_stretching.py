@@ -161,3 +161,14 @@ def test_a_table_is_a_number_and_survives_files():
 def test_what_is_no_law_of_a_material(rows, said):
     with pytest.raises(InputError, match=rf"axial_stiffness.*{said}"):
         hanging(rows)
+
+
+def test_strain_of_a_tension_on_both_sides_of_zero():
+    """Between the rows of a table and beyond them, where the last line goes on."""
+    rows = np.array([[-0.03, -5e3], [-0.01, -3e3], [0.0, 0.0], [0.02, 1e3], [0.03, 6e3]])
+    table, tensions = TensionTable(rows.tolist()), np.linspace(-5e3, 6e3, 23)
+    np.testing.assert_allclose(
+        [table.strain(T) for T in tensions], np.interp(tensions, rows[:, 1], rows[:, 0]), atol=1e-15
+    )
+    assert table.strain(-7e3) == pytest.approx(-0.05, rel=1e-12)
+    assert table.strain(11e3) == pytest.approx(0.04, rel=1e-12)

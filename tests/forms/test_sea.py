@@ -4,6 +4,7 @@ Source: kinematics and dispersion of tests/reference (scipy/mpmath), finite diff
 """
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 
 from dolfbuoy import load_scene
 from dolfbuoy.forms import morison, sea, wind
+from dolfbuoy.forms.buoy import Body
 from dolfbuoy.model.airy import ramp
 from dolfbuoy.model.components import dispersion_wavenumber
 from dolfbuoy.model.sea import SeaState, heading, wavenumber
@@ -28,6 +30,14 @@ def value(expression):
     expression = ufl.as_ufl(expression)
     if expression.ufl_shape:
         return np.array([value(expression[i]) for i in range(expression.ufl_shape[0])])
+    return float(expression(()))
+
+
+def lowered(expression):
+    """`value` of products of matrices and vectors."""
+    expression = apply_algebra_lowering(ufl.as_ufl(expression))
+    if expression.ufl_shape:
+        return np.array([lowered(expression[i]) for i in range(expression.ufl_shape[0])])
     return float(expression(()))
 
 
@@ -228,6 +238,38 @@ def test_wind_falls_to_the_water_on_a_straight_line():
     at = [value(wind.wind_force(ufl.as_ufl(z), point(1, 0, 0), 12.0, 0.9, 1.25, 1.7))[0] for z in (1e-3, 5e-4, 1e-4)]
     assert at[0] == pytest.approx(0.5 * 0.9 * 1.25 * 1.7 * 144 * 1e-4 ** (2 / 7), rel=1e-12)
     assert at[1:] == pytest.approx([at[0] / 2, at[0] / 10], rel=1e-12)
+
+
+def test_wind_of_a_body_is_that_above_the_water_below_it():
+    """At a lever of a body upright at rest: by its height over the elevation there, and with the torque x times F."""
+    where, lever, eta = np.array([2.0, -1.0, 0.4]), np.array([0.0, 0.0, 3.0]), lambda x: 0.3 * x[0] - 0.1
+    load = SimpleNamespace(offset=point(*lever), direction=point(0.6, 0.8, 0), speed=12.0, drag_coefficient=0.9)
+    load.air_density, load.area = 1.25, 1.7
+    upright = ufl.as_vector([ufl.as_ufl(c) for c in (1.0, 0.0, 0.0, 0.0)])
+    for flow, level in ((lambda x: sea.Flow(eta(x), None, None), 0.5), (lambda x: sea.Flow(None, None, None), 0.0)):
+        force, torque = wind.wind_load(load, Body(point(*where), upright, flow))
+        speed = 12.0 * ((3.4 - level) / 10) ** (1 / 7)
+        exact = 0.5 * 0.9 * 1.25 * 1.7 * speed**2 * np.array([0.6, 0.8, 0])
+        np.testing.assert_allclose(lowered(force), exact, rtol=1e-12)
+        np.testing.assert_allclose(lowered(torque), np.cross(lever, exact), rtol=1e-12)
+
+
+def test_gradients_near_a_sample_are_those_of_a_potential():
+    """As far from it as it may be: symmetric, without trace, and so are their derivatives in any two directions."""
+    numbers = np.random.default_rng(5).uniform(-1, 1, sea.LARGE)
+    samples, x, h = sea.Samples(ufl.as_vector(numbers.tolist()), 30.0, "none"), np.array([0.3, -0.4, 0.2]), 0.1
+
+    def gradients(at):
+        flow = sea.sampled_flow(samples, point(*at))
+        found = flow.velocity_gradient, flow.acceleration_gradient
+        return np.array([[[lowered(g[i, j]) for j in range(3)] for i in range(3)] for g in found])
+
+    turned = np.array([(gradients(x + h * e) - gradients(x - h * e)) / (2 * h) for e in np.eye(3)])
+    assert np.abs(turned).min() > 0
+    for axes in ((1, 0, 2, 3), (1, 2, 0, 3), (1, 0, 3, 2)):
+        np.testing.assert_allclose(turned.transpose(axes), turned.transpose(1, 0, 2, 3), atol=1e-12)
+    np.testing.assert_allclose(np.trace(turned, axis1=2, axis2=3), 0, atol=1e-12)
+    np.testing.assert_allclose(np.trace(gradients(x), axis1=1, axis2=2), 0, atol=1e-12)
 
 
 def test_no_wind_at_and_below_the_water():

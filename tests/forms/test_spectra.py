@@ -130,12 +130,15 @@ def test_directional_spectrum():
     assert math.degrees(mean) == pytest.approx(75.0, abs=0.2)
 
 
-def test_netcdf_file_of_directions(tmp_path):
-    """efth(freq, dir): from where, clockwise from north; x points east."""
+@pytest.mark.parametrize(("unit", "degrees"), [("degree", 1.0), ("rad", 180 / math.pi)])
+def test_netcdf_file_of_directions(tmp_path, unit, degrees):
+    """efth(freq, dir), per degree or per radian: from where, clockwise from north; x points east."""
     f, theta, density = directional()
     coming = np.mod(270.0 - theta, 360.0)
-    efth = (("time", "dir", "freq"), density.T[None], {"units": "m^{2}.s.degree^{-1}"})
-    xr.Dataset({"efth": efth}, coords={"freq": f, "dir": coming}).to_netcdf(tmp_path / "sea.nc")
+    efth = (("time", "dir", "freq"), degrees * density.T[None], {"units": f"m^{{2}}.s.{unit}^{{-1}}"})
+    xr.Dataset({"efth": efth}, coords={"freq": f, "dir": coming})[{"freq": slice(None, None, -1)}].to_netcdf(
+        tmp_path / "sea.nc"
+    )
     (tmp_path / "scene.toml").write_text(
         '[sea]\ndepth = 30.0\n[buoy]\nhull = [[0, 2], [2, 2]]\nmass = 500.0\n[waves]\nspectrum = "sea.nc"\n'
     )
@@ -154,6 +157,9 @@ def test_files_of_columns(tmp_path):
     found = wave_components(SCENE | {"waves": {"components": str(tmp_path / "c.txt"), "direction_deg": 5.0}})
     np.testing.assert_allclose(found.period.values, [6.0, 4.0])
     np.testing.assert_allclose(found.direction_deg.values, [15.0, -5.0])
+    (tmp_path / "bad.txt").write_text("f, S\n0.1 2 3\n0.2 4\n")
+    with pytest.raises(InputError, match="line 2 of its file must be 2 numbers"):
+        load_scene(SCENE | {"waves": {"spectrum": str(tmp_path / "bad.txt")}})
     for text in ("0.1 2\n0.2\n", "", "\0", "0.1 2\nx y\n"):
         (tmp_path / "bad.txt").write_text(text)
         with pytest.raises(InputError, match="file"):
@@ -189,6 +195,14 @@ def test_elevation_record_comes_back():
     amplitude, frequency, _ = spectra.of_record(t, eta, part=1.0, taper=0.0)
     np.testing.assert_allclose(np.sort(amplitude)[-3:], [0.3, 0.6, 1.0], rtol=1e-3)
     assert 2 * math.pi * 0.1 == pytest.approx(frequency[np.argmax(amplitude)])
+
+
+@pytest.mark.parametrize("part", [0.1, 0.4])
+def test_a_taper_takes_its_share_of_the_variance(part):
+    """The mean square of a cosine's rise is 3/8: over a part of the record 5/8 of that part are lost."""
+    t = np.arange(0.0, 4000.0, 0.5)
+    amplitude, *_ = spectra.of_record(t, np.cos(2 * math.pi * 0.21 * t), part=1.0, taper=part)
+    assert np.sum(amplitude**2) == pytest.approx(1 - 5 / 8 * part, rel=1e-3)
 
 
 @pytest.mark.parametrize("seen", ["water", "ground"])

@@ -93,11 +93,6 @@ def test_unknown_command_is_bad_usage(call):
     assert (code, "Did you mean 'response'" in err) == (2, True)
 
 
-@pytest.mark.parametrize("module", cli.ELSEWHERE)
-def test_commands_stand_where_they_are_looked_for(module):
-    assert tuple(typer.main.get_group(cli.commands_of(module)).commands) == cli.ELSEWHERE[module]
-
-
 @pytest.mark.parametrize(
     "command", ["list", "check", "static", "run", "plot", "doctor", "sweep", "advise", "new", "keys", "schema"]
 )

@@ -10,6 +10,7 @@ import pytest
 from every_key import changed, shows
 
 from dolfbuoy import modes, simulate, solve_static
+from dolfbuoy.errors import NotAccurate
 
 ROPE = {"length": 20.0, "line_density": 0.5, "diameter": 0.02, "axial_stiffness": 1e6, "elements": 2}
 DRIVEN = {
@@ -289,3 +290,23 @@ def test_schemes_differ_by_their_error():
         found.append(float(simulate(changed(SWUNG, {"time": time})).tension_top[-1, 0]))
     assert len({round(value, 6) for value in found}) == 4
     assert max(found) - min(found) < 0.2 * max(found)
+
+
+@shows("accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds")
+def test_accuracy():
+    """Bars or none; finer steps for a smaller target, other ones for another output, the first for one round."""
+    scene = changed(DRIVEN, {"cable.top": {"kind": "prescribed", "position": PLACE.tolist(), **MOVED}, "time.end": 2.0})
+    assert "bar" not in simulate(scene, accuracy__estimate="none")
+    assert "bar" in simulate(scene, accuracy__estimate="companion")
+    steps = {
+        name: simulate(scene, **changes).sizes["time"]
+        for name, changes in {
+            "coarse": {"accuracy__target": 0.1},
+            "fine": {"accuracy__target": 1e-5},
+            "mean": {"accuracy__target": 1e-5, "accuracy__of": ["tension_top.mean"]},
+        }.items()
+    }
+    assert steps["coarse"] < steps["fine"] < steps["mean"]
+    with pytest.raises(NotAccurate) as error:
+        simulate(scene, accuracy__target=1e-5, accuracy__rounds=1)
+    assert error.value.record.sizes["time"] == steps["coarse"]

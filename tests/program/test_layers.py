@@ -19,6 +19,7 @@ LAYERS = (
     ("studies",),
     ("page",),
     ("api", "linear_api", "check"),
+    ("accuracy",),
     ("results", "motion", "linear", "formats"),
     ("statics",),
     ("model",),

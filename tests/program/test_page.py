@@ -21,8 +21,9 @@ from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
 from dolfbuoy.page.precision_page import precision_page
 from dolfbuoy.page.run_page import run_page
 from dolfbuoy.page.sweep_page import sweep_page
-from dolfbuoy.results.folder import remark
+from dolfbuoy.results.bars import rows_of
 from dolfbuoy.results.parts import alone
+from dolfbuoy.results.record import read
 from dolfbuoy.results.sample import STATISTICS
 from dolfbuoy.results.statistics import collect
 from dolfbuoy.studies.study import Table, save
@@ -191,7 +192,7 @@ def evil_pages():
     swept["record"] = ("case", np.array(["javascript:alert(1)", EVIL], dtype=object))
     swept.attrs |= {"title": EVIL, "scene": EVIL, "source": EVIL}
     precise = [{k: EVIL if isinstance(v, str) else v for k, v in row.items()} for row in precision_rows()]
-    pages = {"run": run_page(found["run"], advice=[EVIL], case=EVIL), "modes": show(found["modes"]).page}
+    pages = {"run": run_page(found["run"], case=EVIL), "modes": show(found["modes"]).page}
     return pages | {"sweep": sweep_page(swept), "precision": precision_page(precise, [EVIL], EVIL)}
 
 
@@ -222,15 +223,15 @@ def test_command_writes_the_page_and_run_too(call, tmp_path):
     assert not (tmp_path / "b" / "page.html").exists()
 
 
-def test_what_advise_found_stands_in_the_page(call, tmp_path):
-    assert call("run", "hanging-chain", "--out", tmp_path, "--t-end", "0.5", "--no-plot")[0] == 0
-    assert call("page", tmp_path)[0] == 0
-    assert "The error of this run is not known" in (tmp_path / "page.html").read_text()
-    remark(tmp_path, "run", advice=["Predicted 0.7 %, measured 0.4 % in the pilot."])
-    assert call("page", tmp_path)[0] == 0
-    page = (tmp_path / "page.html").read_text()
-    assert "Predicted 0.7 %, measured 0.4 % in the pilot." in page
+def test_error_bars_stand_in_the_page(call, tmp_path):
+    assert call("run", "driven", "--out", tmp_path / "plain", "--t-end", "2", "--no-plot", "--page")[0] == 0
+    assert "The error of this run is not known" in (tmp_path / "plain" / "page.html").read_text()
+    assert call("run", "driven", "--out", tmp_path / "bars", "--t-end", "2", "--no-plot", "--page", "--bars")[0] == 0
+    page, rows = (tmp_path / "bars" / "page.html").read_text(), rows_of(read(tmp_path / "bars" / "results.nc"))
     assert "is not known" not in page
+    assert len(rows) == 12
+    for row in rows:
+        assert f'<th scope="row">{row.name}</th><td>{row.value}</td><td>{row.bar}</td>' in page
 
 
 @pytest.mark.parametrize("name", ["results.nc", "modes.nc", "sweep.nc", "work-precision.json"])

@@ -11,17 +11,21 @@ from dynamics_helpers import MOORED, merged
 from dolfbuoy import api, load_scene
 from dolfbuoy.commands.statistics import show
 from dolfbuoy.commands.sweep import _show
+from dolfbuoy.errors import InputError
 from dolfbuoy.model.rigid import mass_properties
 from dolfbuoy.motion.schemes import BackwardEuler, Scheme
 from dolfbuoy.page.run_page import _said_of, data_of
 from dolfbuoy.page.sweep_page import data_of as data_of_sweep
 from dolfbuoy.results import figures, sweep_figure
+from dolfbuoy.results.drawing import FIGURES, figure_of
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.measured import compute
 from dolfbuoy.results.paraview import meshes_of
 from dolfbuoy.results.quantities import EVERYWHERE, QUANTITIES, Curve, Quantity, shown_in
+from dolfbuoy.results.record import fitting
 from dolfbuoy.results.sample import numbers_of
 from dolfbuoy.results.statistics import collect, statistics
+from dolfbuoy.results.style import COLUMN, new_figure
 from dolfbuoy.results.summary import summary
 from dolfbuoy.scene.sections import SCHEMES
 
@@ -76,6 +80,41 @@ def test_it_has_a_figure(found):
     (axes,) = figures.of_quantity(SPEED)(record, SCENE).axes
     np.testing.assert_array_equal(axes.lines[0].get_ydata(), record.buoy_speed.values[:, 0])
     assert axes.get_ylabel() == "buoy speed [m s-1]"
+
+
+@pytest.fixture
+def hodograph(monkeypatch):
+    """A figure that the program does not have: the momentum of C, p_z over p_x."""
+    monkeypatch.setitem(FIGURES, "hodograph", None)  # taken out again after the test
+
+    @figure_of("linear_momentum", part="buoy")
+    def hodograph(record, scene=None):
+        figure = new_figure(COLUMN, 2.0)
+        figure.subplots().plot(*record.linear_momentum.values[:, ::2].T)
+        return figure
+
+    return hodograph
+
+
+def test_a_figure_is_one_function(found, hodograph):
+    """Registered by its decorator, it is drawn with the others and one of `figures`."""
+    record, folder = found
+    assert folder / "figures" / "hodograph.png" in figures.draw_all(folder)
+    (axes,) = figures.hodograph(record).axes
+    np.testing.assert_array_equal(axes.lines[0].get_ydata(), record.linear_momentum.values[:, 0, 2])
+
+
+def test_only_a_record_that_lacks_something_is_called_damaged(found):
+    """Errors of a program that draws it are not: names that it has not made, wrong kinds, keys of its own tables."""
+    record, _ = found
+    lacking = (lambda: record.drop_vars("yaw").yaw, lambda: record["nothing"], lambda: record.yaw.values[10**6])
+    for fault in (*lacking, lambda: record.buoy_position.sel(xyz="w"), lambda: np.ones(2) + np.ones(3)):
+        with pytest.raises(InputError, match=r"run\.nc does not hold what its scene must have"), fitting("run.nc"):
+            fault()
+    faults = {KeyError: lambda: {}["a"], AttributeError: lambda: SCENE.nothing, TypeError: lambda: len(1)}
+    for kind, fault in (faults | {ZeroDivisionError: lambda: 1 / 0}).items():
+        with pytest.raises(kind), fitting("run.nc"):
+            fault()
 
 
 def test_it_is_a_field_in_paraview(found):

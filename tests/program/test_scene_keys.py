@@ -92,6 +92,7 @@ HELD = {
     "current": {"speed": 1.0},
     "seabed": {},
     "time": {"end": 1.0, "step": 0.1},
+    "accuracy": {},
 }
 FLOATING = {
     "buoy": {"mass": 400.0, "inertia": [100.0, 120.0], "center_of_mass": 0.5},

@@ -75,29 +75,41 @@ def test_note_about_ranks_that_do_not_pay():
 
 
 TELL = """
-import os
-def told(): return sorted(name for name in os.environ if name.startswith("OMPI_MCA"))
+import os, sys
+from importlib.abc import MetaPathFinder
+
+def settings():
+    return sorted(name for name in os.environ if name.startswith("OMPI_MCA"))
+
+class Watch(MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name == "mpi4py.MPI":
+            self.found = settings()
+
+watch = Watch()
+sys.meta_path.insert(0, watch)
 import dolfbuoy
-before = told()
+before = settings()
 if "PMIX_RANK" not in os.environ:
-    import dolfbuoy.solver
-print(before, told())
+    import dolfbuoy.api
+    assert "mpi4py.MPI" in sys.modules
+print(before, getattr(watch, "found", []), settings())
 """
 SETTINGS = ["OMPI_MCA_btl", "OMPI_MCA_ess_singleton_isolated", "OMPI_MCA_pml"]
 
 
 @pytest.mark.parametrize(
-    ("own", "before", "after"),
+    ("own", "before", "during", "after"),
     [
-        ({}, SETTINGS, []),
-        ({"OMPI_MCA_pml": "^ucx"}, SETTINGS, ["OMPI_MCA_pml"]),
-        ({"PMIX_RANK": "0"}, [], []),
+        ({}, [], SETTINGS, []),
+        ({"OMPI_MCA_pml": "^ucx"}, ["OMPI_MCA_pml"], SETTINGS, ["OMPI_MCA_pml"]),
+        ({"PMIX_RANK": "0"}, [], [], []),
     ],
     ids=["alone", "with a setting of its own", "one of several"],
 )
-def test_what_open_mpi_is_told_of_a_process_alone(own, before, after):
-    """Nothing of it is left for what the process starts, and nothing is said in the user's place."""
+def test_what_open_mpi_is_told_of_a_process_alone(own, before, during, after):
+    """It is told while it starts; nothing of it is left for what the process starts, nor said in the user's place."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_MCA", "PMI"))}
     command = [sys.executable, "-c", TELL]
     done = subprocess.run(command, env=environment | own, capture_output=True, text=True, timeout=120)
-    assert done.stdout.strip() == f"{before} {after}", done.stderr
+    assert done.stdout.strip() == f"{before} {during} {after}", done.stderr

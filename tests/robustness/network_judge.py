@@ -71,7 +71,7 @@ def check_rest(problem):
     for name in network.bodies.keys() | {name for name, held in network.joints.items() if held is None}:
         pulls = [force for (p, i), force in ends.items() if network.pieces[p].ends[i].name == name]
         if scene.seabed is None:
-            check_joint(scene, network.bodies.get(name), pulls, largest, name)
+            check_joint(problem, name, pulls, largest)
 
 
 def _loads(mass, volume, scene):
@@ -94,7 +94,7 @@ def check_cable(problem, cable, ends, largest, name):
         noise += doubt * scene.gravity * (scene.sea.density if scene.sea else 0.0) * area
         joint = network.pieces[k].ends[1].name
         if k != pieces[-1] and joint in bodies:
-            weight += _loads(bodies[joint].mass, bodies[joint].volume, scene)
+            weight += _loads(bodies[joint].mass, wet_volume(problem, joint), scene)
             drag += _dynamic_pressure(scene) * bodies[joint].drag_area
         if scene.current:
             stretched = c.length * (
@@ -139,9 +139,23 @@ def _dynamic_pressure(scene):
     return 0.5 * scene.sea.density * scene.current.speed**2
 
 
-def check_joint(scene, body, pulls, largest, name):
+def wet_volume(problem, joint):
+    """Volume of a body below still water: of a ball of its volume, of which a cap may be dry [m^3]."""
+    scene, volume = problem.scene, problem.network.bodies[joint].volume
+    asked = scene.sea and (bool(surfacing(scene)) if scene.sea.dry_above is None else scene.sea.dry_above)
+    if not asked or volume == 0:
+        return volume
+    observer = Observer(problem)
+    place = observer.labels()["joint"].tolist().index(joint)
+    z, R = observer.values(problem.end_forces())["joint_position"][place][2], (0.75 * volume / math.pi) ** (1 / 3)
+    cap = min(max(z + R, 0.0), 2 * R)  # height of what is above the water
+    return volume - math.pi * cap**2 * (3 * R - cap) / 3
+
+
+def check_joint(problem, name, pulls, largest):
     """The forces of lines on a joint, and what sits there, add up."""
-    weight = _loads(body.mass, body.volume, scene) if body else np.zeros(3)
+    scene, body = problem.scene, problem.network.bodies.get(name)
+    weight = _loads(body.mass, wet_volume(problem, name), scene) if body else np.zeros(3)
     drag = _dynamic_pressure(scene) * body.drag_area if body else 0.0
     missing = np.linalg.norm(weight - sum(pulls))
     assert missing <= 1.001 * drag + BALANCED * largest, f"{name}: {missing:.6g} N are missing"

@@ -4,8 +4,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from mpi4py import MPI
-
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...results import measured as acc
 from ...results.compare import percent
@@ -102,10 +101,10 @@ def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI
             found = advise(scene, quantity, accuracy, say)
         except (InputError, SolveError) as error:
             found = error
-    told = comm.bcast(found.scene if isinstance(found, Advice) else found)
-    if isinstance(told, Exception):
-        raise told
-    return found if comm.rank == 0 else told
+    shared = comm.bcast(found.scene if isinstance(found, Advice) else found)
+    if isinstance(shared, Exception):
+        raise shared
+    return found if comm.rank == 0 else shared
 
 
 def sentences(advice: Advice) -> list[str]:
@@ -129,7 +128,7 @@ def sentences(advice: Advice) -> list[str]:
 
 
 def _of_the_sea(scene, choice) -> list[str]:
-    """What statistics in an irregular sea need besides, in components, seeds and computing time."""
+    """Further needs of statistics in an irregular sea: components, seeds and computing time."""
     return [sea.of_components(scene, 0.01), sea.of_statistics(scene, choice.seconds)] if sea.has_seeds(scene) else []
 
 

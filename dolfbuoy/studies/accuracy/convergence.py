@@ -10,8 +10,8 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...errors import InputError
 from ...parallel.cases import evaluate_all
 from ...results.compare import orders
@@ -142,7 +142,7 @@ def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[
 
 
 def texts(row: dict) -> dict:
-    """What the table shows of a row: its pair, and orders or why there is none."""
+    """Entries of the table for a row: its pair, and orders or why there is none."""
     found = {"pair": _pair(row)}
     for name in ERRORS:
         order = row[f"order_{name}"]
@@ -156,7 +156,7 @@ def _pair(row):
 
 
 def in_words(rows: list[dict]) -> list[str]:
-    """What the rows of one figure show."""
+    """Sentences on the rows of one figure."""
     notes, gaps = [], []
     for curve, name in ((curve, name) for curve in curves(rows) for name in ERRORS):
         known = [row for row in curve if row[f"order_{name}"] is not None]

@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 from scipy.linalg import cholesky, solve_triangular, svdvals
 
+from ...elsewhere import MPI
 from ...forms import cable as form
 from ...meshes import cable_nodes
 from ...parallel.cases import evaluate_all

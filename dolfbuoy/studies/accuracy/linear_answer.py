@@ -43,7 +43,7 @@ def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
 
 
 def _deviation(scene, kinds, times):
-    """Of the linear response to the scene's waves, drag linearised; None if there is nothing of these kinds."""
+    """Answers of the linear response to the scene's waves, drag linearised; None if there is nothing of these kinds."""
     seaway = Seaway(scene, scene.waves.direction_deg)
     try:
         found = seaway.over_time(scene.waves, times) if scene.waves.irregular else _in_wave(seaway, scene.waves)

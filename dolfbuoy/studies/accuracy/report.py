@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...motion.schemes import make_scheme
 from ...motion.simulation import Simulation
 from ...parallel.cases import evaluate_all, with_file
@@ -43,7 +43,7 @@ SECOND = (BDF2, ALPHA)
 
 @dataclass(frozen=True)
 class Plan:
-    """What is run of a scene until `end` [s].
+    """Cases that are run of a scene until `end` [s].
 
     reference: elements and step; its check has half and twice of them.  euler, second: steps of the schemes on the
     scene's own elements, of which mesh_step is the truth.  spaces: elements of each pair, at space_step by

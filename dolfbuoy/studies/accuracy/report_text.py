@@ -37,7 +37,7 @@ def _in_time(rows, scheme):
 
 
 def _reached(points):
-    """What a family of cases needs for each of the ACCURACIES; see `compare.reach`."""
+    """Cheapest of a family of cases that reach each of the ACCURACIES; see `compare.reach`."""
     return {f"{accuracy:g}": reach(points, accuracy) for accuracy in ACCURACIES}
 
 

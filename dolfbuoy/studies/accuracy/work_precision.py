@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from operator import itemgetter
 from pathlib import Path
 
-from mpi4py import MPI
-
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
@@ -165,7 +164,7 @@ def describe(row: dict) -> str:
 
 
 def sentence(rows: list[dict], name: str, accuracy: float) -> str:
-    """What one would quote: the cheapest settings that meet the accuracy, and the scene's own beside them."""
+    """Sentences to quote: the cheapest settings that meet the accuracy, compared with the scene's own."""
     what = f"{percent(accuracy)} in {acc.QUANTITIES[name]}"
     allowed = [row for row in rows if row["newton"] <= TIGHTER * accuracy * (1 + 1e-9)]
     good = [row for row in front(allowed, name) if row[f"bound_{name}"] <= accuracy]

@@ -1,1 +1,1 @@
-"""What the physics is worth: every effect left out, and the balance of energy."""
+"""The worth of the physics: every effect left out, and the balance of energy."""

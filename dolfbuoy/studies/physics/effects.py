@@ -1,4 +1,4 @@
-"""What each effect of a scene is worth, and what it costs: left out of the scene, and added alone to the barest one.
+"""Worth and cost of each effect of a scene: left out of the scene, and added alone to the barest one.
 
 The barest scene is cable, buoy and hydrostatics.  A change is the rms difference over the run, without the ramp at its
 start, relative to the range (max - min) of the full run; the change of the maximum likewise.  Cost is counted twice:
@@ -17,8 +17,8 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...model import effects as model
 from ...motion.simulation import Simulation
@@ -157,7 +157,7 @@ def _components(folder, scene, threshold):
 
 
 def _of_the_sea(rows, scene, threshold):
-    """What its statistics take, in words."""
+    """Sentences on what its statistics take."""
     if not sea.has_seeds(scene):
         return []
     said = [sea.of_components(scene, threshold), sea.of_statistics(scene)]
@@ -186,7 +186,7 @@ def _said_of(row, names):
 
 
 def notes(rows: list[dict], names, threshold: float) -> list[str]:
-    """What the scene needs and what it pays for in vain, in words."""
+    """Sentences on what the scene needs and what it pays for in vain."""
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     chosen, limit = judge(rows, names, threshold), compare.percent(threshold)
     needed, vain = (", ".join(_said_of(removed[name], names) for name in some) or "nothing" for some in chosen)
@@ -226,18 +226,18 @@ MODES = {
 
 def questions(rows: list[dict], names) -> list[Table]:
     """A table for every question, its rows by the size of what they change; what is impossible comes first."""
-    by_mode, asked = groups(rows, "mode"), []
+    by_mode, tables = groups(rows, "mode"), []
     heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
     for mode, (when, beside) in MODES.items():
         ranked = sorted(by_mode[mode], key=lambda row: -math.inf if row["reason"] else -largest(row, names)[0])
         shown = ranked + (by_mode.get("together", []) if mode == "without" else [])
         why = [f"{row['effect']} ({mode}): {row['reason']}" for row in shown if row["reason"]]
         title = f"\nWhat changes when {when}: rms / maximum [%]"
-        asked += [
+        tables += [
             Table("", [_changes(row, names) for row in shown], title, heads, why),
             Table("", [_costs_beside(row) for row in shown], f"\nWhat a step costs {beside}", COSTS),
         ]
-    return asked
+    return tables
 
 
 def _label(row):
@@ -339,7 +339,7 @@ def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
         return []
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
-    said, asked = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
-    asked[0].title = f"Effects of the scene until t = {scene.time.end:g} s; {{folder}}\n{asked[0].title}"
-    asked[-1].notes = said
-    return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *asked]
+    said, tables = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
+    tables[0].title = f"Effects of the scene until t = {scene.time.end:g} s; {{folder}}\n{tables[0].title}"
+    tables[-1].notes = said
+    return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *tables]

@@ -12,8 +12,8 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...errors import InputError
 from ...motion.energy import STORED, Meter
 from ...motion.simulation import Simulation

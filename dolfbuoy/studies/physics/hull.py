@@ -1,4 +1,4 @@
-"""How a hull floats and rides small waves: hydrostatics, natural periods and response, moored and free.
+"""A hull afloat and in small waves: hydrostatics, natural periods and response, moored and free.
 
 The response is that of the equations linearised about the equilibrium, `linear.response`.  Runs in time in small waves
 check it at a few periods; potential flow stands beside it where its coefficients are given.
@@ -11,8 +11,8 @@ from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
-from mpi4py import MPI
 
+from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...linear import LARGEST_KR
 from ...linear.linearisation import linearise

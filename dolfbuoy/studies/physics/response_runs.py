@@ -4,9 +4,9 @@ import math
 import time
 
 import numpy as np
-from mpi4py import MPI
 
 from ...api import simulate
+from ...elsewhere import MPI
 from ...errors import SolveError
 from ...linear.motions import Motions, axes_along, turn
 from ...linear.response import small_waves
@@ -40,7 +40,7 @@ def measured(scene, period, direction_deg, amplitude) -> dict[str, complex]:
     crest = amplitude * np.exp(1j * wavenumber(run) * float(heading(direction_deg) @ place))
 
     def fitted(start, stop):
-        """Of the periods before the end between these."""
+        """Harmonics per crest over the periods before the end between these."""
         rows = (times > end - (start + 1e-6) * period) & (times < end - (stop - 1e-6) * period)
         columns = np.array([column[rows] for column in values.values()]).T
         return dict(zip(values, harmonics(times[rows], columns, 2 * math.pi / period) / crest, strict=True))

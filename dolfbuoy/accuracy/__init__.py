@@ -1,0 +1,1 @@
+"""Error bars: how far the numbers of a run may be from those of finer steps and elements."""

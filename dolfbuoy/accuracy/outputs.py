@@ -1,0 +1,82 @@
+"""Outputs of a run: largest, smallest, mean value and standard deviation of its series after the ramp."""
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..results.quantities import declared
+from ..results.series import Series, place_of, series_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Magnitude of the force that holds the lower end of a cable.
+ANCHOR = "anchor"
+
+
+class Output(NamedTuple):
+    """A number of a series: `tension_top`, `max`; part: name of the cable or buoy, empty for neither."""
+
+    series: str
+    number: str
+    part: str = ""
+
+    def __str__(self):
+        return f"{self.series}.{self.number}"
+
+
+def series_after(record: "xr.Dataset", start: float, end: float = math.inf) -> dict[tuple[str, str], Series]:
+    """Series by (name, part) between two instants [s]: those with a curve, a row of the summary or a name."""
+    found = {}
+    for series in [*series_of(record), *_anchors(record)]:
+        if series.label.startswith(f"{ANCHOR} of "):
+            name, part = ANCHOR, series.label.removeprefix(f"{ANCHOR} of ")
+        else:
+            name, _, part = place_of(series.label)
+        if name != ANCHOR and not _counts(declared(name)):
+            continue
+        kept = (series.t >= start - 1e-9 * max(abs(start), 1.0)) & (series.t <= end * (1 + 1e-9))
+        if kept.sum() > 2:
+            found[name, part] = Series(series.label, series.t[kept], series.x[kept], series.noise)
+    return found
+
+
+def _anchors(record):
+    if "anchor_force" not in record:
+        return
+    sizes = np.linalg.norm(record.anchor_force.values, axis=-1)
+    for name, x in zip(record.cable.values.tolist(), sizes.T, strict=True):
+        yield Series(f"{ANCHOR} of {name}", record.time.values, x, 1e-9 * sizes.max())
+
+
+def _counts(quantity):
+    return bool(quantity.main or quantity.curves or quantity.compared or (quantity.summary and not quantity.component))
+
+
+def numbers_of(series: Series) -> dict[str, float]:
+    """Numbers of a series in its unit; extremes by the parabola through the highest step and its neighbours."""
+    return {
+        "max": _vertex(series.t, series.x),
+        "min": -_vertex(series.t, -series.x),
+        "mean": series.mean,
+        "std": series.standard_deviation,
+    }
+
+
+def _vertex(t, x):
+    """Largest value of x, between the steps where the parabola through three of them has its vertex."""
+    i = int(x.argmax())
+    if not 0 < i < len(x) - 1:
+        return float(x[i])
+    before, after = (x[i] - x[i - 1]) / (t[i] - t[i - 1]), (x[i + 1] - x[i]) / (t[i + 1] - t[i])
+    curvature = (after - before) / (t[i + 1] - t[i - 1])  # half of the second derivative
+    if curvature == 0:
+        return float(x[i])
+    slope = before + curvature * (t[i] - t[i - 1])  # at the highest step
+    return float(x[i] - slope**2 / (4 * curvature))
+
+
+def unit_of_series(name: str) -> str:
+    """Unit of a series by its name."""
+    return "N" if name == ANCHOR else declared(name).unit

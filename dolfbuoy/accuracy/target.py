@@ -1,0 +1,138 @@
+"""Runs, each finer than the last, until the bars of the outputs asked for are within an accuracy.
+
+The last but one is the companion of the last, so that all runs together take about twice as long as the last.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from ..errors import InputError, NoResult, SolveError
+from ..scene import Scene
+from ..scene.settings import NEWTON, Space, Stepping, fitting, period_of, space_of, with_settings
+from .bars import NONE, Bar, bars_of
+from .companion import companion_of
+from .outputs import Output, unit_of_series
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Outputs that are asked for where a scene names none, as far as it has them.
+USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
+#: Steps in a period of the first run, elements of each piece of line in it at least, and Newton's tolerance over
+#: the accuracy.
+STEPS, ELEMENTS, OF_NEWTON = 40, 8, 1e-2
+#: A run is accurate enough when all bars are within this share of what was asked for: bars are estimates.
+ENOUGH = 0.7
+#: Least and largest refinement from one run to the next.
+LEAST, MOST = 1.4, 3.0
+#: Smallest tensions count as if they were this part of the largest at least.
+OF_LARGEST = 0.2
+
+
+@dataclass
+class Round:
+    """A run with its bars; worst: the largest bar over what was asked for, of `output`."""
+
+    scene: Scene
+    record: "xr.Dataset"
+    bars: dict[Output, Bar]
+    sentences: list[str]
+    worst: float
+    output: Output
+
+
+def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"]) -> Round:
+    """The first run whose outputs are accurate enough, or the last of `accuracy.rounds`.
+
+    run: computes a scene; whether it is one that may be the last.  Raises InputError for outputs that a run does not
+    have, SolveError if all runs failed.
+    """
+    chosen, found, ratio = first(scene), None, 2.0
+    companion = _tried(run, companion_of(chosen), False)
+    for _ in range(scene.accuracy.rounds):
+        record = _tried(run, chosen, True)
+        if isinstance(record, Exception):
+            failure, ratio, companion = record, 2.0, record
+        else:
+            found = _judged(chosen, record, companion, ratio)
+            if found.worst <= ENOUGH:
+                return found
+            companion, ratio = record, _refinement(found)
+        chosen = _finer(chosen, ratio)
+    if found is None:
+        raise failure
+    return found
+
+
+def first(scene: Scene) -> Scene:
+    """The scene with the settings of the first run: BDF2, P1-P0, equal steps."""
+    period, space = period_of(scene), space_of(scene)
+    step = min(period / STEPS, scene.time.end / STEPS) if period else scene.time.step
+    newton = min(OF_NEWTON * scene.accuracy.target, 1e-4, max(scene.solver.step_tolerance, NEWTON))
+    if space.mu:
+        cells = max(space.cells, ELEMENTS * len(scene.network.pieces))
+        space = fitting(scene, Space(1, 0, cells))
+    return with_settings(scene, space, Stepping("bdf2", step, newton=newton))
+
+
+def _tried(run, scene, last):
+    """The record of a run, or why it failed."""
+    try:
+        return run(scene, last)
+    except (SolveError, NoResult) as error:
+        return error
+
+
+def _judged(scene, record, companion, ratio):
+    bars, sentences = bars_of(record, scene, companion, ratio)
+    wanted = wanted_of(scene, bars)
+    shares = {output: bars[output].bar / (scene.accuracy.target * scale_of(output, bars)) for output in wanted}
+    shares = {o: math.inf if bars[o].verdict == NONE or math.isnan(share) else share for o, share in shares.items()}
+    worst = max(shares, key=shares.get)
+    return Round(scene, record, bars, sentences, shares[worst], worst)
+
+
+def wanted_of(scene: Scene, bars: dict[Output, Bar]) -> list[Output]:
+    """The outputs asked for, of all lines and buoys.  Raises InputError for one that the scene does not have."""
+    names = list(dict.fromkeys(str(output) for output in bars))
+    asked = scene.accuracy.of or [name for name in USUAL if name in names]
+    for name in asked:
+        if name not in names:
+            raise InputError(f"accuracy.of {name}: this scene has {', '.join(names)}.")
+    return [output for output in bars if str(output) in asked]
+
+
+def scale_of(output: Output, bars: dict[Output, Bar]) -> float:
+    """What an accuracy of an output is relative to: its value, of positions and angles the range of their series."""
+    value, least, largest = (bars[output._replace(number=n)].value for n in (output.number, "min", "max"))
+    if unit_of_series(output.series) != "N":
+        return max(largest - least, 1e-300)
+    return max(abs(value), OF_LARGEST * abs(largest) if output.number == "min" else 0.0, 1e-300)
+
+
+def _refinement(found):
+    """How many times as fine the next run is to be: errors of second order."""
+    if math.isinf(found.worst):
+        return 2.0
+    return min(max(math.sqrt(1.3 * found.worst / ENOUGH), LEAST), MOST)
+
+
+def _finer(scene, ratio):
+    space = space_of(scene)
+    if space.mu:
+        space = fitting(scene, replace(space, cells=round(space.cells * ratio)))
+    tolerance = scene.solver.step_tolerance
+    return with_settings(scene, space, Stepping("bdf2", scene.time.step / ratio, newton=tolerance))
+
+
+def sentence_of(found: Round) -> str:
+    """What was reached, of the output that is the least accurate."""
+    output, bar = found.output, found.bars[found.output]
+    name = f"{output} of {output.part}" if output.part else str(output)
+    target = 100 * found.scene.accuracy.target
+    if math.isinf(found.worst):
+        return f"{target:g} % was not reached: the error of {name} is not known. {' '.join(found.sentences)}".rstrip()
+    share = 100 * bar.bar / scale_of(output, found.bars)
+    return f"{target:g} % was not reached: {name} is known to {share:.2g} %."

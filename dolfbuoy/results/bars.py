@@ -1,0 +1,75 @@
+"""Error bars of a record in tables: `largest top tension 11.17 +- 0.05 kN`."""
+
+import math
+from typing import NamedTuple
+
+from .quantities import declared
+from .tables import force_unit
+
+#: Numbers of an output, and their names before that of the series.
+NUMBERS = {"max": "largest", "min": "smallest", "mean": "mean", "std": "standard deviation of"}
+#: Outputs that a summary shows; a page shows all.
+SHOWN = ("tension_top.max", "tension_anchor.max", "anchor.max", "cone_angle.max")
+
+
+class Row(NamedTuple):
+    """An output with its bar as text, in `unit`; part: name of the cable or buoy, empty if there is one only."""
+
+    part: str
+    output: str
+    name: str
+    value: str
+    bar: str
+    unit: str
+    verdict: str
+    chance: str
+
+
+def rows_of(record) -> list[Row]:
+    """All outputs that have a bar or the reason why they have none; empty for a record without bars."""
+    if "bar" not in record:
+        return []
+    columns = ("output_of", "output", "bar_value", "bar", "bar_unit", "bar_verdict", "bar_statistics")
+    found = []
+    for part, output, value, bar, unit, verdict, chance in zip(
+        *(record[c].values.tolist() for c in columns), strict=True
+    ):
+        kind = next((k for k in ("cable", "buoy") if k in record.dims and part in record[k].values), None)
+        alone = kind is None or record.sizes[kind] == 1
+        series, _, number = output.rpartition(".")
+        unit, factor = force_unit(value) if unit == "N" else (unit.replace("degree", "deg"), 1.0)
+        texts = number_with(factor * value, factor * bar if verdict != "none" else math.nan)
+        scatter = "" if math.isnan(chance) else f"{factor * chance:.2g}"
+        part = "" if alone else part
+        found.append(Row(part, output, f"{NUMBERS[number]} {_name(series)}", *texts, unit, verdict, scatter))
+    return found
+
+
+def summary_rows(record) -> list[tuple[str, str, str]]:
+    """(quantity, value, unit) of the outputs in SHOWN, and a sentence where there is something to say about all."""
+    rows = []
+    for row in rows_of(record):
+        if row.output in SHOWN:
+            said = f"{row.value} +- {row.bar}" if row.bar else f"{row.value} (error not known)"
+            said += f", {row.verdict}" if row.verdict == "suspect" else ""
+            rows.append((f"{row.part}: {row.name}" if row.part else row.name, said, row.unit))
+    return rows
+
+
+def number_with(value: float, bar: float) -> tuple[str, str]:
+    """Texts of a value and its bar: the bar with two digits, the value as far as they go; no bar if it is nan."""
+    if math.isnan(bar):
+        return f"{value:.4g}", ""
+    if bar == 0:
+        return f"{value:.6g}", "0"
+    digits = min(max(1 - math.floor(math.log10(bar)), 0), 12)
+    return f"{value:.{digits}f}", f"{bar:.{digits}f}"
+
+
+def _name(series):
+    if series == "anchor":
+        return "anchor force"
+    quantity = declared(series)
+    component = series.removeprefix(quantity.name).removeprefix("_")
+    name = quantity.compared or quantity.name.replace("_", " ")
+    return f"{name}, {component}" if component else name

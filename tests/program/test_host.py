@@ -1,0 +1,64 @@
+"""A host process that imports and uses dolfbuoy is left as it was: environment, modules, libraries.
+
+Source: what the process finds before, and the text of a form of its own as it is compiled without dolfbuoy.
+"""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+HOST = """
+import logging, os, signal, sys
+
+def state():
+    import dolfinx.jit, ffcx, ffcx.codegeneration.jit, ufl
+    options = ffcx.parameters if hasattr(ffcx, "parameters") else ffcx.options
+    counter = "_globalcount" if hasattr(ufl.Constant, "_globalcount") else "_counter"
+    reading = "_load_parameters" if hasattr(dolfinx.jit, "_load_parameters") else "_load_options"
+    return {
+        "compiler": dolfinx.jit.ffcx_jit,
+        "cache": ffcx.codegeneration.jit.get_cached_module,
+        "options": getattr(dolfinx.jit, reading),
+        "options of FFCx": getattr(options, reading),
+        "counter": getattr(ufl.Constant, counter),
+        "pkg_resources": sys.modules.get("pkg_resources"),
+        "logging": logging.root.manager.disable,
+        "signals": [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)],
+        "folder": os.getcwd(),
+        "arguments": list(sys.argv),
+        "environment": dict(os.environ),
+    }
+
+first = sys.argv.pop(1)
+if first == "host":
+    import dolfinx
+    before = state()
+    import dolfbuoy
+    assert state() == before
+else:
+    environment = dict(os.environ)
+    import dolfbuoy
+    assert not {"numpy", "mpi4py.MPI", "petsc4py.PETSc", "dolfinx", "ufl"} & sys.modules.keys()
+    assert dict(os.environ) == environment
+dolfbuoy.simulate("driven", **{"time.end": 0.1})
+if first == "host":
+    after = state()
+    assert after == before, {name for name in before if before[name] != after[name]}
+else:
+    assert dict(os.environ) == environment
+    assert "pkg_resources" not in sys.modules
+    import ufl
+    assert getattr(ufl.Constant, "_globalcount", 0) < 1000
+print("as it was")
+"""
+
+
+@pytest.mark.parametrize("first", ["host", "dolfbuoy"])
+def test_a_host_is_left_as_it_was(first, tmp_path):
+    """Whoever starts the libraries; a run is within."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("OMP", "PMI"))}
+    command = [sys.executable, "-c", HOST, first, "argument"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.stdout == "as it was\n", done.stderr[-2000:]
