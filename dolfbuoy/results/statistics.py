@@ -52,7 +52,9 @@ def collect(rows: list[dict]) -> xr.Dataset:
     data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
     columns = Columns(label for row in rows for label in row["statistics"])
-    data |= columns.table([row["statistics"] for row in rows], STATISTICS, "case")
+    known = {number for row in rows for numbers in row["statistics"].values() for number in numbers}
+    bars = sorted(known - set(STATISTICS))  # error bars, where the scene asks for them
+    data |= columns.table([row["statistics"] for row in rows], [*STATISTICS, *bars], "case")
     return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys)})
 
 
