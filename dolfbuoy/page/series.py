@@ -66,7 +66,7 @@ def _split(title, unit, curves):
 
 
 def rows_that_fit(record, parts, columns) -> int:
-    """How many instants there is room for."""
+    """Number of instants there is room for."""
     bodies = sum("buoy_position" in part.record for part in parts)
     forces = sum(int(np.prod(record[name].shape[1:])) for name in ("mooring_force", "anchor_force") if name in record)
     width = 8 + 4 * sum(len(curves) for *_, curves in columns) + 14 * bodies + 2 * forces
