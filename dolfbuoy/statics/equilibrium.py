@@ -1,17 +1,20 @@
 """Equilibrium of a scene: lines between what holds them, with the buoys on them, or buoys that float freely."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.feasible import check_feasible
 from ..model.hydrostatics import float_upright
 from ..model.lines import top_position
 from ..model.prescribed_ends import adrift_nowhere
-from ..model.problem import MPI, Problem
+from ..model.problem import Problem
 from ..model.rigid import weight_per_length
 from ..model.seabed import has_friction
+from ..scene import Scene
 from .damped import relax
 from .growth import settle
 from .pulled import pull
@@ -24,10 +27,10 @@ SETTLED = 1e-11
 BALANCED = 1e-8
 
 
-def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
+def solve_equilibrium(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, make: Callable[..., Problem] = Problem) -> Problem:
     """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
 
-    make: what makes a Problem of (scene, dynamic, comm); another than Problem may use one again (`studies.pool`).
+    make: (scene, dynamic, comm) -> Problem; another than Problem may use one again (`studies.pool`).
 
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """
@@ -45,8 +48,8 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     return problem
 
 
-def _rest(problem):
-    """Without friction, from nowhere, or from the points that the scene gives; from these too where all else fails."""
+def _rest(problem: Problem) -> None:
+    """Rest without friction, from nowhere or from the points of the scene; from these too where all else fails."""
     initial, reasons = problem.scene.initial, []
     starts = [("", closed_form, WAYS)]
     if initial.points is not None:
@@ -64,8 +67,8 @@ def _rest(problem):
     raise SolveError("; ".join(reasons))
 
 
-def _check_determined(problem):
-    """Refuse what leaves a tension or a place open.  Raises InputError."""
+def _check_determined(problem: Problem) -> None:
+    """Refuse a scene that leaves a tension or a place open.  Raises InputError."""
     scene, network = problem.scene, problem.network
     for piece in network.pieces:
         c, key, w = piece.section, network.key_of(piece.cable), weight_per_length(scene, piece.section)
@@ -102,7 +105,7 @@ def _check_determined(problem):
 # -- buoys -------------------------------------------------------------------------------------------------------------
 
 
-def _free_buoys(scene, comm, make):
+def _free_buoys(scene: Scene, comm: MPI.Comm, make: Callable[..., Problem]) -> Problem:
     """Buoys without cable float upright in still water; steady loads across would carry them away for ever."""
     calm, floats = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea and scene.gravity
     problem = make(calm, dynamic=False, comm=comm)
@@ -121,11 +124,10 @@ def _free_buoys(scene, comm, make):
     return problem
 
 
-def let_turn(problem, rounds=20):
-    """The yaw that lines off the axis want: what holds a buoy against turning about its axis goes away by and by; where
-    that fails it turns in a damped motion."""
-    off_axis = any(end.fairlead for piece in problem.network.pieces for end in piece.ends)
-    if not off_axis:
+def let_turn(problem: Problem, rounds: int = 20) -> None:
+    """Find the yaw under lines off the axis: the spring that holds a buoy against turning about its axis goes away by
+    and by; where that fails it turns in a damped motion."""
+    if not any(end.fairlead for piece in problem.network.pieces for end in piece.ends):
         return
     for _ in range(rounds):
         before = problem.system.u.copy()
@@ -138,8 +140,9 @@ def let_turn(problem, rounds=20):
             if problem.system.residual_by_block()["buoy torque balance"] < BALANCED:
                 return  # nothing but the gauge holds it: where it is it may stay
             break
-        turned = max((_largest_turn(b, before, problem.system.u) for b in problem.buoys.values()), default=0.0)
-        if max(problem.comm.allgather(turned)) < SETTLED:
+        change = problem.system.u - before
+        turns = [b.fields.of(change[b.part.slice]).orientation for b in problem.buoys.values()]
+        if max(problem.comm.allgather(float(np.abs(turns).max(initial=0.0)))) < SETTLED:
             return
     for buoy in problem.buoys.values():
         buoy.gauge.value = 1e-9 * buoy.gauge.value
@@ -147,8 +150,3 @@ def let_turn(problem, rounds=20):
         relax(problem, growth=1.1, steps=900)
     except SolveError as error:
         raise SolveError(f"the yaw of the buoys was not found: {error}") from None
-
-
-def _largest_turn(buoy, before, after):
-    x, y = (buoy.fields.of(u[buoy.part.slice]).orientation for u in (before, after))
-    return float(np.abs(x - y).max())

@@ -1,6 +1,7 @@
 """Righting levers of a hull at any heel, by the strips of the program's own equilibrium."""
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from ..errors import InputError
 from ..model.buoy import REST_ROWS
 from ..model.problem import Problem
 from ..roots import brentq
+from ..scene import Scene
 from ..scene.sections import ExternalForce, Initial
 
 #: Sections of a scene that have no part in it.
@@ -24,7 +26,7 @@ class Righting(NamedTuple):
     lever: float
 
 
-def righting_curve(scene, heels_deg, pull=0.0) -> list[Righting]:
+def righting_curve(scene: Scene, heels_deg: Iterable[float], pull: float = 0.0) -> list[Righting]:
     """GZ of the scene's first buoy at these heels, each in vertical equilibrium in still water.
 
     pull: constant, downwards, at the mooring point [N].  Raises InputError if weight and pull sink the buoy, or without
@@ -38,21 +40,20 @@ def righting_curve(scene, heels_deg, pull=0.0) -> list[Righting]:
     alone = scene.model_copy(update=_ABSENT | {"buoy": [buoy.model_copy(update=own)], "initial": Initial()})
     problem = Problem(alone, dynamic=False, comm=MPI.COMM_SELF)
     try:
-        return [_righting(problem, float(heel), pull) for heel in heels_deg]
+        shape, weight = problem.buoy.shape, problem.buoy.mass.mass * scene.gravity
+        reach = shape.height + shape.max_diameter  # farther above or below the water nothing changes
+        found = []
+        for heel in map(float, heels_deg):
+            if _loads(problem, -reach, heel)[0] < 0:
+                raise InputError(f"The buoy sinks under a pull of {pull:.6g} N.")
+            height = brentq(lambda z, heel=heel: _loads(problem, z, heel)[0], -reach, reach, xtol=1e-12 * reach)
+            found.append(Righting(heel, height, _loads(problem, height, heel)[1] / weight))
+        return found
     finally:
         problem.destroy()
 
 
-def _righting(problem, heel, pull):
-    buoy = problem.buoy
-    reach = buoy.shape.height + buoy.shape.max_diameter  # farther above or below the water nothing changes
-    if _loads(problem, -reach, heel)[0] < 0:
-        raise InputError(f"The buoy sinks under a pull of {pull:.6g} N.")
-    height = brentq(lambda z: _loads(problem, z, heel)[0], -reach, reach, xtol=1e-12 * reach)
-    return Righting(heel, height, _loads(problem, height, heel)[1] / (buoy.mass.mass * problem.scene.gravity))
-
-
-def _loads(problem, height, heel):
+def _loads(problem: Problem, height: float, heel: float) -> tuple[float, float]:
     """Vertical force [N] and righting moment about C [N m] with C at a height, the top leaning towards x."""
     from scipy.spatial.transform import Rotation
 
@@ -62,5 +63,5 @@ def _loads(problem, height, heel):
     buoy.reference.x.array[:] = pose  # no turn and no offset against it
     system.u[buoy.part.slice] = pose
     system.publish()
-    rows = REST_ROWS.of(system.evaluate()[buoy.part.slice])  # of minus the loads
+    rows = REST_ROWS.of(system.evaluate()[buoy.part.slice])  # minus the loads
     return -rows.force[2], rows.torque[1]

@@ -19,9 +19,10 @@ from ...results.style import COLORS, PAGE, PALETTE, new_figure
 from ...results.tables import groups
 from ...scene import load_scene
 from ...statics import catenary
+from ...statics.catenary import Catenary
 from ...statics.equilibrium import solve_equilibrium
-from ...statics.profile import Profile, errors, unit_cable
 from ..study import Table
+from .profile import Profile, errors, unit_cable
 
 #: Keys of a case that decide which forms are compiled, and of a curve over h.
 STRUCTURE = ("material", "strain", "end", "mu", "nu")
@@ -87,8 +88,10 @@ def evaluate(case: dict) -> dict:
     problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
     profile = Profile(problem)
     problem.destroy()
-    closed_form, given = (catenary.under_end_force, FORCE) if neumann else (catenary.between, end)
-    return {"h": 1 / case["cells"], **errors(profile, closed_form((0.0, 0.0, 0.0), given, 1.0, 1.0, EA))}
+    H, _, V = FORCE
+    pulled = Catenary(np.zeros(3), np.array([1.0, 0.0, 0.0]), 1.0, EA, H, V - 1.0)
+    exact = pulled if neumann else catenary.between(np.zeros(3), end, 1.0, 1.0, EA)
+    return {"h": 1 / case["cells"], **errors(profile, exact)}
 
 
 def theory(row: dict) -> dict:

@@ -48,35 +48,29 @@ FLOOR = 1e-14  # where the figure draws a zero
 # -- states ------------------------------------------------------------------------------------------------------------
 
 
-class Straight:
-    """r = s d with a unit vector d."""
-
-    def position(self, s):
-        """r(s), shape (n, 3)."""
-        return np.multiply.outer(s, [0.6, 0.0, 0.8])
-
-    def mean_tangent_product(self, _):
-        """Mean of t t^T in the vertical plane."""
-        return np.outer([0.6, 0.8], [0.6, 0.8])
-
-
-def _hanging(x, z):
-    """Inextensible catenary, L = w = 1, from the origin to (x, 0, z)."""
-    return catenary.between((0, 0, 0), (x, 0, z), 1.0, 1.0, math.inf)
-
-
+#: Inextensible cables of L = 1 from the origin, the first two with w = 1.
 STATES = {
-    "catenary": _hanging(0.8, 0.0),
-    "folded": _hanging(0.01, 0.8),  # where the rising of Fig. 5 begins; half turn within 0.0015 L
-    "straight": Straight(),
+    "catenary": catenary.between((0, 0, 0), (0.8, 0, 0), 1.0, 1.0, math.inf),
+    "folded": catenary.between((0, 0, 0), (0.01, 0, 0.8), 1.0, 1.0, math.inf),  # Fig. 5; half turn within 0.0015 L
+    "straight": catenary.Catenary(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.0, math.inf, 0.6, 0.8),
 }
+
+
+def mean_tangent_product(shape: catenary.Catenary) -> np.ndarray:
+    """Mean of t t^T over 0 <= s <= 1 in the vertical plane, from t = (H, V)/|(H, V)|."""
+    H, V0, V1 = shape.H, shape.V0, shape.V0 + shape.w
+    if shape.w == 0:
+        return np.outer([H, V0], [H, V0]) / (H**2 + V0**2)
+    xx = H * (np.arctan(V1 / H) - np.arctan(V0 / H)) / shape.w
+    xz = H * np.log(np.hypot(H, V1) / np.hypot(H, V0)) / shape.w
+    return np.array([[xx, xz], [xz, 1 - xx]])
 
 
 def continuous_constant(state: str, end: str) -> float:
     """beta of the state without elements; end: "dir" (both ends fixed) or "free"."""
     if end == "free":
         return 1.0
-    largest = np.linalg.eigvalsh(STATES[state].mean_tangent_product(1.0))[-1]
+    largest = np.linalg.eigvalsh(mean_tangent_product(STATES[state]))[-1]
     return math.sqrt(max(1 - largest, 0.0)) if largest < 1 - 1e-12 else 0.0
 
 
