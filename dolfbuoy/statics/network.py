@@ -23,7 +23,7 @@ from .on_bed import Bed, Lying, OnBed
 ORIGIN = (0.0, 0.0, 0.0)
 #: A length that lies counts from this part of the piece on; less is what smoothing leaves.
 LYING = 3e-5
-#: Times that a table T(e) is taken as one stiffness, and a change of that which is none.
+#: Rounds in which a table T(e) is taken as one stiffness, and a change of it that does not count.
 ROUNDS, SAME = 20, 1e-3
 #: An end is on the bed below this part of the piece's length.
 AT_BED = 1e-7

@@ -5,7 +5,7 @@ touchdown s_0 can pull on has slid towards it, the rest lies as it was laid: alo
 
     T(s) = max(T_0 - w (sin(alpha) + mu cos(alpha)) (s_0 - s), 0),
 
-and less by the same of a body at a joint.  There friction holds on a stick length behind the places where the line was
+and less by the same of a body at a joint.  There friction holds on a stick length back from where the line was
 laid, so that its limit is reached, and is left as soon as the line would come back; where the tension dies, by a part
 of that length.  A form with limit friction everywhere is wrong there.  What is left of the tension at the end that is
 held, which a line too stiff to slide would carry there, goes to what has slid in the next round: the reach is that with
@@ -55,7 +55,7 @@ class Laid:
     """Lying part of a piece that was laid from its end `near` on; distances are from there.
 
     begin, end: of the part; along: unit vector from one to the other, in the plane of the bed; joint: name of that at
-    the far end, if it lies down to there; behind: parts that were laid on from it.
+    the far end, if it lies down to there; onward: parts that were laid on from there.
     """
 
     piece: int
@@ -64,7 +64,7 @@ class Laid:
     end: float
     along: Array
     joint: str | None = None
-    behind: list["Laid"] = field(default_factory=list)
+    onward: list["Laid"] = field(default_factory=list)
 
 
 class _Laying:
@@ -83,7 +83,7 @@ class _Laying:
         self.places = {g: g.bed.at(self.u[g.part.slice]) for g in self.lines.groups}
 
     def hold(self) -> None:
-        """Let friction hold on behind the places where lines were laid; else where they are."""
+        """Let friction hold on a stick length back from the places where lines were laid; else where they are."""
         for lines, places in self.places.items():
             lines.bed.hold(places)
         if self.problem.bodies:
@@ -119,7 +119,7 @@ class _Laying:
         return found
 
     def _follow(self, piece: int, near: int, found: Lying) -> Laid:
-        """Lying part of a piece and, over its far end, of those behind it."""
+        """Lying part of a piece and, over its far end, of those onward."""
         L, ends = self.lines.sections[piece].length, [(found.first, found.foot), (found.s, found.touchdown)]
         (a, start), (b, end) = ends if near == 0 else [(L - s, place) for s, place in reversed(ends)]
         along = end - start - np.dot(end - start, self.n) * self.n
@@ -131,7 +131,7 @@ class _Laying:
         for k, i in self.meetings[far.name]:
             if k not in self.seen and (lies := self.lines.lying(self.u, k)).length:
                 self.seen.add(k)
-                laid.behind.append(self._follow(k, i, lies))
+                laid.onward.append(self._follow(k, i, lies))
         return laid
 
     # -- tensions ------------------------------------------------------------------------------------------------------
@@ -141,16 +141,16 @@ class _Laying:
         return self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2])
 
     def _pull(self, laid: Laid, least: float = 0.0) -> float:
-        """Tension at the far end of what lies, not below `least` where it comes through what lies behind [N]."""
-        if len(laid.behind) == 1 and len(self.meetings[laid.joint]) == 2:
-            return max(max(self._at_end(laid.behind[0]), least) - self._fall_at(laid), least)
+        """Tension at the far end of what lies, not below `least` where it comes through onward parts [N]."""
+        if len(laid.onward) == 1 and len(self.meetings[laid.joint]) == 2:
+            return max(max(self._at_end(laid.onward[0]), least) - self._fall_at(laid), least)
         section = self.lines.sections[laid.piece]
         T = self.problem.tension_at(laid.end if laid.near == 0 else section.length - laid.end, laid.piece)
         return T + self.left.get(self.root, 0.0)
 
     def _at_touchdown(self, laid: Laid) -> float:
         """Tension T_0 at the end of what was laid from one end, over all of its pieces [N]."""
-        return max((self._at_touchdown(one) for one in laid.behind), default=self._pull(laid))
+        return max((self._at_touchdown(one) for one in laid.onward), default=self._pull(laid))
 
     def _at_end(self, laid: Laid) -> float:
         """Tension that comes through what lies; negative where it dies before [N]."""
@@ -167,11 +167,11 @@ class _Laying:
     # -- places --------------------------------------------------------------------------------------------------------
 
     def _hold(self, laid: Laid, base: Array) -> None:
-        """Friction holds on along a piece that was laid from `base` on, and along those behind it."""
+        """Friction holds on along a piece that was laid from `base` on, and along those onward."""
         lines, number = self.lines.holder(laid.piece)
         section, points = lines.sections[number], lines.bed.points
         fall, T = self._fall(laid), self._pull(laid)
-        # where the tension dies, also if that is behind the far end
+        # where the tension dies, also if that is past the far end
         still = laid.end - self._pull(laid, -np.inf) / fall if fall > 0 else -np.inf
         s = points.s - lines.begins[number]
         distance = s if laid.near == 0 else section.length - s
@@ -185,5 +185,5 @@ class _Laying:
         if laid.joint in self.problem.network.bodies and self.problem.bodies:
             place = base + (-self.stick * laid.along if T > 0 else self.uphill)
             self.problem.bodies.bed.hold_body(laid.joint, place)
-        for one in laid.behind:
+        for one in laid.onward:
             self._hold(one, base)
