@@ -4,6 +4,7 @@ import math
 import os
 import shutil
 import time as clock
+from contextlib import suppress
 from pathlib import Path
 
 import xarray as xr
@@ -47,7 +48,9 @@ def evaluate(
         scene = varied(base, case["changes"])
         folder = running and Path(running) / key(case)
         record = run(scene, folder, deadline, keep is not None)
-        found = {"status": "done", "statistics": numbers_of(record), "sample": _sample(record, scene)}
+        found = {"status": "done", "statistics": numbers_of(record), "sample": None}
+        with suppress(InputError):  # of a run that ends in its ramp
+            found["sample"] = sample_of(record, scene, bins=BINS)
         found["cut"] = retried.cut(record, scene)
         if scene.accuracy is not None and scene.accuracy.estimate != "none":
             _put_bars(found["statistics"], record, scene, deadline)
@@ -82,14 +85,6 @@ def _put_bars(statistics, record, scene, deadline):
         companion = error
     for label, numbers in by_label(bars_of(record, scene, companion)[0]).items():
         statistics.setdefault(label, {}).update(numbers)
-
-
-def _sample(record, scene):
-    """The sample; None for a run that ends in its ramp."""
-    try:
-        return sample_of(record, scene, bins=BINS)
-    except InputError:
-        return None
 
 
 def run(scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:

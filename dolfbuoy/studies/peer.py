@@ -1,6 +1,6 @@
-"""A scene beside MoorDyn: from one start, tensions and motions over the second half of both runs are compared.
+"""A scene compared with MoorDyn: tensions and motions over the second half of two runs from one start.
 
-MoorDyn is an independent code (lumped masses, explicit steps); what of a scene it has no place for is said.
+MoorDyn is an independent code (lumped masses, explicit steps); parts of a scene that it has no place for are named.
 """
 
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from ..api import simulate
 from ..errors import InputError, SolveError
 from ..formats.moordyn_run import Series, moordyn_module, run
 from ..formats.to_moordyn import Numerics, Start, export, start_of
+from ..model.rigid import axis_offset, rotation_of
 from ..results.style import PAGE, new_figure, save
 
 #: A run that diverges is tried again with half the step, so often.
@@ -50,24 +51,21 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
     end = end or scene.time.end
     scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end})})
     record = simulate(scene, accuracy={"estimate": "companion"})
-    theirs, written = _theirs(scene, start_of(record.isel(time=0)), end, segments)
+    start, step = start_of(record.isel(time=0)), None
+    for _ in range(TRIES):
+        written = export(scene, start, Numerics(step=step, segments=segments))
+        theirs = run(written, end)
+        if theirs is not None:
+            break
+        step = written.step / 2
+    else:
+        raise SolveError(f"MoorDyn diverges, with steps of {written.step:.3g} s too.")
     ours = record.time.values, _ours(record, scene)
     series = theirs.t, _named(theirs, scene)
     units = {name: "N" if "tension" in name else "m" for name in ours[1] if name in series[1]}
     bars = _bars(record)
     rows = [_row(name, unit, ours, series, end / 2, bars.get(name)) for name, unit in units.items()]
     return Comparison(rows, [str(note) for note in written.notes], ours, series)
-
-
-def _theirs(scene, start, end, segments):
-    step = None
-    for _ in range(TRIES):
-        written = export(scene, start, Numerics(step=step, segments=segments))
-        found = run(written, end)
-        if found is not None:
-            return found, written
-        step = written.step / 2
-    raise SolveError(f"MoorDyn diverges, with steps of {written.step:.3g} s too.")
 
 
 def _ours(record, scene):
@@ -77,17 +75,10 @@ def _ours(record, scene):
             found[f"{name}: tension_{end}"] = np.linalg.norm(force.values[:, k], axis=-1)
     for name, buoy in network.buoys.items():
         if "buoy_position" in record:
-            keel = _keel(record.sel(buoy=name), buoy)
+            one, down = record.sel(buoy=name), axis_offset(buoy, 0.0)
+            keel = one.buoy_position.values + [rotation_of(q) @ down for q in one.buoy_orientation.values]
             found |= {f"{name}: keel {axis}": keel[:, i] for i, axis in enumerate(AXES)}
     return found
-
-
-def _keel(record, buoy):
-    from ..model.rigid import axis_offset, rotation_of
-
-    down = axis_offset(buoy, 0.0)
-    turned = [rotation_of(q) @ down for q in record.buoy_orientation.values]
-    return record.buoy_position.values + np.array(turned)
 
 
 def _named(series: Series, scene):

@@ -113,16 +113,16 @@ def warnings(base: Scene, changes: list[dict]) -> list[str]:
     refused, warned, chosen = {}, {}, _looked_at(changes)
     for i, change in enumerate(changes):
         try:
-            scene = varied(base, change)
-            for text in derived(scene).warnings if i in chosen else []:
-                warned.setdefault(_kind(text), []).append((change, text))
+            scene, kinds = varied(base, change), warned
+            texts = derived(scene).warnings if i in chosen else []
         except InputError as error:
-            refused.setdefault(_kind(str(error)), []).append((change, str(error)))
-    n, looked = len(changes), "" if len(chosen) == len(changes) else " looked at"
-    return [
-        *(_told(f"{len(cases)} of {n} cases will not run", *cases[0]) for cases in refused.values()),
-        *(_told(f"{len(cases)} of {len(chosen)} cases{looked}", *cases[0]) for cases in warned.values()),
-    ]
+            texts, kinds = [str(error)], refused
+        for text in texts:
+            kinds.setdefault(re.sub(r"[-+.e\d]*\d", "#", text), []).append((change, text))  # without its numbers
+    looked = "" if len(chosen) == len(changes) else " looked at"
+    counted = [(cases, f"{len(changes)} cases will not run") for cases in refused.values()]
+    counted += [(cases, f"{len(chosen)} cases{looked}") for cases in warned.values()]
+    return [f"{len(cases)} of {what}, the first with {in_words(cases[0][0])}: {cases[0][1]}" for cases, what in counted]
 
 
 def _looked_at(changes):
@@ -132,15 +132,6 @@ def _looked_at(changes):
         values = [(change[name], i) for i, change in enumerate(changes) if isinstance(change.get(name), int | float)]
         found |= {min(values)[1], max(values)[1]} if values else set()
     return found
-
-
-def _kind(text):
-    """A sentence without its numbers."""
-    return re.sub(r"[-+.e\d]*\d", "#", text)
-
-
-def _told(which, change, text):
-    return f"{which}, the first with {in_words(change)}: {text}"
 
 
 def check_wavelength(base, changes):
@@ -200,7 +191,11 @@ def run_part(
     for place in (folder / "cases", folder / "cases" / part.folder):
         refuse_link(place)
     with claimed(folder, comm, shared=True), claimed(folder / "cases" / part.folder, comm):
-        _check_division(folder, part, comm)
+        for other in sorted((folder / "cases").glob("part-*-of-*")):
+            if other.name.rpartition("-")[2] != str(part.of):  # it may be computing the same cases now
+                refuse_link(other)
+                with claimed(other, comm):
+                    pass
         say(warnings(planned.base, part.of_all(planned.changes)))
         _compute(planned, part, folder, say, **how)
 
@@ -226,15 +221,6 @@ def _record_of(folder, case):
     """Folder of the record and the page that were kept of a case, below that of the sweep; empty if there are none."""
     found = f"{RECORDS}/{key({name: case[name] for name in ('base', 'changes')})}"
     return found if (Path(folder) / found / "page.html").is_file() else ""
-
-
-def _check_division(folder, part, comm):
-    """Refuse to compute cases that a part of another division may be computing now."""
-    for other in sorted((folder / "cases").glob("part-*-of-*")):
-        if other.name.rpartition("-")[2] != str(part.of):
-            refuse_link(other)
-            with claimed(other, comm):
-                pass
 
 
 def status(planned: Plan, folder: Path, part: Part | None = None) -> dict:
@@ -274,12 +260,10 @@ def collected(planned: Plan, folder: Path) -> xr.Dataset:
 
 def _written(planned, folder):
     store, cases = store_in(folder), planned.cases
-    found = store.results([key(case) for case in cases])
-    results = (result or MISSING for result in found)
-    kept = ("status", "statistics")  # samples are as large as all the rest
     rows, cut = [], []
-    for case, result in zip(cases, results, strict=True):
-        rows.append(case | {name: result[name] for name in kept})
+    for case, found in zip(cases, store.results([key(case) for case in cases]), strict=True):
+        result = found or MISSING
+        rows.append(case | {name: result[name] for name in ("status", "statistics")})  # samples are large
         cut.append(result.get("cut", 0.0))
     enlist(folder, [folder / name for name in FILES["sweep"]], "sweep")
     dataset = collect(rows)

@@ -23,7 +23,7 @@ from dolfbuoy.results.style import COLORS, PAGE, legend_below, matplotlib, new_f
 from dolfbuoy.scene import load_scene
 from dolfbuoy.statics import catenary
 from dolfbuoy.statics.equilibrium import solve_equilibrium
-from dolfbuoy.studies.accuracy.profile import Profile, unit_cable
+from dolfbuoy.studies.accuracy.convergence import Profile, unit_cable
 from dolfbuoy.studies.study import Table
 
 from .script import kept, make, start

@@ -7,7 +7,7 @@ from pathlib import Path
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...results import measured as acc
-from ...results.compare import percent
+from ...results.compare import Curve, percent
 from ...results.measured import QUANTITIES
 from ...results.style import COLORS, PAGE, PALETTE, STYLE, matplotlib, new_figure, plain_ticks
 from ...results.tables import groups, show
@@ -47,10 +47,14 @@ def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int =
     pilot = Pilot(scene, quantity, accuracy, say)
     say(f"Pilot until t = {pilot.scene.time.end:g} s of {scene.time.end:g} s; errors count from {pilot.start:g} s.")
     pilot.measure_time()
-    say(f"Errors in time: {pilot.mesh}{_orders(pilot.time_curves, _family_name)}.")
+    families = {
+        SCHEMES[name] + (" adaptive" if adaptive else ""): c for (name, adaptive), c in pilot.time_curves.items()
+    }
+    say(f"Errors in time: {pilot.mesh}{_orders(families)}.")
     pilot.measure_space()
     if pilot.mesh.mu:
-        say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pilot.space_curves, lambda p: f'P{p[0]}-P{p[1]}')}.")
+        pairs = {f"P{mu}-P{nu}": curve for (mu, nu), curve in pilot.space_curves.items()}
+        say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pairs)}.")
     pilot.measure_newton()
     words = f"error {percent(pilot.of_newton)}, {pilot.work_of_newton:.2g} of the work with {settings.NEWTON:g}"
     say(f"Newton's tolerance {pilot.newton:g}: {words}.")
@@ -85,12 +89,8 @@ def verified(pilot, tries):
     raise SolveError(f"No settings of the pilot keep {percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}.")
 
 
-def _family_name(family):
-    return f"{SCHEMES[family[0]]}{' adaptive' if family[1] else ''}"
-
-
-def _orders(curves, name) -> str:
-    return ", ".join(f"{name(key)} order {curve.order:.2g}" for key, curve in curves.items() if len(curve.x) > 1)
+def _orders(curves: dict[str, Curve]) -> str:
+    return ", ".join(f"{name} order {curve.order:.2g}" for name, curve in curves.items() if len(curve.x) > 1)
 
 
 def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI.COMM_WORLD) -> Advice | Scene:
@@ -121,15 +121,11 @@ def sentences(advice: Advice) -> list[str]:
         error = pilot.predicted(*own)
         known = f": {percent(error)} predicted" if math.isfinite(error) else ""
         said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
-    said += _of_the_sea(pilot.whole, choice)
+    if sea.has_seeds(pilot.whole):
+        said += [sea.of_components(pilot.whole, 0.01), sea.of_statistics(pilot.whole, choice.seconds)]
     if not settings.period_of(pilot.whole):
         said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
     return said
-
-
-def _of_the_sea(scene, choice) -> list[str]:
-    """Further needs of statistics in an irregular sea: components, seeds and computing time."""
-    return [sea.of_components(scene, 0.01), sea.of_statistics(scene, choice.seconds)] if sea.has_seeds(scene) else []
 
 
 def table_rows(advice: Advice) -> list[dict]:

@@ -32,9 +32,6 @@ from ...solver import compat
 from ...statics import catenary
 from ..study import Table
 
-#: What decides which forms are compiled.
-structure = itemgetter("mu", "nu")
-
 ENDS = {"dir": "fixed", "free": "free"}
 DEGREES = range(1, 5)
 #: (mu, nu): all with nu < mu, then the counter-examples nu = mu and nu = mu + 1.
@@ -157,22 +154,17 @@ def summary(rows: list[dict]) -> list[dict]:
         for end in ENDS:
             line |= {f"first_{end}": group[0][f"beta_{end}"], f"last_{end}": group[-1][f"beta_{end}"]}
             line |= {f"least_{end}": min(row[f"reduced_{end}"] for row in group)}
-            line |= {f"n_zero_{end}": group[-1][f"n_zero_{end}"], f"verdict_{end}": _words(group, end)}
+            word, order = verdict(group, end)
+            if word == "decays":
+                word = f"unstable, h^{order:.0f}"
+            elif word == "spurious":
+                zeros = group[-1][f"n_zero_{end}"] - (group[-1][f"continuous_{end}"] == 0)
+                word = f"unstable, {zeros / group[-1]['elements']:.3g} zero(s)/cell"
+            line |= {f"n_zero_{end}": group[-1][f"n_zero_{end}"], f"verdict_{end}": word}
         fixed, free = (line[f"verdict_{end}"] for end in ENDS)
         line["verdict"] = free if fixed == free else f"fixed: {fixed}; free: {free}"
         table.append(line)
     return table
-
-
-def _words(group, end):
-    word, order = verdict(group, end)
-    if word == "stable":
-        return "stable"
-    if word == "decays":
-        return f"unstable, h^{order:.0f}"
-    last = group[-1]
-    own = int(last[f"continuous_{end}"] == 0)
-    return f"unstable, {(last[f'n_zero_{end}'] - own) / last['elements']:.3g} zero(s)/cell"
 
 
 def notes(rows: list[dict]) -> list[str]:
@@ -224,16 +216,12 @@ def figure(rows: list[dict]):
         axes.set(xlabel="h/L", xticks=[1 / n for n in sizes], xticklabels=[f"1/{n}" for n in sizes])
         axes.minorticks_off()
     panels[0][0].set_ylim(FLOOR / 10, 10)
-    legend_below(figure, 0.49, 5, _legend())
-    return figure
-
-
-def _legend():
     dot, ink = {"marker": "o", "mfc": "none"}, {"color": COLORS["ink"]}
     styles = {f"$\\mu$ = {mu}": dot | {"color": color, "ms": _SIZE[mu]} for mu, color in _COLOR.items()}
     styles |= {label: ink | {"ls": line} for line, label in _LINE.values()}
     styles |= {"no elements": _WHOLE, "zero": ink | {"ls": "none", "marker": "x", "ms": 4}}
-    return [Line2D([], [], label=label, **style) for label, style in styles.items()]
+    legend_below(figure, 0.49, 5, [Line2D([], [], label=label, **style) for label, style in styles.items()])
+    return figure
 
 
 def _draw(axes, rows, end):
@@ -250,7 +238,7 @@ def _draw(axes, rows, end):
 
 def study(folder: Path) -> list[Table]:
     """All constants, and the verdict on each pair at each state."""
-    rows = evaluate_all(evaluate, cases(), folder, structure)
+    rows = evaluate_all(evaluate, cases(), folder, itemgetter("mu", "nu"))
     if rows is None:
         return []
     said, title = notes(rows), f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L"

@@ -132,10 +132,12 @@ class Pilot:
 
     def _keep(self, kind, points):
         for (space, stepping), error in points:
-            size = {"tolerance": stepping.tolerance} if stepping.tolerance else {"step": stepping.step}
-            size |= {"newton": stepping.newton}
-            row = {"error_in": kind, "pair": space.pair, "cells": space.cells, "scheme": stepping.scheme} | size
-            self.rows.append(row | {"error_percent": 100 * error} | _costs(self.run(space, stepping)))
+            run = self.run(space, stepping)
+            row = {"error_in": kind, "pair": space.pair, "cells": space.cells, "scheme": stepping.scheme}
+            row |= {"tolerance": stepping.tolerance} if stepping.tolerance else {"step": stepping.step}
+            row |= {"newton": stepping.newton, "error_percent": 100 * error}
+            costs = {key: getattr(run, key) for key in ("steps", "iterations", "unknowns", "cpu", "wall")}
+            self.rows.append(row | costs)
 
     def measure_time(self):
         """Curves over step or tolerance of every scheme, on the moderate mesh."""
@@ -268,7 +270,3 @@ def _work(run) -> int:
     """Units of work of a run: Newton iterations, and one residual more per step, rejected ones too."""
     each = (run.iterations + run.steps) / max(run.steps, 1)
     return int(each * (run.steps + run.rejected))
-
-
-def _costs(run) -> dict:
-    return {key: getattr(run, key) for key in ("steps", "iterations", "unknowns", "cpu", "wall")}

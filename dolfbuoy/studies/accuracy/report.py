@@ -115,19 +115,15 @@ def _quick(plan):
 QUICK = {name: _quick(plan) for name, plan in FULL.items()}
 
 
-def _spaces(pairs):
-    """Elements of each pair, one after the other."""
-    return [Space(*pair, n) for pair, cells in pairs.items() for n in cells]
-
-
 def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[Space, Stepping]]:
     """All combinations of elements and steps that are run, each once; largest: of adaptive steps."""
     own = settings.space_of(scene)
+    small, mixed = ([Space(*pair, n) for pair in of for n in of[pair]] for of in (plan.spaces, plan.mixed))
     found = [(own, Stepping(BE, h)) for h in plan.euler]
     found += [(own, Stepping(scheme, h)) for scheme in SECOND for h in plan.second]
     found += [(own, Stepping(BDF2, min(plan.second), tolerance, largest)) for tolerance in plan.tolerances]
-    found += [(space, Stepping(ALPHA, plan.space_step)) for space in _spaces(plan.spaces)]
-    found += [(s, Stepping(scheme, h)) for s in _spaces(plan.mixed) for scheme in SECOND for h in plan.mixed_steps]
+    found += [(space, Stepping(ALPHA, plan.space_step)) for space in small]
+    found += [(s, Stepping(scheme, h)) for s in mixed for scheme in SECOND for h in plan.mixed_steps]
     return list(dict.fromkeys(found))
 
 
@@ -145,12 +141,6 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
         "whole": (whole, own, Stepping(ALPHA, whole_step)),
     }
     return {name: with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
-
-
-def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path, largest=None) -> list[dict]:
-    """The cases of the figure; the quantities of those on the scene's own elements are kept."""
-    own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan, largest), reference, plan.repeats)
-    return [with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
 
 
 def pendulum(scheme: str, step: float, end: float) -> dict:
@@ -192,7 +182,9 @@ def examine(name: str, plan: Plan, folder: Path) -> dict | None:
     scene, largest = settings.shortened(whole, plan.end), settings.largest_step(whole)
     fine = fine_cases(scene, plan, store)
     references = evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
-    timed = timed_cases(scene, plan, fine["reference"], store, largest)
+    timed = wp.cases(scene, settings_of(scene, plan, largest), fine["reference"], plan.repeats)
+    own = settings.space_of(scene)  # runs on its elements are kept
+    timed = [with_file(c, store, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in timed]
     found = evaluate_all(wp.evaluate, timed, store, wp.structure)
     if found is None:
         return None

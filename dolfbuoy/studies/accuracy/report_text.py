@@ -141,7 +141,7 @@ def default_scheme(facts: dict) -> dict | None:
 def recommendations(facts: dict) -> list[str]:
     """Plain sentences, each from the numbers above it."""
     found = default_scheme(facts)
-    said = [_of_scheme(scene, accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
+    said = [_of_all(scene, "schemes", accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
     if found:
         ratios = " and ".join(f"{ratio:.2g}" for ratio in found["ratios"])
         said.append(
@@ -152,37 +152,32 @@ def recommendations(facts: dict) -> list[str]:
     else:
         said.append("No scheme is the cheapest in both scenes by a factor of two: the default stays as it is.")
     for scene in facts["scenes"]:
-        said += [_of_pair(scene, accuracy) for accuracy in ACCURACIES]
-        said += [_of_tolerance(scene, row) for row in scene["adaptive"]]
+        said += [_of_all(scene, "pairs", accuracy) for accuracy in ACCURACIES]
+        for row in scene["adaptive"]:
+            verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
+            said.append(
+                f"`{scene['name']}`: adaptive BDF2 with tolerance {row['tolerance']:g} has {percent(row['error'])} in "
+                f"{_plain(row['seconds'])} s, a fixed step of the same error takes {_plain(row['fixed_seconds'])} s: "
+                f"{verdict}."
+            )
     return [sentence for sentence in said if sentence]
 
 
-def _of_scheme(scene, accuracy):
+def _of_all(scene, kind, accuracy):
+    """The cheapest scheme or pair of elements for an accuracy, and the others."""
     key = f"{accuracy:g}"
-    best, others = _cheapest(scene["schemes"], key)
+    best, others = _cheapest(scene[kind], key)
     if best is None:
         return ""
-    said = [f"{line['name']} {_seconds(line[key])} at dt {line[key]['size']:.2g} s" for line in (best, *others)]
-    said[0] = f"{said[0]} ({best[key]['per_period']:.0f} steps per period)"
-    return f"`{scene['name']}`, {percent(accuracy)} in time alone: {said[0]}; {', '.join(said[1:])}."
-
-
-def _of_pair(scene, accuracy):
-    key = f"{accuracy:g}"
-    best, others = _cheapest(scene["pairs"], key)
-    if best is None:
-        return ""
-    said = [f"{line['pair']} {line[key]['cells']} elements in {_seconds(line[key])}" for line in (best, *others)]
-    beside = f"; {', '.join(said[1:])}" if others else ""
-    return f"`{scene['name']}`, elements for {percent(accuracy)}: {said[0]}{beside}."
-
-
-def _of_tolerance(scene, row):
-    verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
-    return (
-        f"`{scene['name']}`: adaptive BDF2 with tolerance {row['tolerance']:g} has {percent(row['error'])} in "
-        f"{_plain(row['seconds'])} s, a fixed step of the same error takes {_plain(row['fixed_seconds'])} s: {verdict}."
-    )
+    lines = [(line, line[key], _seconds(line[key])) for line in (best, *others)]
+    if kind == "schemes":
+        what = f"{percent(accuracy)} in time alone"
+        said = [f"{line['name']} {seconds} at dt {found['size']:.2g} s" for line, found, seconds in lines]
+        said[0] += f" ({best[key]['per_period']:.0f} steps per period)"
+    else:
+        what = f"elements for {percent(accuracy)}"
+        said = [f"{line['pair']} {found['cells']} elements in {seconds}" for line, found, seconds in lines]
+    return f"`{scene['name']}`, {what}: {said[0]}{'; ' if others else ''}{', '.join(said[1:])}."
 
 
 _NOTES = {"": "", "extrapolated": " (extrapolated)", "at_most": " (the coarsest tried)"}
@@ -257,14 +252,9 @@ def _pairs(scene):
 
 def _schemes(scene):
     keys, step = [f"{accuracy:g}" for accuracy in ACCURACIES], _own(scene["rows"])["step"]
-    needed = [
-        {key: f"{_seconds(line[key])}, dt {line[key]['size']:.2g} s" if line[key] else "not reached" for key in keys}
-        for line in scene["schemes"]
-    ]
-    rows = [
-        line | found | {"at_paper_step": percent(line["at_paper_step"])}
-        for line, found in zip(scene["schemes"], needed, strict=True)
-    ]
+    rows = [line | {"at_paper_step": percent(line["at_paper_step"])} for line in scene["schemes"]]
+    for row, key in ((row, key) for row in rows for key in keys):
+        row[key] = f"{_seconds(row[key])}, dt {row[key]['size']:.2g} s" if row[key] else "not reached"
     columns = {"name": f"`{scene['name']}`", "order": "order", "at_paper_step": f"error at dt {step:g} s"}
     return table_of("", rows, columns | {key: f"for {percent(float(key))}" for key in keys})
 
@@ -297,18 +287,14 @@ def draw(scenes: list[dict]):
         axes.set(xscale="log", yscale="log", title=scene["name"], xlabel="time of the stepping loop [s]")
         for scheme, (color, marker) in _LOOKS.items():
             for fixed, style in ((True, "-"), (False, "--")):
-                _line(axes, scene["rows"], scheme, fixed, {"color": COLORS[color], "marker": marker, "ls": style})
+                alike = [r for r in own_elements(scene["rows"]) if r["scheme"] == scheme and r.get(ERROR_IN_TIME)]
+                chosen = sorted((r for r in alike if (not r["tolerance"]) == fixed), key=lambda row: row["wall"])
+                look = {"color": COLORS[color], "marker": marker, "ls": style} | ({} if fixed else {"mfc": "white"})
+                look["label"] = settings.SCHEMES[scheme] + ("" if fixed else ", adaptive")
+                if chosen:
+                    error = [100 * r[ERROR_IN_TIME] for r in chosen]
+                    axes.plot([r["wall"] for r in chosen], error, ms=4, **look)
         plain_ticks(axes)
     panels[0].set_ylabel("error in time of the top tension [%]")
     panels[0].legend()
     return figure
-
-
-def _line(axes, rows, scheme, fixed, look):
-    alike = [r for r in own_elements(rows) if r["scheme"] == scheme and (not r["tolerance"]) == fixed]
-    chosen = [row for row in alike if row.get(ERROR_IN_TIME)]
-    if chosen:
-        chosen.sort(key=lambda row: row["wall"])
-        label = settings.SCHEMES[scheme] + ("" if fixed else ", adaptive")
-        look |= {} if fixed else {"mfc": "white"}
-        axes.plot([r["wall"] for r in chosen], [100 * r[ERROR_IN_TIME] for r in chosen], ms=4, label=label, **look)

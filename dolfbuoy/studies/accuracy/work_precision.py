@@ -60,18 +60,13 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def finest(scene: Scene, spaces_: list[Space], steps) -> tuple[Space, float]:
-    """Elements and step of the reference."""
-    if not spaces_[0].mu:
-        return Space(), min(steps) / 4
-    nodes = max(space.mu * space.cells for space in spaces_)
-    return settings.fitting(scene, Space(3, 2, 2 * -(-nodes // 4))), min(steps) / 4
-
-
 def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
-    space, step = finest(scene, spaces_, steps)
-    coarse = settings.fitting(scene, Space(space.mu, space.nu, space.cells // 2)) if space.mu else space
+    space = coarse = Space()
+    step, nodes = min(steps) / 4, max(space.mu * space.cells for space in spaces_)
+    if nodes:
+        space = settings.fitting(scene, Space(3, 2, 2 * -(-nodes // 4)))
+        coarse = settings.fitting(scene, Space(space.mu, space.nu, space.cells // 2))
     return [
         with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
         for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))
@@ -124,17 +119,11 @@ def evaluate(case: dict) -> dict:
 # -- judgement ---------------------------------------------------------------------------------------------------------
 
 
-def reference_errors(scene: Scene, check: dict, reference: dict) -> dict:
-    """Own error of the reference in every quantity."""
-    fine = Reference(Run.kept(reference["file"]), acc.window_start(scene))
-    coarse = Run.kept(check["file"])
-    changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
-    return {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
-
-
 def judged(found: list[dict], scene: Scene, check: dict, reference: dict) -> tuple[list[dict], dict]:
     """Marked rows of the cases without what is not shown, and the reference's own errors."""
-    own = reference_errors(scene, check, reference)
+    fine, coarse = Reference(Run.kept(reference["file"]), acc.window_start(scene)), Run.kept(check["file"])
+    changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
+    own = {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
     return mark([{k: v for k, v in row.items() if k not in HIDDEN} for row in found], own), own
 
 
@@ -200,14 +189,13 @@ def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
 
 def front_rows(rows: list[dict], names) -> list[dict]:
     """Table of the Pareto fronts."""
-    return [_front_row(row, name) for name in names for row in front(rows, name)]
-
-
-def _front_row(row, name):
-    line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)}
-    line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")}
-    line |= {"error": shown(row, name), "max_error": shown(row, name, "max_")}
-    return line | {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
+    lines, keys = [], ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")
+    for name, row in ((quantity, row) for quantity in names for row in front(rows, quantity)):
+        line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)} | {key: row[key] for key in keys}
+        line |= {"error": shown(row, name), "max_error": shown(row, name, "max_")}
+        line |= {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
+        lines.append(line)
+    return lines
 
 
 def shown(row: dict, name: str, which: str = "") -> str:

@@ -33,9 +33,6 @@ from ...solver import floor
 from .. import sea
 from ..study import Table
 
-#: What decides which forms of a base are compiled.
-structure = itemgetter("base")
-
 #: Steps of both scenes that are timed in turn.
 TIMED = 200
 
@@ -67,11 +64,6 @@ def variant(scene: Scene, left_out=(), only=None) -> Scene:
 BASES = {"full": {}, "barest": {"only": []}}
 
 
-def base_cases(scene: Scene, folder) -> list[dict]:
-    """The full scene and the barest one, each with the file of its run."""
-    return [with_file(_case(scene, {}, "base", base, choice, base), folder, base) for base, choice in BASES.items()]
-
-
 def cases(scene: Scene, bases: list[dict]) -> list[dict]:
     """Every effect left out, and every effect alone."""
     names, files = effects_of(scene), {case["base"]: case["file"] for case in bases}
@@ -100,17 +92,12 @@ def evaluate(case: dict) -> dict:
         result = {"reason": None} | side_by_side(variant(scene, **BASES[base]), changed)
     except (InputError, SolveError) as error:
         return {"reason": str(error)}
-    reference = _reference(files, base, acc.window_start(scene))
+    full = compare.Reference(acc.Run.kept(files["full"]), acc.window_start(scene))  # its ranges are the unit
+    reference = full if base == "full" else compare.Reference(acc.Run.kept(files[base]), full.start, full)
     for name in names:
         error = reference.error(run, name)
         result |= {f"change_{name}": error.rms, f"max_change_{name}": error.maximum}
     return result
-
-
-def _reference(files, base, start):
-    """The run of a base, whose changes count relative to the ranges of the full one."""
-    full = compare.Reference(acc.Run.kept(files["full"]), start)
-    return full if base == "full" else compare.Reference(acc.Run.kept(files[base]), start, full)
 
 
 def side_by_side(base: Scene, changed: Scene) -> dict:
@@ -125,45 +112,23 @@ def side_by_side(base: Scene, changed: Scene) -> dict:
             begin = clock.process_time()
             if next(runs[i], None) is not None:
                 spent[i].append(clock.process_time() - begin)
-        return _costs(pair, spent)
+        first, second = (float(np.median(times)) for times in spent)
+        costs = {"step_time": second, "base_step_time": first, "time_ratio": second / first}
+        for prefix, simulation in zip(("", "base_"), reversed(pair), strict=True):
+            system = simulation.problem.system
+            costs[f"{prefix}unknowns"] = system.unknowns
+            costs[f"{prefix}operations"] = sum(floor.operations(form) for _, form in simulation.problem.residuals())
+            costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
+        return costs
     finally:
         for simulation in pair:
             simulation.problem.destroy()
-
-
-def _costs(pair, spent):
-    base, changed = pair
-    first, second = (float(np.median(times)) for times in spent)
-    costs = {"step_time": second, "base_step_time": first, "time_ratio": second / first}
-    for prefix, simulation in (("", changed), ("base_", base)):
-        system = simulation.problem.system
-        costs[f"{prefix}unknowns"] = system.unknowns
-        costs[f"{prefix}operations"] = sum(floor.operations(form) for _, form in simulation.problem.residuals())
-        costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
-    return costs
 
 
 def evaluate_components(case: dict) -> dict:
     """Costs with no more components of the sea than its crests need, beside the full scene."""
     scene = load_scene(case["scene"])
     return side_by_side(scene, load_scene(scene, waves__components=case["components"]))
-
-
-def _components(folder, scene, threshold):
-    """A row for an irregular sea: what its components cost, if fewer are enough; None on all ranks but 0."""
-    needed = sea.components_for(scene, threshold) if sea.has_seeds(scene) else 0
-    case = {"study": "effects", "mode": "components", "components": needed, "scene": scene.to_dict()}
-    return evaluate_all(evaluate_components, [case] if needed and needed < scene.waves.components else [], folder)
-
-
-def _of_the_sea(rows, scene, threshold):
-    """Sentences on what its statistics take."""
-    if not sea.has_seeds(scene):
-        return []
-    said = [sea.of_components(scene, threshold), sea.of_statistics(scene)]
-    for row in (row for row in rows if row["mode"] == "components"):
-        said[0] += f"  With {row['components']} a step takes {100 * row['time_ratio']:.0f} % of its time."
-    return said
 
 
 def largest(row: dict, names, prefix="change_") -> tuple[float, str]:
@@ -178,42 +143,38 @@ def judge(rows: list[dict], names, threshold: float) -> tuple[list[str], list[st
     return needed, [row["effect"] for row in removed if row["effect"] not in needed]
 
 
-def _said_of(row, names):
-    if row["reason"]:
-        return f"{row['effect']} (without it: {row['reason'].rstrip('.')})"
-    change, name = largest(row, names)
-    return f"{row['effect']} ({acc.QUANTITIES[name]} {compare.percent(change)})"
-
-
 def notes(rows: list[dict], names, threshold: float) -> list[str]:
     """Sentences on what the scene needs and what it pays for in vain."""
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     chosen, limit = judge(rows, names, threshold), compare.percent(threshold)
-    needed, vain = (", ".join(_said_of(removed[name], names) for name in some) or "nothing" for some in chosen)
-    said = [f"For {limit} this scene needs: {needed}.", f"For {limit} this scene pays in vain for: {vain}."]
+
+    def of(row):
+        if row["reason"]:
+            return f"{row['effect']} (without it: {row['reason'].rstrip('.')})"
+        change, name = largest(row, names)
+        return f"{row['effect']} ({acc.QUANTITIES[name]} {compare.percent(change)})"
+
+    needed, vain = (", ".join(of(removed[name]) for name in some) or "nothing" for some in chosen)
+    found = [f"For {limit} this scene needs: {needed}.", f"For {limit} this scene pays in vain for: {vain}."]
     for name in chosen[1]:
         change, quantity = largest(removed[name], names, "max_change_")
         if change > threshold:
             moved = f"the maximum of {acc.QUANTITIES[quantity]} by {compare.percent(change)}"
-            said.append(f"But {name} moves {moved}.")
-    said += [_together(row, names, threshold) for row in rows if row["mode"] == "together"]
+            found.append(f"But {name} moves {moved}.")
+    for row in (row for row in rows if row["mode"] == "together"):
+        changed, verdict = row["reason"], ""
+        if not changed:
+            change, name = largest(row, names)
+            verdict = "; " if change <= threshold else ", together they count; "
+            changed = f"{acc.QUANTITIES[name]} changes by {compare.percent(change)}"
+            verdict += f"a step takes {100 * row['time_ratio']:.0f} % of its time."
+        found.append(f"Without all of these at once: {changed}{verdict}")
     return [
-        *said,
+        *found,
         "Changes: rms after the ramp, relative to the range of the full run.  Operations: distinct nodes of the "
         "residual's expression graph.  Time per step: processor time, median over at most "
         f"{TIMED} steps of both in turn.",
     ]
-
-
-def _together(row, names, threshold):
-    if row["reason"]:
-        return f"Without all of these at once: {row['reason']}"
-    change, name = largest(row, names)
-    changed = f"{acc.QUANTITIES[name]} changes by {compare.percent(change)}"
-    verdict = "" if change <= threshold else ", together they count"
-    return (
-        f"Without all of these at once: {changed}{verdict}; a step takes {100 * row['time_ratio']:.0f} % of its time."
-    )
 
 
 COSTS = {key: key for key in ("effect", "unknowns", "operations", "forms")} | {"time": "ms per step"}
@@ -233,6 +194,7 @@ def questions(rows: list[dict], names) -> list[Table]:
         shown = ranked + (by_mode.get("together", []) if mode == "without" else [])
         why = [f"{row['effect']} ({mode}): {row['reason']}" for row in shown if row["reason"]]
         title = f"\nWhat changes when {when}: rms / maximum [%]"
+        shown = [r | {"effect": "all in vain at once"} if r["mode"] == "together" else r for r in shown]
         tables += [
             Table("", [_changes(row, names) for row in shown], title, heads, why),
             Table("", [_costs_beside(row) for row in shown], f"\nWhat a step costs {beside}", COSTS),
@@ -240,16 +202,9 @@ def questions(rows: list[dict], names) -> list[Table]:
     return tables
 
 
-def _label(row):
-    return "all in vain at once" if row["mode"] == "together" else row["effect"]
-
-
 def _changes(row, names):
-    if row["reason"]:
-        return {"effect": _label(row)} | dict.fromkeys(names, "impossible")
-    return {"effect": _label(row)} | {
-        name: f"{_share(row[f'change_{name}'])} / {_share(row[f'max_change_{name}'])}" for name in names
-    }
+    shares = {n: f"{_share(row[f'change_{n}'])} / {_share(row[f'max_change_{n}'])}" for n in names if not row["reason"]}
+    return {"effect": row["effect"]} | (shares or dict.fromkeys(names, "impossible"))
 
 
 def _share(change):
@@ -260,7 +215,7 @@ def _share(change):
 
 
 def _costs_beside(row):
-    line = {"effect": _label(row)}
+    line = {"effect": row["effect"]}
     if not row["reason"]:
         line |= {key: f"{row[key] - row[f'base_{key}']:+d}" for key in ("unknowns", "operations", "forms")}
         milliseconds = 1e3 * (row["step_time"] - row["base_step_time"])
@@ -319,8 +274,8 @@ def compute(folder: Path, scene: Scene, threshold: float) -> list[dict] | None:
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):
         raise InputError("SCENE: must have an effect that can be left out, and a quantity to compare.")
-    bases = base_cases(scene, folder)
-    evaluate_all(evaluate, bases, folder, structure)
+    bases = [with_file(_case(scene, {}, "base", base, how, base), folder, base) for base, how in BASES.items()]
+    evaluate_all(evaluate, bases, folder, itemgetter("base"))
     rows = evaluate_all(evaluate, cases(scene, bases), folder)  # forms of their own: `compat` compiles them in turn
     vain = MPI.COMM_WORLD.bcast(judge(rows, names, threshold)[1] if rows is not None else None)
     if len(vain) > 1:
@@ -328,7 +283,10 @@ def compute(folder: Path, scene: Scene, threshold: float) -> list[dict] | None:
         together = _case(scene, files, "together", "all of these", {"left_out": vain}, "full")
         both = evaluate_all(evaluate, [together], folder)
         rows = rows + both if rows is not None else None
-    fewer = _components(folder, scene, threshold)
+    needed = sea.components_for(scene, threshold) if sea.has_seeds(scene) else 0
+    case = {"study": "effects", "mode": "components", "components": needed, "scene": scene.to_dict()}
+    enough = needed and needed < scene.waves.components
+    fewer = evaluate_all(evaluate_components, [case] if enough else [], folder)
     return rows + fewer if rows is not None else None
 
 
@@ -339,7 +297,12 @@ def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
         return []
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
-    said, tables = notes(rows, names, threshold) + _of_the_sea(rows, scene, threshold), questions(rows, names)
+    said, tables = notes(rows, names, threshold), questions(rows, names)
+    if sea.has_seeds(scene):
+        components = sea.of_components(scene, threshold)
+        for row in (row for row in rows if row["mode"] == "components"):
+            components += f"  With {row['components']} a step takes {100 * row['time_ratio']:.0f} % of its time."
+        said += [components, sea.of_statistics(scene)]
     tables[0].title = f"Effects of the scene until t = {scene.time.end:g} s; {{folder}}\n{tables[0].title}"
     tables[-1].notes = said
     return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *tables]

@@ -100,18 +100,16 @@ def study(
     folder: Path, scene: str | None = None, t_end: float | None = None, steps: list[float] | None = None
 ) -> list[Table]:
     """The balance of every scene."""
-    rows = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene"))
-    return [_balance(Path(scene).stem, chosen) for scene, chosen in groups(rows or [], "scene").items()]
-
-
-def _balance(label, rows):
-    for mine in groups(rows, "scheme").values():
-        orders(mine, "relative", "step")
-    for row in rows:
-        row["order"], row["stored"] = row.pop("order_relative"), sum(row[part] for part in STORED)
-    shown = {key: title for key, title in COLUMNS.items() if key == "order" or any(row[key] for row in rows)}
-    title = f"Energy of {label} over {rows[0]['t_end']:g} s: stored - put in = defect"
-    return Table(f"energy-{label}", rows, title, shown, figure=draw(rows))
+    found, tables = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene")), []
+    for name, rows in groups(found or [], "scene").items():
+        for mine in groups(rows, "scheme").values():
+            orders(mine, "relative", "step")
+        for row in rows:
+            row["order"], row["stored"] = row.pop("order_relative"), sum(row[part] for part in STORED)
+        shown = {key: title for key, title in COLUMNS.items() if key == "order" or any(row[key] for row in rows)}
+        title = f"Energy of {Path(name).stem} over {rows[0]['t_end']:g} s: stored - put in = defect"
+        tables.append(Table(f"energy-{Path(name).stem}", rows, title, shown, figure=draw(rows)))
+    return tables
 
 
 def draw(rows: list[dict]):

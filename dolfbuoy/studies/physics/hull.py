@@ -23,12 +23,13 @@ from ...model.feasible import shape_and_mass
 from ...model.hydrostatics import float_upright
 from ...model.prescribed_ends import adrift_nowhere
 from ...parallel.cases import evaluate_all
+from ...results.style import COLORS, PAGE, legend_below, new_figure
+from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
 from ..study import Table, refuse_network
-from . import hull_figures as figures
 from .response_runs import measured
 
 #: Motion -> unit of its amplitude in waves.
@@ -54,26 +55,21 @@ def request(scene: str, runs: str, direction: float | None, capytaine: Path | No
     runs = settings.parse_numbers("--runs", runs)
     check_periods("--runs", runs)
     if capytaine:
-        _check_flow(scene, capytaine)
+        flow, (_, mass), free = read_capytaine(capytaine), shape_and_mass(_buoy(scene)), _floating(scene)
+        if free is None or free.GM <= 0:
+            raise InputError(f"{capytaine}: is of a free buoy, but this one does not float upright without its cable.")
+        center, own = flow.rotation_height, mass.height - free.draft
+        if center is not None and abs(center - own) > 1e-3 * _buoy(scene).hull[-1][0]:
+            raise InputError(
+                f"{capytaine}: pitch is counted about a point {center:.4g} m above still water (rotation_center); "
+                f"it must be C of the free buoy, at {own:.4g} m."
+            )
     return {"scene": scene, "runs": runs, "direction": direction, "capytaine": capytaine}
 
 
 def _buoy(scene):
     """The only one."""
     return next(iter(scene.network.buoys.values()))
-
-
-def _check_flow(scene, path):
-    """Refuse potential flow of another body, or beside a buoy that does not float."""
-    flow, (_, mass), free = read_capytaine(path), shape_and_mass(_buoy(scene)), _floating(scene)
-    if free is None or free.GM <= 0:
-        raise InputError(f"{path}: stands beside a free buoy, but this one does not float upright without its cable.")
-    center = mass.height - free.draft
-    if flow.rotation_height is not None and abs(flow.rotation_height - center) > 1e-3 * _buoy(scene).hull[-1][0]:
-        raise InputError(
-            f"{path}: pitch is counted about a point {flow.rotation_height:.4g} m above still water (rotation_center); "
-            f"it must be C of the free buoy, at {center:.4g} m."
-        )
 
 
 def _floating(scene, pull=0.0):
@@ -138,20 +134,17 @@ def _hydrostatics(scene, _):
 
 def _response(scene, case):
     """Natural periods, and the response at every period."""
-    found = linearise(scene, MPI.COMM_SELF, small_waves(scene, case["periods"][0]))
+    found, rows = linearise(scene, MPI.COMM_SELF, small_waves(scene, case["periods"][0])), []
     try:
         natural = natural_periods(found, case["direction"])
-        rows = [_response_row(response(found, period, case["direction"])) for period in case["periods"]]
+        for one in (response(found, period, case["direction"]) for period in case["periods"]):
+            amplitudes = {name: getattr(one.motions, name) for name in MOTIONS}
+            rows.append({"period": one.period, "wavelength": 2 * math.pi / one.wavenumber})
+            for name, X in (amplitudes | {"pitch_over_slope": one.pitch_over_slope}).items():
+                rows[-1] |= _polar(name, X)
     finally:
         found.destroy()
     return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
-
-
-def _response_row(found):
-    row = {"period": found.period, "wavelength": 2 * math.pi / found.wavenumber}
-    for name in MOTIONS:
-        row |= _polar(name, getattr(found.motions, name))
-    return row | _polar("pitch_over_slope", found.pitch_over_slope)
 
 
 def _run(scene, case):
@@ -254,14 +247,29 @@ def study(
         [{"held": case["held"], **row} for case in parts[part] for row in case["rows"]] for part in PARTS
     )
     natural = [{"held": case["held"], **mode} for case in parts["response"] for mode in case["natural"]]
+    numbers = {case["held"]: case["numbers"] for case in parts["hydrostatics"]}
+    at_rest = [
+        {"quantity": quantity, "unit": unit} | {held: found[key] for held, found in numbers.items()}
+        for key, (quantity, unit) in NUMBERS.items()
+    ]
+    heads = {"quantity": "", "unit": ""} | {held: held for held in numbers}
+    stability = draw_levers(levers, {held: found["GM"] for held, found in numbers.items()})
+    title = "The hull upright, moored under the vertical pull of its cable; {folder}\n"
     tables = [
-        *_still(parts["hydrostatics"], levers, failed),
+        Table("hull", at_rest, title, heads, failed),
+        Table("hull-righting", levers, figure=stability),
         Table("hull-periods", natural, NATURAL_TITLE, NATURAL, _unheld(scene)),
-        Table("hull-response", linear, figure=figures.draw_responses(linear, checked, beside, _shortest(scene))),
+        Table("hull-response", linear, figure=draw_responses(linear, checked, beside, _shortest(scene))),
         Table("", [row for row in linear if row["period"] == int(row["period"])], columns=RESPONSE),
     ]
     tables[-1].title = f"\nResponse to small waves towards {direction:g} degrees, per metre of amplitude"
-    tables[-1].notes = _warnings(scene)
+    tables[-1].notes = [
+        f"Below {_shortest(scene):.2g} s k R is above {LARGEST_KR:g}: strips are 20 to 100 % off there.",
+        "Phases: by which the motion of C comes after the elevation above its place at rest; pitch turns the top along "
+        "the waves; pitch/slope is -1 where the hull follows the water.",
+        "No wave is radiated but by buoy.wave_damping, and drag is linear about the mean current: in still water peaks "
+        "have no bound.",
+    ]
     if checked:
         tables.append(Table("hull-runs", checked, RUNS_TITLE, RUNS, [RESONANCE]))
     for case in parts["flow"]:
@@ -271,33 +279,10 @@ def study(
     return tables
 
 
-def _still(at_rest: list[dict], levers: list[dict], failed: list[str]) -> list[Table]:
-    """A row for every number of hydrostatics, and the righting levers."""
-    numbers = {case["held"]: case["numbers"] for case in at_rest}
-    rows = [
-        {"quantity": quantity, "unit": unit} | {held: found[key] for held, found in numbers.items()}
-        for key, (quantity, unit) in NUMBERS.items()
-    ]
-    columns = {"quantity": "", "unit": ""} | {held: held for held in numbers}
-    figure = figures.draw_levers(levers, {held: found["GM"] for held, found in numbers.items()})
-    title = "The hull upright, moored under the vertical pull of its cable; {folder}\n"
-    return [Table("hull", rows, title, columns, failed), Table("hull-righting", levers, figure=figure)]
-
-
 def _shortest(scene):
     """Period below which k R is more than LARGEST_KR, in deep water [s]."""
     radius = shape_and_mass(_buoy(scene))[0].max_diameter / 2
     return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / radius)
-
-
-def _warnings(scene):
-    return [
-        f"Below {_shortest(scene):.2g} s k R is above {LARGEST_KR:g}: strips are 20 to 100 % off there.",
-        "Phases: by which the motion of C comes after the elevation above its place at rest; pitch turns the top along "
-        "the waves; pitch/slope is -1 where the hull follows the water.",
-        "No wave is radiated but by buoy.wave_damping, and drag is linear about the mean current: in still water peaks "
-        "have no bound.",
-    ]
 
 
 def _unheld(scene):
@@ -308,3 +293,71 @@ def _unheld(scene):
     if free is None:
         return ["Without its cable this buoy is not looked at: it sinks."]
     return [f"Without its cable this buoy is not looked at in waves: it does not float upright (GM {free.GM:.3g} m)."]
+
+
+# -- figures -----------------------------------------------------------------------------------------------------------
+
+COLOR = {"moored": COLORS["blue"], "free": COLORS["red"]}
+PANELS = {"surge": "surge [m/m]", "heave": "heave [m/m]", "pitch_over_slope": "pitch / slope of the wave"}
+
+
+def draw_responses(linear, runs, flow, shortest):
+    """Amplitudes and phases of surge, heave and pitch; runs and flow: rows to be marked beside the curves.
+
+    shortest: period below which waves are too short for strips.
+    """
+    figure = new_figure(PAGE, 4.2)
+    panels = figure.subplots(2, 3, sharex=True)
+    for (name, title), (top, below) in zip(PANELS.items(), panels.T, strict=True):
+        for held, rows in groups(linear, "held").items():
+            period, phases = ([row[key] for row in rows] for key in ("period", f"{_motion(name)}_phase"))
+            top.plot(period, [row[name] for row in rows], color=COLOR[held], label=held)
+            broken = np.abs(np.diff(phases, prepend=phases[0])) > 170  # at an undamped peak, or from side to side
+            below.plot(period, np.where(broken, np.nan, phases), color=COLOR[held])
+            _mark(top, below, name, [row for row in runs if row["held"] == held], "run", COLOR[held])
+        _mark(top, below, name, flow, "flow", COLORS["ink"])
+        values = [row[name] for row in linear if row["period"] >= shortest] or [row[name] for row in linear]
+        if values:  # no higher than thrice what is usual: undamped peaks have no height
+            top.set_ylim(0, 1.08 * min(max(values), 3 * float(np.median(values))))
+        top.set_title(title)
+        below.set(xlabel="period [s]", ylim=(-190, 190), yticks=range(-180, 181, 90))
+        for axes in (top, below):
+            axes.axvspan(0, shortest, color=COLORS["sand"], alpha=0.25, lw=0)
+            axes.set(xlim=(2, 20.5), xticks=[2, 5, 10, 15, 20])
+    panels[0, 0].set_ylabel("amplitude")
+    panels[1, 0].set_ylabel("phase behind the crest [deg]")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    one_each = dict(zip(labels, handles, strict=True))
+    legend_below(figure, 0.3, 5, sorted(one_each.values(), key=lambda line: line.get_marker() != "None"))
+    return figure
+
+
+def _mark(top, below, name, rows, source, color):
+    """Points of runs or of potential flow, if there are any."""
+    if not rows:
+        return
+    marker, label = {"run": ("o", "runs in time"), "flow": ("+", "potential flow, free")}[source]
+    style = {"ls": "", "marker": marker, "color": color, "mfc": "none", "ms": 5, "label": label}
+    period = [row["period"] for row in rows]
+    top.plot(period, [row[f"{name}_{source}"] for row in rows], **style)
+    below.plot(period, [row[f"{_motion(name)}_{source}_phase"] for row in rows], **style)
+
+
+def _motion(name):
+    """Motion with its phase below a panel."""
+    return name.split("_")[0]
+
+
+def draw_levers(levers, GM):
+    """Righting levers over the heel, with the slope GM at 0; GM: held -> value."""
+    figure = new_figure(PAGE / 2, 2.6)
+    axes = figure.subplots()
+    for held, rows in groups(levers, "held").items():
+        heel, lever = ([row[key] for row in rows] for key in ("heel_deg", "lever"))
+        axes.plot(heel, lever, color=COLOR[held], label=held)
+        axes.plot([0, 20], [0, GM[held] * math.radians(20)], ":", color=COLOR[held], lw=0.8)
+    axes.axhline(0, color=COLORS["ink"], lw=0.6)
+    axes.set(xlabel="heel [deg]", ylabel="righting lever GZ [m]", xlim=(0, 180), xticks=range(0, 181, 30))
+    if levers:
+        axes.legend()
+    return figure

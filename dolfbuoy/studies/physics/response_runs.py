@@ -117,32 +117,23 @@ def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, floa
     """
     found = {}
     for kind in ("motion", "turn", "tension"):
-        sizes = {name: abs(run[name]) for name in run if name in own and _kind_of(name) == kind}
+        names = [n for n in run if n in own and KINDS.get(n.split()[0], n.partition("_")[0]) == kind]
+        sizes = {name: abs(run[name]) for name in names}
         for name in (n for n in sizes if sizes[n] > LEAST * max(sizes.values())):
             found[name] = 100 * (abs(own[name]) / sizes[name] - 1)
     return found
 
 
-def _kind_of(name):
-    return "tension" if name.startswith("tension") else KINDS.get(name.split()[0])
-
-
 def held_still(scene):
     """The scene with all ends that it moves held where they are at t = 0."""
-    cables = scene.cable and [_with_still_top(cable) for cable in scene.cable]
-    joints = scene.joint and [_still_joint(joint) for joint in scene.joint]
+
+    def still(section, end, changes):
+        moved = end is not None and end.kind == "prescribed"
+        return section.model_copy(update=changes(tuple(motion_of(end)(0.0)))) if moved else section
+
+    rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
+    cables = scene.cable and [
+        still(c, c.top, lambda place: {"top": Top(kind="fixed", position=place)}) for c in scene.cable
+    ]
+    joints = scene.joint and [still(j, j.held, lambda place: rest | {"position": place}) for j in scene.joint]
     return scene.model_copy(update={"cable": cables, "joint": joints})
-
-
-def _with_still_top(cable):
-    if cable.top is None or cable.top.kind != "prescribed":
-        return cable
-    top = Top(kind="fixed", position=tuple(motion_of(cable.top)(0.0)))
-    return cable.model_copy(update={"top": top})
-
-
-def _still_joint(joint):
-    if joint.held is None or joint.held.kind != "prescribed":
-        return joint
-    at_rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
-    return joint.model_copy(update=at_rest | {"position": tuple(motion_of(joint.held)(0.0))})
