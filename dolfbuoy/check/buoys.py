@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..meshes import HullShape
 from ..model.feasible import hanging_weight, shape_and_mass
@@ -44,7 +44,7 @@ class Upright:
     @property
     def spare(self) -> float:
         """Buoyancy less weight when it is drowned [N]."""
-        return (self.density * self.shape.volume() - self.mass.mass) * self.gravity
+        return float((self.density * self.shape.volume() - self.mass.mass) * self.gravity)
 
     @property
     def drowned(self) -> bool:
@@ -61,13 +61,15 @@ class Upright:
         if not self.drowned:
             return self.under(self.pull).GM
         arm = self.density * self.shape.volume() * (self.shape.centroid() - self.height)
-        return arm / self.mass.mass - (self.mass.height - self.height)
+        return float(arm / self.mass.mass - (self.mass.height - self.height))
 
 
 def buoys_of(scene: Scene, rest: Problem | None = None) -> list[Upright]:
     """The buoys of a scene with water; rest: its equilibrium, a solved static Problem, if it is known."""
     network, found = scene.network, []
-    for name, section in network.buoys.items() if scene.sea else ():
+    if scene.sea is None:
+        return []
+    for name, section in network.buoys.items():
         called = name if len(network.buoys) > 1 else ""
         free = Upright(called, section, *shape_and_mass(section), scene.sea.density, scene.gravity)
         found.append(_moored(scene, name, free, rest) if scene.gravity else free)
@@ -77,9 +79,10 @@ def buoys_of(scene: Scene, rest: Problem | None = None) -> list[Upright]:
 def _moored(scene: Scene, name: str, buoy: Upright, rest: Problem | None) -> Upright:
     """The buoy under the pull of its lines: of one that hangs straight down, else at rest if that is known."""
     network = scene.network
-    ends = [(network.pieces[k], k, i) for k, i in attached_ends(network) if network.pieces[k].ends[i].name == name]
-    fairleads = [piece.ends[i].fairlead for piece, _, i in ends]
-    places = [buoy.section.fairleads[f] if f else (0.0, 0.0, buoy.section.mooring_height) for f in fairleads]
+    ends: list[Any] = [(network.pieces[k], k, i) for k, i in attached_ends(network)]
+    ends = [(piece, k, i) for piece, k, i in ends if piece.ends[i].name == name]
+    fairleads, known = [piece.ends[i].fairlead for piece, _, i in ends], buoy.section.fairleads or {}
+    places = [known[f] if f else (0.0, 0.0, buoy.section.mooring_height) for f in fairleads]
     buoy = replace(buoy, righted=any(x or y for x, y, _ in places))
     if len(ends) == 1 and not buoy.righted and (far := ends[0][0].ends[1 - ends[0][2]]).held:
         line = ends[0][0].section, far.top.position[2], hanging_weight(scene, name)
@@ -101,7 +104,7 @@ def _above(scene: Scene, c: Cable, bottom: float, hanging: float, buoy: Upright)
         """Length of the stretched line less the height of the mooring point above its lower end [m]."""
         middle = pull - w * c.length / 2
         stretched = c.length * (1 + middle / secant(c.axial_stiffness, middle))
-        return stretched - (buoy.height - buoy.under(pull).draft - bottom)
+        return float(stretched - (buoy.height - buoy.under(pull).draft - bottom))
 
     if room(hanging) >= 0:
         return replace(buoy, pull=hanging, how="with the weight of the cable")
@@ -112,7 +115,7 @@ def _above(scene: Scene, c: Cable, bottom: float, hanging: float, buoy: Upright)
 # -- rows --------------------------------------------------------------------------------------------------------------
 
 
-def of_buoys(scene: Scene, buoys: Iterable[Upright], report: "Report") -> None:
+def of_buoys(depth: float, buoys: Iterable[Upright], report: "Report") -> None:
     """Add masses, drafts and metacentric heights to the Report of `check`."""
     for buoy in buoys:
         about, free, lever = report.about(buoy.name), buoy.under(0.0), "restoring lever per weight of the buoy"
@@ -129,7 +132,7 @@ def of_buoys(scene: Scene, buoys: Iterable[Upright], report: "Report") -> None:
         about.warn(
             buoy.drowned,
             f"All of the hull is under water, held there with {buoy.spare:.4g} N: its lines are too short or too "
-            f"heavy for {scene.sea.depth:.4g} m of water.",
+            f"heavy for {depth:.4g} m of water.",
         )
         heels = "only its lines right it" if buoy.righted else "the upright buoy is unstable and heels over"
         about.warn(buoy.GM <= 0, f"GM = {buoy.GM:.3g} m is not positive: {heels}.")
@@ -143,7 +146,9 @@ def buoys_at_rest(problem: Problem, report: "Report") -> None:
         x, y, z = bcast(problem.comm, buoy and buoy.fields.of(problem.system.u[buoy.part.slice]).position, rank)
         ends = [(network.pieces[k], i) for k, i in attached_ends(network)]
         cables = [(piece.cable, i) for piece, i in ends if piece.ends[i].name == name]
-        far = [network.pieces[network.first_of(c) if i else network.last_of(c)].ends[1 - i] for c, i in cables]
+        far: list[Any] = [
+            network.pieces[network.first_of(c) if i else network.last_of(c)].ends[1 - i] for c, i in cables
+        ]
         if far and all(end.held for end in far):
             middle = [sum(end.top.position[axis] for end in far) / len(far) for axis in (0, 1)]
             what = "the anchor" if len(far) == 1 else "the middle of its anchors"

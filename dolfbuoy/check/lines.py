@@ -2,7 +2,7 @@
 
 import math
 from itertools import groupby
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -110,7 +110,7 @@ def _snaps(scene: Scene, material: Cable, length: float, report: "Report") -> No
 
 def _undamped(scene: Scene, material: Cable, report: "Report") -> None:
     """Warn of an elastic line in motion without damping, which can come taut or lies on a bed."""
-    elastic = math.isfinite(material.axial_stiffness)
+    elastic = np.isfinite(material.axial_stiffness)
     report.warn(scene.time and not material.damping and elastic, f"The cable has {PULSES}")
 
 
@@ -142,20 +142,21 @@ def lines_at_rest(problem: Problem, report: "Report") -> None:
         _on_bed(problem, report)
     elif scene.sea:
         for cable, about in enumerate(abouts):
-            _hanging(problem, about, cable)
+            _hanging(problem, about, cable, scene.sea.depth)
     for line in [] if network.buoys else lines_of(network):
         _transverse(problem, report, line)
 
 
 def _forces(problem: Problem, report: "Report", cable: int) -> None:
     """Forces at the ends of a cable, and the weight that marine growth adds."""
-    network, held, name = problem.network, problem.anchor_force(cable=cable), problem.network.cables[cable]
+    network, name = problem.network, problem.network.cables[cable]
+    pulls: Any = problem.anchor_force(cable=cable), problem.end_tension(cable=cable)
     (low, high), alone = network.ends_of(cable), len(network.cables) == 1
     high = "the top" if alone and network.pieces[-1].ends[1].kind == "buoy" else high
     of, to = ("", "") if alone else (f" of {name}", f" to {name}")
-    report.add(f"equilibrium: tension{of} at {high}", np.linalg.norm(problem.end_tension(cable=cable)), "N")
-    report.add(f"equilibrium: force{of} at {low}", np.linalg.norm(held), "N")
-    report.add(f"equilibrium: uplift{of} at {low}", -held[2], "N", "the part that pulls it up")
+    report.add(f"equilibrium: tension{of} at {high}", float(np.linalg.norm(pulls[1])), "N")
+    report.add(f"equilibrium: force{of} at {low}", float(np.linalg.norm(pulls[0])), "N")
+    report.add(f"equilibrium: uplift{of} at {low}", -pulls[0][2], "N", "the part that pulls it up")
     grown = [problem.lines.holder(k) for k in network.pieces_of(cable) if network.pieces[k].section.marine_growth]
     if grown and problem.scene.sea:
         found = [(lines.growth, lines.line_of_cell == k) for lines, k in grown]
@@ -205,17 +206,18 @@ def _above_water(problem: Problem, report: "Report") -> None:
             report.warn(length > least, f"{length:.4g} m{of or ' of the cable'} are above the water, {UNSEEN}")
 
 
-def _hanging(problem: Problem, report: "Report", cable: int) -> None:
+def _hanging(problem: Problem, report: "Report", cable: int, depth: float) -> None:
     """Warn of a cable that hangs below a bed that does not carry it, or would without load."""
-    network, lines, depth = problem.network, problem.lines, problem.scene.sea.depth
+    network, lines = problem.network, problem.lines
     pieces, z = [network.pieces[k] for k in network.pieces_of(cable)], problem.system.u[lines.node_dofs[:, 2]]
     length = sum(piece.section.length for piece in pieces)
     mine = np.isin(lines.line_of_node, network.pieces_of(cable))
     below = problem.comm.allreduce(-depth - z[mine].min(initial=math.inf), op=MPI.MAX)
     ends = [pieces[0].ends[0], pieces[-1].ends[1]]
-    held, buoys = [end for end in ends if end.held], [end.name for end in ends if end.kind == "buoy"]
+    tops: list[Any] = [end.top for end in ends if end.held]
+    buoys = [end.name for end in ends if end.kind == "buoy"]
     on_buoys = [end.name for piece in network.pieces for end in piece.ends if end.kind == "buoy"]
-    slack = length - abs(held[0].top.position[2]) if held and buoys and on_buoys.count(buoys[0]) == 1 else 0.0
+    slack = length - abs(tops[0].position[2]) if tops and buoys and on_buoys.count(buoys[0]) == 1 else 0.0
     hangs = below > 1e-6 * length
     report.warn(
         hangs, f"At rest the cable hangs up to {below:.3g} m below the sea bed: there is no [seabed] to carry it."
@@ -248,18 +250,21 @@ def _transverse(problem: Problem, report: "Report", line: Line) -> None:
 def _on_bed(problem: Problem, report: "Report") -> None:
     """Add the lying part of every piece of line of a solved static Problem to the Report of `check`."""
     scene, network, lines = problem.scene, problem.network, problem.lines
-    several, friction, below = len(network.pieces) > 1, scene.seabed.friction, {}
+    several, friction = len(network.pieces) > 1, scene.seabed.friction if scene.seabed else 0.0
+    below: dict[Any, float] = {}
     for k, piece in enumerate(network.pieces):
         lies, held = lines.lying(problem.system.u, k), piece.ends[0].held
+        places: list[Any] = [end.top and end.top.position for end in piece.ends]
         of, about = (f" of {network.name_of(k)}", report.about(network.name_of(k))) if several else ("", report)
-        below |= {end.top.position: -float(lines.bed.gap(np.array(end.top.position))) for end in piece.ends if end.held}
+        ends = zip(places, piece.ends, strict=True)
+        below |= {place: -float(lines.bed.gap(np.array(place))) for place, end in ends if end.held}
         if lies.length or not several:
             report.add(f"equilibrium: length on the sea bed{of}", lies.length, "m")
         if not lies.length:
             continue
         T = problem.tension_at(lies.s, k)
         if held:
-            away = math.dist(lies.touchdown, piece.ends[0].top.position)
+            away = math.dist(lies.touchdown, places[0])
             report.add(f"equilibrium: touchdown{of} from {network.ends_of(piece.cable)[0]}", away, "m")
         report.add(f"equilibrium: deepest sag{of} into the bed", lies.sag, "m")
         if held and friction and not has_friction(scene, dynamic=False):

@@ -80,12 +80,12 @@ def derived(scene: Scene, rest: Problem | None = None) -> Report:
     report, network, buoys = Report(effects_of(scene)), scene.network, buoys_of(scene, rest)
     _motions(network, report)
     of_lines(scene, network, report)
-    of_buoys(scene, buoys if scene.gravity else [], report)
+    if scene.sea and scene.gravity:
+        of_buoys(scene.sea.depth, buoys, report)
     for name, material in (scene.material or {}).items():
         if material.source is not None:
             report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)
-    if scene.waves:
-        in_waves(scene, lines_of(network), buoys, report)
+    in_waves(scene, lines_of(network), buoys, report)
     return report
 
 

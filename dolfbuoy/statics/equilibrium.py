@@ -1,7 +1,8 @@
 """Equilibrium of a scene: lines between what holds them, with the buoys on them, or buoys that float freely."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +19,8 @@ from ..scene import Scene
 from .damped import relax
 from .growth import settle
 from .pulled import pull
-from .start import UPRIGHT, closed_form, given_start
-from .ways import MOTIONS, WAYS, find_rest
+from .start import UPRIGHT, Start, closed_form, given_start
+from .ways import MOTIONS, WAYS, Way, find_rest
 
 #: A yaw that still changes by less [rad] has been found.
 SETTLED = 1e-11
@@ -27,7 +28,7 @@ SETTLED = 1e-11
 BALANCED = 1e-8
 
 
-def solve_equilibrium(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, make: Callable[..., Problem] = Problem) -> Problem:
+def solve_equilibrium(scene: Scene, comm: Any = MPI.COMM_WORLD, make: Callable[..., Problem] = Problem) -> Problem:
     """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
 
     make: (scene, dynamic, comm) -> Problem; another than Problem may use one again (`studies.pool`).
@@ -51,7 +52,7 @@ def solve_equilibrium(scene: Scene, comm: MPI.Comm = MPI.COMM_WORLD, make: Calla
 def _rest(problem: Problem) -> None:
     """Rest without friction, from nowhere or from the points of the scene; from these too where all else fails."""
     initial, reasons = problem.scene.initial, []
-    starts = [("", closed_form, WAYS)]
+    starts: list[tuple[str, Callable[[Problem], Start], Sequence[Way]]] = [("", closed_form, WAYS)]
     if initial.points is not None:
         starts.insert(0 if initial.kind == "equilibrium" else 1, ("initial.points, ", given_start, MOTIONS))
     problem.iterations = 0
@@ -61,7 +62,7 @@ def _rest(problem: Problem) -> None:
         except SolveError as error:
             reasons.append(f"{name}{error}")
             continue
-        problem.route = name + problem.route
+        problem.route = f"{name}{problem.route}"
         let_turn(problem)
         return
     raise SolveError("; ".join(reasons))
@@ -71,17 +72,19 @@ def _check_determined(problem: Problem) -> None:
     """Refuse a scene that leaves a tension or a place open.  Raises InputError."""
     scene, network = problem.scene, problem.network
     for piece in network.pieces:
-        c, key, w = piece.section, network.key_of(piece.cable), weight_per_length(scene, piece.section)
+        c: Any = piece.section
+        key, w = network.key_of(piece.cable), weight_per_length(scene, piece.section)
         key += f".segments.{piece.number}" if len(network.pieces_of(piece.cable)) > 1 else ""
-        top, loose = piece.ends[1].top, w == 0 and scene.current is None
-        if piece.ends[1].kind == "free" and loose and not any(top.force) and len(network.pieces) == 1:
+        ends: Sequence[Any] = piece.ends
+        top, loose = ends[1].top, w == 0 and scene.current is None
+        if ends[1].kind == "free" and loose and not any(top.force) and len(network.pieces) == 1:
             raise InputError(
                 f"{key}.top.force = {list(top.force)}: nothing pulls at this cable, which has no weight here either: "
                 "nothing determines its equilibrium; give a force, weight or a current, or take another initial.kind."
             )
-        if not all(end.held for end in piece.ends):
+        if not all(end.held for end in ends):
             continue
-        distance = math.dist(*(top_position(end.top, 0.0) for end in piece.ends))
+        distance = math.dist(*(top_position(end.top, 0.0) for end in ends))
         if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
             raise InputError(
                 f"{key}.length = {c.length}: must be more than the {distance:.6g} m between its ends: an inextensible "
@@ -105,18 +108,18 @@ def _check_determined(problem: Problem) -> None:
 # -- buoys -------------------------------------------------------------------------------------------------------------
 
 
-def _free_buoys(scene: Scene, comm: MPI.Comm, make: Callable[..., Problem]) -> Problem:
+def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
     """Buoys without cable float upright in still water; steady loads across would carry them away for ever."""
-    calm, floats = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea and scene.gravity
+    calm, sea = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea if scene.gravity else None
     problem = make(calm, dynamic=False, comm=comm)
     for buoy in problem.buoys.values():
         height = 0.0
-        if floats:
+        if sea is not None:
             height = buoy.mass.height
-            height -= float_upright(buoy.shape, buoy.mass, scene.sea.density, scene.gravity).draft
+            height -= float_upright(buoy.shape, buoy.mass, sea.density, scene.gravity).draft
         pose = np.array([0.0, 0.0, height, *UPRIGHT])
         problem.system.u[buoy.part.slice] = buoy.reference.x.array[:] = pose
-    if floats:
+    if sea is not None:
         problem.iterations, problem.route = problem.newton.solve(), "newton"
     else:
         problem.system.publish()

@@ -2,6 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,20 +27,20 @@ def check_first_shape(scene: Scene) -> None:
         given_shapes(scene, {name: given_pose(buoy.initial) for name, buoy in network.buoys.items()})
 
 
-def given_pose(initial: BuoyStart) -> tuple[Array, Array]:
+def given_pose(initial: BuoyStart | None) -> tuple[Array, Array]:
     """(r_C, q4) from the section [initial] of a buoy.  Raises InputError."""
-    if initial.buoy_position is None:
+    if initial is None or initial.buoy_position is None:
         raise InputError("initial.buoy_position: must be given, this start of a moored buoy needs it.")
     q4 = np.array(initial.buoy_orientation or (1.0, 0.0, 0.0, 0.0))
     return np.array(initial.buoy_position), q4 / np.linalg.norm(q4)
 
 
-def place_of(network: Network, end: End, poses: Poses) -> Array | None:
-    """Position of an end of a line at t = 0 [m]; None for a free one."""
-    if end.kind == "buoy":
+def place_of(network: Network, end: End, poses: Poses) -> Any:
+    """Position of an end of a line at t = 0, shape (3,) [m]; None for a free one."""
+    if end.kind == "buoy" and end.name:
         r_C, q4 = poses[end.name]
         return r_C + rotation_of(q4) @ mooring_offset(network.buoys[end.name], end.fairlead)
-    return np.array(end.top.position) if end.held else None
+    return np.array(end.top.position) if end.top is not None and end.held else None
 
 
 def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
@@ -52,7 +53,8 @@ def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
             if end.kind == "buoy":
                 changes[name] = tuple(float(x) for x in place_of(network, end, poses))
         cables.append(cable.model_copy(update=changes))
-    return scene.model_copy(update={"cable": cables, "buoy": None, "wind": None, "external_force": None})
+    held: Scene = scene.model_copy(update={"cable": cables, "buoy": None, "wind": None, "external_force": None})
+    return held
 
 
 # -- shapes ------------------------------------------------------------------------------------------------------------
@@ -60,7 +62,9 @@ def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
 
 def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
     """Initial shape of each piece of line, a function s -> points (n, 3).  Raises InputError."""
-    network, shapes, joints = scene.network, [], {}
+    network = scene.network
+    shapes: list[Callable[[Any], Array]] = []
+    joints: dict[str | None, Array] = {}
     for number in range(len(network.cables)):
         pieces = [network.pieces[k] for k in network.pieces_of(number)]
         length = sum(piece.section.length for piece in pieces)
@@ -77,7 +81,7 @@ def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
         _check_length(scene, points, network.key_of(number), length, elastic)
         along, begin = _along(points, length), 0.0
         for piece in pieces:
-            shapes.append(lambda s, along=along, begin=begin: along(s + begin))
+            shapes.append(partial(_shifted, along, begin))
             begin += piece.section.length
     return shapes
 
@@ -105,7 +109,7 @@ def points_of(scene: Scene, number: int) -> list[Array]:
             raise InputError(
                 f"initial.points = {given}: several cables need a table of points by name, of {', '.join(cables)}."
             )
-        return [np.array(p) for p in given]
+        return [np.array(p) for p in given or []]
     if cables[number] not in given or not set(given) <= set(cables):
         raise InputError(f"initial.points: must have the points of each cable by name, of {', '.join(cables)}.")
     return [np.array(p) for p in given[cables[number]]]
@@ -119,7 +123,7 @@ def _check_place(points: list[Array], key: str, index: int, place: Array, length
 
 
 def _check_length(scene: Scene, points: list[Array], key: str, length: float, elastic: bool) -> None:
-    kind, total = scene.initial.kind, sum(np.linalg.norm(b - a) for a, b in itertools.pairwise(points))
+    kind, total = scene.initial.kind, sum(float(np.linalg.norm(b - a)) for a, b in itertools.pairwise(points))
     if not elastic and abs(total - length) > SAME * length:
         raise InputError(
             f"initial.kind = '{kind}': the line is {total:.8g} m long, but an inextensible cable must keep its "
@@ -127,6 +131,10 @@ def _check_length(scene: Scene, points: list[Array], key: str, length: float, el
         )
     if total == 0:
         raise InputError(f"initial.kind = '{kind}': must be a line with a length, not one point.")
+
+
+def _shifted(along: Callable[[Any], Array], begin: float, s: Any) -> Array:
+    return along(s + begin)
 
 
 def _along(given: list[Array], length: float) -> Callable[[Any], Array]:

@@ -59,7 +59,7 @@ def _go(problem: Problem, now: Array, way: Array, share: float, rest: Callable[[
                 problem.iterations += problem.newton.solve()
                 if is_compressed(problem) and not pressed:
                     raise SolveError("the cable is compressed")
-            return tried
+            return float(tried)
         except SolveError as error:
             problem.system.u[:], why = before, why or error
     raise SolveError(f"{NONE}: {why}")

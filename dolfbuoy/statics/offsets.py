@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from ..model.problem import Problem
 from ..model.sea import heading
 from ..model.seabed import has_friction
 from ..scene import Scene
-from ..scene.buoy import Buoy
-from ..scene.sections import Current, ExternalForce
+from ..scene.buoy import Buoy, ExternalForce
+from ..scene.sections import Current
 from .catenary import Array
 from .equilibrium import let_turn, solve_equilibrium
 
@@ -40,11 +40,12 @@ def loaded(scene: Scene, load: str, size: float, direction_deg: float, buoys: Co
     direction.
     """
     if load == "current":
-        return scene.model_copy(update={"current": _current(scene, size, direction_deg)})
-    more = size * heading(direction_deg)
-    found = scene.network.buoys.items()
-    sections = [_pulled(buoy, more) if buoys is None or name in buoys else buoy for name, buoy in found]
-    return scene.model_copy(update={"buoy": sections})
+        changes: dict[str, Any] = {"current": _current(scene, size, direction_deg)}
+    else:
+        more, found = size * heading(direction_deg), scene.network.buoys.items()
+        changes = {"buoy": [_pulled(b, more) if buoys is None or name in buoys else b for name, b in found]}
+    changed: Scene = scene.model_copy(update=changes)
+    return changed
 
 
 def _pulled(buoy: Buoy, more: Array) -> Buoy:
@@ -72,7 +73,7 @@ def rests(
     load: str,
     sizes: Iterable[float],
     directions_deg: Iterable[float],
-    comm: MPI.Comm = MPI.COMM_WORLD,
+    comm: Any = MPI.COMM_WORLD,
     buoys: Collection[str] | None = None,
 ) -> Iterator[Rest]:
     """The equilibria under all sizes of a load from all directions, direction by direction; collective.
@@ -102,10 +103,10 @@ def rests(
 
 
 def _follow(
-    problem: Problem | None, scene_of: Callable[[float], Scene], start: float | None, end: float, comm: MPI.Comm
+    problem: Problem | None, scene_of: Callable[[float], Scene], start: float | None, end: float, comm: Any
 ) -> tuple[Problem | None, str]:
     """Go from one size (None: from nowhere) to another; (Problem, reason)."""
-    if start is not None and _follows(problem):
+    if problem is not None and start is not None and _follows(problem):
         try:
             _march(problem, scene_of, start, end)
             return problem, ""

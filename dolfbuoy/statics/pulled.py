@@ -63,7 +63,7 @@ class Laid:
     begin: float
     end: float
     along: Array
-    joint: str | None = None
+    joint: str = ""
     onward: list["Laid"] = field(default_factory=list)
 
 
@@ -74,7 +74,8 @@ class _Laying:
         self.left, self.root = left, -1
         self.dies: dict[int, tuple[int, Array, float]] = {}
         self.problem, self.lines, self.bed = problem, problem.lines, problem.lines.bed
-        self.u, self.mu, self.n = problem.system.u, problem.scene.seabed.friction, self.bed.normal.value
+        self.u, self.n = problem.system.u, self.bed.normal.value
+        self.mu = problem.scene.seabed.friction if problem.scene.seabed else 0.0
         self.stick = stick_length(problem.scene)
         #: From a point that lies still to the place from which friction carries the weight down the slope.
         self.uphill = self.stick / self.mu * (UP - self.n[2] * self.n)
@@ -138,7 +139,7 @@ class _Laying:
 
     def _fall(self, laid: Laid) -> float:
         """Fall of the tension along what lies, towards its near end [N/m]."""
-        return self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2])
+        return float(self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2]))
 
     def _pull(self, laid: Laid, least: float = 0.0) -> float:
         """Tension at the far end of what lies, not below `least` where it comes through onward parts [N]."""
@@ -162,7 +163,7 @@ class _Laying:
             return 0.0
         bodies = self.problem.bodies  # of the first rank
         pressure = bcast(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
-        return pressure * (self.mu + laid.along[2] / self.n[2])
+        return float(pressure * (self.mu + laid.along[2] / self.n[2]))
 
     # -- places --------------------------------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,8 @@ from ..model.buoy import REST_ROWS
 from ..model.problem import Problem
 from ..roots import brentq
 from ..scene import Scene
-from ..scene.sections import ExternalForce, Initial
+from ..scene.buoy import ExternalForce
+from ..scene.initial import Initial
 
 #: Sections of a scene that have no part in it.
 _ABSENT = dict.fromkeys(("cable", "joint", "seabed", "waves", "current", "wind", "external_force"))
@@ -40,17 +42,22 @@ def righting_curve(scene: Scene, heels_deg: Iterable[float], pull: float = 0.0) 
     alone = scene.model_copy(update=_ABSENT | {"buoy": [buoy.model_copy(update=own)], "initial": Initial()})
     problem = Problem(alone, dynamic=False, comm=MPI.COMM_SELF)
     try:
-        shape, weight = problem.buoy.shape, problem.buoy.mass.mass * scene.gravity
+        (hull,) = problem.buoys.values()
+        shape, weight = hull.shape, hull.mass.mass * scene.gravity
         reach = shape.height + shape.max_diameter  # farther above or below the water nothing changes
         found = []
         for heel in map(float, heels_deg):
-            if _loads(problem, -reach, heel)[0] < 0:
+            if _lift(problem, heel, -reach) < 0:
                 raise InputError(f"The buoy sinks under a pull of {pull:.6g} N.")
-            height = brentq(lambda z, heel=heel: _loads(problem, z, heel)[0], -reach, reach, xtol=1e-12 * reach)
+            height = brentq(partial(_lift, problem, heel), -reach, reach, xtol=1e-12 * reach)
             found.append(Righting(heel, height, _loads(problem, height, heel)[1] / weight))
         return found
     finally:
         problem.destroy()
+
+
+def _lift(problem: Problem, heel: float, height: float) -> float:
+    return _loads(problem, height, heel)[0]
 
 
 def _loads(problem: Problem, height: float, heel: float) -> tuple[float, float]:
@@ -59,7 +66,7 @@ def _loads(problem: Problem, height: float, heel: float) -> tuple[float, float]:
 
     x, y, z, w = Rotation.from_rotvec([0.0, math.radians(heel), 0.0]).as_quat()
     pose = np.array([0.0, 0.0, height, w, x, y, z])
-    buoy, system = problem.buoy, problem.system
+    (buoy,), system = problem.buoys.values(), problem.system
     buoy.reference.x.array[:] = pose  # no turn and no offset against it
     system.u[buoy.part.slice] = pose
     system.publish()

@@ -17,8 +17,8 @@ from ..model.sea import heading, wind_at
 from ..model.seabed import plane
 from ..scene import Scene
 from ..scene.buoy import Buoy
-from ..scene.network import End, attached_ends
 from ..scene.network import Network as SceneNetwork
+from ..scene.network import attached_ends
 from . import network as still
 from .catenary import Array
 from .first_shape import given_shapes, points_of
@@ -42,10 +42,11 @@ class Start(NamedTuple):
         floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
         for k, shape in enumerate(self.shapes):
             lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
-        for attachment in problem.attachments:
-            u[attachment.slice] = np.concatenate(self.end(attachment.piece, attachment.end))
+        for a in problem.attachments:
+            u[a.slice] = np.concatenate(self.end(a.piece, a.end))
         for name, buoy in problem.buoys.items():
-            attachment, q4 = problem.attached_to(buoy)[0], self.poses[name]
+            attachment: Any = problem.attached_to(buoy)[0]
+            q4 = self.poses[name]
             r_C = attachment.of(u).point - rotation_of(q4) @ attachment.offset.value
             u[buoy.part.slice] = buoy.reference.x.array[:] = np.concatenate([r_C, q4])
         problem.set_time(0.0)
@@ -74,11 +75,12 @@ class Drawn(NamedTuple):
 
 def given_start(problem: Problem) -> Start:
     """Lines along initial.points, upright buoys at their ends.  Raises InputError."""
-    scene, network, poses = problem.scene, problem.network, {}
+    scene, network = problem.scene, problem.network
+    poses: dict[str, tuple[Array, Array]] = {}
     for k, i in attached_ends(network):
         end = network.pieces[k].ends[i]
         point = points_of(scene, network.pieces[k].cable)[-i]
-        poses.setdefault(end.name, (point - mooring_offset(network.buoys[end.name], end.fairlead), UPRIGHT))
+        poses.setdefault(str(end.name), (point - mooring_offset(network.buoys[str(end.name)], end.fairlead), UPRIGHT))
     shapes = [Drawn(shape) for shape in given_shapes(scene, poses)]
     return Start(problem, shapes, dict.fromkeys(network.buoys, UPRIGHT))
 
@@ -155,11 +157,12 @@ def _overturns(start: Start, name: str) -> bool:
 
 def _pressure(scene: Scene) -> Array:
     """Stagnation pressure of the fastest current, towards where it flows [Pa]."""
-    c = scene.current
-    if c is None:
+    c: Any = scene.current
+    if c is None or scene.sea is None:
         return np.zeros(3)
-    speed = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
-    return 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
+    speed: float = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
+    pressure: Array = 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
+    return pressure
 
 
 def still_network(problem: Problem, poses: dict[str, Array] | None = None, pressure: Any = 0.0) -> still.Network:
@@ -171,7 +174,7 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
     joints: list[still.Joint] = []
     number: dict[str, int] = {}
 
-    def place(end: End) -> tuple[int, Any]:
+    def place(end: Any) -> tuple[int, Any]:
         """(number of the joint, offset of the end from it)."""
         if end.name is None:
             held = still.Joint(position=top_position(end.top, 0.0)) if end.held else None
@@ -188,7 +191,7 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
     pieces = []
     for k, piece in enumerate(network.pieces):
         (low, a), (high, b) = (place(end) for end in piece.ends)
-        c = piece.section
+        c: Any = piece.section
         pieces.append(still.Piece(low, high, c.length, problem.lines.weight_of(k), c.axial_stiffness, a, b))
         push = c.normal_drag * (c.diameter or 0.0) * c.length / 2 * pressure
         for i in (low, high):
@@ -196,7 +199,7 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
     return still.Network(joints, pieces, Bed(*plane(scene)) if scene.seabed else None)
 
 
-def _joint(scene: Scene, network: SceneNetwork, end: End, pressure: Any) -> still.Joint:
+def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> still.Joint:
     """A joint by its name, or the buoy in its place."""
     if end.kind == "buoy":
         return still.Joint(free=True, load=_Floating(scene, network.buoys[end.name], pressure))
@@ -214,6 +217,7 @@ class _Floating:
 
     def __init__(self, scene: Scene, buoy: Buoy, pressure: Any):
         self.scene = scene
+        self.shape: Any
         self.shape, self.mass = shape_and_mass(buoy)
         self.steady = np.array([0.0, 0.0, -self.mass.mass * scene.gravity])
         if buoy.external_force:

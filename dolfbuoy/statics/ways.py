@@ -208,7 +208,8 @@ def by_end_force(problem: Problem) -> None:
 def by_end_position(problem: Problem) -> None:
     """From an end that is 0.7 lengths away from the other at 45 degrees, towards the side of the given end."""
     (piece,), lines, u = problem.network.pieces, problem.lines, problem.system.u
-    low, high = (np.array(top_position(end.top, 0.0)) for end in piece.ends)
+    ends: Sequence[Any] = piece.ends
+    low, high = (top_position(end.top, 0.0) for end in ends)
     aside = (high - low) * [1.0, 1.0, 0.0]
     aside = aside / np.linalg.norm(aside) if np.any(aside) else np.array([1.0, 0.0, 0.0])
     easy = low + 0.5 * piece.section.length * (aside + [0.0, 0.0, 1.0 if high[2] >= low[2] else -1.0])

@@ -14,7 +14,7 @@ from ..results.extremes import (
     memory_of,
 )
 
-#: Numbers of seeds for which it is said how well they tell the largest value.
+#: Numbers of seeds for which the uncertainty of the largest value is given.
 SEEDS = (10, 30, 100)
 
 
@@ -50,15 +50,13 @@ def of_statistics(scene, seconds: float | None = None) -> str:
     memory = memory_of(spectrum_of(scene.waves))
     lengths = dict.fromkeys((max(scene.time.end - scene.waves.ramp, memory), DURATION))
     known = [f"{percent(deviation_uncertainty(memory, length))} by {duration(length)}" for length in lengths]
-    crest = largest_crest(crests_of(mean_period(scene)))
-    largest = "; ".join(_told(scene, crest, seeds, seconds) for seeds in SEEDS)
+    crest, largest = largest_crest(crests_of(mean_period(scene))), []
+    for seeds in SEEDS:
+        largest.append(f"+- {percent(crest.uncertainty(seeds))}: {seeds} seeds")
+        if seconds is not None:
+            largest[-1] += f", {duration(seeds * DURATION / scene.time.end * seconds)} of computing"
     return (
         f"19 times in 20 a standard deviation is known to {', '.join(known)}; {HOURS:g} h maximum, above the mean, "
-        f"{largest}. "
+        f"{'; '.join(largest)}. "
         "So it is of what follows the sea; snaps and slow drift ask for more, as `dolfbuoy statistics` then says."
     )
-
-
-def _told(scene, largest, seeds, seconds):
-    each = "" if seconds is None else f", {duration(seeds * DURATION / scene.time.end * seconds)} of computing"
-    return f"+- {percent(largest.uncertainty(seeds))}: {seeds} seeds{each}"

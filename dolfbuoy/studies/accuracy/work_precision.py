@@ -223,7 +223,14 @@ def draw(rows: list[dict], own: dict):
     for axes in panels[max(0, len(own) - width) : len(own)]:
         axes.set_xlabel("time of the stepping loop [s]")
         axes.tick_params(labelbottom=True)
-    legend_below(figure, 0.45, 5, _handles(rows, colors))
+    ink, dots, none = {"color": COLORS["ink"]}, {"ls": "none", "ms": 4}, {"mfc": "none", "ls": "none"}
+    styles = {pair: dots | {"color": color, "marker": "D"} for pair, color in colors.items()}
+    styles |= {settings.SCHEMES[row["scheme"]]: dots | ink | {"marker": _MARKERS[row["scheme"]]} for row in rows}
+    if any(row["tolerance"] is not None for row in rows):
+        styles["hollow: adaptive"] = dots | ink | {"marker": "o", "mfc": "none"}
+    styles |= {"the scene's own": none | ink | {"marker": "*", "ms": 9}, "Pareto front": ink | {"lw": 0.8}}
+    styles["not resolved"] = {"color": "#eeeeee", "lw": 5}
+    legend_below(figure, 0.45, 5, [Line2D([], [], label=label, **style) for label, style in styles.items()])
     return figure
 
 
@@ -244,22 +251,6 @@ def _panel(axes, rows, name, reference_error, colors):
     axes.axhspan(bottom, max(bottom, 100 * compare.RESOLVED * reference_error), color="#eeeeee", lw=0, zorder=0)
     axes.set_ylim(bottom=bottom)
     plain_ticks(axes)
-
-
-def _handles(rows, colors):
-    dots = {"ls": "none", "ms": 4}
-    handles = [Line2D([], [], color=color, marker="D", label=pair, **dots) for pair, color in colors.items()]
-    used = dict.fromkeys(row["scheme"] for row in rows)
-    handles += [
-        Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=settings.SCHEMES[s], **dots) for s in used
-    ]
-    if any(row["tolerance"] is not None for row in rows):
-        handles.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", label="hollow: adaptive", **dots))
-    star = {"marker": "*", "mfc": "none", "ms": 9, "ls": "none"}
-    handles.append(Line2D([], [], color=COLORS["ink"], label="the scene's own", **star))
-    handles.append(Line2D([], [], color=COLORS["ink"], lw=0.8, label="Pareto front"))
-    handles.append(Line2D([], [], color="#eeeeee", lw=5, label="not resolved"))
-    return handles
 
 
 # -- the study ---------------------------------------------------------------------------------------------------------

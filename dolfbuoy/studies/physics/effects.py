@@ -29,7 +29,7 @@ from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...scene.broadcast import everywhere
-from ...solver import floor
+from ...solver.floor import operations
 from .. import sea
 from ..study import Table
 
@@ -117,7 +117,7 @@ def side_by_side(base: Scene, changed: Scene) -> dict:
         for prefix, simulation in zip(("", "base_"), reversed(pair), strict=True):
             system = simulation.problem.system
             costs[f"{prefix}unknowns"] = system.unknowns
-            costs[f"{prefix}operations"] = sum(floor.operations(form) for _, form in simulation.problem.residuals())
+            costs[f"{prefix}operations"] = sum(operations(form) for _, form in simulation.problem.residuals())
             costs[f"{prefix}forms"] = len(system.residuals) + len(system.jacobians)
         return costs
     finally:
@@ -224,49 +224,39 @@ def _costs_beside(row):
 
 
 def draw(rows: list[dict], names, threshold: float):
-    """Left: what leaving an effect out changes.  Right: the share of a step's time that it takes."""
-    effects = list(dict.fromkeys(row["effect"] for row in rows if row["mode"] == "without"))
-    figure = new_figure(PAGE, 1.3 + 0.36 * len(effects))
+    """Left: change when an effect is left out.  Right: the share of a step's time that it takes."""
+    without = [row for row in rows if row["mode"] == "without"]
+    places = {effect: -k for k, effect in enumerate(dict.fromkeys(row["effect"] for row in without))}
+    figure = new_figure(PAGE, 1.3 + 0.36 * len(places))
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.7, 1))
-    places = {effect: -k for k, effect in enumerate(effects)}
-    _draw_changes(left, rows, names, places, threshold)
-    _draw_times(right, rows, places)
-    left.set_yticks(list(places.values()), list(places))
-    left.set_ylim(0.6 - len(effects), 0.6)
-    legend_below(figure, 0.5, 3)
-    return figure
-
-
-def _draw_changes(axes, rows, names, places, threshold):
-    done = [row for row in rows if row["mode"] == "without" and not row["reason"]]
+    done = [row for row in without if not row["reason"]]
     values = [100 * row[f"change_{name}"] for row in done for name in names if row[f"change_{name}"] > 0]
     floor = max(min([*values, 100 * threshold]) / 2, 1e-4)
     height = 0.8 / len(names)
     for k, (name, color) in enumerate(zip(names, PALETTE, strict=False)):
         y = [places[row["effect"]] + 0.4 - (k + 0.5) * height for row in done]
         x = [max(100 * row[f"change_{name}"], floor) - floor for row in done]
-        axes.barh(y, x, height, left=floor, color=color, label=acc.QUANTITIES[name])
-    for row in rows:
-        if row["mode"] == "without" and row["reason"]:
-            axes.text(floor, places[row["effect"]], " impossible without", va="center", color=COLORS["ink"], fontsize=7)
-    axes.axvline(100 * threshold, color=COLORS["ink"], lw=0.8, ls="--")
-    axes.set(xscale="log", xlabel="rms change when left out, of the full run's range [%]")
-    axes.set_xlim(floor, None)
-    axes.grid(False, axis="y")
-
-
-def _draw_times(axes, rows, places):
-    for mode, shift, color, label in (
-        ("without", 0.2, COLORS["green"], "time per step saved when left out"),
-        ("alone", -0.2, COLORS["sand"], "time per step added to the barest scene"),
+        left.barh(y, x, height, left=floor, color=color, label=acc.QUANTITIES[name])
+    for row in (row for row in without if row["reason"]):
+        left.text(floor, places[row["effect"]], " impossible without", va="center", color=COLORS["ink"], fontsize=7)
+    left.axvline(100 * threshold, color=COLORS["ink"], lw=0.8, ls="--")
+    left.set(xscale="log", xlabel="rms change when left out, of the full run's range [%]")
+    left.set_xlim(floor, None)
+    for mode, sign, color, label in (
+        ("without", -1, COLORS["green"], "time per step saved when left out"),
+        ("alone", 1, COLORS["sand"], "time per step added to the barest scene"),
     ):
         chosen = [row for row in rows if row["mode"] == mode and not row["reason"]]
-        sign = -1 if mode == "without" else 1
         x = [sign * 1e3 * (row["step_time"] - row["base_step_time"]) for row in chosen]
-        axes.barh([places[row["effect"]] + shift for row in chosen], x, 0.36, color=color, label=label)
-    axes.axvline(0, color=COLORS["ink"], lw=0.6)
-    axes.set_xlabel("processor time per step [ms]")
-    axes.grid(False, axis="y")
+        right.barh([places[row["effect"]] - 0.2 * sign for row in chosen], x, 0.36, color=color, label=label)
+    right.axvline(0, color=COLORS["ink"], lw=0.6)
+    right.set_xlabel("processor time per step [ms]")
+    for axes in (left, right):
+        axes.grid(False, axis="y")
+    left.set_yticks(list(places.values()), list(places))
+    left.set_ylim(0.6 - len(places), 0.6)
+    legend_below(figure, 0.5, 3)
+    return figure
 
 
 def compute(folder: Path, scene: Scene, threshold: float) -> list[dict] | None:
