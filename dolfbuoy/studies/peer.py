@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from ..accuracy.bars import NONE
 from ..api import simulate
@@ -15,31 +16,36 @@ from ..formats.moordyn_run import Series, moordyn_module, run
 from ..formats.to_moordyn import Numerics, Start, export, start_of
 from ..model.rigid import axis_offset, rotation_of
 from ..results.style import PAGE, new_figure, save
+from ..scene import Scene
+from ..statics.catenary import Array
+from .study import Row
 
 #: A run that diverges is tried again with half the step, so often.
 TRIES = 4
 #: What varies by less than this share of its size is a constant: a difference is then relative to that size.
 CONSTANT = 1e-3
 AXES = "xyz"
+#: Times, and series by name.
+Times = tuple[Array, dict[str, Array]]
 
 
 @dataclass
 class Comparison:
     """rows: of the table.  notes: what MoorDyn's input lacks.  ours, theirs: times and series by name."""
 
-    rows: list[dict]
+    rows: list[Row]
     notes: list[str]
-    ours: tuple[np.ndarray, dict[str, np.ndarray]]
-    theirs: tuple[np.ndarray, dict[str, np.ndarray]]
+    ours: Times
+    theirs: Times
 
 
-def beginning(scene) -> Start:
+def beginning(scene: Scene) -> Start:
     """Start of a run of the scene: at rest, or where its [initial] puts it."""
     step = {} if scene.time else {"time.step": 1.0}
     return start_of(simulate(scene, **{"time.end": 0.0} | step).isel(time=0))
 
 
-def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
+def compare(scene: Scene, end: float | None = None, segments: int = 1) -> Comparison:
     """Run a scene with dolfbuoy and with MoorDyn.
 
     end: of both runs [s], absent: the scene's.  segments: of MoorDyn for each element of a line.
@@ -68,7 +74,7 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
     return Comparison(rows, [str(note) for note in written.notes], ours, series)
 
 
-def _ours(record, scene):
+def _ours(record: xr.Dataset, scene: Scene) -> dict[str, Array]:
     network, found = scene.network, {}
     for k, name in enumerate(network.cables):
         for end, force in (("top", record.end_tension), ("anchor", record.anchor_force)):
@@ -81,7 +87,7 @@ def _ours(record, scene):
     return found
 
 
-def _named(series: Series, scene):
+def _named(series: Series, scene: Scene) -> dict[str, Array]:
     network, found = scene.network, {}
     for k, name in enumerate(network.cables):
         found[f"{name}: tension_top"] = series.tension[:, network.last_of(k), 1]
@@ -91,7 +97,7 @@ def _named(series: Series, scene):
     return found
 
 
-def _bars(record):
+def _bars(record: xr.Dataset) -> dict[str, float]:
     """Error bars of the largest tensions, by name; without those of which nothing is known."""
     ends = {"tension_top.max": "tension_top", "anchor.max": "tension_anchor"}
     columns = (record[name].values.tolist() for name in ("output_of", "output", "bar", "bar_verdict"))
@@ -99,7 +105,7 @@ def _bars(record):
     return {f"{part}: {ends[output]}": bar for part, output, bar, verdict in rows if output in ends and verdict != NONE}
 
 
-def _row(name, unit, ours, theirs, start, bar):
+def _row(name: str, unit: str, ours: Times, theirs: Times, start: float, bar: float | None) -> Row:
     """Mean, least and largest of both, our error bar of the largest and whether they differ by more, and the rms of
     their difference relative to our range, or to the value of what hardly varies."""
     t, values = ours[0], ours[1][name]

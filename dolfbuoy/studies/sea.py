@@ -13,28 +13,29 @@ from ..results.extremes import (
     largest_crest,
     memory_of,
 )
+from ..scene import Scene
 
 #: Numbers of seeds for which the uncertainty of the largest value is given.
 SEEDS = (10, 30, 100)
 
 
-def has_seeds(scene) -> bool:
+def has_seeds(scene: Scene) -> bool:
     """True if the scene's sea is one of many: a spectrum with random phases."""
     return scene.waves is not None and scene.waves.spectrum is not None
 
 
-def mean_period(scene) -> float:
+def mean_period(scene: Scene) -> float:
     """Tz of its sea [s]."""
     sea = components_of(scene.waves)
     return 2 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
 
 
-def components_for(scene, part: float) -> int:
+def components_for(scene: Scene, part: float) -> int:
     """Components that keep the largest crest of HOURS within a part of itself, beside infinitely many."""
     return components_needed(crests_of(mean_period(scene)), part)
 
 
-def of_components(scene, part: float) -> str:
+def of_components(scene: Scene, part: float) -> str:
     """One sentence."""
     return (
         f"The sea: {components_for(scene, part)} components keep its largest crest of {HOURS:g} h within "
@@ -42,7 +43,7 @@ def of_components(scene, part: float) -> str:
     )
 
 
-def of_statistics(scene, seconds: float | None = None) -> str:
+def of_statistics(scene: Scene, seconds: float | None = None) -> str:
     """One sentence on whatever follows the sea; seconds: computing time of a run of the scene.
 
     Beside the mean, for which no theory is needed; a pilot is too short to tell more.

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,6 +27,7 @@ from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, in_words, latin_hypercube, with_seeds
 from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed
+from .study import Row
 
 #: What `status` and `collect` say of a case that has no result.
 MISSING = {"status": "not computed", "statistics": {}, "sample": None}
@@ -45,17 +47,17 @@ class Plan:
     """
 
     base: Scene
-    changes: list[dict]
+    changes: list[Row]
     source: str = ""
 
     @property
-    def cases(self) -> list[dict]:
+    def cases(self) -> list[Row]:
         """As `parallel.cases` takes them: the scene stands for itself by its digest."""
         data = json.dumps(self.base.to_dict(), sort_keys=True)
         base = hashlib.sha256(data.encode()).hexdigest()[:20]
         return [{"base": base, "changes": change} for change in self.changes]
 
-    def share(self, part: "Part | None") -> list[dict]:
+    def share(self, part: "Part | None") -> list[Row]:
         """The cases of a part, or all."""
         return self.cases if part is None else part.of_all(self.cases)
 
@@ -84,11 +86,13 @@ class Part:
         """Folder of the part's store, below that of all cases."""
         return f"part-{self.number}-of-{self.of}"
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"part {self.number} of {self.of}"
 
 
-def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None, source: str = "") -> Plan:
+def plan(
+    scene: Any, vary: Any, table: Any, seeds: int | None = None, latin: int | None = None, source: str = ""
+) -> Plan:
     """The plan of a sweep: its cases and their names.  Raises InputError for a bad scene or bad cases.
 
     seeds, latin: see `variants.with_seeds`, `variants.latin_hypercube`; source: see `Plan`.
@@ -104,7 +108,7 @@ def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None,
     return Plan(base, changes, source)
 
 
-def warnings(base: Scene, changes: list[dict]) -> list[str]:
+def warnings(base: Scene, changes: list[Row]) -> list[str]:
     """Warnings on the cases before the first is run, each kind once, with the first case of it.
 
     Every case is read: what is no scene will not run.  `check` takes as long as a hundred readings: its warnings are
@@ -125,7 +129,7 @@ def warnings(base: Scene, changes: list[dict]) -> list[str]:
     return [f"{len(cases)} of {what}, the first with {in_words(cases[0][0])}: {cases[0][1]}" for cases, what in counted]
 
 
-def _looked_at(changes):
+def _looked_at(changes: list[Row]) -> set[int]:
     """Numbers of the cases that `check` looks at."""
     found = set(range(0, len(changes), max(1, len(changes) // LOOKED_AT)))
     for name in dict.fromkeys(name for change in changes for name in change):
@@ -134,7 +138,7 @@ def _looked_at(changes):
     return found
 
 
-def check_wavelength(base, changes):
+def check_wavelength(base: Scene, changes: list[Row]) -> None:
     """Refuse to vary the period of waves whose wavelength stays: but for one case none would keep the dispersion."""
     wavelength = base.waves.wavelength if base.waves else None
     keys = {key for change in changes for key in change}
@@ -146,15 +150,15 @@ def check_wavelength(base, changes):
 
 
 def sweep(
-    scene,
-    vary,
-    table,
+    scene: Any,
+    vary: Any,
+    table: Any,
     folder: Path,
     say: Callable = lambda sentences: None,
     seeds: int | None = None,
     latin: int | None = None,
     source: str = "",
-    **how,
+    **how: Any,
 ) -> xr.Dataset | None:
     """Run all cases and write folder/sweep.nc, sweep.png and .svg; the dataset on rank 0, None on the others.
 
@@ -177,7 +181,7 @@ def run_part(
     folder: Path,
     part: Part,
     say: Callable = lambda sentences: None,
-    **how,
+    **how: Any,
 ) -> None:
     """Run the cases of one part and keep them in folder/cases, beside other parts that other processes run.
 
@@ -200,7 +204,16 @@ def run_part(
         _compute(planned, part, folder, say, **how)
 
 
-def _compute(planned, part, folder, say, retry=False, executor=None, limit=None, keep=False):
+def _compute(
+    planned: Plan,
+    part: Part | None,
+    folder: Path,
+    say: Callable[..., object],
+    retry: bool = False,
+    executor: Any = None,
+    limit: float | None = None,
+    keep: bool = False,
+) -> None:
     deadline = math.inf if limit is None else clock.time() + limit
     running, kept = (str(Path(folder) / name) for name in (RUNNING, RECORDS))
     how = partial(evaluate, base=planned.base, running=running, deadline=deadline, keep=kept if keep else None)
@@ -210,20 +223,20 @@ def _compute(planned, part, folder, say, retry=False, executor=None, limit=None,
         with claimed(kept, ranks_beside(executor), shared=True):
             pass  # or it cannot hold them
 
-    def anew(result):
+    def anew(result: Row) -> bool:
         return retry if result["status"] != "done" else keep and not _record_of(folder, result)
 
     place, again = "" if part is None else part.folder, anew if retry or keep else None
     compute(how, planned.share(part), folder, part=place, again=again, executor=executor, failed=failed, say=say)
 
 
-def _record_of(folder, case):
+def _record_of(folder: Path, case: Row) -> str:
     """Folder of the record and the page that were kept of a case, below that of the sweep; empty if there are none."""
     found = f"{RECORDS}/{key({name: case[name] for name in ('base', 'changes')})}"
     return found if (Path(folder) / found / "page.html").is_file() else ""
 
 
-def status(planned: Plan, folder: Path, part: Part | None = None) -> dict:
+def status(planned: Plan, folder: Path, part: Part | None = None) -> Row:
     """Progress of a sweep: numbers of cases that are done, failed, missing and begun, seconds they took on the average,
     reasons of failures with their numbers, sentences about damaged files, and results of other programs."""
     store, names = store_in(folder), [key(case) for case in planned.share(part)]
@@ -258,7 +271,7 @@ def collected(planned: Plan, folder: Path) -> xr.Dataset:
         return _written(planned, Path(folder))
 
 
-def _written(planned, folder):
+def _written(planned: Plan, folder: Path) -> xr.Dataset:
     store, cases = store_in(folder), planned.cases
     rows, cut = [], []
     for case, found in zip(cases, store.results([key(case) for case in cases]), strict=True):

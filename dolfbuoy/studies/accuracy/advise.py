@@ -1,21 +1,23 @@
 """The cheapest settings that meet an accuracy: a pilot on a shortened run, a prediction, and its verification."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...results import measured as acc
 from ...results.compare import Curve, percent
 from ...results.measured import QUANTITIES
-from ...results.style import COLORS, PAGE, PALETTE, STYLE, matplotlib, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, PALETTE, STYLE, Figure, matplotlib, new_figure, plain_ticks
 from ...results.tables import groups, show
 from ...scene import Scene, settings
 from ...scene.settings import SCHEMES, Stepping
 from ...writing import replacing
 from .. import sea
-from ..study import Table, save
+from ..study import Row, Table, save
 from .linear_answer import linear_answer
 from .pilot import ALPHA, Candidate, Pilot
 
@@ -41,7 +43,7 @@ class Advice:
     notes: list[str]
 
 
-def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int = 3) -> Advice:
+def advise(scene: Scene, quantity: str, accuracy: float, say: Callable[..., object] = print, tries: int = 3) -> Advice:
     """Find and verify settings.  Raises InputError, and SolveError when no settings can be promised."""
     acc.check_quantity(scene, quantity)
     pilot = Pilot(scene, quantity, accuracy, say)
@@ -61,7 +63,7 @@ def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int =
     return verified(pilot, tries)
 
 
-def verified(pilot, tries):
+def verified(pilot: Pilot, tries: int) -> Advice:
     """The cheapest candidate that keeps its promise; after a failure the target shrinks by what was missed."""
     truth_at = (pilot.best, Stepping(ALPHA, pilot.finest))
     truth, own = pilot.run(*truth_at), pilot.own_time + pilot.own_space
@@ -93,7 +95,9 @@ def _orders(curves: dict[str, Curve]) -> str:
     return ", ".join(f"{name} order {curve.order:.2g}" for name, curve in curves.items() if len(curve.x) > 1)
 
 
-def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI.COMM_WORLD) -> Advice | Scene:
+def advise_all(
+    scene: Scene, quantity: str, accuracy: float, say: Callable[..., object] = print, comm: Any = MPI.COMM_WORLD
+) -> Advice | Scene:
     """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot."""
     found = None
     if comm.rank == 0:
@@ -128,7 +132,7 @@ def sentences(advice: Advice) -> list[str]:
     return said
 
 
-def table_rows(advice: Advice) -> list[dict]:
+def table_rows(advice: Advice) -> list[Row]:
     """The cheapest candidate of each pair and of each way to step, cheapest first."""
     rows, seen = [], set()
     for c in advice.candidates:
@@ -158,7 +162,7 @@ def report(advice: Advice, folder: Path | None, write: Path | None = None) -> No
 
 
 @matplotlib.rc_context(STYLE)
-def draw(advice: Advice):
+def draw(advice: Advice) -> Figure:
     """Errors of the pilot: in time over the time of the loop, in space over the cells; the accuracy as a line."""
     pilot = advice.pilot
     figure = new_figure(PAGE, 3.4)
@@ -171,7 +175,7 @@ def draw(advice: Advice):
     return figure
 
 
-def _lines(axes, pilot, kind, label):
+def _lines(axes: Any, pilot: Pilot, kind: str, label: Callable[[Row], str]) -> None:
     axes.set(xscale="log", yscale="log")
     lines = groups([row | {"label": label(row)} for row in pilot.rows if row["error_in"] == kind], "label")
     for (name, rows), color in zip(lines.items(), PALETTE, strict=False):

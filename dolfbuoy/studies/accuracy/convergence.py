@@ -7,6 +7,7 @@ position (Dirichlet end).  Fig. 2: EA = inf, optimal pairs P_k-P_(k-1).  Fig. 3:
 
 import itertools
 import math
+from collections.abc import Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -20,13 +21,13 @@ from ...errors import InputError
 from ...model.problem import Problem
 from ...parallel.cases import evaluate_all
 from ...results.compare import orders
-from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...results.style import COLORS, PAGE, PALETTE, Figure, new_figure
 from ...results.tables import groups
 from ...scene import load_scene
 from ...statics import catenary
 from ...statics.catenary import Array, Catenary
 from ...statics.equilibrium import solve_equilibrium
-from ..study import Table
+from ..study import Row, Table
 
 #: Keys of a case that decide which forms are compiled, and of a curve over h.
 STRUCTURE = ("material", "strain", "end", "mu", "nu")
@@ -65,13 +66,13 @@ def parse_cells(text: str) -> tuple[int, ...]:
     return cells
 
 
-def cases(figures=tuple(FIGURES), cells=CELLS) -> list[dict]:
+def cases(figures: Sequence[int] = tuple(FIGURES), cells: Sequence[int] = CELLS) -> list[Row]:
     """Every case of these figures once, Neumann and Dirichlet."""
     found = [case for figure, end in itertools.product(figures, ENDS_OF_CABLE) for case in _of(figure, end, cells)]
     return [case for i, case in enumerate(found) if case not in found[:i]]
 
 
-def _of(figure, end, cells):
+def _of(figure: int, end: str, cells: Sequence[int]) -> list[Row]:
     material, strains, pairs = FIGURES[figure]
     return [
         {"material": material, "strain": strain, "end": end, "mu": mu, "nu": nu, "cells": n}
@@ -128,7 +129,7 @@ def unit_cable(mu: int, nu: int, cells: int, top: dict[str, Any], **more: Any) -
     return {"gravity": 1.0, "cable": cable | {"top": top} | more}
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """Solve one case on this rank: errors of r in L2 and H1 and of T in L2, smallest T_h."""
     elastic = case["material"] == "elastic"
     EA, end = EA_50_PERCENT if elastic else math.inf, ENDS[case["material"]]
@@ -145,7 +146,7 @@ def evaluate(case: dict) -> dict:
     return {"h": 1 / case["cells"], **errors(profile, exact)}
 
 
-def theory(row: dict) -> dict:
+def theory(row: Row) -> Row:
     """Orders expected: nu + 2, nu + 1 and nu + 1.
 
     Averaged strain limits r to 2 and 1.  Between fixed ends T depends on the length, so it is limited to 2 too.
@@ -156,7 +157,7 @@ def theory(row: dict) -> dict:
     return {"r_L2": k + 1, "r_H1": k, "T_L2": of_T}
 
 
-def add_orders(rows: list[dict]) -> list[dict]:
+def add_orders(rows: list[Row]) -> list[Row]:
     """Copies of the rows of one curve with observed and theoretical orders; none where the error is rounding."""
     rows = [dict(row) for row in rows]
     for name in ERRORS:
@@ -168,7 +169,7 @@ def add_orders(rows: list[dict]) -> list[dict]:
     return rows
 
 
-def curves(rows: list[dict]) -> list[list[dict]]:
+def curves(rows: list[Row]) -> list[list[Row]]:
     """Rows grouped into curves over h, in their order."""
     return list(groups(rows, *STRUCTURE).values())
 
@@ -195,7 +196,7 @@ def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[
     return made
 
 
-def texts(row: dict) -> dict:
+def texts(row: Row) -> Row:
     """Entries of the table for a row: its pair, and orders or why there is none."""
     found = {"pair": _pair(row)}
     for name in ERRORS:
@@ -205,11 +206,11 @@ def texts(row: dict) -> dict:
     return found
 
 
-def _pair(row):
+def _pair(row: Row) -> str:
     return f"P{row['mu']}-P{row['nu']}"
 
 
-def in_words(rows: list[dict]) -> list[str]:
+def in_words(rows: list[Row]) -> list[str]:
     """Sentences on the rows of one figure."""
     notes, gaps = [], []
     for curve, name in itertools.product(curves(rows), ERRORS):
@@ -244,7 +245,7 @@ def in_words(rows: list[dict]) -> list[str]:
 MARKERS = "os^D"
 
 
-def draw(figure_number: int, rows: list[dict]):
+def draw(figure_number: int, rows: list[Row]) -> Figure:
     """Errors over h as in the paper; in Fig. 3 the lower row has the exact strain."""
     strains = FIGURES[figure_number][1]
     panels = [("r_L2", "r_H1"), ("T_L2",)] if figure_number == 3 else [(name,) for name in ERRORS]
@@ -261,7 +262,7 @@ def draw(figure_number: int, rows: list[dict]):
     return figure
 
 
-def _panel(axes, found, names):
+def _panel(axes: Any, found: list[list[Row]], names: Sequence[str]) -> None:
     for name, style in zip(names, ("-", "--"), strict=False):
         for color, marker, curve in zip(PALETTE, MARKERS, found, strict=False):
             h, error = [row["h"] for row in curve], [row[name] for row in curve]
@@ -275,7 +276,7 @@ def _panel(axes, found, names):
     axes.margins(x=0.12, y=0.08)
 
 
-def _slopes(axes, found, names):
+def _slopes(axes: Any, found: list[list[Row]], names: Sequence[str]) -> None:
     """One reference slope per theoretical order, below the lowest curve of that order."""
     lowest = {}
     for curve, name in itertools.product(found, names):

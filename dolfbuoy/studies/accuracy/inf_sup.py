@@ -14,8 +14,10 @@ determined up to a constant.
 """
 
 import math
+from collections.abc import Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import ufl
@@ -26,11 +28,12 @@ from ...elsewhere import MPI
 from ...forms import cable as form
 from ...meshes import cable_nodes
 from ...parallel.cases import evaluate_all
-from ...results.style import COLORS, PAGE, PALETTE, Line2D, legend_below, new_figure
+from ...results.style import COLORS, PAGE, PALETTE, Figure, Line2D, legend_below, new_figure
 from ...results.tables import groups
 from ...solver import compat
 from ...statics import catenary
-from ..study import Table
+from ...statics.catenary import Array
+from ..study import Row, Table
 
 ENDS = {"dir": "fixed", "free": "free"}
 DEGREES = range(1, 5)
@@ -74,7 +77,7 @@ def continuous_constant(state: str, end: str) -> float:
 # -- discrete constant -------------------------------------------------------------------------------------------------
 
 
-def newton_matrix(state: str, mu: int, nu: int, elements: int):
+def newton_matrix(state: str, mu: int, nu: int, elements: int) -> tuple[Array, Array, Array, Array]:
     """(A, B, M, places): blocks of (21) at T = 1, Gram matrix of Q_h, and s of every row of A."""
     mesh = compat.interval_mesh(MPI.COMM_SELF, cable_nodes(1.0, elements))
     parts = [compat.element(mesh, "P", mu, 3), compat.element(mesh, "DG", nu)]
@@ -93,7 +96,7 @@ def newton_matrix(state: str, mu: int, nu: int, elements: int):
     return J[np.ix_(r_dofs, r_dofs)], J[np.ix_(T_dofs, r_dofs)], J[np.ix_(T_dofs, T_dofs)], np.repeat(s, 3)
 
 
-def singular_values(A, B, M) -> np.ndarray:
+def singular_values(A: Array, B: Array, M: Array) -> np.ndarray:
     """Increasing beta of B A^-1 B^T q = beta^2 M q, one for each row of M.
 
     They are the singular values of M^(-1/2) B A^(-1/2), which gives a zero as 1e-16; the square root of an eigenvalue
@@ -105,7 +108,7 @@ def singular_values(A, B, M) -> np.ndarray:
     return np.concatenate([np.zeros(max(len(M) - len(beta), 0)), beta])
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """Constants of one state, pair and mesh for both kinds of end, and without elements."""
     state = case["state"]
     A, B, M, s = newton_matrix(state, case["mu"], case["nu"], case["elements"])
@@ -124,7 +127,9 @@ def evaluate(case: dict) -> dict:
     return result
 
 
-def cases(states=tuple(STATES), pairs=PAIRS, sizes=SIZES) -> list[dict]:
+def cases(
+    states: Sequence[str] = tuple(STATES), pairs: Sequence[tuple[int, int]] = PAIRS, sizes: Sequence[int] = SIZES
+) -> list[Row]:
     """All cases of the study."""
     keys = ("study", "state", "mu", "nu", "elements")
     return [dict(zip(keys, ("inf-sup", state, *p, n), strict=True)) for state in states for p in pairs for n in sizes]
@@ -133,7 +138,7 @@ def cases(states=tuple(STATES), pairs=PAIRS, sizes=SIZES) -> list[dict]:
 # -- words -------------------------------------------------------------------------------------------------------------
 
 
-def verdict(rows: list[dict], end: str) -> tuple[str, float | None]:
+def verdict(rows: list[Row], end: str) -> tuple[str, float | None]:
     """("stable" | "decays" | "spurious", observed power of h) of the rows of one state and pair.
 
     The zero of a straight cable between fixed ends is no fault of the elements and is left out.
@@ -146,7 +151,7 @@ def verdict(rows: list[dict], end: str) -> tuple[str, float | None]:
     return ("decays" if order > 0.7 and beta[-1] < 0.1 * target else "stable"), order
 
 
-def summary(rows: list[dict]) -> list[dict]:
+def summary(rows: list[Row]) -> list[Row]:
     """One row per state and pair: from the coarsest to the finest mesh."""
     table = []
     for (state, mu, nu), group in groups(rows, "state", "mu", "nu").items():
@@ -167,7 +172,7 @@ def summary(rows: list[dict]) -> list[dict]:
     return table
 
 
-def notes(rows: list[dict]) -> list[str]:
+def notes(rows: list[Row]) -> list[str]:
     """The answer in words."""
     words = {}
     for line in summary(rows):
@@ -200,7 +205,7 @@ COLUMNS = {
 }
 
 
-def figure(rows: list[dict]):
+def figure(rows: list[Row]) -> Figure:
     """beta_h over h for every state (columns) and kind of end (rows)."""
     states = groups(rows, "state")
     figure = new_figure(PAGE, 4.9)
@@ -224,7 +229,7 @@ def figure(rows: list[dict]):
     return figure
 
 
-def _draw(axes, rows, end):
+def _draw(axes: Any, rows: list[Row], end: str) -> None:
     axes.set(xscale="log", yscale="log")
     axes.axhline(rows[0][f"continuous_{end}"] or 1.0, **_WHOLE)
     for (mu, nu), group in groups(rows, "mu", "nu").items():

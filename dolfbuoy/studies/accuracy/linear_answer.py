@@ -9,6 +9,8 @@ from ...errors import InputError, SolveError
 from ...linear.seaway import Seaway
 from ...results.compare import percent
 from ...results.measured import QUANTITIES, Run
+from ...scene import Scene
+from ...statics.catenary import Array
 
 #: Quantities of a run that the linear response answers, and its names for them.
 ANSWERED = {
@@ -18,7 +20,7 @@ ANSWERED = {
 }
 
 
-def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
+def linear_answer(scene: Scene, run: Run, quantity: str, start: float) -> str | None:
     """A sentence on the standard deviation of a quantity after `start` [s], and what it cost.
 
     Of several lines and buoys of all together; in an irregular sea of the same components over the same time.  None
@@ -42,7 +44,7 @@ def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
     )
 
 
-def _deviation(scene, kinds, times):
+def _deviation(scene: Scene, kinds: tuple[str, ...], times: Array) -> float | None:
     """Answers of the linear response to the scene's waves, drag linearised; None if there is nothing of these kinds."""
     waves, seaway = scene.waves, Seaway(scene, scene.waves.direction_deg)
     try:

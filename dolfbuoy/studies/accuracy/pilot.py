@@ -9,7 +9,9 @@ the sum of the errors, between the measurements by powers (observed orders); the
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +19,10 @@ from ...errors import InputError, SolveError
 from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Curve, Reference, percent
+from ...results.measured import Run
 from ...scene import Scene, settings
 from ...scene.settings import Space, Stepping
+from ..study import Row
 
 #: Share of the accuracy that each reference's own error may take.
 OWN = 1 / 8
@@ -39,7 +43,7 @@ class Candidate:
     seconds: float
     extrapolated: bool = False
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.space}{self.stepping}"
 
 
@@ -51,9 +55,9 @@ class Pilot:
     quantity: str
     accuracy: float
     say: object = print
-    runs: dict = field(default_factory=dict)
+    runs: Row = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.scene = settings.shortened(self.whole)
         self.largest = settings.largest_step(self.whole)
         self.start = acc.window_start(self.scene)
@@ -67,13 +71,13 @@ class Pilot:
         self.time_curves: dict[tuple[str, bool], Curve] = {}
         self.space_curves: dict[tuple[int, int], Curve] = {}
         self.newton, self.of_newton, self.work_of_newton = settings.NEWTON, 0.0, 1.0
-        self.rows: list[dict] = []
+        self.rows: list[Row] = []
 
-    def _of_each(self, pair, cells):
+    def _of_each(self, pair: tuple[int, int], cells: int) -> Space:
         """So many elements for each piece of line in the mean."""
         return settings.fitting(self.scene, Space(*pair, cells * self.pieces))
 
-    def run(self, space: Space, stepping: Stepping):
+    def run(self, space: Space, stepping: Stepping) -> Run | None:
         """The run with these settings; None if it fails."""
         key = (space, stepping)
         if key not in self.runs:
@@ -84,14 +88,16 @@ class Pilot:
                 self.say(f"  {space}{stepping} fails: {error}")
         return self.runs[key]
 
-    def difference(self, run, fine) -> float:
+    def difference(self, run: Run, fine: Run) -> float:
         """Error of a run, with `fine` as the truth."""
         reference = Reference(fine, self.start)
         if not reference.range_of(self.quantity) > 0:
             raise InputError(f"--quantity {self.quantity}: it does not change in this scene.")
         return reference.error(run, self.quantity).rms
 
-    def refine(self, chosen, what, highest):
+    def refine(
+        self, chosen: Iterable[tuple[Space, Stepping]], what: str, highest: float
+    ) -> tuple[list[tuple[tuple[Space, Stepping], float]], Run, float]:
         """Run the chosen settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
 
         highest: order that Richardson's estimate may count on.  Returns ([(settings, error)], last run, its own error),
@@ -118,7 +124,14 @@ class Pilot:
             f"{percent(own)}, more than 1/{1 / OWN:g} of that; ask for less."
         )
 
-    def _finer(self, chosen, truth, own, enough=0.5, dearest=math.inf):
+    def _finer(
+        self,
+        chosen: Iterable[tuple[Space, Stepping]],
+        truth: Run,
+        own: float,
+        enough: float = 0.5,
+        dearest: float = math.inf,
+    ) -> list[tuple[tuple[Space, Stepping], float]]:
         """[(settings, error)], finer and finer until the error is `enough` of the accuracy, or the work `dearest`."""
         points = []
         for setting in chosen:
@@ -130,7 +143,7 @@ class Pilot:
                 break
         return points
 
-    def _keep(self, kind, points):
+    def _keep(self, kind: str, points: Any) -> None:
         for (space, stepping), error in points:
             run = self.run(space, stepping)
             row = {"error_in": kind, "pair": space.pair, "cells": space.cells, "scheme": stepping.scheme}
@@ -139,10 +152,10 @@ class Pilot:
             costs = {key: getattr(run, key) for key in ("steps", "iterations", "unknowns", "cpu", "wall")}
             self.rows.append(row | costs)
 
-    def measure_time(self):
+    def measure_time(self) -> None:
         """Curves over step or tolerance of every scheme, on the moderate mesh."""
 
-        def at(scheme, steps):
+        def at(scheme: str, steps: Any) -> list[tuple[Space, Stepping]]:
             return [(self.mesh, Stepping(scheme, h)) for h in steps]
 
         steps = [self.first_step / 2**k for k in range(9)]
@@ -163,13 +176,13 @@ class Pilot:
         alpha = self.time_curves[ALPHA, False]
         self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest  # about as exact as asked for
 
-    def measure_space(self):
+    def measure_space(self) -> None:
         """Curves over 1/cells of every pair, at the same step."""
         if not self.mesh.mu:
             self.own_space, self.best = 0.0, self.mesh
             return
 
-        def doubled(pair, first, count):
+        def doubled(pair: tuple[int, int], first: int, count: int) -> list[tuple[Space, Stepping]]:
             return [(self._of_each(pair, first * 2**k), Stepping(ALPHA, self.step)) for k in range(count)]
 
         points, truth, self.own_space = self.refine(doubled((3, 2), 2, 7), "in space", 3)
@@ -181,7 +194,7 @@ class Pilot:
             self.space_curves[pair] = Curve([(1 / space.cells, error) for (space, _), error in points])
             self._keep("space", points)
 
-    def measure_newton(self):
+    def measure_newton(self) -> None:
         """Newton's tolerance, its error, and the work that is left, at the same step on the moderate mesh."""
         truth, allowed = self.run(self.mesh, Stepping(ALPHA, self.step)), OF_NEWTON * self.accuracy
         for newton in (10.0**-k for k in range(4, 9)):
@@ -253,7 +266,7 @@ class Pilot:
                     best[key] = Candidate(space, stepping, known + curve(x), seconds, x < curve.x[0])
         return sorted(best.values(), key=lambda candidate: candidate.seconds)
 
-    def _spaces(self, target):
+    def _spaces(self, target: float) -> list[tuple[Space, float]]:
         if not self.mesh.mu:
             return [(self.mesh, 0.0)]
         found = []
@@ -266,7 +279,7 @@ class Pilot:
         return [(space, error) for space, error in found if error < target]
 
 
-def _work(run) -> int:
+def _work(run: Run) -> int:
     """Units of work of a run: Newton iterations, and one residual more per step, rejected ones too."""
     each = (run.iterations + run.steps) / max(run.steps, 1)
     return int(each * (run.steps + run.rejected))

@@ -31,7 +31,7 @@ from ...results.style import STYLE, matplotlib
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
 from ...writing import refuse_link, write_text
-from ..study import Table, save
+from ..study import Row, Table, save
 from ..study import run as run_study
 from . import convergence
 from . import report_text as text
@@ -92,7 +92,7 @@ LONG = Plan(
 FULL = {"short": SHORT, "long": LONG}
 
 
-def _quick(plan):
+def _quick(plan: Plan) -> Plan:
     """A small version of a plan, to see that all works."""
     space, step = plan.reference
     return replace(
@@ -127,7 +127,7 @@ def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[S
     return list(dict.fromkeys(found))
 
 
-def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
+def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, Row]:
     """The runs that are not timed: the reference and its check, the scene's own elements at a tiny step, and the whole
     run by the scene's own scheme and by generalized-alpha."""
     space, step = plan.reference
@@ -143,7 +143,7 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
     return {name: with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
 
 
-def pendulum(scheme: str, step: float, end: float) -> dict:
+def pendulum(scheme: str, step: float, end: float) -> Row:
     """A scene: an inextensible element of period PERIOD in air, released at rest SWING from its downward vertical."""
     length = 1.5 * 9.81 * (PERIOD / (2 * math.pi)) ** 2  # a rigid rod: omega^2 = 3 g/(2 L)
     tip = [length * math.sin(SWING), 0.0, -length * math.cos(SWING)]
@@ -152,7 +152,7 @@ def pendulum(scheme: str, step: float, end: float) -> dict:
     return {"cable": cable, "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], tip]}, "time": time}
 
 
-def evaluate_pendulum(case: dict) -> dict:
+def evaluate_pendulum(case: Row) -> Row:
     """Share of its amplitude that the pendulum has left at the end, and that of the linear theory."""
     simulation = Simulation(load_scene(pendulum(case["scheme"], case["step"], case["end"])), MPI.COMM_SELF)
     try:
@@ -170,13 +170,13 @@ def evaluate_pendulum(case: dict) -> dict:
     return {"remaining": left, "theory": abs(factor) ** round(case["end"] / case["step"])}
 
 
-def pendulum_cases(quick: bool) -> list[dict]:
+def pendulum_cases(quick: bool) -> list[Row]:
     """Every scheme at the paper's step over the paper's run."""
     end = 12.0 if quick else 120.0
     return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
 
 
-def examine(name: str, plan: Plan, folder: Path) -> dict | None:
+def examine(name: str, plan: Plan, folder: Path) -> Row | None:
     """All numbers of a scene, with its figure saved in `folder`; None on all ranks but 0."""
     whole, store = load_scene(name), Path(folder) / "work" / name
     scene, largest = settings.shortened(whole, plan.end), settings.largest_step(whole)
@@ -208,7 +208,7 @@ def examine(name: str, plan: Plan, folder: Path) -> dict | None:
     }
 
 
-def add_scheme_errors(rows: list[dict], scene: Scene, plan: Plan, mesh: dict) -> None:
+def add_scheme_errors(rows: list[Row], scene: Scene, plan: Plan, mesh: Row) -> None:
     """Add `scheme_error_Q` to the rows on the scene's own elements: against a tiny step on the same elements.
 
     None where that run's own error (Richardson, from the smallest step of generalized-alpha) hides it.
@@ -228,7 +228,7 @@ def add_scheme_errors(rows: list[dict], scene: Scene, plan: Plan, mesh: dict) ->
                 row[f"scheme_error_{name}"] = None
 
 
-def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
+def extremes(scene: Scene, fine: dict[str, Row]) -> list[Row]:
     """Largest and smallest value after the ramp in the whole run: by the scene's own scheme, and of second order."""
     start, rows = acc.window_start(scene), []
     own, second = (Run.kept(fine[key]["file"]) for key in ("whole_own", "whole"))

@@ -1,13 +1,15 @@
 """Judgement and words of `report`: what the rows of its cases say, as tables, sentences and recommendations."""
 
 import math
+from typing import Any
 
 from ...results import measured as acc
 from ...results.compare import Curve, percent, reach
-from ...results.style import COLORS, PAGE, STYLE, matplotlib, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, STYLE, Figure, matplotlib, new_figure, plain_ticks
 from ...results.tables import groups, unit_of
 from ...results.tables import markdown as table_of
 from ...scene import settings
+from ..study import Row
 from . import work_precision as wp
 
 #: Accuracies in the tables, and the quantity of most of them.
@@ -19,29 +21,29 @@ BE, BDF2, ALPHA = settings.SCHEMES
 PERIOD, SWING = 5.0, 0.02
 
 
-def _own(rows):
+def _own(rows: list[Row]) -> Row:
     """The row of the scene's own settings."""
     return next(row for row in rows if row["own"])
 
 
-def own_elements(rows: list[dict]) -> list[dict]:
+def own_elements(rows: list[Row]) -> list[Row]:
     """Cases on the scene's own elements that ran."""
     own = _own(rows)
     return [r for r in rows if (r["pair"], r["cells"]) == (own["pair"], own["cells"]) and not r["reason"]]
 
 
-def _in_time(rows, scheme):
+def _in_time(rows: list[Row], scheme: str) -> list[tuple[float, float, float]]:
     """(step, error in time, seconds) of a scheme at fixed steps on the scene's own elements."""
     chosen = [row for row in own_elements(rows) if row["scheme"] == scheme and not row["tolerance"]]
     return [(row["step"], row[ERROR_IN_TIME], row["wall"]) for row in chosen]
 
 
-def _reached(points):
+def _reached(points: Any) -> dict[str, Any]:
     """Cheapest of a family of cases that reach each of the ACCURACIES; see `compare.reach`."""
     return {f"{accuracy:g}": reach(points, accuracy) for accuracy in ACCURACIES}
 
 
-def schemes(rows: list[dict], period: float) -> list[dict]:
+def schemes(rows: list[Row], period: float) -> list[Row]:
     """Per scheme at fixed steps: error in time at the paper's step, step and seconds for the ACCURACIES."""
     table = []
     for scheme, name in settings.SCHEMES.items():
@@ -54,7 +56,7 @@ def schemes(rows: list[dict], period: float) -> list[dict]:
     return table
 
 
-def adaptive(rows: list[dict]) -> list[dict]:
+def adaptive(rows: list[Row]) -> list[Row]:
     """Each adaptive case beside fixed steps of the same scheme and error in time."""
     table = []
     for row in (row for row in own_elements(rows) if row["tolerance"] and row.get(ERROR_IN_TIME)):
@@ -66,7 +68,7 @@ def adaptive(rows: list[dict]) -> list[dict]:
     return table
 
 
-def pairs(rows: list[dict]) -> list[dict]:
+def pairs(rows: list[Row]) -> list[Row]:
     """Per element pair, of cases at one small step: elements and seconds for the ACCURACIES."""
     table = []
     for pair, chosen in groups(rows, "pair").items():
@@ -77,7 +79,7 @@ def pairs(rows: list[dict]) -> list[dict]:
     return table
 
 
-def judge(scene: dict) -> dict:
+def judge(scene: Row) -> Row:
     """The facts of a scene with their tables."""
     rows, small = scene["rows"], (ALPHA, scene["space_step"], None, None)
     spaces = [r for r in rows if (r["scheme"], r["step"], r["tolerance"], r["reason"]) == small]
@@ -90,7 +92,7 @@ def judge(scene: dict) -> dict:
     }
 
 
-def static_rows(rows: list[dict]) -> list[dict]:
+def static_rows(rows: list[Row]) -> list[Row]:
     """Errors of Fig. 2's pairs on the finest mesh of at most 16 elements, with their orders."""
     cells = max(row["cells"] for row in rows if row["cells"] <= 16)
     keys = ("cells", "r_L2", "T_L2", "order_r_L2", "order_T_L2")
@@ -98,7 +100,7 @@ def static_rows(rows: list[dict]) -> list[dict]:
     return [{"pair": f"P{row['mu']}-P{row['nu']}"} | {key: row[key] for key in keys} for row in finest]
 
 
-def scheme_rows(facts: dict) -> list[dict]:
+def scheme_rows(facts: Row) -> list[Row]:
     """The tables of the schemes as flat rows."""
     flat = []
     for name, line in ((scene["name"], line) for scene in facts["scenes"] for line in scene["schemes"]):
@@ -114,14 +116,14 @@ def scheme_rows(facts: dict) -> list[dict]:
 # -- what follows ------------------------------------------------------------------------------------------------------
 
 
-def _cheapest(lines, key):
+def _cheapest(lines: list[Row], key: str) -> tuple[Row | None, list[Row]]:
     """The scheme or pair that reaches an accuracy in the least time, and the others that reach it."""
     able = [line for line in lines if line[key]]
     best = min(able, key=lambda line: line[key]["seconds"], default=None)
     return best, [line for line in able if line is not best]
 
 
-def default_scheme(facts: dict) -> dict | None:
+def default_scheme(facts: Row) -> Row | None:
     """Another default than backward Euler: a scheme that is the cheapest in every scene for 1 %, by a factor of two at
     least, with a step per period that is enough in all of them.  None if there is none."""
     key, ratios = f"{ACCURACIES[0]:g}", []
@@ -138,7 +140,7 @@ def default_scheme(facts: dict) -> dict | None:
     return {"scheme": names.pop(), "name": best[0]["name"], "per_period": per_period, "ratios": ratios}
 
 
-def recommendations(facts: dict) -> list[str]:
+def recommendations(facts: Row) -> list[str]:
     """Plain sentences, each from the numbers above it."""
     found = default_scheme(facts)
     said = [_of_all(scene, "schemes", accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
@@ -163,7 +165,7 @@ def recommendations(facts: dict) -> list[str]:
     return [sentence for sentence in said if sentence]
 
 
-def _of_all(scene, kind, accuracy):
+def _of_all(scene: Row, kind: str, accuracy: float) -> str:
     """The cheapest scheme or pair of elements for an accuracy, and the others."""
     key = f"{accuracy:g}"
     best, others = _cheapest(scene[kind], key)
@@ -183,11 +185,11 @@ def _of_all(scene, kind, accuracy):
 _NOTES = {"": "", "extrapolated": " (extrapolated)", "at_most": " (the coarsest tried)"}
 
 
-def _seconds(found):
+def _seconds(found: Any) -> str:
     return f"{_plain(found['seconds'])} s{_NOTES[found['note']]}"
 
 
-def _plain(number):
+def _plain(number: float) -> str:
     """Two digits, without powers of ten."""
     return f"{float(f'{number:.2g}'):g}"
 
@@ -200,7 +202,7 @@ PENDULUM = {"scheme": "scheme", "remaining": "amplitude left, computed", "theory
 EXTREMES = {"what": "", "own": "backward Euler", "second": "second order", "difference": "difference"}
 
 
-def markdown(facts: dict) -> str:
+def markdown(facts: Row) -> str:
     """The report."""
     scenes, free, cells = facts["scenes"], facts["pendulum"], facts["static"][0]["cells"]
     end, step = free[0]["end"], free[0]["step"]
@@ -234,7 +236,7 @@ def markdown(facts: dict) -> str:
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
-def _scene(scene):
+def _scene(scene: Row) -> str:
     quoted = "\n>\n".join(f"> {sentence}" for sentence in scene["sentences"])
     picture = f"![error over time, {scene['name']}](work-precision-{scene['name']}.png)"
     front = [row for row in scene["fronts"] if row["quantity"] == acc.QUANTITIES[QUANTITY]]
@@ -242,7 +244,7 @@ def _scene(scene):
     return "\n\n".join([f"## `{scene['name']}`", quoted, picture, table_of("", front, FRONT, reference)])
 
 
-def _pairs(scene):
+def _pairs(scene: Row) -> str:
     names = [n for n in ("tension_top", "tension_anchor", "buoy_position") if f"bound_{n}" in _own(scene["rows"])]
     rows = [row | {name: wp.shown(row, name) for name in names} for row in scene["spaces"]]
     columns = {"pair": "pair", "cells": "elements", "unknowns": "unknowns", "wall": "time [s]"}
@@ -250,7 +252,7 @@ def _pairs(scene):
     return f"`{scene['name']}`, generalized-alpha at dt {scene['space_step']:g} s:\n\n{table}"
 
 
-def _schemes(scene):
+def _schemes(scene: Row) -> str:
     keys, step = [f"{accuracy:g}" for accuracy in ACCURACIES], _own(scene["rows"])["step"]
     rows = [line | {"at_paper_step": percent(line["at_paper_step"])} for line in scene["schemes"]]
     for row, key in ((row, key) for row in rows for key in keys):
@@ -259,7 +261,7 @@ def _schemes(scene):
     return table_of("", rows, columns | {key: f"for {percent(float(key))}" for key in keys})
 
 
-def _extremes(scene):
+def _extremes(scene: Row) -> str:
     rows, (end, step) = [], scene["whole"]
     for row in scene["extremes"]:
         unit, factor = unit_of([value for value in row.values() if isinstance(value, float)], row["unit"])
@@ -279,7 +281,7 @@ _LOOKS = {BE: ("red", "s"), BDF2: ("blue", "o"), ALPHA: ("green", "^")}
 
 
 @matplotlib.rc_context(STYLE)
-def draw(scenes: list[dict]):
+def draw(scenes: list[Row]) -> Figure:
     """Error in time of the top tension over seconds, a panel per scene."""
     figure = new_figure(PAGE, 2.8)
     panels = figure.subplots(1, len(scenes), squeeze=False, sharey=True)[0]

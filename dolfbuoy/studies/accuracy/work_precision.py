@@ -7,9 +7,10 @@ it.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
@@ -18,10 +19,10 @@ from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Error, Reference, percent
 from ...results.measured import Run
-from ...results.style import COLORS, PAGE, PALETTE, Line2D, legend_below, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, PALETTE, Figure, Line2D, legend_below, new_figure, plain_ticks
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import Space, Stepping
-from ..study import Table
+from ..study import Row, Table
 from .linear_answer import linear_answer
 
 ACCURACIES = (0.1, 0.01, 0.001)
@@ -34,7 +35,17 @@ HIDDEN = ("study", "scene", "reference", "file")
 structure = itemgetter("pair")
 
 
-def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, newton, repeats: int) -> dict:
+def request(
+    scene: Scene | str,
+    t_end: float | None,
+    pairs: str | None,
+    cells: str | None,
+    schemes: str | None,
+    steps: str | None,
+    tolerances: str,
+    newton: str,
+    repeats: int,
+) -> Row:
     """The scene until t_end, by default the ramp and four periods, the largest step of the whole, and the settings."""
     whole, tolerances = load_scene(scene), settings.parse_numbers("--tolerances", tolerances)
     if tolerances and max(tolerances) >= 1:
@@ -60,7 +71,7 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
+def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: Path | None) -> list[Row]:
     """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
     space = coarse = Space()
     step, nodes = min(steps) / 4, max(space.mu * space.cells for space in spaces_)
@@ -73,14 +84,14 @@ def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
     ]
 
 
-def cases(scene: Scene, chosen, reference: dict, repeats: int) -> list[dict]:
+def cases(scene: Scene, chosen: Iterable[tuple[Space, Stepping]], reference: Row, repeats: int) -> list[Row]:
     """A case of each (Space, Stepping), once, and the scene's own settings first."""
     own = (settings.space_of(scene), settings.stepping_of(scene))
     more = {"repeats": repeats, "reference": reference["file"]}
     return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *chosen])]
 
 
-def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
+def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> Row:
     """The scene with these settings, and what they are."""
     what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
     what |= {"tolerance": stepping.tolerance, "newton": stepping.newton}
@@ -88,7 +99,7 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
     return {"study": f"work-precision {kind}", **what, "scene": changed}
 
 
-def evaluate_reference(case: dict) -> dict:
+def evaluate_reference(case: Row) -> Row:
     """A fine run, its quantities in `file`; what the linear response says beside it."""
     scene = load_scene(case["scene"])
     run = acc.compute(scene, acc.quantities_of(scene))
@@ -97,7 +108,7 @@ def evaluate_reference(case: dict) -> dict:
     return {"wall": run.wall, "unknowns": run.unknowns, "linear": [said for said in linear if said]}
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """Errors and times of one case; a case that fails says why.  With a key `file` its quantities go there."""
     scene = load_scene(case["scene"])
     names = acc.quantities_of(scene)
@@ -119,7 +130,7 @@ def evaluate(case: dict) -> dict:
 # -- judgement ---------------------------------------------------------------------------------------------------------
 
 
-def judged(found: list[dict], scene: Scene, check: dict, reference: dict) -> tuple[list[dict], dict]:
+def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[list[Row], dict]:
     """Marked rows of the cases without what is not shown, and the reference's own errors."""
     fine, coarse = Reference(Run.kept(reference["file"]), acc.window_start(scene)), Run.kept(check["file"])
     changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
@@ -127,7 +138,7 @@ def judged(found: list[dict], scene: Scene, check: dict, reference: dict) -> tup
     return mark([{k: v for k, v in row.items() if k not in HIDDEN} for row in found], own), own
 
 
-def mark(rows: list[dict], own: dict) -> list[dict]:
+def mark(rows: list[Row], own: Row) -> list[Row]:
     """Add what every case proves: `bound_Q`, and `resolved_Q`, False where the reference is not fine enough; the same
     of the maximum."""
     for row in rows:
@@ -139,20 +150,20 @@ def mark(rows: list[dict], own: dict) -> list[dict]:
     return rows
 
 
-def front(rows: list[dict], name: str) -> list[dict]:
+def front(rows: list[Row], name: str) -> list[Row]:
     """Pareto front of wall time and error of a quantity, from the fastest on."""
     done = [row for row in rows if row.get(f"bound_{name}") is not None]
     return [done[i] for i in compare.pareto([(row["wall"], row[f"bound_{name}"]) for row in done])]
 
 
-def describe(row: dict) -> str:
+def describe(row: Row) -> str:
     """Settings of a row as one would say them."""
     stepping = Stepping(row["scheme"], row["step"], row["tolerance"], newton=row["newton"])
     cells = f"{row['pair']}, {row['cells']} elements, " if row["cells"] else ""
     return f"{cells}{stepping}"
 
 
-def sentence(rows: list[dict], name: str, accuracy: float) -> str:
+def sentence(rows: list[Row], name: str, accuracy: float) -> str:
     """Sentences to quote: the cheapest settings that meet the accuracy, compared with the scene's own."""
     what = f"{percent(accuracy)} in {acc.QUANTITIES[name]}"
     allowed = [row for row in rows if row["newton"] <= TIGHTER * accuracy * (1 + 1e-9)]
@@ -168,7 +179,7 @@ def sentence(rows: list[dict], name: str, accuracy: float) -> str:
     return f"{said}: {less}{percent(own[f'bound_{name}'])} in {own['wall']:.2g} s."
 
 
-def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
+def notes(rows: list[Row], own: Row, fine: Row, ranks: int = 1) -> list[str]:
     """The answer in words."""
     errors = ", ".join(f"{acc.QUANTITIES[name]} {percent(error.rms)}" for name, error in own.items())
     said = [f"Reference: {describe(fine)}; its own error (Richardson): {errors}."]
@@ -187,7 +198,7 @@ def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
     return said + ([shared] if ranks > 1 else [])
 
 
-def front_rows(rows: list[dict], names) -> list[dict]:
+def front_rows(rows: list[Row], names: Sequence[str]) -> list[Row]:
     """Table of the Pareto fronts."""
     lines, keys = [], ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")
     for name, row in ((quantity, row) for quantity in names for row in front(rows, quantity)):
@@ -198,7 +209,7 @@ def front_rows(rows: list[dict], names) -> list[dict]:
     return lines
 
 
-def shown(row: dict, name: str, which: str = "") -> str:
+def shown(row: Row, name: str, which: str = "") -> str:
     """The error of a row in percent, or what it is less than."""
     error, bound = row[f"{which}error_{name}"], row[f"{which}bound_{name}"]
     return percent(bound) if error == bound else f"< {percent(bound)}"
@@ -209,7 +220,7 @@ def shown(row: dict, name: str, which: str = "") -> str:
 _MARKERS = dict(zip(settings.SCHEMES, itertools.cycle("so^vDP")))
 
 
-def draw(rows: list[dict], own: dict):
+def draw(rows: list[Row], own: Row) -> Figure:
     """Error over time, a panel per quantity: colour = pair, marker = scheme, hollow = adaptive, line = Pareto front."""
     width = 2 if len(own) > 1 else 1
     height = -(-len(own) // width)
@@ -234,7 +245,7 @@ def draw(rows: list[dict], own: dict):
     return figure
 
 
-def _panel(axes, rows, name, reference_error, colors):
+def _panel(axes: Any, rows: list[Row], name: str, reference_error: float, colors: dict[str, str]) -> None:
     axes.set(xscale="log", yscale="log", title=acc.QUANTITIES[name].capitalize(), ylabel="rms error / range [%]")
     for row in rows:
         if row.get(f"bound_{name}") is None:
@@ -269,7 +280,7 @@ def study(
     steps: list[float] | None = None,
     tolerances: Sequence[float] = (),
     repeats: int = 3,
-    **more,
+    **more: Any,
 ) -> list[Table]:
     """Every case, and the Pareto fronts; `scene` with the end that is wanted.
 

@@ -13,6 +13,7 @@ What a buoy is made of (point masses, inertia) is no effect: nothing in the form
 
 import math
 import time as clock
+from collections.abc import Collection, Sequence
 from operator import itemgetter
 from pathlib import Path
 
@@ -25,19 +26,19 @@ from ...motion.simulation import Simulation
 from ...parallel.cases import evaluate_all, with_file
 from ...results import compare
 from ...results import measured as acc
-from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
+from ...results.style import COLORS, PAGE, PALETTE, Figure, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...scene.broadcast import everywhere
 from ...solver.floor import operations
 from .. import sea
-from ..study import Table
+from ..study import Row, Table
 
 #: Steps of both scenes that are timed in turn.
 TIMED = 200
 
 
-def request(scene, t_end: float | None, threshold: str) -> dict:
+def request(scene: Scene | str, t_end: float | None, threshold: str) -> Row:
     """The scene until t_end, by default the ramp and two periods, and the threshold as a number."""
     return {
         "scene": settings.shortened(load_scene(scene), t_end),
@@ -50,7 +51,7 @@ def effects_of(scene: Scene) -> list[str]:
     return [effect.name for effect in model.called_by(scene) if effect.removable]
 
 
-def variant(scene: Scene, left_out=(), only=None) -> Scene:
+def variant(scene: Scene, left_out: Collection[str] = (), only: Collection[str] | None = None) -> Scene:
     """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
@@ -64,19 +65,19 @@ def variant(scene: Scene, left_out=(), only=None) -> Scene:
 BASES = {"full": {}, "barest": {"only": []}}
 
 
-def cases(scene: Scene, bases: list[dict]) -> list[dict]:
+def cases(scene: Scene, bases: list[Row]) -> list[Row]:
     """Every effect left out, and every effect alone."""
     names, files = effects_of(scene), {case["base"]: case["file"] for case in bases}
     found = [_case(scene, files, "without", name, {"left_out": [name]}, "full") for name in names]
     return found + [_case(scene, files, "alone", name, {"only": [name]}, "barest") for name in names]
 
 
-def _case(scene, files, mode, name, choice, base):
+def _case(scene: Scene, files: dict[str, str], mode: str, name: str, choice: Row, base: str) -> Row:
     row = {"study": "effects", "mode": mode, "effect": name, "choice": choice, "base": base}
     return row | {"files": files, "scene": scene.to_dict()}
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """Changes against the base, and costs beside it; a scene that cannot be says why.  The run of a base goes to
     `file`."""
     scene, files, base = load_scene(case["scene"]), case["files"], case["base"]
@@ -100,7 +101,7 @@ def evaluate(case: dict) -> dict:
     return result
 
 
-def side_by_side(base: Scene, changed: Scene) -> dict:
+def side_by_side(base: Scene, changed: Scene) -> Row:
     """Costs of both scenes; their steps are taken in turn, so that they share whatever disturbs the machine."""
     pair = []
     try:
@@ -125,30 +126,30 @@ def side_by_side(base: Scene, changed: Scene) -> dict:
             simulation.problem.destroy()
 
 
-def evaluate_components(case: dict) -> dict:
+def evaluate_components(case: Row) -> Row:
     """Costs with no more components of the sea than its crests need, beside the full scene."""
     scene = load_scene(case["scene"])
     return side_by_side(scene, load_scene(scene, waves__components=case["components"]))
 
 
-def largest(row: dict, names, prefix="change_") -> tuple[float, str]:
+def largest(row: Row, names: Sequence[str], prefix: str = "change_") -> tuple[float, str]:
     """Largest change of a row and its quantity."""
     return max((row[prefix + name], name) for name in names)
 
 
-def judge(rows: list[dict], names, threshold: float) -> tuple[list[str], list[str]]:
+def judge(rows: list[Row], names: Sequence[str], threshold: float) -> tuple[list[str], list[str]]:
     """Effects that the scene needs for the threshold, and those in vain; an impossible removal is a need."""
     removed = [row for row in rows if row["mode"] == "without"]
     needed = [row["effect"] for row in removed if row["reason"] or largest(row, names)[0] > threshold]
     return needed, [row["effect"] for row in removed if row["effect"] not in needed]
 
 
-def notes(rows: list[dict], names, threshold: float) -> list[str]:
+def notes(rows: list[Row], names: Sequence[str], threshold: float) -> list[str]:
     """Sentences on what the scene needs and what it pays for in vain."""
     removed = {row["effect"]: row for row in rows if row["mode"] == "without"}
     chosen, limit = judge(rows, names, threshold), compare.percent(threshold)
 
-    def of(row):
+    def of(row: Row) -> str:
         if row["reason"]:
             return f"{row['effect']} (without it: {row['reason'].rstrip('.')})"
         change, name = largest(row, names)
@@ -185,7 +186,7 @@ MODES = {
 }
 
 
-def questions(rows: list[dict], names) -> list[Table]:
+def questions(rows: list[Row], names: Sequence[str]) -> list[Table]:
     """A table for every question, its rows by the size of what they change; what is impossible comes first."""
     by_mode, tables = groups(rows, "mode"), []
     heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
@@ -202,19 +203,19 @@ def questions(rows: list[dict], names) -> list[Table]:
     return tables
 
 
-def _changes(row, names):
+def _changes(row: Row, names: Sequence[str]) -> Row:
     shares = {n: f"{_share(row[f'change_{n}'])} / {_share(row[f'max_change_{n}'])}" for n in names if not row["reason"]}
     return {"effect": row["effect"]} | (shares or dict.fromkeys(names, "impossible"))
 
 
-def _share(change):
+def _share(change: float) -> str:
     """In percent, with two digits and without powers of ten."""
     if 0 < change < 1e-4:
         return "<0.01"
     return f"{float(f'{100 * change:.2g}'):g}" if change < 100 else ">9999"
 
 
-def _costs_beside(row):
+def _costs_beside(row: Row) -> Row:
     line = {"effect": row["effect"]}
     if not row["reason"]:
         line |= {key: f"{row[key] - row[f'base_{key}']:+d}" for key in ("unknowns", "operations", "forms")}
@@ -223,7 +224,7 @@ def _costs_beside(row):
     return line
 
 
-def draw(rows: list[dict], names, threshold: float):
+def draw(rows: list[Row], names: Sequence[str], threshold: float) -> Figure:
     """Left: change when an effect is left out.  Right: the share of a step's time that it takes."""
     without = [row for row in rows if row["mode"] == "without"]
     places = {effect: -k for k, effect in enumerate(dict.fromkeys(row["effect"] for row in without))}
@@ -259,7 +260,7 @@ def draw(rows: list[dict], names, threshold: float):
     return figure
 
 
-def compute(folder: Path, scene: Scene, threshold: float) -> list[dict] | None:
+def compute(folder: Path, scene: Scene, threshold: float) -> list[Row] | None:
     """Every effect left out and alone, and all at once that are in vain; None on all ranks but 0."""
     names = acc.quantities_of(scene)
     if not names or not effects_of(scene):

@@ -7,8 +7,10 @@ check it at a few periods; potential flow stands beside it where its coefficient
 import cmath
 import hashlib
 import math
+from collections.abc import Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,16 +22,17 @@ from ...linear.periods import natural_periods
 from ...linear.potential_flow import read_capytaine
 from ...linear.response import check_periods, response, responses, small_waves
 from ...model.feasible import shape_and_mass
-from ...model.hydrostatics import float_upright
+from ...model.hydrostatics import Floating, float_upright
 from ...model.prescribed_ends import adrift_nowhere
 from ...parallel.cases import evaluate_all
-from ...results.style import COLORS, PAGE, legend_below, new_figure
+from ...results.style import COLORS, PAGE, Figure, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
+from ...scene.buoy import Buoy
 from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
-from ..study import Table, refuse_network
+from ..study import Row, Table, refuse_network
 from .response_runs import measured
 
 #: Motion -> unit of its amplitude in waves.
@@ -42,7 +45,7 @@ PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24)
 HEELS = np.arange(0.0, 180.5, 5.0)
 
 
-def request(scene: str, runs: str, direction: float | None, capytaine: Path | None) -> dict:
+def request(scene: str, runs: str, direction: float | None, capytaine: Path | None) -> Row:
     """The scene, periods of the runs in time, and the waves' direction, by default the scene's."""
     scene = load_scene(scene)
     refuse_network(scene)
@@ -67,12 +70,12 @@ def request(scene: str, runs: str, direction: float | None, capytaine: Path | No
     return {"scene": scene, "runs": runs, "direction": direction, "capytaine": capytaine}
 
 
-def _buoy(scene):
+def _buoy(scene: Scene) -> Buoy:
     """The only one."""
     return next(iter(scene.network.buoys.values()))
 
 
-def _floating(scene, pull=0.0):
+def _floating(scene: Scene, pull: float = 0.0) -> Floating | None:
     """Upright hydrostatics under a pull; None if the buoy sinks."""
     shape, mass = shape_and_mass(_buoy(scene))
     try:
@@ -90,7 +93,7 @@ def held_as(scene: Scene, held: str) -> Scene:
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def cases(scene: Scene, runs=(), direction: float = 0.0, capytaine: Path | None = None) -> list[dict]:
+def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capytaine: Path | None = None) -> list[Row]:
     """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be.
 
     capytaine: a file of potential flow, which stands beside the free buoy.
@@ -108,7 +111,7 @@ def cases(scene: Scene, runs=(), direction: float = 0.0, capytaine: Path | None 
     return [common | case for case in found]
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """The rows that the case's part finds; a reason if its solve fails."""
     part = {"hydrostatics": _hydrostatics, "response": _response, "run": _run, "flow": _flow}[case["part"]]
     try:
@@ -117,7 +120,7 @@ def evaluate(case: dict) -> dict:
         return {"reason": str(error)}
 
 
-def _hydrostatics(scene, _):
+def _hydrostatics(scene: Scene, _: Any) -> Row:
     """Righting levers, and upright numbers; moored under the vertical pull of the cable at rest."""
     pull = 0.0
     if scene.cable:
@@ -132,7 +135,7 @@ def _hydrostatics(scene, _):
     return {"rows": levers, "numbers": numbers}
 
 
-def _response(scene, case):
+def _response(scene: Scene, case: Row) -> Row:
     """Natural periods, and the response at every period."""
     found, rows = linearise(scene, MPI.COMM_SELF, small_waves(scene, case["periods"][0])), []
     try:
@@ -147,7 +150,7 @@ def _response(scene, case):
     return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
 
 
-def _run(scene, case):
+def _run(scene: Scene, case: Row) -> Row:
     """Motions by a run in time."""
     amplitude = AMPLITUDE * shape_and_mass(_buoy(scene))[0].max_diameter
     found = measured(scene, case["period"], case["direction"], amplitude)
@@ -155,7 +158,7 @@ def _run(scene, case):
     return {"rows": [_compared(found, own, "run")]}
 
 
-def _flow(scene, case):
+def _flow(scene: Scene, case: Row) -> Row:
     """Motions by potential flow, with the mass and stiffness of the free buoy."""
     flow, (_, mass), free = read_capytaine(case["file"]), shape_and_mass(_buoy(scene)), _floating(scene)
     stiffness = (0.0, free.heave_stiffness, mass.mass * scene.gravity * free.GM)
@@ -165,13 +168,13 @@ def _flow(scene, case):
     return {"rows": sorted(rows, key=lambda row: row["period"]), "depth": flow.depth}
 
 
-def _polar(name, X):
+def _polar(name: str, X: complex) -> Row:
     """Amplitude, and the phase [deg, -180 < phase <= 180] by which the motion comes after the elevation."""
     phase = round(math.degrees(cmath.phase(X)), 3) + 0.0  # no -0
     return {name: abs(X), f"{name}_phase": phase if phase > -180 else 180.0}
 
 
-def _compared(other, own, name):
+def _compared(other: Mapping[str, complex], own: Any, name: str) -> Row:
     """Another's motions with our own, and the difference as complex numbers in percent of the other's."""
     row = {"period": own.period}
     for motion in MOTIONS:
@@ -181,7 +184,7 @@ def _compared(other, own, name):
     return row | {f"pitch_over_slope_{name}": abs(other["pitch"]) / own.wavenumber}
 
 
-def _stability(levers):
+def _stability(levers: list[Row]) -> Row:
     """The heel at which the lever first vanishes, the largest lever up to there, and its heel."""
     heel, lever = (np.array([point[key] for point in levers]) for key in ("heel_deg", "lever"))
     lost = next((k for k in range(2, len(heel)) if lever[k] <= 1e-9 < lever[k - 1]), None)
@@ -221,7 +224,7 @@ NATURAL = {"held": "", "motion": "motion", "period": "period [s]", "damping_rati
 NATURAL |= {"share": "share of the energy"}
 
 
-def _columns(first, ending, second, heading):
+def _columns(first: dict[str, str], ending: str, second: str, heading: str) -> dict[str, str]:
     """Key -> heading of a table with two columns for each motion."""
     pairs = [{f"{name}{ending}": f"{name} [{unit}]", f"{name}{second}": heading} for name, unit in MOTIONS.items()]
     return first | {key: said for pair in pairs for key, said in pair.items()}
@@ -279,13 +282,13 @@ def study(
     return tables
 
 
-def _shortest(scene):
+def _shortest(scene: Scene) -> float:
     """Period below which k R is more than LARGEST_KR, in deep water [s]."""
     radius = shape_and_mass(_buoy(scene))[0].max_diameter / 2
     return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / radius)
 
 
-def _unheld(scene):
+def _unheld(scene: Scene) -> list[str]:
     """Why a buoy that has a cable is not looked at without it."""
     free = _floating(scene)
     if scene.cable is None or (free is not None and free.GM > 0):
@@ -301,7 +304,7 @@ COLOR = {"moored": COLORS["blue"], "free": COLORS["red"]}
 PANELS = {"surge": "surge [m/m]", "heave": "heave [m/m]", "pitch_over_slope": "pitch / slope of the wave"}
 
 
-def draw_responses(linear, runs, flow, shortest):
+def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest: float) -> Figure:
     """Amplitudes and phases of surge, heave and pitch; runs and flow: rows to be marked beside the curves.
 
     shortest: period below which waves are too short for strips.
@@ -332,7 +335,7 @@ def draw_responses(linear, runs, flow, shortest):
     return figure
 
 
-def _mark(top, below, name, rows, source, color):
+def _mark(top: Any, below: Any, name: str, rows: list[Row], source: str, color: str) -> None:
     """Points of runs or of potential flow, if there are any."""
     if not rows:
         return
@@ -343,12 +346,12 @@ def _mark(top, below, name, rows, source, color):
     below.plot(period, [row[f"{_motion(name)}_{source}_phase"] for row in rows], **style)
 
 
-def _motion(name):
+def _motion(name: str) -> str:
     """Motion with its phase below a panel."""
     return name.split("_")[0]
 
 
-def draw_levers(levers, GM):
+def draw_levers(levers: list[Row], GM: dict[str, float]) -> Figure:
     """Righting levers over the heel, with the slope GM at 0; GM: held -> value."""
     figure = new_figure(PAGE / 2, 2.6)
     axes = figure.subplots()

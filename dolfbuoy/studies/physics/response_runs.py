@@ -2,6 +2,8 @@
 
 import math
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +15,12 @@ from ...linear.response import small_waves
 from ...linear.seaway import Seaway
 from ...model.prescribed_ends import motion_of
 from ...model.sea import heading, wavenumber
+from ...scene import Scene
 from ...scene.cable import MOTION, Top
 from ...scene.sections import Initial, Time
+from ...scene.waves import Waves
+from ...statics.catenary import Array
+from ..study import Row
 
 #: Periods of a run in which the wave grows, in which it settles, and that are looked at; steps in each.
 GROWING, SETTLING, FITTED, STEPS = 6, 6, 4, 200
@@ -26,7 +32,7 @@ LEAST = 0.02
 KINDS = {"surge": "motion", "sway": "motion", "heave": "motion", "roll": "turn", "pitch": "turn"}
 
 
-def measured(scene, period, direction_deg, amplitude) -> dict[str, complex]:
+def measured(scene: Scene, period: float, direction_deg: float, amplitude: float) -> dict[str, complex]:
     """Name -> complex amplitude per metre, as `linear.seaway` has them, of a run from rest with BDF2; and "seconds".
 
     Ends that the scene moves are held still.  "unsettled": by how much amplitudes still change, as a part of them.
@@ -39,7 +45,7 @@ def measured(scene, period, direction_deg, amplitude) -> dict[str, complex]:
     times, values, place = _history(run, direction_deg)
     crest = amplitude * np.exp(1j * wavenumber(run) * float(heading(direction_deg) @ place))
 
-    def fitted(start, stop):
+    def fitted(start: float, stop: float) -> dict[str, complex]:
         """Harmonics per crest over the periods before the end between these."""
         rows = (times > end - (start + 1e-6) * period) & (times < end - (stop - 1e-6) * period)
         columns = np.array([column[rows] for column in values.values()]).T
@@ -50,7 +56,7 @@ def measured(scene, period, direction_deg, amplitude) -> dict[str, complex]:
     return fitted(FITTED, 0) | {"seconds": time.monotonic() - began, "unsettled": unsettled}
 
 
-def measured_in_sea(scene, waves) -> tuple[dict[str, float], dict[str, float]]:
+def measured_in_sea(scene: Scene, waves: Waves) -> tuple[dict[str, float], dict[str, float]]:
     """Standard deviations by name, and "seconds": of the linear response, and of a run with BDF2 over "time" [s].
 
     Both in the same components, drag linearised for them, over the same time: no chance is in their difference.
@@ -73,12 +79,12 @@ def measured_in_sea(scene, waves) -> tuple[dict[str, float], dict[str, float]]:
     return own | {"seconds": time.monotonic() - began}, run | {"seconds": seconds, "time": SEEN * period}
 
 
-def _run(scene, waves, end, period):
+def _run(scene: Scene, waves: Waves, end: float, period: float) -> Scene:
     stepping = Time(end=end, step=period / STEPS, scheme="bdf2", output_every=end)
     return held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
 
 
-def _history(scene, direction_deg):
+def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array], Array]:
     """Times, name -> values as in `linear.seaway`, and the place of C of the first buoy at rest (without a buoy: of the
     first top)."""
     record = simulate(scene, comm=MPI.COMM_SELF)
@@ -124,10 +130,10 @@ def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, floa
     return found
 
 
-def held_still(scene):
+def held_still(scene: Scene) -> Scene:
     """The scene with all ends that it moves held where they are at t = 0."""
 
-    def still(section, end, changes):
+    def still(section: Any, end: Any, changes: Callable[[Any], Row]) -> Any:
         moved = end is not None and end.kind == "prescribed"
         return section.model_copy(update=changes(tuple(motion_of(end)(0.0)))) if moved else section
 
