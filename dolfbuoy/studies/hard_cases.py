@@ -27,9 +27,10 @@ class _Seen:
     """Cases that a run of pytest finds, and their reports."""
 
     def __init__(self) -> None:
-        self.items, self.reports = [], []
+        self.items: list[Any] = []
+        self.reports: list[Any] = []
 
-    def pytest_collection_modifyitems(self, items: list) -> None:
+    def pytest_collection_modifyitems(self, items: list[Any]) -> None:
         """Called by pytest with all tests."""
         self.items += items
 
@@ -73,7 +74,7 @@ def cases(only: str | None = None, slow: bool = False) -> list[Row]:
 
 
 def _words(item: Any) -> dict[str, str]:
-    asked, _, must_show = " ".join(inspect.getdoc(item.function).split()).partition(" Must show: ")
+    asked, _, must_show = " ".join((inspect.getdoc(item.function) or "").split()).partition(" Must show: ")
     group = item.path.stem.removeprefix("test_hard_")
     return {"group": group, "asked": asked.rstrip("."), "must_show": must_show.rstrip(".")}
 

@@ -48,15 +48,15 @@ def evaluate(
     begin = clock.monotonic()
     try:
         scene = varied(base, case["changes"])
-        folder = running and Path(running) / key(case)
+        folder = Path(running) / key(case) if running else None
         record = run(scene, folder, deadline, keep is not None)
-        found = {"status": "done", "statistics": numbers_of(record), "sample": None}
+        found: Row = {"status": "done", "statistics": numbers_of(record), "sample": None}
         with suppress(InputError):  # of a run that ends in its ramp
             found["sample"] = sample_of(record, scene, bins=BINS)
         found["cut"] = retried.cut(record, scene)
         if scene.accuracy is not None and scene.accuracy.estimate != "none":
             _put_bars(found["statistics"], record, scene, deadline)
-        if keep is not None:
+        if keep is not None and folder is not None:
             _keep(folder, Path(keep) / key(case), case["changes"])
     except Exception as error:  # whatever it is, the others go on
         found = failed(error)
@@ -82,7 +82,7 @@ def _keep(folder: Path, place: Path, changes: Row) -> None:
 def _put_bars(statistics: Row, record: xr.Dataset, scene: Scene, deadline: float) -> None:
     """Error bars of the statistics, beside them."""
     try:
-        companion = run(companion_of(scene), None, deadline)
+        companion: xr.Dataset | SolveError = run(companion_of(scene), None, deadline)
     except SolveError as error:
         companion = error
     for label, numbers in by_label(bars_of(record, scene, companion)[0]).items():

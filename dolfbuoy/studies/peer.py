@@ -113,14 +113,14 @@ def _row(name: str, unit: str, ours: Times, theirs: Times, start: float, bar: fl
     late = t >= start
     a, b = values[late], other[late]
     difference = float(np.sqrt(np.mean((a - b) ** 2)))
-    row = {"quantity": name, "unit": unit}
+    row: Row = {"quantity": name, "unit": unit}
     for what, of in (("mean", np.mean), ("least", np.min), ("largest", np.max)):
         row |= {what: float(of(a)), f"{what}_moordyn": float(of(b))}
     apart = abs(row["largest"] - row["largest_moordyn"])
     row |= {"bar": bar, "beyond": None if bar is None else "yes" if apart > bar else "no"}
     span, size = float(np.ptp(a)), float(np.abs(a).max())
-    of, scale = ("range", span) if span > CONSTANT * size else ("value", size)
-    return row | {"difference": difference, "of": of, "relative": difference / scale if scale else float("nan")}
+    whole, scale = ("range", span) if span > CONSTANT * size else ("value", size)
+    return row | {"difference": difference, "of": whole, "relative": difference / scale if scale else float("nan")}
 
 
 def draw(found: Comparison, folder: Path) -> list[Path]:

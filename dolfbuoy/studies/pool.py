@@ -16,8 +16,8 @@ class Pool:
     #: Structures that are kept, dynamic and static ones together.
     most = 8
 
-    def __init__(self):
-        self._kept: dict[tuple, _Kept] = {}
+    def __init__(self) -> None:
+        self._kept: dict[object, _Kept] = {}
 
     def problem(self, scene: Scene, dynamic: bool, comm: Any) -> Problem:
         """A Problem of the scene; its `destroy` does nothing, see `clear`."""

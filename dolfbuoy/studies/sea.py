@@ -1,6 +1,7 @@
 """Needs of statistics in an irregular sea: components, length and number of runs, computing time."""
 
 import math
+from typing import Any
 
 from ..model.components import components_of, spectrum_of
 from ..results.compare import duration, percent
@@ -26,7 +27,8 @@ def has_seeds(scene: Scene) -> bool:
 
 def mean_period(scene: Scene) -> float:
     """Tz of its sea [s]."""
-    sea = components_of(scene.waves)
+    waves: Any = scene.waves
+    sea = components_of(waves)
     return 2 * math.pi * math.sqrt(sea.moment(0) / sea.moment(2))
 
 
@@ -37,9 +39,10 @@ def components_for(scene: Scene, part: float) -> int:
 
 def of_components(scene: Scene, part: float) -> str:
     """One sentence."""
+    waves: Any = scene.waves
     return (
         f"The sea: {components_for(scene, part)} components keep its largest crest of {HOURS:g} h within "
-        f"{percent(part)}; the scene has {scene.waves.components}."
+        f"{percent(part)}; the scene has {waves.components}."
     )
 
 
@@ -48,14 +51,16 @@ def of_statistics(scene: Scene, seconds: float | None = None) -> str:
 
     Beside the mean, for which no theory is needed; a pilot is too short to tell more.
     """
-    memory = memory_of(spectrum_of(scene.waves))
-    lengths = dict.fromkeys((max(scene.time.end - scene.waves.ramp, memory), DURATION))
+    waves: Any = scene.waves
+    spectrum: Any = spectrum_of(waves)
+    memory, end = memory_of(spectrum), scene.time.end if scene.time else math.inf
+    lengths = dict.fromkeys((max(end - waves.ramp, memory), DURATION))
     known = [f"{percent(deviation_uncertainty(memory, length))} by {duration(length)}" for length in lengths]
     crest, largest = largest_crest(crests_of(mean_period(scene))), []
     for seeds in SEEDS:
         largest.append(f"+- {percent(crest.uncertainty(seeds))}: {seeds} seeds")
         if seconds is not None:
-            largest[-1] += f", {duration(seeds * DURATION / scene.time.end * seconds)} of computing"
+            largest[-1] += f", {duration(seeds * DURATION / end * seconds)} of computing"
     return (
         f"19 times in 20 a standard deviation is known to {', '.join(known)}; {HOURS:g} h maximum, above the mean, "
         f"{'; '.join(largest)}. "

@@ -73,8 +73,8 @@ def run(study: Callable[..., list[Table]], folder: Path, **options: Any) -> Outc
 def _show(folder: Path, tables: list[Table]) -> None:
     """On the screen, and in tables.md, which may travel: it says nothing of folders."""
     for t in tables:
-        show(t.title.replace("{folder}", str(folder)), t.rows, t.columns, t.notes)
-    texts = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns, t.notes) for t in tables]
+        show(t.title.replace("{folder}", str(folder)), t.rows, t.columns or {}, t.notes)
+    texts = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns or {}, t.notes) for t in tables]
     enlist(folder, [Path(folder) / "tables.md"], "study")
     write_text(Path(folder) / "tables.md", "\n".join(texts))
 

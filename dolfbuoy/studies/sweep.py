@@ -30,7 +30,7 @@ from .one_case import evaluate, failed
 from .study import Row
 
 #: What `status` and `collect` say of a case that has no result.
-MISSING = {"status": "not computed", "statistics": {}, "sample": None}
+MISSING: Row = {"status": "not computed", "statistics": {}, "sample": None}
 #: Cases of a sweep whose numbers are looked at before it begins, at the least.
 LOOKED_AT = 50
 #: Folder of the cases that are being computed, below that of the sweep.
@@ -77,7 +77,7 @@ class Part:
             raise InputError(f"--part {text}: must be i/n, part i of n, with i from 1 to n.")
         return cls(int(found[1]), int(found[2]))
 
-    def of_all(self, cases: list) -> list:
+    def of_all(self, cases: list[Row]) -> list[Row]:
         """Those of the part."""
         return cases[self.number - 1 :: self.of]
 
@@ -114,7 +114,9 @@ def warnings(base: Scene, changes: list[Row]) -> list[str]:
     Every case is read: what is no scene will not run.  `check` takes as long as a hundred readings: its warnings are
     those of LOOKED_AT cases, evenly spaced, and of those with the smallest or largest value of a key.
     """
-    refused, warned, chosen = {}, {}, _looked_at(changes)
+    refused: dict[str, list[tuple[Row, str]]] = {}
+    warned: dict[str, list[tuple[Row, str]]] = {}
+    chosen = _looked_at(changes)
     for i, change in enumerate(changes):
         try:
             scene, kinds = varied(base, change), warned
@@ -154,7 +156,7 @@ def sweep(
     vary: Any,
     table: Any,
     folder: Path,
-    say: Callable = lambda sentences: None,
+    say: Callable[[list[str]], None] = lambda sentences: None,
     seeds: int | None = None,
     latin: int | None = None,
     source: str = "",
@@ -180,7 +182,7 @@ def run_part(
     planned: Plan,
     folder: Path,
     part: Part,
-    say: Callable = lambda sentences: None,
+    say: Callable[[list[str]], None] = lambda sentences: None,
     **how: Any,
 ) -> None:
     """Run the cases of one part and keep them in folder/cases, beside other parts that other processes run.
@@ -208,7 +210,7 @@ def _compute(
     planned: Plan,
     part: Part | None,
     folder: Path,
-    say: Callable[..., object],
+    say: Callable[[list[str]], None],
     retry: bool = False,
     executor: Any = None,
     limit: float | None = None,
@@ -240,8 +242,9 @@ def status(planned: Plan, folder: Path, part: Part | None = None) -> Row:
     """Progress of a sweep: numbers of cases that are done, failed, missing and begun, seconds they took on the average,
     reasons of failures with their numbers, sentences about damaged files, and results of other programs."""
     store, names = store_in(folder), [key(case) for case in planned.share(part)]
-    reasons, times = Counter(), []
-    for result in store.results([name for name in names if name in store.entries]):
+    reasons: Counter[str] = Counter()
+    times = []
+    for result in filter(None, store.results([name for name in names if name in store.entries])):
         if result["status"] == "done":
             times.append(result["seconds"])
         else:

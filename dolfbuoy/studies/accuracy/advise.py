@@ -14,7 +14,8 @@ from ...results.measured import QUANTITIES
 from ...results.style import COLORS, PAGE, PALETTE, STYLE, Figure, matplotlib, new_figure, plain_ticks
 from ...results.tables import groups, show
 from ...scene import Scene, settings
-from ...scene.settings import SCHEMES, Stepping
+from ...scene.sections import SCHEMES
+from ...scene.settings import Stepping
 from ...writing import replacing
 from .. import sea
 from ..study import Row, Table, save
@@ -47,7 +48,8 @@ def advise(scene: Scene, quantity: str, accuracy: float, say: Callable[..., obje
     """Find and verify settings.  Raises InputError, and SolveError when no settings can be promised."""
     acc.check_quantity(scene, quantity)
     pilot = Pilot(scene, quantity, accuracy, say)
-    say(f"Pilot until t = {pilot.scene.time.end:g} s of {scene.time.end:g} s; errors count from {pilot.start:g} s.")
+    part, whole = (s.time.end if s.time else 0.0 for s in (pilot.scene, scene))
+    say(f"Pilot until t = {part:g} s of {whole:g} s; errors count from {pilot.start:g} s.")
     pilot.measure_time()
     families = {
         SCHEMES[name] + (" adaptive" if adaptive else ""): c for (name, adaptive), c in pilot.time_curves.items()
@@ -99,7 +101,7 @@ def advise_all(
     scene: Scene, quantity: str, accuracy: float, say: Callable[..., object] = print, comm: Any = MPI.COMM_WORLD
 ) -> Advice | Scene:
     """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot."""
-    found = None
+    found: Any = None
     if comm.rank == 0:
         try:
             found = advise(scene, quantity, accuracy, say)
@@ -108,16 +110,18 @@ def advise_all(
     shared = comm.bcast(found.scene if isinstance(found, Advice) else found)
     if isinstance(shared, Exception):
         raise shared
-    return found if comm.rank == 0 else shared
+    result: Advice | Scene = found if comm.rank == 0 else shared
+    return result
 
 
 def sentences(advice: Advice) -> list[str]:
     """The advice in words."""
     pilot, choice = advice.pilot, advice.choice
+    end = pilot.whole.time.end if pilot.whole.time else 0.0
     what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
     own = (settings.space_of(pilot.whole), settings.stepping_of(pilot.whole))
     said = [
-        f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {pilot.whole.time.end:g} s.",
+        f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {end:g} s.",
         f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
         *advice.notes,
     ]
@@ -134,7 +138,8 @@ def sentences(advice: Advice) -> list[str]:
 
 def table_rows(advice: Advice) -> list[Row]:
     """The cheapest candidate of each pair and of each way to step, cheapest first."""
-    rows, seen = [], set()
+    rows: list[Row] = []
+    seen: set[object] = set()
     for c in advice.candidates:
         kinds = {c.space.pair, (c.stepping.scheme, c.stepping.tolerance is None)}
         if kinds <= seen:
@@ -154,14 +159,14 @@ def report(advice: Advice, folder: Path | None, write: Path | None = None) -> No
     rows, said = table_rows(advice), sentences(advice)
     show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
     if folder is not None:
-        save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
+        with matplotlib.rc_context(STYLE):
+            save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))
     if write is not None:
         with replacing(write) as part:
             advice.scene.save(part)
 
 
-@matplotlib.rc_context(STYLE)
 def draw(advice: Advice) -> Figure:
     """Errors of the pilot: in time over the time of the loop, in space over the cells; the accuracy as a line."""
     pilot = advice.pilot

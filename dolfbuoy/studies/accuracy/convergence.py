@@ -183,7 +183,9 @@ def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[
     """A table of every figure and end, with its orders."""
     wanted, made = cases(figures, cells), []
     rows = evaluate_all(evaluate, wanted, folder, itemgetter(*STRUCTURE))
-    for figure, end in itertools.product(figures, ENDS_OF_CABLE) if rows is not None else ():
+    if rows is None:
+        return []
+    for figure, end in itertools.product(figures, ENDS_OF_CABLE):
         plain = [rows[wanted.index(case)] for case in _of(figure, end, cells)]
         found = [row for curve in curves(plain) for row in add_orders(curve)]
         notes, material = in_words(found), found[0]["material"]
@@ -278,7 +280,7 @@ def _panel(axes: Any, found: list[list[Row]], names: Sequence[str]) -> None:
 
 def _slopes(axes: Any, found: list[list[Row]], names: Sequence[str]) -> None:
     """One reference slope per theoretical order, below the lowest curve of that order."""
-    lowest = {}
+    lowest: dict[int, tuple[float, float]] = {}
     for curve, name in itertools.product(found, names):
         sound = [row for row in curve if not row[f"rounding_{name}"]]
         if len(sound) > 1:

@@ -56,7 +56,7 @@ STATES = {
 }
 
 
-def mean_tangent_product(shape: catenary.Catenary) -> np.ndarray:
+def mean_tangent_product(shape: catenary.Catenary) -> Array:
     """Mean of t t^T over 0 <= s <= 1 in the vertical plane, from t = (H, V)/|(H, V)|."""
     H, V0, V1 = shape.H, shape.V0, shape.V0 + shape.w
     if shape.w == 0:
@@ -96,7 +96,7 @@ def newton_matrix(state: str, mu: int, nu: int, elements: int) -> tuple[Array, A
     return J[np.ix_(r_dofs, r_dofs)], J[np.ix_(T_dofs, r_dofs)], J[np.ix_(T_dofs, T_dofs)], np.repeat(s, 3)
 
 
-def singular_values(A: Array, B: Array, M: Array) -> np.ndarray:
+def singular_values(A: Array, B: Array, M: Array) -> Array:
     """Increasing beta of B A^-1 B^T q = beta^2 M q, one for each row of M.
 
     They are the singular values of M^(-1/2) B A^(-1/2), which gives a zero as 1e-16; the square root of an eigenvalue
@@ -174,7 +174,7 @@ def summary(rows: list[Row]) -> list[Row]:
 
 def notes(rows: list[Row]) -> list[str]:
     """The answer in words."""
-    words = {}
+    words: dict[str, set[str]] = {}
     for line in summary(rows):
         words.setdefault(line["pair"], set()).update(line[f"verdict_{end}"] for end in ENDS)
     good = [pair for pair, found in words.items() if found == {"stable"}]
@@ -222,7 +222,7 @@ def figure(rows: list[Row]) -> Figure:
         axes.minorticks_off()
     panels[0][0].set_ylim(FLOOR / 10, 10)
     dot, ink = {"marker": "o", "mfc": "none"}, {"color": COLORS["ink"]}
-    styles = {f"$\\mu$ = {mu}": dot | {"color": color, "ms": _SIZE[mu]} for mu, color in _COLOR.items()}
+    styles: Row = {f"$\\mu$ = {mu}": dot | {"color": color, "ms": _SIZE[mu]} for mu, color in _COLOR.items()}
     styles |= {label: ink | {"ls": line} for line, label in _LINE.values()}
     styles |= {"no elements": _WHOLE, "zero": ink | {"ls": "none", "marker": "x", "ms": 4}}
     legend_below(figure, 0.49, 5, [Line2D([], [], label=label, **style) for label, style in styles.items()])

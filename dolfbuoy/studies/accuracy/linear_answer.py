@@ -2,6 +2,7 @@
 
 import math
 import time
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +47,8 @@ def linear_answer(scene: Scene, run: Run, quantity: str, start: float) -> str | 
 
 def _deviation(scene: Scene, kinds: tuple[str, ...], times: Array) -> float | None:
     """Answers of the linear response to the scene's waves, drag linearised; None if there is nothing of these kinds."""
-    waves, seaway = scene.waves, Seaway(scene, scene.waves.direction_deg)
+    waves: Any = scene.waves
+    seaway = Seaway(scene, waves.direction_deg)
     try:
         if waves.irregular:
             found = seaway.over_time(waves, times)

@@ -9,7 +9,7 @@ the sum of the errors, between the measurements by powers (observed orders); the
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -54,14 +54,15 @@ class Pilot:
     whole: Scene
     quantity: str
     accuracy: float
-    say: object = print
-    runs: Row = field(default_factory=dict)
+    say: Callable[..., object] = print
+    runs: dict[tuple[Space, Stepping], Run | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.scene = settings.shortened(self.whole)
         self.largest = settings.largest_step(self.whole)
         self.start = acc.window_start(self.scene)
-        period, end = settings.period_of(self.scene), self.scene.time.end
+        time: Any = self.scene.time
+        period, end = settings.period_of(self.scene), time.end
         largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
         self.first_step = min(largest, end / 50)
         own, self.pieces = settings.space_of(self.scene), len(self.scene.network.pieces)
@@ -103,7 +104,9 @@ class Pilot:
         highest: order that Richardson's estimate may count on.  Returns ([(settings, error)], last run, its own error),
         without those that failed.
         """
-        good, runs, own, changes = [], [], math.inf, []
+        good: list[tuple[Space, Stepping]] = []
+        runs: list[Run] = []
+        own, changes = math.inf, []
         for setting in chosen:
             run = self.run(*setting)
             if run is None and len(runs) > 1:
@@ -200,8 +203,8 @@ class Pilot:
         for newton in (10.0**-k for k in range(4, 9)):
             stepping = Stepping(ALPHA, self.step, newton=newton)
             run = self.run(self.mesh, stepping) if newton <= min(LOOSEST, allowed) * (1 + 1e-9) else None
-            error = self.difference(run, truth) if run else math.inf
-            if error <= allowed:
+            error = self.difference(run, truth) if run and truth else math.inf
+            if run and truth and error <= allowed:
                 self.newton, self.of_newton, self.work_of_newton = newton, error, _work(run) / _work(truth)
                 self._keep("Newton", [((self.mesh, stepping), error)])
                 return
@@ -214,7 +217,7 @@ class Pilot:
         sizes = sorted({n for n, _ in found})
         means = [sum(r.cpu for n, r in found if n == m) / sum(_work(r) for n, r in found if n == m) for m in sizes]
         if len(sizes) < 2:
-            return means[0]
+            return float(means[0])
         slope, constant = np.polyfit(sizes, means, 1)
         return float(means[0] if slope < 0 else max(constant + slope * space.cells, 0.5 * min(means)))
 
@@ -234,7 +237,8 @@ class Pilot:
         done = [run for run in self.runs.values() if run]
         work *= self.work_of_newton
         load = sum(run.wall for run in done) / sum(run.cpu for run in done)
-        return work * self.whole.time.end / self.scene.time.end * self.second_per_work(space) * max(load, 1.0)
+        whole, part = (scene.time.end if scene.time else 1.0 for scene in (self.whole, self.scene))
+        return float(work * whole / part * self.second_per_work(space) * max(load, 1.0))
 
     # -- candidates
 
@@ -244,12 +248,12 @@ class Pilot:
         in_space = self.space_curves.get((space.mu, space.nu))
         if in_time is None or (in_space is None and space.mu):
             return math.inf
-        in_space = in_space(1 / space.cells) if space.mu else 0.0
-        return in_time(stepping.tolerance or stepping.step) + in_space + self.of_newton
+        error = in_space(1 / space.cells) if in_space and space.mu else 0.0
+        return float(in_time(stepping.tolerance or stepping.step) + error + self.of_newton)
 
     def candidates(self, target: float) -> list[Candidate]:
         """For every pair and family the cheapest settings whose predicted error is at most `target`, cheapest first."""
-        best = {}
+        best: dict[tuple[str, str, bool], Candidate] = {}
         for space, in_space in self._spaces(target - self.of_newton):
             known = in_space + self.of_newton
             for (scheme, adaptive), curve in self.time_curves.items():

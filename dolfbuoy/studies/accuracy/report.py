@@ -29,6 +29,7 @@ from ...results.folder import enlist
 from ...results.measured import Run
 from ...results.style import STYLE, matplotlib
 from ...scene import Scene, load_scene, settings
+from ...scene.sections import SCHEMES
 from ...scene.settings import Space, Stepping
 from ...writing import refuse_link, write_text
 from ..study import Row, Table, save
@@ -173,7 +174,7 @@ def evaluate_pendulum(case: Row) -> Row:
 def pendulum_cases(quick: bool) -> list[Row]:
     """Every scheme at the paper's step over the paper's run."""
     end = 12.0 if quick else 120.0
-    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
+    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in SCHEMES]
 
 
 def examine(name: str, plan: Plan, folder: Path) -> Row | None:
@@ -183,10 +184,10 @@ def examine(name: str, plan: Plan, folder: Path) -> Row | None:
     fine = fine_cases(scene, plan, store)
     references = evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
     timed = wp.cases(scene, settings_of(scene, plan, largest), fine["reference"], plan.repeats)
-    own = settings.space_of(scene)  # runs on its elements are kept
-    timed = [with_file(c, store, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in timed]
+    space = settings.space_of(scene)  # runs on its elements are kept
+    timed = [with_file(c, store, "own") if (c["pair"], c["cells"]) == (space.pair, space.cells) else c for c in timed]
     found = evaluate_all(wp.evaluate, timed, store, wp.structure)
-    if found is None:
+    if found is None or references is None:
         return None
     add_scheme_errors(found, scene, plan, fine["mesh"])
     rows, own = wp.judged(found, scene, fine["check"], fine["reference"])
@@ -201,7 +202,7 @@ def examine(name: str, plan: Plan, folder: Path) -> Row | None:
         "space_step": plan.space_step,
         "repeats": plan.repeats,
         "rows": rows,
-        "fronts": wp.front_rows(rows, own),
+        "fronts": wp.front_rows(rows, list(own)),
         "notes": said,
         "extremes": extremes(scene, fine),
         "whole": plan.whole,
@@ -236,7 +237,7 @@ def extremes(scene: Scene, fine: dict[str, Row]) -> list[Row]:
         if own.values[name].shape[1] > 1:
             continue
         a, b = (run.values[name][run.t >= start - 1e-9] for run in (own, second))
-        row = {"quantity": acc.QUANTITIES[name], "unit": "deg" if name == "cone_angle" else "N"}
+        row: Row = {"quantity": acc.QUANTITIES[name], "unit": "deg" if name == "cone_angle" else "N"}
         for key, pick in (("largest", np.max), ("smallest", np.min)):
             row |= {f"{key}_own": float(pick(a)), f"{key}_second": float(pick(b))}
         rows.append(row | {"range_own": float(np.ptp(a)), "range_second": float(np.ptp(b))})
@@ -258,10 +259,11 @@ def run(folder: Path, quick: bool = False) -> None:
     scenes = [examine(name, plan, folder) for name, plan in (QUICK if quick else FULL).items()]
     if not static:
         return
-    facts = {"quick": quick, "machine": acc.machine(), "static": text.static_rows(static["figure2-neumann"])}
-    facts |= {"pendulum": free, "scenes": [text.judge(facts_of_scene) for facts_of_scene in scenes]}
+    facts: Row = {"quick": quick, "machine": acc.machine(), "static": text.static_rows(static["figure2-neumann"])}
+    facts |= {"pendulum": free, "scenes": [text.judge(one) for one in scenes if one]}
     facts["recommendations"] = text.recommendations(facts)
-    save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))
+    with matplotlib.rc_context(STYLE):
+        save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))
     enlist(folder, [folder / "report.json", folder / "report.md"], "study")
     write_text(folder / "report.json", json.dumps(facts, indent=1))
     write_text(folder / "report.md", text.markdown(facts))

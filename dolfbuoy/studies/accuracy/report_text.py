@@ -5,10 +5,10 @@ from typing import Any
 
 from ...results import measured as acc
 from ...results.compare import Curve, percent, reach
-from ...results.style import COLORS, PAGE, STYLE, Figure, matplotlib, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, Figure, new_figure, plain_ticks
 from ...results.tables import groups, unit_of
 from ...results.tables import markdown as table_of
-from ...scene import settings
+from ...scene.sections import SCHEMES
 from ..study import Row
 from . import work_precision as wp
 
@@ -16,7 +16,7 @@ from . import work_precision as wp
 ACCURACIES = (0.01, 0.001)
 QUANTITY = "tension_top"
 ERROR_IN_TIME = f"scheme_error_{QUANTITY}"
-BE, BDF2, ALPHA = settings.SCHEMES
+BE, BDF2, ALPHA = SCHEMES
 #: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
 PERIOD, SWING = 5.0, 0.02
 
@@ -46,7 +46,7 @@ def _reached(points: Any) -> dict[str, Any]:
 def schemes(rows: list[Row], period: float) -> list[Row]:
     """Per scheme at fixed steps: error in time at the paper's step, step and seconds for the ACCURACIES."""
     table = []
-    for scheme, name in settings.SCHEMES.items():
+    for scheme, name in SCHEMES.items():
         points = _in_time(rows, scheme)
         curve, needed = Curve([point[:2] for point in points if point[1]]), _reached(points)
         for found in filter(None, needed.values()):
@@ -127,9 +127,10 @@ def default_scheme(facts: Row) -> Row | None:
     """Another default than backward Euler: a scheme that is the cheapest in every scene for 1 %, by a factor of two at
     least, with a step per period that is enough in all of them.  None if there is none."""
     key, ratios = f"{ACCURACIES[0]:g}", []
-    best = [_cheapest(scene["schemes"], key)[0] for scene in facts["scenes"]]
-    names = {line["scheme"] for line in best if line}
-    if None in best or len(names) != 1 or names == {BE}:
+    found = [_cheapest(scene["schemes"], key)[0] for scene in facts["scenes"]]
+    best = [line for line in found if line]
+    names = {line["scheme"] for line in best}
+    if len(best) < len(found) or len(names) != 1 or names == {BE}:
         return None
     for scene, line in zip(facts["scenes"], best, strict=True):
         euler = next(other for other in scene["schemes"] if other["scheme"] == BE)[key]
@@ -228,7 +229,7 @@ def markdown(facts: Row) -> str:
         "Backward Euler damps: of a free motion of period P it leaves about exp(-2 pi^2 dt t/P^2), here "
         f"{100 * math.exp(-2 * math.pi**2 * step * end / PERIOD**2):.1f} %. A rigid pendulum (one inextensible "
         f"element) of {PERIOD:g} s after {end:g} s at dt {step:g} s:",
-        table_of("", [row | {"scheme": settings.SCHEMES[row["scheme"]]} for row in free], PENDULUM),
+        table_of("", [row | {"scheme": SCHEMES[row["scheme"]]} for row in free], PENDULUM),
         *map(_extremes, scenes),
         "## What follows",
         "\n".join(f"- {sentence}" for sentence in facts["recommendations"]),
@@ -280,7 +281,6 @@ def _extremes(scene: Row) -> str:
 _LOOKS = {BE: ("red", "s"), BDF2: ("blue", "o"), ALPHA: ("green", "^")}
 
 
-@matplotlib.rc_context(STYLE)
 def draw(scenes: list[Row]) -> Figure:
     """Error in time of the top tension over seconds, a panel per scene."""
     figure = new_figure(PAGE, 2.8)
@@ -292,7 +292,7 @@ def draw(scenes: list[Row]) -> Figure:
                 alike = [r for r in own_elements(scene["rows"]) if r["scheme"] == scheme and r.get(ERROR_IN_TIME)]
                 chosen = sorted((r for r in alike if (not r["tolerance"]) == fixed), key=lambda row: row["wall"])
                 look = {"color": COLORS[color], "marker": marker, "ls": style} | ({} if fixed else {"mfc": "white"})
-                look["label"] = settings.SCHEMES[scheme] + ("" if fixed else ", adaptive")
+                look["label"] = SCHEMES[scheme] + ("" if fixed else ", adaptive")
                 if chosen:
                     error = [100 * r[ERROR_IN_TIME] for r in chosen]
                     axes.plot([r["wall"] for r in chosen], error, ms=4, **look)

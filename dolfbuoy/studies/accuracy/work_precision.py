@@ -21,6 +21,7 @@ from ...results.compare import Error, Reference, percent
 from ...results.measured import Run
 from ...results.style import COLORS, PAGE, PALETTE, Figure, Line2D, legend_below, new_figure, plain_ticks
 from ...scene import Scene, load_scene, settings
+from ...scene.sections import SCHEMES
 from ...scene.settings import Space, Stepping
 from ..study import Row, Table
 from .linear_answer import linear_answer
@@ -42,8 +43,8 @@ def request(
     cells: str | None,
     schemes: str | None,
     steps: str | None,
-    tolerances: str,
-    newton: str,
+    tolerances: Any,
+    newton: Any,
     repeats: int,
 ) -> Row:
     """The scene until t_end, by default the ramp and four periods, the largest step of the whole, and the settings."""
@@ -71,7 +72,7 @@ def request(
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: Path | None) -> list[Row]:
+def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: Path) -> list[Row]:
     """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
     space = coarse = Space()
     step, nodes = min(steps) / 4, max(space.mu * space.cells for space in spaces_)
@@ -119,18 +120,18 @@ def evaluate(case: Row) -> Row:
     if "file" in case:
         run.save(case["file"])
     reference = Reference(Run.kept(case["reference"]), acc.window_start(scene))
-    result = {"reason": None, "wall": run.wall, "cpu": run.cpu, "steps": run.steps, "unknowns": run.unknowns}
+    result: Row = {"reason": None, "wall": run.wall, "cpu": run.cpu, "steps": run.steps, "unknowns": run.unknowns}
     result |= {"iterations": run.iterations, "rejected": run.rejected, "failed": run.failed}
     for name in names:
-        error = reference.error(run, name)
-        result |= {f"error_{name}": error.rms, f"max_error_{name}": error.maximum}
+        found = reference.error(run, name)
+        result |= {f"error_{name}": found.rms, f"max_error_{name}": found.maximum}
     return result
 
 
 # -- judgement ---------------------------------------------------------------------------------------------------------
 
 
-def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[list[Row], dict]:
+def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[list[Row], dict[str, Error]]:
     """Marked rows of the cases without what is not shown, and the reference's own errors."""
     fine, coarse = Reference(Run.kept(reference["file"]), acc.window_start(scene)), Run.kept(check["file"])
     changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
@@ -217,7 +218,7 @@ def shown(row: Row, name: str, which: str = "") -> str:
 
 # -- figure ------------------------------------------------------------------------------------------------------------
 
-_MARKERS = dict(zip(settings.SCHEMES, itertools.cycle("so^vDP")))
+_MARKERS = dict(zip(SCHEMES, itertools.cycle("so^vDP")))
 
 
 def draw(rows: list[Row], own: Row) -> Figure:
@@ -236,7 +237,7 @@ def draw(rows: list[Row], own: Row) -> Figure:
         axes.tick_params(labelbottom=True)
     ink, dots, none = {"color": COLORS["ink"]}, {"ls": "none", "ms": 4}, {"mfc": "none", "ls": "none"}
     styles = {pair: dots | {"color": color, "marker": "D"} for pair, color in colors.items()}
-    styles |= {settings.SCHEMES[row["scheme"]]: dots | ink | {"marker": _MARKERS[row["scheme"]]} for row in rows}
+    styles |= {SCHEMES[row["scheme"]]: dots | ink | {"marker": _MARKERS[row["scheme"]]} for row in rows}
     if any(row["tolerance"] is not None for row in rows):
         styles["hollow: adaptive"] = dots | ink | {"marker": "o", "mfc": "none"}
     styles |= {"the scene's own": none | ink | {"marker": "*", "ms": 9}, "Pareto front": ink | {"lw": 0.8}}
@@ -292,17 +293,17 @@ def study(
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or settings.default_steps(scene)
     room = settings.spaces(scene, pairs, cells)
-    ways = settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances, **more)
+    ways = settings.steppings(schemes or tuple(SCHEMES), steps, tolerances, **more)
     check, fine = reference_cases(scene, room, steps, folder)
     references = evaluate_all(evaluate_reference, [check, fine], folder, structure)
     chosen = cases(scene, itertools.product(room, ways), fine, repeats)
     found = evaluate_all(evaluate, chosen, folder, structure)
-    if found is None:
+    if found is None or references is None:
         return []
     rows, own = judged(found, scene, check, fine)
     said = notes(rows, own, references[1], MPI.COMM_WORLD.size)
     title = f"Pareto front: error and time until t = {scene.time.end:g} s; {{folder}}"
     return [
         Table("work-precision", rows, scene.title, notes=said, figure=draw(rows, own)),
-        Table("work-precision-front", front_rows(rows, own), title, COLUMNS, said),
+        Table("work-precision-front", front_rows(rows, list(own)), title, COLUMNS, said),
     ]

@@ -16,6 +16,7 @@ import time as clock
 from collections.abc import Collection, Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -55,14 +56,15 @@ def variant(scene: Scene, left_out: Collection[str] = (), only: Collection[str] 
     """The scene less `left_out`; with `only` the barest scene and these.  Raises InputError if that is no scene."""
     if only is not None:
         left_out = [name for name in effects_of(scene) if name not in only]
-    changes, places = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}, {}
+    changes: Row = {e.key: e.neutral for e in model.EFFECTS if e.name in left_out}
+    places: Row = {}
     for key, value in changes.items():
         if key.rpartition(".")[0] not in changes:  # it would bring back the section that is left out as a whole
             places |= everywhere(scene, key, value)
     return load_scene(scene, **places)
 
 
-BASES = {"full": {}, "barest": {"only": []}}
+BASES: dict[str, Row] = {"full": {}, "barest": {"only": []}}
 
 
 def cases(scene: Scene, bases: list[Row]) -> list[Row]:
@@ -90,24 +92,25 @@ def evaluate(case: Row) -> Row:
         if "file" in case:
             run.save(case["file"])
             return {"reason": None}
-        result = {"reason": None} | side_by_side(variant(scene, **BASES[base]), changed)
+        result: Row = {"reason": None} | side_by_side(variant(scene, **BASES[base]), changed)
     except (InputError, SolveError) as error:
         return {"reason": str(error)}
     full = compare.Reference(acc.Run.kept(files["full"]), acc.window_start(scene))  # its ranges are the unit
     reference = full if base == "full" else compare.Reference(acc.Run.kept(files[base]), full.start, full)
     for name in names:
-        error = reference.error(run, name)
-        result |= {f"change_{name}": error.rms, f"max_change_{name}": error.maximum}
+        found = reference.error(run, name)
+        result |= {f"change_{name}": found.rms, f"max_change_{name}": found.maximum}
     return result
 
 
 def side_by_side(base: Scene, changed: Scene) -> Row:
     """Costs of both scenes; their steps are taken in turn, so that they share whatever disturbs the machine."""
-    pair = []
+    pair: list[Simulation] = []
+    spent: tuple[list[float], list[float]] = ([], [])
     try:
         pair = [Simulation(base, MPI.COMM_SELF)]
         pair.append(Simulation(changed, MPI.COMM_SELF))
-        runs, spent = [simulation.run() for simulation in pair], ([], [])
+        runs = [simulation.run() for simulation in pair]
         for k in range(2 * TIMED):
             i = (k + k // 2) % 2  # 0 1, 1 0, 0 1, ...: neither is always the first
             begin = clock.process_time()
@@ -273,12 +276,13 @@ def compute(folder: Path, scene: Scene, threshold: float) -> list[Row] | None:
         files = {case["base"]: case["file"] for case in bases}
         together = _case(scene, files, "together", "all of these", {"left_out": vain}, "full")
         both = evaluate_all(evaluate, [together], folder)
-        rows = rows + both if rows is not None else None
+        rows = None if rows is None or both is None else rows + both
     needed = sea.components_for(scene, threshold) if sea.has_seeds(scene) else 0
     case = {"study": "effects", "mode": "components", "components": needed, "scene": scene.to_dict()}
-    enough = needed and needed < scene.waves.components
+    waves: Any = scene.waves
+    enough = needed and needed < waves.components
     fewer = evaluate_all(evaluate_components, [case] if enough else [], folder)
-    return rows + fewer if rows is not None else None
+    return None if rows is None or fewer is None else rows + fewer
 
 
 def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
@@ -288,12 +292,13 @@ def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
         return []
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
+    end = scene.time.end if scene.time else 0.0
     said, tables = notes(rows, names, threshold), questions(rows, names)
     if sea.has_seeds(scene):
         components = sea.of_components(scene, threshold)
         for row in (row for row in rows if row["mode"] == "components"):
             components += f"  With {row['components']} a step takes {100 * row['time_ratio']:.0f} % of its time."
         said += [components, sea.of_statistics(scene)]
-    tables[0].title = f"Effects of the scene until t = {scene.time.end:g} s; {{folder}}\n{tables[0].title}"
+    tables[0].title = f"Effects of the scene until t = {end:g} s; {{folder}}\n{tables[0].title}"
     tables[-1].notes = said
     return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *tables]

@@ -24,7 +24,7 @@ from ...results.style import PAGE, Figure, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import Scene, load_scene
 from ...scene.broadcast import everywhere
-from ...scene.settings import SCHEMES
+from ...scene.sections import SCHEMES
 from ..study import Row, Table
 
 #: Key of a row -> heading.

@@ -29,7 +29,7 @@ from ...results.style import COLORS, PAGE, Figure, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...scene.buoy import Buoy
-from ...scene.sections import Initial
+from ...scene.initial import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
 from ..study import Row, Table, refuse_network
@@ -45,9 +45,9 @@ PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24)
 HEELS = np.arange(0.0, 180.5, 5.0)
 
 
-def request(scene: str, runs: str, direction: float | None, capytaine: Path | None) -> Row:
+def request(name: str | Scene, periods: str, direction: float | None, capytaine: Path | None) -> Row:
     """The scene, periods of the runs in time, and the waves' direction, by default the scene's."""
-    scene = load_scene(scene)
+    scene = load_scene(name)
     refuse_network(scene)
     if not scene.buoy or scene.sea is None or not scene.gravity:
         raise InputError("Study hull looks at a floating buoy: the scene needs [buoy], [sea] and gravity.")
@@ -55,14 +55,14 @@ def request(scene: str, runs: str, direction: float | None, capytaine: Path | No
         direction = scene.waves.direction_deg if scene.waves else 0.0
     if not math.isfinite(direction):
         raise InputError(f"--direction {direction:g}: must be a finite number.")
-    runs = settings.parse_numbers("--runs", runs)
+    runs = settings.parse_numbers("--runs", periods)
     check_periods("--runs", runs)
     if capytaine:
         flow, (_, mass), free = read_capytaine(capytaine), shape_and_mass(_buoy(scene)), _floating(scene)
         if free is None or free.GM <= 0:
             raise InputError(f"{capytaine}: is of a free buoy, but this one does not float upright without its cable.")
         center, own = flow.rotation_height, mass.height - free.draft
-        if center is not None and abs(center - own) > 1e-3 * _buoy(scene).hull[-1][0]:
+        if center is not None and abs(center - own) > 1e-3 * (_buoy(scene).hull or [(0.0, 0.0)])[-1][0]:
             raise InputError(
                 f"{capytaine}: pitch is counted about a point {center:.4g} m above still water (rotation_center); "
                 f"it must be C of the free buoy, at {own:.4g} m."
@@ -77,9 +77,11 @@ def _buoy(scene: Scene) -> Buoy:
 
 def _floating(scene: Scene, pull: float = 0.0) -> Floating | None:
     """Upright hydrostatics under a pull; None if the buoy sinks."""
-    shape, mass = shape_and_mass(_buoy(scene))
+    (shape, mass), sea = shape_and_mass(_buoy(scene)), scene.sea
     try:
-        return float_upright(shape, mass, scene.sea.density, scene.gravity, pull, _buoy(scene).mooring_height)
+        if sea is None:
+            return None
+        return float_upright(shape, mass, sea.density, scene.gravity, pull, _buoy(scene).mooring_height)
     except InputError:
         return None
 
@@ -100,9 +102,9 @@ def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capy
     """
     free = _floating(scene)
     ways = ["moored"] * (scene.cable is not None) + ["free"] * (free is not None)
-    upright = [held for held in ways if held == "moored" or free.GM > 0]
+    upright = [held for held in ways if held == "moored" or (free and free.GM > 0)]
     common = {"study": "hull", "scene": scene.to_dict(), "direction": direction}
-    found = [{"part": "hydrostatics", "held": held} for held in ways]
+    found: list[Row] = [{"part": "hydrostatics", "held": held} for held in ways]
     found += [{"part": "response", "held": held, "periods": PERIODS.tolist()} for held in upright]
     found += [{"part": "run", "held": held, "period": float(T)} for held in upright for T in runs]
     if capytaine:
@@ -125,7 +127,8 @@ def _hydrostatics(scene: Scene, _: Any) -> Row:
     pull = 0.0
     if scene.cable:
         problem = solve_equilibrium(scene, MPI.COMM_SELF)
-        pull = float(problem.end_tension()[2])
+        T_O: Any = problem.end_tension()
+        pull = float(T_O[2])
         problem.destroy()
     floating, (_, mass) = _floating(scene, pull), shape_and_mass(_buoy(scene))
     if floating is None:
@@ -152,7 +155,8 @@ def _response(scene: Scene, case: Row) -> Row:
 
 def _run(scene: Scene, case: Row) -> Row:
     """Motions by a run in time."""
-    amplitude = AMPLITUDE * shape_and_mass(_buoy(scene))[0].max_diameter
+    shape: Any = shape_and_mass(_buoy(scene))[0]
+    amplitude = AMPLITUDE * shape.max_diameter
     found = measured(scene, case["period"], case["direction"], amplitude)
     (own,) = responses(scene, [case["period"]], case["direction"])
     return {"rows": [_compared(found, own, "run")]}
@@ -160,7 +164,8 @@ def _run(scene: Scene, case: Row) -> Row:
 
 def _flow(scene: Scene, case: Row) -> Row:
     """Motions by potential flow, with the mass and stiffness of the free buoy."""
-    flow, (_, mass), free = read_capytaine(case["file"]), shape_and_mass(_buoy(scene)), _floating(scene)
+    flow, (_, mass) = read_capytaine(case["file"]), shape_and_mass(_buoy(scene))
+    free: Any = _floating(scene)
     stiffness = (0.0, free.heave_stiffness, mass.mass * scene.gravity * free.GM)
     found = flow.responses((mass.mass, mass.mass, mass.inertia[0]), stiffness)
     own = responses(scene, flow.periods, case["direction"])
@@ -276,7 +281,8 @@ def study(
     if checked:
         tables.append(Table("hull-runs", checked, RUNS_TITLE, RUNS, [RESONANCE]))
     for case in parts["flow"]:
-        depths = f"depth {case['depth']:g} m, here {scene.sea.depth:g} m"
+        here = scene.sea.depth if scene.sea else math.inf
+        depths = f"depth {case['depth']:g} m, here {here:g} m"
         title = f"\nPotential flow ({depths}) beside the free buoy, as complex numbers"
         tables.append(Table("hull-potential-flow", beside, title, FLOW))
     return tables
@@ -284,8 +290,8 @@ def study(
 
 def _shortest(scene: Scene) -> float:
     """Period below which k R is more than LARGEST_KR, in deep water [s]."""
-    radius = shape_and_mass(_buoy(scene))[0].max_diameter / 2
-    return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / radius)
+    shape: Any = shape_and_mass(_buoy(scene))[0]
+    return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / (shape.max_diameter / 2))
 
 
 def _unheld(scene: Scene) -> list[str]:

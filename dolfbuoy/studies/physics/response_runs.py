@@ -17,7 +17,8 @@ from ...model.prescribed_ends import motion_of
 from ...model.sea import heading, wavenumber
 from ...scene import Scene
 from ...scene.cable import MOTION, Top
-from ...scene.sections import Initial, Time
+from ...scene.initial import Initial
+from ...scene.sections import Time
 from ...scene.waves import Waves
 from ...statics.catenary import Array
 from ..study import Row
@@ -72,16 +73,17 @@ def measured_in_sea(scene: Scene, waves: Waves) -> tuple[dict[str, float], dict[
     began = time.monotonic()
     seaway = Seaway(scene.model_copy(update={"waves": waves}), waves.direction_deg)
     try:
-        own = seaway.over_time(waves, times[kept])
+        linear = seaway.over_time(waves, times[kept])
     finally:
         seaway.destroy()
-    own = {name: float(np.std(column)) for name, column in own.items()}
+    own = {name: float(np.std(column)) for name, column in linear.items()}
     return own | {"seconds": time.monotonic() - began}, run | {"seconds": seconds, "time": SEEN * period}
 
 
 def _run(scene: Scene, waves: Waves, end: float, period: float) -> Scene:
     stepping = Time(end=end, step=period / STEPS, scheme="bdf2", output_every=end)
-    return held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
+    changed: Scene = held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
+    return changed
 
 
 def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array], Array]:
@@ -90,7 +92,9 @@ def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array
     record = simulate(scene, comm=MPI.COMM_SELF)
     if record.attrs["failed_steps"]:
         raise SolveError("steps failed: these waves are too rough for regular steps")
-    found, buoys, cables = {}, record.get("buoy", []), record.get("cable", [])
+    found: dict[str, Array] = {}
+    buoys: Any = record.get("buoy", [])
+    cables: Any = record.get("cable", [])
     for name in buoys:
         one, ending = record.sel(buoy=name), f" of {name.item()}" if len(buoys) > 1 else ""
         moved, q = one.buoy_position.values - one.buoy_position.values[0], one.buoy_orientation.values
@@ -108,7 +112,7 @@ def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array
     return record.time.values, found, place
 
 
-def harmonics(times: np.ndarray, values: np.ndarray, omega: float) -> np.ndarray:
+def harmonics(times: Array, values: Array, omega: float) -> Any:
     """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares beside a parabola in time."""
     phase, slow = omega * times, (times - times.mean()) / np.ptp(times)
     basis = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(slow), slow, slow**2])
@@ -142,4 +146,5 @@ def held_still(scene: Scene) -> Scene:
         still(c, c.top, lambda place: {"top": Top(kind="fixed", position=place)}) for c in scene.cable
     ]
     joints = scene.joint and [still(j, j.held, lambda place: rest | {"position": place}) for j in scene.joint]
-    return scene.model_copy(update={"cable": cables, "joint": joints})
+    found: Scene = scene.model_copy(update={"cable": cables, "joint": joints})
+    return found
