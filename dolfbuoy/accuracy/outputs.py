@@ -11,6 +11,8 @@ from ..results.series import Series, place_of, series_of
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Numbers of a series.
+NUMBERS = ("max", "min", "mean", "std")
 #: Magnitude of the force that holds the lower end of a cable.
 ANCHOR = "anchor"
 

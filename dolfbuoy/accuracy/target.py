@@ -9,11 +9,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ..errors import InputError, NoResult, SolveError
+from ..results.quantities import QUANTITIES
 from ..scene import Scene
 from ..scene.settings import NEWTON, Space, Stepping, fitting, period_of, space_of, with_settings
 from .bars import NONE, Bar, bars_of
 from .companion import companion_of
-from .outputs import Output, unit_of_series
+from .outputs import ANCHOR, NUMBERS, Output, unit_of_series
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,6 +50,7 @@ def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"]) -> Round:
     run: computes a scene; whether it is one that may be the last.  Raises InputError for outputs that a run does not
     have, SolveError if all runs failed.
     """
+    check_names(scene)
     chosen, found, ratio = first(scene), None, 2.0
     companion = _tried(run, companion_of(chosen), False)
     for _ in range(scene.accuracy.rounds):
@@ -92,6 +94,21 @@ def _judged(scene, record, companion, ratio):
     shares = {o: math.inf if bars[o].verdict == NONE or math.isnan(share) else share for o, share in shares.items()}
     worst = max(shares, key=shares.get)
     return Round(scene, record, bars, sentences, shares[worst], worst)
+
+
+def check_names(scene: Scene) -> None:
+    """Refuse outputs that no run of the scene has, before it runs.  Raises InputError."""
+    network = scene.network
+    missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
+    for name in scene.accuracy.of:
+        series, _, number = name.rpartition(".")
+        known = [one for one in QUANTITIES.values() if series in (one.name, *one.series("xyz"))]
+        kind = "cable" if series == ANCHOR else known[0].kind if known else None
+        if number not in NUMBERS or kind is None or kind in missing:
+            raise InputError(
+                f"accuracy.of {name}: must be an output of this scene, SERIES.NUMBER as tension_top.max; numbers are "
+                f"{', '.join(NUMBERS)}."
+            )
 
 
 def wanted_of(scene: Scene, bars: dict[Output, Bar]) -> list[Output]:

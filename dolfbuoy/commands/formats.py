@@ -23,6 +23,8 @@ COLUMNS = {
     "least_moordyn": "MoorDyn",
     "largest": "largest",
     "largest_moordyn": "MoorDyn",
+    "bar": "+- of ours",
+    "beyond": "differ by more",
     "percent": "rms difference [%]",
     "of": "of the",
 }

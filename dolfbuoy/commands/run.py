@@ -86,6 +86,10 @@ def run(
     loaded, folder = load(scene, assign, **end, **requested), folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
+    if accuracy is not None:
+        from ..accuracy.target import check_names
+
+        check_names(loaded)
     if _is_there(folder, loaded, overwrite):
         _show_again(loaded, folder, shows)
     else:

@@ -1,4 +1,4 @@
-"""What the numbers of a run are worth: scheme, step, what is left of each period, and an error if one is known."""
+"""Accuracy of the numbers of a run: scheme, step, what is left of each period, and an error if one is known."""
 
 from ..check import check, derived
 from ..elsewhere import MPI
@@ -70,7 +70,7 @@ def periods_of(scene) -> dict[str, float]:
 
 
 def _periods(scene):
-    """What the scheme leaves of the amplitude of a free motion."""
+    """Table of the part of a free motion's amplitude that the scheme leaves."""
     periods = periods_of(scene)
     if not periods or not scene.time.end:
         return None

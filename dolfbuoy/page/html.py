@@ -1,4 +1,4 @@
-"""What a page says in words and tables, readable without its script."""
+"""Words and tables of a page, readable without its script."""
 
 from collections.abc import Iterable
 
@@ -34,7 +34,7 @@ def paragraphs(sentences: Iterable[str]) -> Markup:
 
 
 def warnings(sentences: list[str]) -> Markup | None:
-    """What the reader must know before anything else; None if there is nothing."""
+    """Warnings that the reader must see first; None if there is nothing."""
     if not sentences:
         return None
     word = "Warning" if len(sentences) == 1 else f"{len(sentences)} warnings"
@@ -64,7 +64,7 @@ _VERSION = "version_"
 
 
 def versions(attributes) -> Markup:
-    """What computed the record, and when."""
+    """Versions that computed the record, and when."""
     names = [(key.removeprefix(_VERSION), value) for key, value in attributes.items() if key.startswith(_VERSION)]
     rows = [("computed", attributes.get("created", "")), *names, ("ranks", attributes.get("ranks", 1))]
     return section("versions", "Versions", table(("program", "version"), [(k, str(v)) for k, v in rows]))

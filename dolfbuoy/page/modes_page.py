@@ -40,7 +40,7 @@ def modes_page(dataset, scene=None) -> str:
 
 
 def data_of(dataset, scene) -> dict:
-    """What the script of the page needs."""
+    """Data for the script of the page."""
     frames = Frames(moving(dataset, 1, np.zeros(1), np.zeros(1)), scene)  # at rest
     view = base_view(frames) | {"direction": 0.0}
     for k, buoy in enumerate(view["buoys"]):

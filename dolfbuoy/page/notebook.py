@@ -4,7 +4,7 @@ import html
 
 
 class Shown:
-    """What `dolfbuoy.show` returns; a notebook shows it where it ends a cell."""
+    """The result of `dolfbuoy.show`; a notebook displays it at the end of a cell."""
 
     def __init__(self, page: str, height: int):
         self.page, self.height = page, height

@@ -19,7 +19,7 @@ def precision_page(rows: list[dict], notes: list[str], scene: str = "") -> str:
 
 
 def data_of(rows, names) -> dict:
-    """What the script of the page needs."""
+    """Data for the script of the page."""
     return {
         "kind": "precision",
         "quantities": [{"key": name, "name": QUANTITIES[name], "front": _front(rows, name)} for name in names],

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..check import derived
 from ..results.after_ramp import scene_of
+from ..results.attitude import length
 from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
@@ -43,7 +44,7 @@ def run_page(record, scene=None, case: str | None = None) -> str:
 
 
 def data_of(record, scene) -> dict:
-    """What the script of a run's page needs."""
+    """Data for the script of a run's page."""
     parts = parts_of(record, "cable", "buoy")
     columns = columns_of(parts)
     main = [values for *_, curves in columns for _, values in curves]
@@ -80,42 +81,32 @@ def _thinned(found):
     return f"Series are drawn with {share}, all peaks among them; tables are of all."
 
 
+#: Key figures: label, kind of its part, quantity that it needs, unit, and how it follows from the record of a part.
+LARGEST = (
+    ("largest tension, upper end", "line", "tension_top", "N", lambda part: part.tension_top.values),
+    ("largest force at a lower end", "line", "anchor_force", "N", lambda part: length(part.anchor_force.values)),
+    ("farthest from the start", "buoy", "buoy_position", "m", lambda part: _distance(part.buoy_position.values[:, :2])),
+    ("largest lean", "buoy", "cone_angle", "deg", lambda part: part.cone_angle.values),
+)
+
+
 def moments(record, parts) -> list[dict]:
-    """The largest of what matters, each with its time: a key figure and where to jump."""
+    """The largest of each key figure over all parts, with its time: a number, and where to jump."""
     found = []
-
-    def largest(kind, name, label, values, unit):
+    for label, kind, quantity, unit, series in LARGEST:
+        able = [(name, series(part)) for name, part in parts if quantity in part]
+        if not able:
+            continue
+        name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
         row = int(np.nanargmax(values))
-        unit, factor = unit_of(values, unit)
-        said = f"{name}: {label}" if name else label
-        moment = {"label": said, "value": f"{factor * values[row]:.4g}", "unit": unit, "t": float(record.time[row])}
-        found.append(moment | {"part": name, "kind": kind})
-
-    lines, bodies = ([part for part in parts if key in part.record] for key in ("tension_top", "buoy_position"))
-    for label, key in (("largest tension, upper end", "tension_top"), ("largest force at a lower end", "anchor_force")):
-        able = [(name, _size(part[key].values)) for name, part in lines if key in part]
-        if able:
-            name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
-            largest("line", name, label, values, "N")
-    for label, unit, make in (("farthest from the start", "m", _way), ("largest lean", "deg", _lean)):
-        able = [(name, make(part)) for name, part in bodies]
-        if able:
-            name, values = max(able, key=lambda pair: np.nanmax(pair[1]))
-            largest("buoy", name, label, values, unit)
+        shown, factor = unit_of(values, unit)
+        moment = {"label": f"{name}: {label}" if name else label, "value": f"{factor * values[row]:.4g}", "unit": shown}
+        found.append(moment | {"t": float(record.time[row]), "part": name, "kind": kind})
     return found
 
 
-def _size(values):
-    return values if values.ndim == 1 else np.linalg.norm(values, axis=-1)
-
-
-def _way(record):
-    track = record.buoy_position.values[:, :2]
+def _distance(track):
     return np.linalg.norm(track - track[0], axis=1)
-
-
-def _lean(record):
-    return record.cone_angle.values
 
 
 def _keys(moments):

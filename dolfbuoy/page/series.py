@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from ..errors import InputError
-from ..results.after_ramp import TooShort, density, enough_for_a_spectrum
+from ..results.after_ramp import TooShort, spectra_of, window_of
 from ..results.quantities import QUANTITIES
 from ..results.running import envelope_of
 from ..results.series import unwrapped
@@ -26,7 +25,7 @@ def columns_of(parts) -> list[tuple]:
             if unit == "N":
                 found.append((name, kind, title, *force_unit([values.max() for _, values in curves]), curves))
             else:
-                found += [(name, kind, *panel) for panel in SPLIT.get(title, _together)(title, unit, curves)]
+                found += [(name, kind, *panel) for panel in _split(title, unit, curves)]
     return found
 
 
@@ -48,36 +47,26 @@ APART = 3.0
 
 
 def _fit(first, *others):
-    """Whether curves can be told on one axis with the first ones."""
+    """True if curves can be distinguished on one axis with the first ones."""
     spans = [values for _, values in (*first, *others)]
     whole = max(values.max() for values in spans) - min(values.min() for values in spans)
     return whole <= APART * max(np.ptp(values) for _, values in first)
 
 
-def _together(title, unit, curves):
+def _split(title, unit, curves):
+    """Panels of curves: one, unless one axis would hide some of them.
+
+    Of x and y each then has its own; of the turns, the yaw.
+    """
+    if title == "horizontal position of C" and not _fit(curves):
+        return [(f"{name} of C", unit, 1.0, [(name, values)]) for name, values in curves]
+    if title == "angle" and not _fit(curves[:2], *curves[2:]):
+        return [(title, unit, 1.0, curves[:2]), ("yaw", unit, 1.0, curves[2:])]
     return [(title, unit, 1.0, curves)]
 
 
-def _horizontal(title, unit, curves):
-    """Panels of x and y: one, or two where one axis would show neither."""
-    if _fit(curves):
-        return _together(title, unit, curves)
-    return [(f"{name} of C", unit, 1.0, [(name, values)]) for name, values in curves]
-
-
-def _angles(title, unit, curves):
-    """Panels of the turns: a yaw that goes far has its own."""
-    if _fit(curves[:2], *curves[2:]):
-        return _together(title, unit, curves)
-    return [(title, unit, 1.0, curves[:2]), ("yaw", unit, 1.0, curves[2:])]
-
-
-#: Panels that may be more than one: title -> what divides their curves.
-SPLIT = {"horizontal position of C": _horizontal, "angle": _angles}
-
-
 def rows_that_fit(record, parts, columns) -> int:
-    """How many instants there is room for."""
+    """Number of instants there is room for."""
     bodies = sum("buoy_position" in part.record for part in parts)
     forces = sum(int(np.prod(record[name].shape[1:])) for name in ("mooring_force", "anchor_force") if name in record)
     width = 8 + 4 * sum(len(curves) for *_, curves in columns) + 14 * bodies + 2 * forces
@@ -124,11 +113,9 @@ def spectra(parts, scene) -> list[dict]:
     for name, record in parts:
         for title, unit, curves in _quantities(record):
             try:
-                rows, period = enough_for_a_spectrum(record.time.values, scene, f"spectrum of the {title}")
-            except InputError:
+                densities, period = spectra_of(record, scene, f"spectrum of the {title}", curves)
+            except TooShort:
                 continue
-            t = record.time.values[rows]
-            densities = [(label, *density(t, values[rows], period)) for label, values in curves]
             found.append(_spectrum(name, title, unit, densities, period))
     return found
 
@@ -145,16 +132,10 @@ def _quantities(record):
         yield "angles", *found["angle"][1:]
 
 
-#: Decades below the peak in which a spectrum is shown.
-DECADES = 6
-
-
 def _spectrum(part, title, unit, densities, period):
-    """Cut where nothing is seen any more."""
-    _, f, S = max(densities, key=lambda curve: curve[2].max())
-    highest = max(float(S.max()), 1e-12)
-    end = max(f[highest / 10 ** (DECADES - 1) <= S].max(initial=2 * f[S.argmax()]), 4 / period if period else 0.0)
-    kept = f <= max(end, 4 * f[1])
+    """A spectrum as the page draws it, cut where nothing is seen any more."""
+    f, (end, low, high) = densities[0][1], window_of(densities, period)
+    kept = f <= end
     curves = [{"name": label, "values": single(S[kept])} for label, _, S in densities]
     found = {"part": part, "title": title, "unit": unit, "frequency": single(f[kept]), "curves": curves}
-    return found | {"drive": 1 / period if period else None, "low": highest / 10**DECADES, "high": 4 * highest}
+    return found | {"drive": 1 / period if period else None, "low": low, "high": high}

@@ -36,7 +36,7 @@ def sweep_page(dataset) -> str:
 
 
 def data_of(dataset) -> dict:
-    """What the script of the page needs."""
+    """Data for the script of the page."""
     keys = dataset.attrs["varied"].split(", ")
     varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
     quantities = each_series(dataset, "maximum")

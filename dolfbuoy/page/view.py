@@ -1,4 +1,4 @@
-"""What the picture in space shows of a run: lines, buoys, sea, forces, and the box around all of it."""
+"""The picture in space of a run: lines, buoys, sea, forces, and the box around all of it."""
 
 import math
 
@@ -36,7 +36,7 @@ def view_of(record, scene, rows) -> dict:
 
 
 def base_view(frames: Frames) -> dict:
-    """What does not move: the sea, which nodes are whose, buoys upright about their centres of mass, names and box."""
+    """Everything that does not move: the sea, the nodes of each line, buoys upright about C, names and box."""
     scene = frames.scene
     slope = list(scene.seabed.slope) if scene.seabed else [0.0, 0.0]
     found = {"lines": _lines(frames) if frames.spans else None, "buoys": [], "forces": [], "largestForce": 0.0}
@@ -74,7 +74,7 @@ def _force(force):
 
 
 def _lines(frames):
-    """Of every cable its name, its first node and element and the ones behind its last, and nodes per element; marks;
+    """For every cable its name, its first node and element and the ones behind its last, and nodes per element; marks;
     ends on buoys; times at which elements parted, by their numbers."""
     cables = [
         {"name": s.name, "node": [s.node.start, s.node.stop], "cell": [s.cell.start, s.cell.stop], "per": s.per}

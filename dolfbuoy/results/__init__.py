@@ -1,1 +1,1 @@
-"""What is recorded of a run, kept on disk, summed up and drawn."""
+"""Records of runs: noted, kept on disk, summed up and drawn."""

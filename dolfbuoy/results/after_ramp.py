@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 #: Least number of instants, and of periods of the drive, of which there is a spectrum.
 INSTANTS, PERIODS = 64, 4
-#: Part of the ramp's time from which on an instant is behind it: its end is, as it is rounded.
+#: Decades below the peak in which a spectrum is shown, and the least density that counts as a peak [unit of the series
+#: squared / Hz]: rounding of a constant does not fill a panel.
+DECADES, NOISE = 6, 1e-12
+#: Fraction of the ramp's time from which on an instant is after it: its end is, as it is rounded.
 BEHIND = 1 - 1e-9
 
 
@@ -44,15 +47,29 @@ def after_ramp(times: np.ndarray, scene: Scene, at_least: int, what: str) -> np.
     return rows
 
 
-def enough_for_a_spectrum(times: np.ndarray, scene: Scene, what: str) -> tuple[np.ndarray, float | None]:
-    """Rows after the ramp, and the period of the drive.  Raises TooShort if they are too few for a spectrum."""
-    period, rows = period_of(scene), after_ramp(times, scene, INSTANTS, what)
-    if period is not None and times[-1] - times[rows[0]] < PERIODS * period * (1 - 1e-9):
+def spectra_of(record: "xr.Dataset", scene: Scene, what: str, series) -> tuple[list[tuple], float | None]:
+    """[(name, frequencies [Hz], densities), ...] of (name, values over the whole run) after the ramp, and the period of
+    the drive.  Raises TooShort."""
+    period, times = period_of(scene), record.time.values
+    rows = after_ramp(times, scene, INSTANTS, what)
+    t = times[rows]
+    if period is not None and t[-1] - t[0] < PERIODS * period * (1 - 1e-9):
         raise TooShort(
             f"No {what}: it needs {PERIODS} periods after the ramp of {ramp_of(scene):g} s, "
-            f"the record has {(times[-1] - times[rows[0]]) / period:.2g}."
+            f"the record has {(t[-1] - t[0]) / period:.2g}."
         )
-    return rows, period
+    return [(name, *density(t, values[rows], period)) for name, values in series], period
+
+
+def window_of(curves: list[tuple], period: float | None) -> tuple[float, float, float]:
+    """Largest frequency [Hz], least and largest density in which curves of `spectra_of` are shown.
+
+    Up to where the highest of them vanishes, and to the fourth harmonic of the drive.
+    """
+    _, f, S = max(curves, key=lambda curve: curve[2].max())
+    highest = max(float(S.max()), NOISE)
+    end = f[highest / 10 ** (DECADES - 1) <= S].max(initial=2 * f[S.argmax()])
+    return max(end, 4 / period if period else 0.0, 4 * f[1]), highest / 10**DECADES, 4 * highest
 
 
 def density(t: np.ndarray, x: np.ndarray, period: float | None = None) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ import numpy as np
 
 
 def length(vectors):
-    """Of vectors (..., 3)."""
+    """Lengths of vectors (..., 3)."""
     x, y, z = np.moveaxis(vectors, -1, 0)
     return np.sqrt(x * x + y * y + z * z)
 

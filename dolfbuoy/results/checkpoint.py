@@ -1,4 +1,4 @@
-"""Where a run can be taken up again: one file beside its record, replaced in one atomic step.
+"""Checkpoints, from which a run resumes: one file next to its record, replaced in one atomic step.
 
 The record is written first, so that after a kill at any moment it is as long as at the checkpoint or longer; what is
 longer is cut off and computed again.
@@ -35,7 +35,7 @@ class Checkpoint:
 
     @property
     def complete(self) -> bool:
-        """Whether nothing is left to do."""
+        """True if nothing is left to do."""
         return self.t >= self.scene.time.end - 1e-9 * self.scene.time.step
 
 

@@ -1,4 +1,4 @@
-"""How far a run is from a finer one.
+"""Errors of a run against a finer one.
 
 The error of a quantity is the rms of its difference from the reference over the run, without the ramp at its start,
 relative to the range (max - min) of the reference; of a vector the diagonal of the box of its ranges counts.  A run
@@ -45,7 +45,7 @@ class Reference:
         return float(np.linalg.norm(np.ptp(self.whole.inside[name], axis=0)))
 
     def error(self, run, name: str) -> Error:
-        """Of a run at its own times.  A quantity that does not vary has errors inf, unless they are 0."""
+        """Error of a run at its own times.  A quantity that does not vary has errors inf, unless they are 0."""
         inside = (run.t >= self.start - 1e-9 * self.end) & (run.t <= self.end * (1 + 1e-9))
         t, values = np.minimum(run.t[inside], self.end), _columns(run.values[name])[inside]
         difference = values - _columns(self.splines[name](t))
@@ -83,12 +83,12 @@ def own_error(changes, highest: float = 2.0) -> float:
 
 
 def resolved(error: float, reference_error: float) -> bool:
-    """Whether an error is one of the case and not of its reference."""
+    """True if an error is that of the case and not of its reference."""
     return error >= RESOLVED * reference_error
 
 
 def bound(error: float, reference_error: float) -> float:
-    """What the comparison proves: an error that is not resolved may be as large as this."""
+    """Upper bound of an error: one that is not resolved may be as large as this."""
     return max(error, RESOLVED * reference_error)
 
 

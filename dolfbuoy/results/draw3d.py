@@ -74,7 +74,7 @@ def _extent(axes):
 
 
 def _numbers_right(axes):
-    """Whether the numbers at the vertical axis stand on its right: where x runs towards who looks."""
+    """True if the numbers of the vertical axis stand on its right: x runs towards the viewer."""
     return axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0
 
 

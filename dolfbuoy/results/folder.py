@@ -54,7 +54,7 @@ def claimed(path, comm=MPI.COMM_SELF, shared=False):
 
 
 def _on_root(comm, function, *arguments):
-    """What a function returns on rank 0, on all ranks; an InputError of it is raised by all."""
+    """Result of a function on rank 0, on all ranks; an InputError of it is raised by all."""
     result, error = None, None
     if comm.rank == 0:
         try:
@@ -86,7 +86,7 @@ def _lock(path, shared):
 
 
 def holds(path, kind: str, scene, overwrite: bool = False, comm=MPI.COMM_SELF) -> bool:
-    """Whether the finished result of this scene is in the folder already; collective.
+    """True if the finished result of this scene is in the folder already; collective.
 
     kind: a key of FILES.  Raises InputError if the results of something else, or a file of the user's, would be
     replaced; overwrite: results may be, a file of the user's never.
@@ -131,7 +131,7 @@ def _check_own(path, name, entry):
 
 
 def digest(scene) -> str:
-    """Of the complete scene, as it is written."""
+    """Text of the complete scene, as it is written."""
     return hashlib.sha256(scene.to_toml().encode()).hexdigest()
 
 
@@ -222,18 +222,18 @@ def remark(path, kind: str, **facts) -> None:
 
 
 def remarks(path, kind: str) -> dict:
-    """What `remark` noted, among the rest of the manifest's entry; empty if there is none."""
+    """Notes of `remark`, among the rest of the manifest's entry; empty if there is none."""
     return _manifest(Path(path)).get(kind, {})
 
 
 def can_resume(path, scene) -> bool:
-    """Whether the folder holds a checkpoint of a run of this scene."""
+    """True if the folder holds a checkpoint of a run of this scene."""
     entry = _manifest(Path(path)).get("run", {})
     return entry.get("scene") == digest(scene) and all((Path(path) / name).is_file() for name in FILES["run"])
 
 
 def is_edited(path, scene) -> bool:
-    """Whether the scene in a folder is not that of its run, as far as is known."""
+    """True if the scene in a folder is known not to be that of its run."""
     written = _manifest(Path(path)).get("run", {}).get("scene")
     return written is not None and written != digest(scene)
 

@@ -98,7 +98,7 @@ class Frame:
 
     @property
     def alone(self) -> bool:
-        """Whether there is one line at most, and one buoy."""
+        """True if there is one line at most, and one buoy."""
         return len(self.run.spans) <= 1 and len(self.run.buoys) <= 1
 
     @property
@@ -138,7 +138,7 @@ class Frame:
         return -1.0 if self.scene.seabed else float(-self.scene.sea.depth - self.x[:, 2].min())
 
     def in_hull(self, x: np.ndarray) -> np.ndarray:
-        """Whether the points (..., 3) are inside any hull."""
+        """True for points (..., 3) inside any hull."""
         return np.any([np.zeros(x.shape[:-1], dtype=bool), *(buoy.in_hull(x) for buoy in self.buoys)], axis=0)
 
     def arrows(self, kind: str) -> list[tuple[str, np.ndarray, np.ndarray]]:
@@ -249,7 +249,7 @@ class Frames:
                 yield Force("outside", "wind force", self._wind(number, wind, arm), None, number, arm)
 
     def _wind(self, number, wind, arm):
-        """Of a section [wind], at its height over the water; of many instants from a table over that height."""
+        """Wind of a section [wind], at its height over the water; of many instants from a table over that height."""
 
         def vectors(rows):
             points = np.array([self.buoy(number, row).place(arm) for row in rows])

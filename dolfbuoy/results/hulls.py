@@ -40,7 +40,7 @@ class Floating:
         return np.array([0.0, 0.0, height - self.center])
 
     def place(self, arm: np.ndarray) -> np.ndarray:
-        """Where the point of the body is that stands off C by `arm` (3,), upright [m]."""
+        """Position of the point of the body at `arm` (3,) from C when upright [m]."""
         return self.r_C + self.R @ arm
 
     def at(self, height: float) -> np.ndarray:
@@ -55,7 +55,7 @@ class Floating:
         return np.array([[self.buoy.mooring_height - self.center, 0.0], [0.0, 0.0]])
 
     def in_hull(self, x: np.ndarray) -> np.ndarray:
-        """Whether the points (..., 3) are inside the hull."""
+        """True for points (..., 3) inside the hull."""
         if self.shape is None:
             return np.zeros(x.shape[:-1], dtype=bool)
         body = (x - self.r_C) @ self.R

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 PARTS = ("real", "imaginary")
 
 
-def said(unit: str, text: str) -> dict[str, str]:
+def unit_and_name(unit: str, text: str) -> dict[str, str]:
     """Attributes of a variable; none but its text for what has no unit."""
     return {"units": unit, "long_name": text} if unit else {"long_name": text}
 
@@ -24,7 +24,7 @@ def labelled(variables: Mapping[str, tuple], labels: Mapping[str, Sequence], att
     """
     import xarray as xr
 
-    made = {name: (dims, _real(dims, values), said(*what)) for name, (dims, values, what) in variables.items()}
+    made = {name: (dims, _real(dims, values), unit_and_name(*what)) for name, (dims, values, what) in variables.items()}
     return xr.Dataset(made, {name: list(names) for name, names in labels.items()}, attributes)
 
 

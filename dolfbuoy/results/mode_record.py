@@ -36,9 +36,7 @@ UNITS = {
     "rest_cable_position": ("m", "position of the cable's nodes at rest"),
     "rest_buoy_position": ("m", "position of the buoy's centre of mass at rest"),
     "rest_buoy_orientation": ("1", "orientation of the buoy at rest, q_4 = (q0, q), body to world"),
-    "s": ("m", "unstretched arc length of the nodes"),
-    "s_cell": ("m", "unstretched arc length of the middle of each element"),
-}
+} | {name: (one.unit, one.long_name) for name, one in over("").items()}
 
 
 def dataset_of_modes(found, modes) -> "xr.Dataset":
@@ -113,7 +111,7 @@ def _bodies(bodies, modes):
 
 
 def enlargement(dataset, mode) -> float:
-    """How much a shape is enlarged: of the extent of what is shown, but turns not beyond TURNED."""
+    """Factor by which a shape is enlarged: to SHOWN of the extent of the picture, turns not beyond TURNED."""
     places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
     places = np.concatenate(places)
     extent = np.ptp(places, axis=0).max() or 1.0

@@ -1,4 +1,4 @@
-"""What is recorded of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
+"""The recorded numbers of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
 
 import itertools
 import time as clock
@@ -25,7 +25,7 @@ from .utilisation import Utilisation, stressed
 
 
 class Hull(NamedTuple):
-    """What `Buoy.wet_hull_form` says of the wet hulls: displaced mass, centre of buoyancy, length, diameter, eta."""
+    """Results of `Buoy.wet_hull_form` for the wet hulls: displaced mass, centre of buoyancy, length, diameter, eta."""
 
     mass: np.ndarray
     centre: np.ndarray
@@ -39,7 +39,7 @@ class Absent(KeyError):
 
 
 class Noted(dict):
-    """What was noted at instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
+    """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
     Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, buoy, mooring, water, joint.
     """
@@ -81,7 +81,7 @@ class Noted(dict):
 
     @cached_property
     def hull(self) -> Hull:
-        """Of the wet hulls; the centre of a dry one is C."""
+        """Numbers of the wet hulls; the centre of a dry one is C."""
         b = self.each("water", SUBMERGED)
         mass, wet = b[..., 0], b[..., 4]
         dry = mass <= 1e-9 * self._masses
@@ -192,7 +192,7 @@ class Observer:
         return total if self.comm.rank == 0 else None
 
     def _note_bed(self):
-        """What of each cable lies, and where its uppermost piece that does leaves the bed."""
+        """Length of each cable on the bed, and where its uppermost piece there leaves it."""
         lines, u = self.problem.lines, self.problem.system.u
         for cable, row in enumerate(self._lying):
             pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .labelled import said
+from .labelled import unit_and_name
 from .observe import Observer, attributes
 from .offsets import smallest_circle
 from .record import dataset_of
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 #: A line with less tension than this part of the forces of its scene is slack.
 LEAST_TENSION = 1e-4
-UNITS = {
+LOADS = {
     "force": ("N", "horizontal force, added to the scene's"),
     "current": ("m s-1", "speed of the current at the surface"),
 }
-TOWARDS = ("degree", "direction of the load, from x towards y")
-SAID = {
+TOWARDS = unit_and_name("degree", "direction of the load, from x towards y")
+LOADED = {
     "found": ("1", "whether there is an equilibrium"),
     "slack": ("1", "whether some of the line is slack"),
     "under": ("1", "whether a buoy is drawn under the water"),
@@ -30,6 +30,7 @@ SAID = {
     "watch_radius": ("m", "radius of the smallest circle around the places of C under loads towards all sides"),
     "watch_centre": ("m", "its centre"),
 }
+LOADED = {name: unit_and_name(*words) for name, words in LOADED.items()}
 DRAWN_UNDER = "the buoy is drawn under the water"
 
 
@@ -70,15 +71,15 @@ class Rows:
         for name, shape in shapes.items():
             values = [row.get(name, np.full(shape, np.nan)) for _, _, row in self._rows]
             data[name] = np.reshape(values, (len(directions), len(sizes), *shape))
-        recorded = {n: np.zeros(s) for n, s in shapes.items() if n not in SAID}
+        recorded = {n: np.zeros(s) for n, s in shapes.items() if n not in LOADED}
         described = dataset_of(recorded, {}, self.attributes, self.labels)
         variables = {n: (("direction", self.load, *described[n].dims), data[n], described[n].attrs) for n in described}
-        for name in (n for n in SAID if n in data):
-            variables[name] = (("direction", self.load), data[name], said(*SAID[name]))
+        for name in (n for n in LOADED if n in data):
+            variables[name] = (("direction", self.load), data[name], LOADED[name])
         made = xr.Dataset(variables, attrs=self.attributes)
         made = made.assign_coords({k: described[k] for k in described.coords})
-        made["direction"] = "direction", directions, said(*TOWARDS)
-        made[self.load] = self.load, sizes, said(*UNITS[self.load])
+        made["direction"] = "direction", directions, TOWARDS
+        made[self.load] = self.load, sizes, unit_and_name(*LOADS[self.load])
         if "buoy_position" in made:
             made = _with_watch_circles(made)
             return made if at_rest is None else _with_offsets(made, at_rest)
@@ -100,22 +101,22 @@ def _is_under(scene, values):
 def _with_offsets(made, at_rest):
     dx, dims = made.buoy_position.values - at_rest, made.buoy_position.dims[:-1]
     angle = np.radians(made.direction.values).reshape(-1, *[1] * (len(dims) - 1))
-    made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), said(*SAID["offset"]))
+    made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), LOADED["offset"])
     along = dx[..., 0] * np.cos(angle) + dx[..., 1] * np.sin(angle)
-    made["offset_along"] = (dims, along, said(*SAID["offset_along"]))
+    made["offset_along"] = (dims, along, LOADED["offset_along"])
     return made
 
 
 def _with_watch_circles(made):
-    """Of every size of the load, and of every buoy; nan without an equilibrium under one of them."""
+    """Add the circle of every size of the load and every buoy; nan without an equilibrium under one of them."""
     import xarray as xr
 
     places = made.buoy_position.isel(xyz=slice(2)).rename(xyz="xy")
     found = xr.apply_ufunc(
         _circle, places, input_core_dims=[["direction", "xy"]], output_core_dims=[["part"]], vectorize=True
     )
-    made["watch_centre"] = found.isel(part=slice(2)).rename(part="xy").assign_attrs(said(*SAID["watch_centre"]))
-    made["watch_radius"] = found.isel(part=2).assign_attrs(said(*SAID["watch_radius"]))
+    made["watch_centre"] = found.isel(part=slice(2)).rename(part="xy").assign_attrs(LOADED["watch_centre"])
+    made["watch_radius"] = found.isel(part=2).assign_attrs(LOADED["watch_radius"])
     return made.assign_coords(xy=["x", "y"])
 
 
@@ -127,9 +128,9 @@ def _circle(places):
 
 
 def sentences(dataset) -> list[str]:
-    """What is not as it should be, a line for each kind and direction."""
+    """Warnings, one for each kind and direction."""
     load, found = dataset.slack.dims[1], []
-    unit = UNITS[load][0].replace(" s-1", "/s")
+    unit = LOADS[load][0].replace(" s-1", "/s")
     for direction in dataset.direction.values:
         one = dataset.sel(direction=direction)
         for bad, words in (

@@ -1,4 +1,4 @@
-"""Where a buoy goes in the horizontal plane: the smallest circle around its track."""
+"""Excursion of a buoy in the horizontal plane: the smallest circle around its track."""
 
 import math
 

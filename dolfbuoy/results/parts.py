@@ -1,5 +1,6 @@
-"""What a record has of one cable, or of one buoy."""
+"""Parts of a record: the variables of one cable, or of one buoy."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,9 +20,13 @@ class Part(NamedTuple):
     label: str
     record: object
 
+    def named(self, sentences: Iterable[str]) -> list[str]:
+        """Sentences about this part, with its name if there are several."""
+        return [f"{self.label}: {sentence}" if self.label else sentence for sentence in sentences]
+
 
 def names_of(record, kind: str) -> list[str]:
-    """Of the cables or the buoys of a record.  Raises InputError for a record that lost that dimension."""
+    """Names of the cables or the buoys of a record.  Raises InputError for a record that lost that dimension."""
     if kind in record.dims:
         return record[kind].values.tolist()
     for name in record.data_vars:
@@ -31,13 +36,13 @@ def names_of(record, kind: str) -> list[str]:
 
 
 def parts_of(record, *kinds: str) -> list[Part]:
-    """Of each cable and each buoy in turn.  Lazy: nothing is copied."""
+    """Part of each cable and each buoy in turn.  Lazy: nothing is copied."""
     named = [(kind, name, names_of(record, kind)) for kind in kinds for name in names_of(record, kind)]
     return [Part(name if len(names) > 1 else "", part_of(record, kind, name)) for kind, name, names in named]
 
 
 def part_of(record, kind: str, name: str):
-    """Of the cable, or the buoy, of this name."""
+    """The record of the cable, or the buoy, of this name."""
     found = record.drop_dims((_SHARED - OWN[kind]) & set(record.dims))
     number = names_of(record, kind).index(name)
     if "segment" in found.dims:

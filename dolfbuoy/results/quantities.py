@@ -76,7 +76,7 @@ class Quantity:
 
     @property
     def kind(self) -> str:
-        """What it is of: "cable", "buoy", "joint", ...; empty if of nothing."""
+        """Its first dimension: "cable", "buoy", "joint", ...; empty if it has none."""
         return self.dims[0] if self.dims else ""
 
     @property
@@ -86,7 +86,7 @@ class Quantity:
 
 
 def _of(dims: str, over: str = "time") -> Callable[..., Quantity]:
-    """What declares a Quantity of these dimensions: (name, unit, long name, ...)."""
+    """Return a constructor of Quantities of these dimensions: (name, unit, long name, ...)."""
     return lambda name, unit, long_name, **more: Quantity(name, tuple(dims.split()), unit, long_name, over, **more)
 
 

@@ -67,7 +67,7 @@ class Record:
 
     @property
     def pending(self) -> bool:
-        """Whether anything that was added is not on disk yet."""
+        """True if anything that was added is not on disk yet."""
         return bool(self._blocks)
 
     def add(self, values):
@@ -75,7 +75,7 @@ class Record:
         self._blocks.append({name: np.array(rows) for name, rows in values.items()})
 
     def series(self) -> "xr.Dataset":
-        """What was added and is not on disk yet, over time, as `read` would return it; without frames."""
+        """Rows that were added and are not on disk yet, over time, as `read` would return it; without frames."""
         import xarray as xr
 
         columns = {name: values for name, values in self._columns().items() if _axis(name) == "time"}

@@ -106,7 +106,7 @@ def each_tension(dataset) -> list[tuple[str, "xr.Dataset"]]:
 
 
 def warnings(dataset) -> list[str]:
-    """Where the response is no longer linear: a line that goes slack."""
+    """Warnings of a response that is no longer linear: a line goes slack."""
     found = []
     for name, one in each_tension(dataset):
         if "tension_std" in one and 3 * one.tension_std.item() > one.tension_mean.item():

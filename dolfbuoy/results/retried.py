@@ -28,7 +28,7 @@ def said(record, scene) -> list[str]:
 
 
 def refused(record, scene) -> NoResult | None:
-    """What to raise of a finished run of which most steps could not be taken as they were; None of a sound one."""
+    """The error to raise for a finished run most of whose steps were retried; None for a sound one."""
     if (share := cut(record, scene)) <= MOST:
         return None
     return NoResult(

@@ -76,7 +76,7 @@ class Envelope(NamedTuple):
 
 
 def envelope_of(record, scene) -> Envelope:
-    """Of the record of one cable.  Raises TooShort if there are fewer than two frames behind the ramp."""
+    """Envelope of the record of one cable.  Raises TooShort if there are fewer than two frames behind the ramp."""
     frames = record.frame.values
     rows = after_ramp(frames, scene, 2, "envelope of the tension")
     mean = mean_over_time(frames[rows], record.cable_tension.values[rows])

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from .labelled import unit_and_name
 from .quantities import QUANTITIES, declared
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ def _peak(t, x):
 
 
 class Place(NamedTuple):
-    """What a label says: name of the series, dimension and name of what it is of (None and "" of nothing)."""
+    """A label taken apart: name of the series, dimension and name of its part (None and "" of none)."""
 
     name: str
     dimension: str | None
@@ -233,12 +234,12 @@ class Columns:
         for label, column in columns.items():
             (name, dimension, part), column = place_of(label), np.asarray(column, dtype=float)
             own, text = described(name)
-            said = {"units": own if unit is None else unit, "long_name": f"{words}: {text}"}
+            attributes = unit_and_name(own if unit is None else unit, f"{words}: {text}")
             if dimension is None:
-                found[f"{name}_{ending}"] = dims, column, said
+                found[f"{name}_{ending}"] = dims, column, attributes
                 continue
             names, (first, *others) = self.names[dimension], column.shape
-            whole = (dims[0], dimension, *dims[1:]), np.full((first, len(names), *others), np.nan), said
+            whole = (dims[0], dimension, *dims[1:]), np.full((first, len(names), *others), np.nan), attributes
             found.setdefault(f"{name}_{ending}", whole)[1][:, names.index(part)] = column
         return found
 

@@ -1,4 +1,4 @@
-"""What a run says of lines that came taut with a jerk or landed on the bed: short peaks, and pulses without damping."""
+"""Warnings about lines that came taut with a jerk or landed on the bed: short peaks, and pulses without damping."""
 
 import math
 
@@ -43,7 +43,7 @@ def steps_of_peak(force) -> float:
 
 
 def undamped(record, scene, sections) -> list[str]:
-    """Whether a cable went slack, or lay on the bed, where it is elastic and has no damping; sections: of its segments.
+    """Warning of an elastic cable without damping that went slack or lay on the bed; sections: of its segments.
 
     Slack is seen in the recorded frames.
     """
@@ -56,7 +56,7 @@ def undamped(record, scene, sections) -> list[str]:
 
 
 def _lies(record, scene, cells):
-    """Whether any of these cells ever lay on the bed, with both ends."""
+    """True if any of these cells ever lay on the bed, with both ends."""
     if not scene.seabed:
         return False
     position = record.cable_position.values

@@ -12,16 +12,15 @@ LEAST_FREEBOARD = 1e-6
 
 
 def states_of(record, scene) -> list[str]:
-    """Of the buoys of a run or an equilibrium, with their names if there are several."""
+    """Sentences about the buoys of a run or an equilibrium, with their names if there are several."""
     found = []
     for name, part in zip(names_of(record, "buoy"), parts_of(record, "buoy"), strict=True):
-        said = _lean(part.record) + _under(part.record, scene, scene.network.buoys[name])
-        found += [f"{part.label}: {sentence}" if part.label else sentence for sentence in said]
+        found += part.named(_lean(part.record) + _under(part.record, scene, scene.network.buoys[name]))
     return found
 
 
 def is_under(displaced, scene, buoy):
-    """Whether a buoy that displaces so much [kg] is under water."""
+    """True if a buoy that displaces this mass of water [kg] is under water."""
     return displaced >= (1 - LEAST_FREEBOARD) * scene.sea.density * shape_of(buoy).volume()
 
 

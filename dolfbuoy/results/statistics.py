@@ -19,6 +19,7 @@ from ..scene import Scene
 from ..scene.variants import SEED, in_words, probabilities
 from .after_ramp import scene_of
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
+from .labelled import unit_and_name
 from .offsets import smallest_circle
 from .quantities import QUANTITIES
 from .record import fitting, read
@@ -52,7 +53,9 @@ def collect(rows: list[dict]) -> xr.Dataset:
     data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
     columns = Columns(label for row in rows for label in row["statistics"])
-    data |= columns.table([row["statistics"] for row in rows], STATISTICS, "case")
+    known = {number for row in rows for numbers in row["statistics"].values() for number in numbers}
+    bars = sorted(known - set(STATISTICS))  # error bars, where the scene asks for them
+    data |= columns.table([row["statistics"] for row in rows], [*STATISTICS, *bars], "case")
     return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys)})
 
 
@@ -144,9 +147,9 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     sets, member = [[run for run in runs if run.set == name] for name in names], [names.index(run.set) for run in runs]
     samples, columns = [run.sample for run in runs], Columns(_labels(runs, "series"))
     data = {
-        "seconds": ("run", [float(run.seconds) for run in runs], {"units": "s", "long_name": "computing time"}),
-        "start": ("run", [s["start"] for s in samples], {"units": "s", "long_name": "first instant that counts"}),
-        "duration": ("run", [s["duration"] for s in samples], _said("s", "length of the time that counts")),
+        "seconds": ("run", [float(run.seconds) for run in runs], unit_and_name("s", "computing time")),
+        "start": ("run", [s["start"] for s in samples], unit_and_name("s", "first instant that counts")),
+        "duration": ("run", [s["duration"] for s in samples], unit_and_name("s", "length of the time that counts")),
     }
     data |= columns.table([sample["series"] for sample in samples], NUMBERS, "run")
     data |= _elevations(data) | _damage(runs, fatigue, columns) | _circles(sets, columns.names.get("buoy"))
@@ -162,10 +165,6 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     told |= {"constant": fatigue.constant} if fatigue.constant else {}
     told["notes"] = "\n".join([*_parted(runs), *notes])
     return xr.Dataset(data | found, coordinates | columns.names, attrs=told)
-
-
-def _said(unit, text):
-    return {"units": unit, "long_name": text}
 
 
 def _parted(runs):
@@ -189,8 +188,8 @@ def _elevations(data):
     places = (name for name, one in QUANTITIES.items() if one.place)
     for name in (name for name in places if f"{name}_standard_deviation" in data):
         (dims, deviation, _), text = data[f"{name}_standard_deviation"], described(name)[1]
-        found[f"{name}_m0"] = dims, deviation**2, _said("m2", f"variance m0: {text}")
-        found[f"{name}_Hs"] = dims, 4 * deviation, _said("m", f"significant height 4 sqrt(m0): {text}")
+        found[f"{name}_m0"] = dims, deviation**2, unit_and_name("m2", f"variance m0: {text}")
+        found[f"{name}_Hs"] = dims, 4 * deviation, unit_and_name("m", f"significant height 4 sqrt(m0): {text}")
     return found
 
 
@@ -213,7 +212,7 @@ def exceedance(values: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _pools(sets, kept, ending, other, words):
-    """What is kept of the runs of each set, one set and one part behind the other, numbered by _set and named."""
+    """Peaks or cycles of the runs of each set, one set and one part after the other, numbered by _set and named."""
     data, by_name = {}, {}
     for label in _labels([run for runs in sets for run in runs], kept):
         for k, runs in enumerate(sets):
@@ -228,8 +227,8 @@ def _pools(sets, kept, ending, other, words):
         if dimension := places[0].dimension:
             parts = np.repeat([place.part for place in places], lengths)
             data[f"{name}_{dimension}"] = over, parts, {"long_name": dimension}
-        data[name] = over, np.concatenate(values), _said(unit, f"{words[0]}: {text}")
-        data[f"{name}_{other}"] = over, np.concatenate(counts), _said("1", words[1])
+        data[name] = over, np.concatenate(values), unit_and_name(unit, f"{words[0]}: {text}")
+        data[f"{name}_{other}"] = over, np.concatenate(counts), unit_and_name("1", words[1])
     return data
 
 
@@ -256,12 +255,12 @@ def _circles(sets, buoys):
     text, dims = "the smallest circle that holds the tracks of C", ("set", "buoy")
     numbers, names, points = zip(*tracks, strict=True)
     x, y = np.transpose(points)
-    hull = _said("m", "corners of the convex hull of the track of C")
+    hull = unit_and_name("m", "corners of the convex hull of the track of C")
     return {
-        "circle_x": (dims, circles[0], _said("m", f"x of the middle of {text}")),
-        "circle_y": (dims, circles[1], _said("m", f"y of the middle of {text}")),
-        "circle_radius": (dims, circles[2], _said("m", f"radius of {text}")),
-        "watch_circle_radius": (dims, watch, _said("m", f"about the anchor: radius of {text}")),
+        "circle_x": (dims, circles[0], unit_and_name("m", f"x of the middle of {text}")),
+        "circle_y": (dims, circles[1], unit_and_name("m", f"y of the middle of {text}")),
+        "circle_radius": (dims, circles[2], unit_and_name("m", f"radius of {text}")),
+        "watch_circle_radius": (dims, watch, unit_and_name("m", f"about the anchor: radius of {text}")),
         "corner_set": ("corner", np.array(numbers), {"long_name": "set"}),
         "corner_buoy": ("corner", np.array(names), {"long_name": "buoy"}),
         "corner_x": ("corner", x, hull),
@@ -374,7 +373,7 @@ def _rate(label, runs, fatigue):
 
 
 def _largest(states, years):
-    """What the largest value of 3 h exceeds once in so many years; states: (probability, its Gumbel, length of a run).
+    """The value that the largest of 3 h exceeds once in so many years; states: (probability, Gumbel, length of a run).
 
     Root of the probability that the largest value of any 3 h is above it; nan if the states are rarer than that.
     """

@@ -139,7 +139,7 @@ _OF_3_H = "most probable of 3 h, 95 %"
 
 
 def circle(statistics: xr.Dataset) -> Figure | None:
-    """Where C was, from above: convex hulls of its tracks, and the smallest circle of each set."""
+    """Positions of C from above: convex hulls of its tracks, and the smallest circle of each set."""
     if not statistics.sizes.get("corner"):
         return None
     figure = new_figure(PAGE / 2, PAGE / 2)

@@ -84,7 +84,7 @@ def _motions(body, rigid):
 
 
 def notes(dataset, scene) -> list[str]:
-    """What one should know of these matrices."""
+    """Notes on these matrices."""
     found = ["The mooring follows at rest; motion is in world axes, about C."]
     if "rigid" in dataset:
         found.append(
@@ -101,7 +101,7 @@ def notes(dataset, scene) -> list[str]:
 
 
 def on_friction(scene) -> list[str]:
-    """What linear equations have of a bed's friction."""
+    """Notes on the friction of the bed in linear equations."""
     if scene.seabed is None:
         return []
     words = "sticks: its springs are in these numbers" if scene.seabed.friction else "is 0: what lies slides freely"

@@ -1,4 +1,4 @@
-"""How figures look: sizes, colours, and figures outside pyplot.
+"""Style of figures: sizes, colours, and figures outside pyplot.
 
 Whatever draws takes matplotlib from here: it is started elsewhere, without the settings of a stranger's folder.
 """
@@ -76,7 +76,7 @@ class Picture(Figure):
             super().savefig(*arguments, **options)
 
     def _repr_png_(self):
-        """What notebooks call where pyplot, which would tell them how, was never imported."""
+        """PNG for notebooks that never imported pyplot, which would register it."""
         shown = io.BytesIO()
         self.savefig(shown, format="png", dpi=150)
         return shown.getvalue()

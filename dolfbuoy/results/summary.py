@@ -1,4 +1,4 @@
-"""What matters of a run, in a few lines."""
+"""The table after a run or an equilibrium, and the warnings below it."""
 
 import math
 
@@ -20,9 +20,9 @@ from .utilisation import never_parted, rows_of, warnings_of
 def summary(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
     network, lines = scene.network, parts_of(record, "cable")
-    rows = [_said(part.label, row) for k, part in enumerate(lines) for row in _of_line(part.record, *_ends(network, k))]
-    rows += [_said(part.label, row) for part in parts_of(record, "buoy") for row in _of_buoy(part.record)]
-    rows += [_said(part.label, row) for part in lines for row in [*rows_of(part.record), *_grown(part.record)]]
+    rows = [row for k, part in enumerate(lines) for row in _named(part, _of_line(part.record, *_ends(network, k)))]
+    rows += [row for part in parts_of(record, "buoy") for row in _named(part, _of_buoy(part.record))]
+    rows += _strength(lines)
     for name in network.bodies:
         place = record.joint_position.sel(joint=name)
         rows += [_range(f"{name}: {axis} of the body", place.sel(xyz=axis), "m") for axis in "xyz"]
@@ -44,19 +44,24 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _said(label, row):
-    """A row with the name of the one of several that it is of, if there are several."""
-    return (f"{label}: {row[0]}", *row[1:]) if label else row
+def _named(part, rows):
+    """Rows of a part, with its name if there are several."""
+    return [(*part.named([row[0]]), *row[1:]) for row in rows]
+
+
+def _strength(lines):
+    """Rows of what each line carries of its breaking load, and of its marine growth."""
+    return [row for part in lines for row in _named(part, [*rows_of(part.record), *_grown(part.record)])]
 
 
 def _ends(network, cable):
-    """What the ends of a cable are called: by what they hang on; of the only one that on a buoy is the top."""
+    """Names of the ends of a cable: what they hang on; the end of the only cable on a buoy is the top."""
     low, high = network.ends_of(cable)
     return low, "the top" if len(network.cables) == 1 and high in network.buoys else high
 
 
 def _grown(record):
-    """What marine growth adds to a cable."""
+    """Rows of what marine growth adds to a cable."""
     if "growth_weight" not in record:
         return []
     weight, largest = float(record.growth_weight.sum()), (record.growth_diameter.max(), record.growth_mass.max())
@@ -69,13 +74,13 @@ def _grown(record):
     ]
 
 
-#: What a number or vector of an equilibrium may be of, in the order of the table; "": of all.
+#: Dimensions of the numbers and vectors of an equilibrium that are shown, in the order of the table; "": of the whole.
 _OF = ("cable", "buoy", "attachment", "")
 
 
 def static_rows(record, scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of an equilibrium: all numbers and vectors, of several cables or buoys in turn."""
-    network, rows, lines = scene.network, [], parts_of(record, "cable")
+    network, rows = scene.network, []
     for variable in record.data_vars.values():
         of = "".join(d for d in variable.dims if d != "xyz")
         names = names_of(record, of)
@@ -86,12 +91,12 @@ def static_rows(record, scene) -> list[tuple[str, str, str]]:
             if what:
                 what = what.format(**dict(zip(("low", "high"), network.ends_of(k), strict=True)))
             what = what or variable.attrs["long_name"]
-            row = _static_row(what, variable.values[k] if names else variable.values, variable.attrs["units"])
-            rows.append(((_OF.index(of), k), _said(name if len(names) > 1 else "", row)))
+            label = f"{name}: " if len(names) > 1 else ""
+            row = _static_row(label + what, variable.values[k] if names else variable.values, variable.attrs["units"])
+            rows.append(((_OF.index(of), k), row))
     if any(len(names_of(record, of)) > 1 for of in _OF):
         rows.sort(key=lambda pair: pair[0])
-    rows = [row for _, row in rows]
-    rows += [_said(part.label, row) for part in lines for row in [*rows_of(part.record), *_grown(part.record)]]
+    rows = [row for _, row in rows] + _strength(parts_of(record, "cable"))
     for joint in names_of(record, "joint"):
         position = record.joint_position.sel(joint=joint)
         rows.append(_static_row(f"{joint}: position of the joint", position.values, "m"))
@@ -156,7 +161,7 @@ def remaining_amplitude(period, scene) -> float:
     return float(abs(factor) ** (time.end / time.step))
 
 
-#: Part of the largest tension below which a negative one is rounding, of a slack element.
+#: Fraction of the largest tension below which a negative one is rounding, of a slack element.
 ROUNDING = 1e-6
 
 #: Elements of a cable up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).
@@ -176,22 +181,12 @@ def sharing_note(scene, ranks: int) -> str | None:
 
 def warnings(record, scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
-    found = _of_lines(_left, record, scene) + _of_snaps(record, scene)
+    found = _of_lines(_left, record, scene) + _of_lines(_snaps, record, scene)
     found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
     return found + retried.said(record, scene)
-
-
-def _of_snaps(record, scene):
-    """Sentences about peaks of few steps, and lines that do not damp their pulses."""
-    network, found = scene.network, []
-    for k, part in enumerate(parts_of(record, "cable")):
-        sections = [piece.section for piece in network.pieces if piece.cable == k]
-        sentences = snaps.short_peaks(part.record, *_ends(network, k)) + snaps.undamped(part.record, scene, sections)
-        found += [f"{part.label}: {sentence}" if part.label else sentence for sentence in sentences]
-    return found
 
 
 def static_warnings(record, scene) -> list[str]:
@@ -200,36 +195,39 @@ def static_warnings(record, scene) -> list[str]:
     return (
         _of_lines(_left, at_once, scene)
         + _of_lines(_slack, record, scene)
-        + [
-            *_surfaced_bodies(record, scene),
-            *states_of(record, scene),
-        ]
+        + _surfaced_bodies(record, scene)
+        + states_of(record, scene)
     )
 
 
-def _of_lines(say, record, scene):
-    """Sentences about each cable, with its name if there are several."""
-    network, found = scene.network, []
+def _of_lines(rule, record, scene):
+    """Sentences of a rule about each cable: rule(its record, scene, its number, its sections)."""
+    found = []
     for k, part in enumerate(parts_of(record, "cable")):
-        pieces = [piece.section for piece in network.pieces if piece.cable == k]
-        sentences = say(part.record, scene, pieces[0], sum(piece.length for piece in pieces))
-        found += [f"{part.label}: {sentence}" if part.label else sentence for sentence in sentences]
+        sections = [piece.section for piece in scene.network.pieces if piece.cable == k]
+        found += part.named(rule(part.record, scene, k, sections))
     return found
 
 
-def _left(record, scene, section, length):
-    """Sentences about a cable of this length; section: of its first segment."""
+def _snaps(record, scene, cable, sections):
+    """Sentences about peaks of few steps, and lines that do not damp their pulses."""
+    return snaps.short_peaks(record, *_ends(scene.network, cable)) + snaps.undamped(record, scene, sections)
+
+
+def _left(record, scene, _cable, sections):
+    """Sentences about where a cable left the range of its model."""
+    section, length = sections[0], sum(each.length for each in sections)
     found = _compressed(record) + _unresolved_fold(record, section)
     lowest = float(minimum(record, "cable_position")[..., 2].min())
     if scene.sea and not scene.seabed and lowest < -scene.sea.depth - 1e-6 * length:
         depth = -scene.sea.depth - lowest
         found.append(f"The cable dipped up to {depth:.3g} m below the sea bed: there is no [seabed] to carry it.")
-    return found + _surfaced(record, scene, section, length) + warnings_of(record, section.fails_at is not None)
+    return found + _surfaced(record, scene, length) + warnings_of(record, section.fails_at is not None)
 
 
-def _slack(record, _scene, section, _length):
+def _slack(record, _scene, _cable, sections):
     slack = record.cable_tension.values <= 1e-12 * np.abs(record.cable_tension.values).max()
-    if section.slack != "tension-only" or not slack.any():
+    if sections[0].slack != "tension-only" or not slack.any():
         return []
     return [
         f"Slack (T = 0) in equilibrium: {_places(record, slack)}; the fold there is shorter than an element, whose "
@@ -237,14 +235,14 @@ def _slack(record, _scene, section, _length):
     ]
 
 
-#: Part of its length by which a cable may rise above the highest crest without a word.
+#: Fraction of its length by which a cable may rise above the highest crest without a warning.
 ABOVE = 0.01
-#: What is said of what is above the water in a run whose equations have no surface.
+#: End of the warnings about parts above the water in a run whose equations have no surface.
 UNSEEN = "where buoyancy and all forces of the water went on: give sea.dry_above = true."
 
 
-def _surfaced(record, scene, _section, length):
-    """A cable above the highest crest in equations that know no surface, by a part of its length."""
+def _surfaced(record, scene, length):
+    """Sentence about a cable above the highest crest, by a part of its length, in equations without a surface."""
     if scene.sea is None or called_by(scene, "line_wet"):
         return []
     highest = float(maximum(record, "cable_position")[..., 2].max()) - crest_height(scene)
@@ -252,7 +250,7 @@ def _surfaced(record, scene, _section, length):
 
 
 def _surfaced_bodies(record, scene):
-    """Floats and clumps above the highest crest in equations that know no surface."""
+    """Sentences about floats and clumps above the highest crest in equations without a surface."""
     if scene.sea is None or called_by(scene, "joint_wet"):
         return []
     bodies = {name: record.joint_position.sel(joint=name, xyz="z") for name in scene.network.bodies}
@@ -261,7 +259,7 @@ def _surfaced_bodies(record, scene):
 
 
 def _compressed(record):
-    """What was pushed, where and how much; rounding is not counted."""
+    """Sentence about elements under compression, where and how much; rounding is not counted."""
     least = minimum(record, "cable_tension")
     smallest = min(float(least.min()), float(record.tension_anchor.min()))
     largest = max(-smallest, float(maximum(record, "cable_tension").max()), float(record.tension_top.max()))
@@ -277,8 +275,11 @@ def _compressed(record):
 
 
 def _unresolved_fold(record, section, corner=90.0, short=0.5):
-    """Where neighbouring elements turn by more than `corner` degrees, or the ends of an element are nearer than `short`
-    times its length: the fold of the cable is smaller than the elements."""
+    """Sentence about a fold that is smaller than the elements.
+
+    There neighbouring elements turn by more than `corner` degrees, or the ends of an element are nearer than `short`
+    times its length.
+    """
     degree = section.position_degree
     ends = record.cable_position.values[..., ::degree, :]
     chords = np.diff(ends, axis=-2)

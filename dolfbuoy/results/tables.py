@@ -1,4 +1,4 @@
-"""How tables are shown: on a terminal as wide as it is, in a pipe or a file as wide as they need to be."""
+"""Tables: on a terminal as wide as it is, in a pipe or a file as wide as they need to be."""
 
 from collections.abc import Iterable, Mapping
 

@@ -1,4 +1,4 @@
-"""How near lines come to breaking: the largest tension of a segment over the breaking load of its material."""
+"""Utilisation of lines: the largest tension of a segment over the breaking load of its material."""
 
 import math
 
@@ -15,7 +15,7 @@ def stressed(network: Network) -> dict[str, int]:
 
 
 class Utilisation:
-    """Of the pieces of a Problem that have a breaking load; `values` as of the last `note`, on rank 0.
+    """Utilisation of the pieces of a Problem that have a breaking load; `values` as of the last `note`, on rank 0.
 
     The largest tension of a piece is that of the nodes of T, both ends of every element among them.  Tensions of degree
     0 are those of the middles of elements: at the ends of a piece, where most of it hangs, half an element's weight is
@@ -69,7 +69,7 @@ class _Ends:
         self._row, self._dof = row.astype(int), dof.astype(int)
 
     def largest(self, u):
-        """Of both ends of each piece [N]; collective, on rank 0."""
+        """Tension at both ends of each piece [N]; collective, on rank 0."""
         found = np.bincount(self._row, u[self._dof] * self._factor, self._size)
         if self.comm.size > 1:
             self.comm.Reduce(found.copy(), found)

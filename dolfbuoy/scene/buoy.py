@@ -30,26 +30,26 @@ from .section import Section, key
 class Wind(Section):
     """Wind on the buoy, Eq. (2)."""
 
-    speed_10m: Speed = key("speed 10 m above the water", "m/s")
-    direction_deg: Angle = key("direction towards which the wind blows, from x towards y", "deg", default=0.0)
-    drag_coefficient: Coefficient = key("drag coefficient of the part above the water", "1", default=1.0)
-    area: Area = key("area that the wind meets", "m^2")
-    height: Annotated[float, Field(ge=0, le=1e5)] = key("height above the keel at which the force acts", "m")
-    air_density: Density = key("density of the air", "kg/m^3", default=1.225)
+    speed_10m: Speed = key("wind speed 10 m above still water", "m/s")
+    direction_deg: Angle = key("direction towards which the wind blows, counterclockwise from x", "deg", default=0.0)
+    drag_coefficient: Coefficient = key("wind drag coefficient of the part above water", "1", default=1.0)
+    area: Area = key("projected area exposed to the wind", "m^2")
+    height: Annotated[float, Field(ge=0, le=1e5)] = key("height above the keel at which the wind force acts", "m")
+    air_density: Density = key("air density", "kg/m^3", default=1.225)
 
 
 class ExternalForce(Section):
     """A constant force at a point of the axis (default: C)."""
 
-    force: ForceVector = key("constant force", "N")
-    height: Height | None = key("height above the keel at which it acts; absent: at C", "m", default=None)
+    force: ForceVector = key("constant force vector", "N")
+    height: Height | None = key("height above the keel at which it is applied; absent: at C", "m", default=None)
 
 
 class PointMass(Section):
     """A mass on the axis of the buoy."""
 
-    mass: Mass = key("mass of the point", "kg")
-    height: Height = key("height of the point above the keel", "m")
+    mass: Mass = key("point mass", "kg")
+    height: Height = key("height above the keel", "m")
 
 
 def _check_inertia(inertia):
@@ -68,32 +68,44 @@ def _check_inertia(inertia):
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
-    hull: Rows | None = key("[[height, diameter], ...] from the keel up; the sea needs it", "m", default=None)
-    mass: Mass = key("mass without the point masses", "kg")
-    center_of_mass: Height | None = key("height of that mass; absent: centroid of the hull", "m", default=None)
+    hull: Rows | None = key(
+        "hull profile [[height, diameter], ...] from the keel up; required with [sea]", "m", default=None
+    )
+    mass: Mass = key("mass excluding the point masses", "kg")
+    center_of_mass: Height | None = key(
+        "height of its centre of mass above the keel; absent: centroid of the hull", "m", default=None
+    )
     inertia: list[Inertia] | None = key(
-        "[transverse, axial] or [Ixx, Iyy, Izz] about that centre; absent: of the uniform solid", "kg m^2", default=None
+        "moments of inertia [transverse, axial] or [Ixx, Iyy, Izz] about that centre; absent: uniform solid hull",
+        "kg m^2",
+        default=None,
     )
-    point_masses: list[PointMass] = key("masses on the axis, added to the hull's", default=[])
-    mooring_height: Height = key("height above the keel at which the cable is attached", "m", default=0.0)
+    point_masses: list[PointMass] = key("point masses on the axis, in addition to mass", default=[])
+    mooring_height: Height = key("height of the mooring point above the keel", "m", default=0.0)
     fairleads: dict[Name, Vector] | None = key(
-        "{NAME = [x, y, z], ...}: points of the body, from the keel, for cables", "m", default=None
+        "named attachment points {NAME = [x, y, z], ...} in the body frame, from the keel", "m", default=None
     )
-    added_mass: AddedMass = key("C_A = C_M - 1 of the displaced mass, across the axis", "1", default=0.0)
-    normal_drag: Coefficient = key("drag coefficient across the axis", "1", default=0.0)
+    added_mass: AddedMass = key(
+        "transverse added-mass coefficient C_A = C_M - 1, on the displaced mass", "1", default=0.0
+    )
+    normal_drag: Coefficient = key("transverse drag coefficient", "1", default=0.0)
     axial_added_mass: Coefficient = key(
-        "along the axis, of wet end discs, steps and cones, a disc being half a sphere of water", "1", default=0.0
+        "axial added-mass coefficient of wetted end discs, steps and cones; 1: half a sphere of water per disc face",
+        "1",
+        default=0.0,
     )
-    axial_drag: Coefficient = key("drag coefficient along the axis, on the area of these", "1", default=0.0)
+    axial_drag: Coefficient = key("axial drag coefficient, on the projected area of these faces", "1", default=0.0)
     rotational_added_mass: Coefficient = key(
-        "of the same faces about a diameter, 8/45 rho R^5 for one face of a disc", "1", default=0.0
+        "rotational added-mass coefficient of these faces about a diameter; 1: 8/45 rho R^5 per disc face",
+        "1",
+        default=0.0,
     )
     wave_damping: list[Damping] | None = key(
-        "[heave, pitch]: linear damping by radiated waves, relative to the water", "N s/m, N m s", default=None
+        "linear radiation damping [heave, pitch], on the velocity relative to the water", "N s/m, N m s", default=None
     )
-    disk_averages: bool = key("waves averaged over the disks of the hull, for waves that are short", default=False)
-    rotational_damping: Damping = key("linear damping of the rotation about the axis", "N m s", default=0.0)
-    name: Name | None = key("name of the buoy; several need one each", default=None)
+    disk_averages: bool = key("average the wave kinematics over the hull's cross-sections (short waves)", default=False)
+    rotational_damping: Damping = key("linear damping of spin about the axis", "N m s", default=0.0)
+    name: Name | None = key("name of the buoy; required if there are several", default=None)
     wind: Wind | None = None
     external_force: ExternalForce | None = None
     initial: BuoyStart | None = None

@@ -56,16 +56,20 @@ Motion = Annotated[
 class Top(Section):
     """Upper end of a cable without a buoy."""
 
-    kind: Literal["fixed", "prescribed", "free"] = key("how the upper end is held")
-    position: Vector | None = key("where the end is held, or the middle of its motion", "m", default=None)
-    force: ForceVector = key("force on a free end", "N", default=(0.0, 0.0, 0.0))
-    amplitude: Vector | None = key("of position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None)
+    kind: Literal["fixed", "prescribed", "free"] = key("boundary condition of the upper end")
+    position: Vector | None = key("position of the end, or mean position of its motion", "m", default=None)
+    force: ForceVector = key("force applied to a free end", "N", default=(0.0, 0.0, 0.0))
+    amplitude: Vector | None = key(
+        "amplitude of the motion, position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None
+    )
     period: Period | None = key("period of the motion", "s", default=None)
-    phase_deg: Angle | Angles = key("phase of the motion at t = 0, or one of each component", "deg", default=0.0)
-    ramp: Duration = key("time over which the motion, of a tow its speed, grows from nothing", "s", default=0.0)
-    velocity: VelocityVector | None = key("constant velocity of the end, as in a tow", "m/s", default=None)
+    phase_deg: Angle | Angles = key("phase of the motion at t = 0, one number or one per component", "deg", default=0.0)
+    ramp: Duration = key("ramp-up time of the motion (of the speed of a tow)", "s", default=0.0)
+    velocity: VelocityVector | None = key("constant velocity of the end (tow)", "m/s", default=None)
     motion: Motion | None = key(
-        "rows [t, x, y, z] from position, joined by a cubic spline, or a file of them", "s, m", default=None
+        "time history, rows [t, x, y, z] relative to position with cubic-spline interpolation, or a file of them",
+        "s, m",
+        default=None,
     )
 
     @model_validator(mode="after")
@@ -108,10 +112,10 @@ BreakingLoad = Annotated[float, Field(gt=0, le=1e10)]
 class FailsAt(Section):
     """When the cable parts: at a time, or where its tension is largest once that is reached."""
 
-    time: Duration | None = key("time at which it parts", "s", default=None)
-    tension: BreakingLoad | None = key("tension at which it parts", "N", default=None)
+    time: Duration | None = key("time of failure", "s", default=None)
+    tension: BreakingLoad | None = key("tension at which the cable parts", "N", default=None)
     at: Annotated[float, Field(ge=0, le=1e5)] | None = key(
-        "where it parts at the time; absent: at its upper end", "m", default=None
+        "arc length of the break at that time; absent: the upper end", "m", default=None
     )
 
     @model_validator(mode="after")
@@ -137,29 +141,47 @@ class Cable(Section):
 
     length: Length = key("unstretched length", "m")
     line_density: Mass = key("mass per unstretched length", "kg/m")
-    diameter: Length | None = key("of its drag, and of its volume without area; the sea needs it", "m", default=None)
-    area: Area | None = key("cross section of its volume; absent: pi diameter^2/4", "m^2", default=None)
-    axial_stiffness: AxialStiffness = key(
-        "EA; inf: inextensible; or a table [[strain, tension], ...]", "N", default=math.inf
+    diameter: Length | None = key(
+        "drag diameter, also used for the displaced volume if area is absent; required with [sea]", "m", default=None
     )
-    elements: Elements = key("number, [[length, number], ...] from the anchor or a mesh file", "m, 1", default=20)
+    area: Area | None = key(
+        "cross-sectional area of the displaced volume; absent: pi diameter^2/4", "m^2", default=None
+    )
+    axial_stiffness: AxialStiffness = key(
+        "axial stiffness EA; inf: inextensible; or a table [[strain, tension], ...]", "N", default=math.inf
+    )
+    elements: Elements = key(
+        "number of elements, [[length, number], ...] from the anchor, or a mesh file", "m, 1", default=20
+    )
     grading: Annotated[float, Field(ge=1e-6, le=1e6)] = key(
-        "size of the last element over that of the first", "1", default=1.0
+        "ratio of the last element's length to the first's", "1", default=1.0
     )
     position_degree: Annotated[int, Field(ge=1, le=8)] = key("polynomial degree mu of the position", "1", default=1)
-    tension_degree: Annotated[int, Field(ge=0, le=7)] = key("degree nu < mu of the tension", "1", default=0)
-    added_mass: AddedMass = key("C_A = C_M - 1, across the cable", "1", default=0.0)
-    normal_drag: Coefficient = key("drag coefficient across the cable", "1", default=0.0)
-    tangential_drag: Coefficient = key("drag coefficient along the cable", "1", default=0.0)
-    tangential_froude_krylov: bool = key("whether waves also push along the cable", default=True)
+    tension_degree: Annotated[int, Field(ge=0, le=7)] = key("polynomial degree nu < mu of the tension", "1", default=0)
+    added_mass: AddedMass = key("transverse added-mass coefficient C_A = C_M - 1", "1", default=0.0)
+    normal_drag: Coefficient = key("transverse drag coefficient", "1", default=0.0)
+    tangential_drag: Coefficient = key("longitudinal drag coefficient", "1", default=0.0)
+    tangential_froude_krylov: bool = key("include the tangential Froude-Krylov force of the waves", default=True)
     marine_growth: MarineGrowth | None = key(
-        "rows [z, factor of diameter, factor of line_density] at the start", "m, 1", default=None
+        "marine growth, rows [z, factor on diameter, factor on line_density], by depth at the start",
+        "m, 1",
+        default=None,
     )
-    strain: Literal["exact", "element-average"] = key("strain as it is, or its mean on each element", default="exact")
-    strain_form: Literal["paper", "energy"] = key("strain equation of the paper, or of an energy", default="paper")
-    slack: Literal["compressive", "tension-only"] = key("law of an element that is pushed", default="compressive")
-    breaking_load: BreakingLoad | None = key("minimum breaking load; it says what T/it is", "N", default=None)
-    damping: Damping = key("Kelvin-Voigt c of T = EA e + c de/dt; finite EA only", "N s", default=0.0)
+    strain: Literal["exact", "element-average"] = key(
+        "pointwise strain, or its mean over each element", default="exact"
+    )
+    strain_form: Literal["paper", "energy"] = key(
+        "strain equation as in the paper, or derived from an energy", default="paper"
+    )
+    slack: Literal["compressive", "tension-only"] = key(
+        "whether the line carries compression, or goes slack without it", default="compressive"
+    )
+    breaking_load: BreakingLoad | None = key(
+        "minimum breaking load (MBL); enables the utilisation output T/MBL", "N", default=None
+    )
+    damping: Damping = key(
+        "internal (Kelvin-Voigt) damping c in T = EA e + c de/dt; finite EA only", "N s", default=0.0
+    )
     fails_at: FailsAt | None = None
 
     @model_validator(mode="after")

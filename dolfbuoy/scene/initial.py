@@ -13,10 +13,14 @@ Corners = Annotated[list[Vector], Field(max_length=40_000)]
 class BuoyStart(Section):
     """Pose and velocity of a buoy at t = 0."""
 
-    buoy_position: Vector | None = key("position of C; absent: that of the equilibrium", "m", default=None)
-    buoy_orientation: Quaternion | None = key("body to world; absent: that of the equilibrium", "1", default=None)
-    buoy_velocity: VelocityVector | None = key("velocity of C; absent: at rest", "m/s", default=None)
-    buoy_angular_velocity: VelocityVector | None = key("in the world frame; absent: at rest", "rad/s", default=None)
+    buoy_position: Vector | None = key("initial position of C; absent: from the equilibrium", "m", default=None)
+    buoy_orientation: Quaternion | None = key(
+        "initial orientation as a quaternion, body to world; absent: from the equilibrium", "1", default=None
+    )
+    buoy_velocity: VelocityVector | None = key("initial velocity of C; absent: at rest", "m/s", default=None)
+    buoy_angular_velocity: VelocityVector | None = key(
+        "initial angular velocity in the world frame; absent: at rest", "rad/s", default=None
+    )
 
     @model_validator(mode="after")
     def _turned(self):
@@ -28,9 +32,11 @@ class BuoyStart(Section):
 class Initial(BuoyStart):
     """How a run starts."""
 
-    kind: Literal["equilibrium", "straight", "polyline"] = key("shape of the cable at t = 0", default="equilibrium")
+    kind: Literal["equilibrium", "straight", "polyline"] = key("initial shape of the cables", default="equilibrium")
     points: Corners | dict[Name, Corners] | None = key(
-        "corners of the start or of a first guess, from the anchor up; of several by name", "m", default=None
+        "vertices of the initial shape, or of a first guess, from the anchor up; for several cables by name",
+        "m",
+        default=None,
     )
 
     @model_validator(mode="after")

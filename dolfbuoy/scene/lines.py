@@ -42,20 +42,20 @@ class Body(Section):
     """A clump or a float."""
 
     mass: Annotated[float, Field(ge=0, le=1e9)] = key("mass", "kg", default=0.0)
-    volume: Volume = key("volume, for its buoyancy", "m^3", default=0.0)
-    drag_area: DragArea = key("drag coefficient times area, C_D A", "m^2", default=0.0)
-    added_mass: Coefficient = key("C_A, of the mass of water that it displaces", "1", default=0.0)
+    volume: Volume = key("displaced volume", "m^3", default=0.0)
+    drag_area: DragArea = key("drag area C_D A", "m^2", default=0.0)
+    added_mass: Coefficient = key("added-mass coefficient C_A, on the displaced mass", "1", default=0.0)
 
 
 class Material(create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))):
     """What a piece of line is made of."""
 
-    source: Title | None = key("where its numbers come from", default=None)
+    source: Title | None = key("source of the values", default=None)
 
 
 class _Piece(Section):
     material: str | None = key(
-        "a [material.NAME], or of the library: its keys hold where these are absent", default=None
+        "name of a [material.NAME] or of a library material; supplies the keys that are absent here", default=None
     )
 
 
@@ -69,7 +69,7 @@ _From = create_model(
     "_From",
     __base__=_Piece,
     **_absent(Cable, Cable.model_fields),
-    **{"from": (Place | None, key("lower end, s = 0: [x, y, z], a joint or a buoy; absent: the anchor", "m", None))},
+    **{"from": (Place | None, key("lower end (s = 0): [x, y, z], a joint or a buoy; absent: the anchor", "m", None))},
 )
 
 
@@ -77,11 +77,11 @@ class Line(_From):
     """A cable: what it is made of, its finite elements, and what it hangs together with."""
 
     resolved: ClassVar = Cable  #: whose defaults hold where a key is absent
-    anchor: Vector | None = key("position of s = 0; absent: [0, 0, -depth]", "m", default=None)
+    anchor: Vector | None = key("anchor position (s = 0); absent: [0, 0, -depth]", "m", default=None)
     top: Top | None = None
-    name: Name | None = key("name of the cable; several need one each", default=None)
-    to: Place | None = key("upper end: [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)
-    segments: list[Segment] | None = key("pieces from the lower end on, instead of length", default=None)
+    name: Name | None = key("name of the cable; required if there are several", default=None)
+    to: Place | None = key("upper end (s = length): [x, y, z], a joint, 'buoy' or 'BUOY.FAIRLEAD'", "m", default=None)
+    segments: list[Segment] | None = key("segments from the lower end up, instead of length", default=None)
 
     @model_validator(mode="after")
     def _consistent(self):

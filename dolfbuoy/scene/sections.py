@@ -41,10 +41,10 @@ from .waves import Waves
 class Sea(Section):
     """Water.  Without it the scene is dry: no hydrostatics, no Morison forces, no waves, no current."""
 
-    depth: Length = key("depth of the water; the sea bed is at z = -depth", "m")
-    density: Density = key("density of the water", "kg/m^3", default=1025.0)
+    depth: Length = key("water depth; the sea bed is at z = -depth", "m")
+    density: Density = key("water density", "kg/m^3", default=1025.0)
     dry_above: bool | None = key(
-        "whether lines and bodies at joints are dry above the surface; absent: if one of them may get there",
+        "treat lines and joint bodies as dry above the surface; absent: if any of them can surface",
         default=None,
     )
 
@@ -52,10 +52,14 @@ class Sea(Section):
 class Current(Section):
     """A steady current; in a table the speeds stand in place of `speed`."""
 
-    speed: Speed | None = key("speed at and above still water", "m/s", default=None)
-    direction_deg: Angle = key("direction towards which the water flows, from x towards y", "deg", default=0.0)
-    profile: Literal["uniform", "power"] | Rows = key("or a table [[z, speed], ...]", "m, m/s", default="uniform")
-    exponent: Annotated[float, Field(gt=0, le=1)] = key("of the power law (1 + z/depth)^exponent", "1", default=1 / 7)
+    speed: Speed | None = key("current speed at and above still water", "m/s", default=None)
+    direction_deg: Angle = key("direction towards which the current flows, counterclockwise from x", "deg", default=0.0)
+    profile: Literal["uniform", "power"] | Rows = key(
+        "vertical profile, or a table [[z, speed], ...]", "m, m/s", default="uniform"
+    )
+    exponent: Annotated[float, Field(gt=0, le=1)] = key(
+        "exponent of the power law (1 + z/depth)^exponent", "1", default=1 / 7
+    )
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -79,14 +83,18 @@ SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alph
 class Time(Section):
     """Time integration."""
 
-    end: Duration = key("end of the run", "s")
-    step: Step = key("size of the steps; of the first one if steps adapt", "s")
-    scheme: Literal[tuple(SCHEMES)] = key("time scheme", default="backward-euler")
-    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key("of generalized-alpha", "1", default=DEFAULT_RADIUS)
-    tolerance: Tolerance | None = key("relative error for which steps adapt; absent: equal steps", "1", default=None)
+    end: Duration = key("end time of the run", "s")
+    step: Step = key("time step; with a tolerance the first one", "s")
+    scheme: Literal[tuple(SCHEMES)] = key("time integration scheme", default="backward-euler")
+    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key(
+        "spectral radius at infinite frequency of generalized-alpha (numerical damping)", "1", default=DEFAULT_RADIUS
+    )
+    tolerance: Tolerance | None = key(
+        "relative local error tolerance of adaptive steps; absent: constant steps", "1", default=None
+    )
     min_step: Step | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
     max_step: Step | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
-    output_every: Step | None = key("interval of recorded cable shapes; absent: end/200", "s", default=None)
+    output_every: Step | None = key("output interval of cable shapes; absent: end/200", "s", default=None)
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -107,15 +115,21 @@ class Time(Section):
 class Solver(Section):
     """Nonlinear solver; `petsc` holds options of PETSc's SNES (`petsc_options`), for example {snes_monitor = true}."""
 
-    petsc: Annotated[dict[str, Any], AfterValidator(checked)] = key("options of PETSc, see petsc_options", default={})
-    step_tolerance: Tolerance = key("Newton's tolerance, relative to typical sizes", "1", default=1e-9)
-    quadrature_degree: Degree | None = key("on the cable; absent: by position_degree", "1", default=None)
-    keep_jacobian: bool = key("in runs: a matrix serves while Newton converges fast with it", default=True)
+    petsc: Annotated[dict[str, Any], AfterValidator(checked)] = key(
+        "options of PETSc's nonlinear and linear solvers; allowed ones: petsc_options", default={}
+    )
+    step_tolerance: Tolerance = key("Newton convergence tolerance, relative to typical magnitudes", "1", default=1e-9)
+    quadrature_degree: Degree | None = key(
+        "quadrature degree on the cable; absent: chosen from position_degree", "1", default=None
+    )
+    keep_jacobian: bool = key("in runs, reuse the Jacobian as long as Newton converges fast with it", default=True)
     hull_cells: Annotated[int, Field(ge=1, le=1000)] = key(
-        "about how many parts of its height the hull has; each is cut where the surface cuts it", "1", default=2
+        "approximate number of integration cells over the hull's height; each is split at the water surface",
+        "1",
+        default=2,
     )
     hull_quadrature_degree: Degree = key(
-        "on each part of the hull that the surface cuts, a third on wet ones", "1", default=17
+        "quadrature degree on hull cells cut by the surface; a third of it on wet ones", "1", default=17
     )
 
 
@@ -137,13 +151,13 @@ SEVERAL = ("cable", "buoy")
 class Scene(Section):
     """A complete scene."""
 
-    title: Title = key("name of the scene in figures and tables", default="")
-    gravity: Gravity = key("acceleration of gravity", "m/s^2", default=9.81)
+    title: Title = key("title of the scene in figures and tables", default="")
+    gravity: Gravity = key("gravitational acceleration", "m/s^2", default=9.81)
     sea: Sea | None = None
     cable: Cables | None = None
     buoy: Buoys | None = None
     joint: list[Joint] | None = None
-    library: str | None = key("TOML file of materials of one's own, a table of keys by each name", default=None)
+    library: str | None = key("TOML file of user-defined materials, one table of keys per name", default=None)
     material: dict[Name, Material] | None = None
     waves: Waves | None = None
     current: Current | None = None

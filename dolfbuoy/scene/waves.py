@@ -29,10 +29,12 @@ MOST_INSTANTS = 200_000
 class DirectionalSpectrum(Section):
     """A spectrum over frequencies and directions, as a netCDF file with efth(freq, dir) holds it."""
 
-    frequency: Annotated[list[Frequency], Field(max_length=1000)] = key("rising frequencies", "Hz")
-    direction_deg: Annotated[list[Angle], Field(max_length=1000)] = key("rising directions of travel, x to y", "deg")
+    frequency: Annotated[list[Frequency], Field(max_length=1000)] = key("frequencies in ascending order", "Hz")
+    direction_deg: Annotated[list[Angle], Field(max_length=1000)] = key(
+        "directions of propagation in ascending order, counterclockwise from x", "deg"
+    )
     density: Annotated[list[list[SpectralDensity]], Field(max_length=1000)] = key(
-        "a row of each frequency with one number for each direction", "m^2/Hz/deg"
+        "spectral density, one row per frequency with one number per direction", "m^2/Hz/deg"
     )
 
     @model_validator(mode="after")
@@ -73,46 +75,57 @@ _OF = {
 class Waves(Section):
     """A regular Airy wave (amplitude or height, period), or an irregular sea (spectrum, components or elevation)."""
 
-    amplitude: Annotated[float, Field(ge=0, le=1e4)] | None = key("amplitude a, half the height", "m", default=None)
-    height: Annotated[float, Field(ge=0, le=2e4)] | None = key(
-        "height from trough to crest: twice the amplitude", "m", default=None
+    amplitude: Annotated[float, Field(ge=0, le=1e4)] | None = key(
+        "wave amplitude a, half the height", "m", default=None
     )
+    height: Annotated[float, Field(ge=0, le=2e4)] | None = key("wave height, trough to crest", "m", default=None)
     period: Period | None = key("period of a regular wave", "s", default=None)
-    wavelength: Wavelength | None = key("wavelength; absent: by dispersion", "m", default=None)
-    direction_deg: Angle = key("direction towards which the waves run, from x towards y", "deg", default=0.0)
+    wavelength: Wavelength | None = key("wavelength; absent: from the dispersion relation", "m", default=None)
+    direction_deg: Angle = key("direction of propagation, counterclockwise from x", "deg", default=0.0)
     phase_deg: Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
-    ramp: Duration = key("time over which the waves grow from nothing", "s", default=0.0)
-    stretching: Literal["wheeler", "vertical", "none"] = key("kinematics above still water", default="wheeler")
+    ramp: Duration = key("ramp-up time of the waves", "s", default=0.0)
+    stretching: Literal["wheeler", "vertical", "none"] = key(
+        "extrapolation of the wave kinematics above still water", default="wheeler"
+    )
     period_seen_from: Literal["water", "ground"] | None = key(
-        "who sees the periods of waves in a current, which shifts them for the other; absent: no shift", default=None
+        "frame of the periods in a current: intrinsic (water) or apparent (ground); absent: no Doppler shift",
+        default=None,
     )
     spectrum: Spectrum | None = key(
-        "of an irregular sea, [[f, S], ...] or a file",
+        "wave spectrum, [[f, S], ...] or a file",
         "Hz, m^2/Hz",
         default=None,
     )
-    significant_height: Annotated[float, Field(ge=0, le=1e4)] | None = key("Hs = 4 sqrt(m0)", "m", default=None)
-    peak_period: Period | None = key("period Tp of the spectrum's peak", "s", default=None)
-    gamma: Annotated[float, Field(ge=1, le=100)] = key("peakedness of jonswap", "1", default=3.3)
+    significant_height: Annotated[float, Field(ge=0, le=1e4)] | None = key(
+        "significant wave height Hs = 4 sqrt(m0)", "m", default=None
+    )
+    peak_period: Period | None = key("peak period Tp of the spectrum", "s", default=None)
+    gamma: Annotated[float, Field(ge=1, le=100)] = key("JONSWAP peak-enhancement factor", "1", default=3.3)
     spreading: Annotated[float, Field(gt=0, le=1e4)] | None = key(
-        "s of cos^2s of half the angle to direction_deg; absent: one direction", "1", default=None
+        "spreading exponent s of cos^2s(angle/2) about direction_deg; absent: long-crested", "1", default=None
     )
     components: Components = key(
-        "number, [[amplitude, period, direction_deg, phase_deg], ...] or a file of these columns",
+        "number of components, or [[amplitude, period, direction_deg, phase_deg], ...] or a file of these columns",
         "m, s, deg, deg",
         default=200,
     )
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key("of random phases, directions, amplitudes", "1", default=0)
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key(
+        "seed of the random phases, directions and amplitudes", "1", default=0
+    )
     band: Annotated[list[Multiple], Field(min_length=1, max_length=2)] | None = key(
-        "[lowest, highest] peak frequencies; absent: 0.5 (a table: all), highest at 99.9 % of m0",
+        "frequency band [low, high] in multiples of the peak frequency; absent: 0.5 (a table: all) to 99.9 % of m0",
         "1",
         default=None,
     )
-    amplitudes: Literal["fixed", "random"] = key("of the components; random: as in short records", default="fixed")
-    kinematics: Literal["step", "exact"] = key(
-        "of irregular seas: once per step with gradients, or at every iterate", default="step"
+    amplitudes: Literal["fixed", "random"] = key(
+        "component amplitudes: fixed by the spectrum, or Rayleigh-distributed as in short records", default="fixed"
     )
-    elevation: Record | None = key("at x = y = 0, [[t, eta], ...] or a file of these two columns", "s, m", default=None)
+    kinematics: Literal["step", "exact"] = key(
+        "wave kinematics of irregular seas: once per step with gradients, or at every Newton iterate", default="step"
+    )
+    elevation: Record | None = key(
+        "measured surface elevation at x = y = 0, [[t, eta], ...] or a file of these columns", "s, m", default=None
+    )
 
     @model_validator(mode="after")
     def _one_sea(self):

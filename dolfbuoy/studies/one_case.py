@@ -8,8 +8,10 @@ from pathlib import Path
 
 import xarray as xr
 
+from ..accuracy.bars import bars_of, by_label
+from ..accuracy.companion import companion_of
 from ..elsewhere import MPI
-from ..errors import InputError
+from ..errors import InputError, SolveError
 from ..motion.simulation import Simulation
 from ..page.folder import write_pages
 from ..parallel import interruption
@@ -47,6 +49,8 @@ def evaluate(
         record = run(scene, folder, deadline, keep is not None)
         found = {"status": "done", "statistics": numbers_of(record), "sample": _sample(record, scene)}
         found["cut"] = retried.cut(record, scene)
+        if scene.accuracy is not None and scene.accuracy.estimate != "none":
+            _put_bars(found["statistics"], record, scene, deadline)
         if keep is not None:
             _keep(folder, Path(keep) / key(case), case["changes"])
     except Exception as error:  # whatever it is, the others go on
@@ -68,6 +72,16 @@ def _keep(folder, place, changes):
     for file in list(folder.iterdir()):
         os.replace(file, place / file.name)
     folder.rmdir()
+
+
+def _put_bars(statistics, record, scene, deadline):
+    """Error bars of the statistics, beside them."""
+    try:
+        companion = run(companion_of(scene), None, deadline)
+    except SolveError as error:
+        companion = error
+    for label, numbers in by_label(bars_of(record, scene, companion)[0]).items():
+        statistics.setdefault(label, {}).update(numbers)
 
 
 def _sample(record, scene):

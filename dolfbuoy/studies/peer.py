@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..accuracy.bars import NONE
 from ..api import simulate
 from ..errors import InputError, SolveError
 from ..formats.moordyn_run import Series, moordyn_module, run
@@ -48,12 +49,13 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
         raise InputError("a comparison needs a scene with a cable and [time].")
     end = end or scene.time.end
     scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end})})
-    record = simulate(scene)
+    record = simulate(scene, accuracy={"estimate": "companion"})
     theirs, written = _theirs(scene, start_of(record.isel(time=0)), end, segments)
     ours = record.time.values, _ours(record, scene)
     series = theirs.t, _named(theirs, scene)
     units = {name: "N" if "tension" in name else "m" for name in ours[1] if name in series[1]}
-    rows = [_row(name, unit, ours, series, end / 2) for name, unit in units.items()]
+    bars = _bars(record)
+    rows = [_row(name, unit, ours, series, end / 2, bars.get(name)) for name, unit in units.items()]
     return Comparison(rows, [str(note) for note in written.notes], ours, series)
 
 
@@ -98,9 +100,17 @@ def _named(series: Series, scene):
     return found
 
 
-def _row(name, unit, ours, theirs, start):
-    """Mean, least and largest of both, and the rms of their difference relative to our range, or to the value of what
-    hardly varies."""
+def _bars(record):
+    """Error bars of the largest tensions, by name; without those of which nothing is known."""
+    ends = {"tension_top.max": "tension_top", "anchor.max": "tension_anchor"}
+    columns = (record[name].values.tolist() for name in ("output_of", "output", "bar", "bar_verdict"))
+    rows = zip(*columns, strict=True)
+    return {f"{part}: {ends[output]}": bar for part, output, bar, verdict in rows if output in ends and verdict != NONE}
+
+
+def _row(name, unit, ours, theirs, start, bar):
+    """Mean, least and largest of both, our error bar of the largest and whether they differ by more, and the rms of
+    their difference relative to our range, or to the value of what hardly varies."""
     t, values = ours[0], ours[1][name]
     other = np.interp(t, theirs[0], theirs[1][name])
     late = t >= start
@@ -109,6 +119,8 @@ def _row(name, unit, ours, theirs, start):
     row = {"quantity": name, "unit": unit}
     for what, of in (("mean", np.mean), ("least", np.min), ("largest", np.max)):
         row |= {what: float(of(a)), f"{what}_moordyn": float(of(b))}
+    apart = abs(row["largest"] - row["largest_moordyn"])
+    row |= {"bar": bar, "beyond": None if bar is None else "yes" if apart > bar else "no"}
     span, size = float(np.ptp(a)), float(np.abs(a).max())
     of, scale = ("range", span) if span > CONSTANT * size else ("value", size)
     return row | {"difference": difference, "of": of, "relative": difference / scale if scale else float("nan")}

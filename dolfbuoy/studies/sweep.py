@@ -99,6 +99,8 @@ def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None,
     for name in dict.fromkeys(name for change in changes for name in change):
         check_known(base, name)
     check_wavelength(base, changes)
+    if base.accuracy is not None and base.accuracy.target is not None:
+        raise InputError("accuracy.target: cases of a sweep keep their settings; take accuracy.estimate for bars.")
     return Plan(base, changes, source)
 
 

@@ -8,6 +8,7 @@ from mpi4py import MPI
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.model.surfacing import surfacing
 
 
 def _line(scene):
@@ -63,11 +64,31 @@ def _finite(record):
 
 
 def _weight(scene):
-    area = _line(scene).section.area or (
-        np.pi * _line(scene).section.diameter ** 2 / 4 if _line(scene).section.diameter else 0.0
-    )
-    displaced = scene.sea.density * area if scene.sea else 0.0
-    return (_line(scene).section.line_density - displaced) * scene.gravity
+    """Weight in water per length [N/m]."""
+    return _line(scene).section.line_density * scene.gravity - _buoyancy(scene)
+
+
+def _buoyancy(scene):
+    """Weight of the displaced water per length [N/m]."""
+    section = _line(scene).section
+    area = section.area or (np.pi * section.diameter**2 / 4 if section.diameter else 0.0)
+    return scene.sea.density * area * scene.gravity if scene.sea else 0.0
+
+
+def _dry(record, scene):
+    """(length out of the water above the middle of the first element, length of elements at the surface) [m].
+
+    Elements are straight; those at the surface may count as wet or dry as their few points of quadrature do.
+    """
+    asked = scene.sea and (bool(surfacing(scene)) if scene.sea.dry_above is None else scene.sea.dry_above)
+    if not asked:
+        return 0.0, 0.0
+    z, sizes = record.cable_position.values[:, 2], np.diff(record.s.values)
+    low, high = np.minimum(z[:-1], z[1:]), np.maximum(z[:-1], z[1:])
+    crossing = (low < 0.3 * sizes) & (high > -0.3 * sizes)
+    dry = np.where(low >= 0, sizes, 0.0)
+    dry[0] /= 2
+    return float(dry.sum()), float(sizes[crossing].sum())
 
 
 def check_static(record, scene):
@@ -100,9 +121,13 @@ def _check_balance(record, scene):
     hanging = _weight(scene) * (s[-1] - s[1] / 2)
     if "growth_weight" in record:
         hanging += float(record.growth_weight.sum() - record.growth_weight[0] / 2)
+    dry, doubt = _dry(record, scene)
+    if dry + doubt > 0 and "growth_weight" in record:
+        return  # what grows has a buoyancy of its own
+    hanging += _buoyancy(scene) * dry
     rest = record.end_tension.values - T[0] * tangent - [0, 0, hanging]
     c = _line(scene).section
-    noise = _tension_noise(scene) + 1e-9 * c.line_density * c.length
+    noise = _tension_noise(scene) + 1e-9 * c.line_density * c.length + _buoyancy(scene) * doubt
     assert np.abs(rest).max() <= 1e-6 * max(np.abs(T).max(), abs(hanging)) + noise + 1e-12, (rest, T, hanging)
 
 

@@ -183,7 +183,9 @@ STRUCTURES = {
     "free buoy in a storm": {
         "sea": SEA, "buoy": LOADED_BODY, "waves": IRREGULAR | {"kinematics": "exact"}, "wind": WIND, "initial": PUSHED,
     },
-    "moored in a storm": {"sea": SEA, "cable": LOADED | ELASTIC, "buoy": LOADED_BODY, "waves": IRREGULAR},
+    "moored in a storm": {
+        "gravity": 9.81, "sea": SEA, "cable": LOADED | ELASTIC, "buoy": LOADED_BODY, "waves": IRREGULAR,
+    },
     "cable in a storm": {
         "sea": SEA, "cable": LOADED | ELASTIC | FIXED, "waves": IRREGULAR | {"period_seen_from": "water"},
         "current": CURRENT,
@@ -235,7 +237,7 @@ def scenes(draw, structure=None):
     """A scene as dict; structure: a value of STRUCTURES."""
     if structure is None:
         structure = STRUCTURES[draw(st.sampled_from(sorted(STRUCTURES)))]
-    scene = _drawn(draw, structure | {"time": TIME, "gravity": ANY}, "")
+    scene = _drawn(draw, {"time": TIME, "gravity": ANY} | structure, "")
     if "buoy" in scene:
         _shape_buoy(draw, scene)
     if {"buoy", "cable", "sea"} <= scene.keys():

@@ -21,6 +21,8 @@ from dolfbuoy.results.bars import number_with, rows_of
 from dolfbuoy.results.record import read
 from dolfbuoy.results.series import Series
 from dolfbuoy.scene.settings import Space, Stepping, space_of, with_settings
+from dolfbuoy.studies import peer
+from dolfbuoy.studies.sweep import plan, sweep
 
 BARS = {"accuracy__estimate": "companion"}
 NUMBERS = ("max", "min", "mean", "std")
@@ -256,7 +258,7 @@ def test_an_accuracy_that_is_not_reached(tmp_path):
 
 
 def test_outputs_that_a_scene_does_not_have():
-    with pytest.raises(InputError, match=r"accuracy.of cone_angle.max: this scene has tension_top.max"):
+    with pytest.raises(InputError, match=r"accuracy.of cone_angle.max: must be an output of this scene"):
         simulate("driven", time__end=1.0, accuracy__target=0.1, accuracy__of=["cone_angle.max"])
     with pytest.raises(InputError, match=r"accuracy.rounds.*goes with a target only"):
         load_scene("driven", accuracy__rounds=2)
@@ -273,6 +275,32 @@ def test_what_an_accuracy_is_relative_to(driven):
     low = copy.copy(bars)
     low[Output("tension_top", "min", "cable")] = low[Output("tension_top", "min", "cable")]._replace(value=1.0)
     assert scale_of(Output("tension_top", "min", "cable"), low) == pytest.approx(0.2 * top["max"])
+
+
+# -- of sweeps and of another program --------------------------------------------------------------------------------
+
+
+def test_cases_of_a_sweep_have_bars(tmp_path):
+    """Those of the run alone; without [accuracy] there are none; settings are not looked for."""
+    scene = load_scene("driven", time__end=3.0)
+    one = simulate(scene, **BARS)
+    for more, there in ((BARS, True), ({}, False)):
+        found = sweep(load_scene(scene, **more), ["cable.normal_drag=0.8"], None, tmp_path / str(there))
+        assert ("tension_top_maximum_bar" in found) == there
+        if there:
+            for output, name in (("tension_top.max", "maximum"), ("tension_top.std", "standard_deviation")):
+                bar = one.bar.values[one.output.values.tolist().index(output)]
+                assert found[f"tension_top_{name}_bar"].item() == pytest.approx(float(bar), rel=1e-6)
+                assert found[f"tension_top_{name}_bar"].units == "N"
+    with pytest.raises(InputError, match=r"accuracy\.target"):
+        plan(load_scene(scene, accuracy__target=0.1), ["cable.normal_drag=0.8"], None)
+
+
+def test_a_difference_is_held_against_the_bar():
+    t = np.linspace(0.0, 1.0, 11)
+    for shift, bar, said in ((1.0, 2.0, "no"), (3.0, 2.0, "yes"), (3.0, None, None)):
+        row = peer._row("top", "N", (t, {"top": t}), (t, {"top": t + shift}), 0.0, bar)
+        assert (row["bar"], row["beyond"]) == (bar, said)
 
 
 # -- shown -----------------------------------------------------------------------------------------------------------
