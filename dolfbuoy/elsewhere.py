@@ -14,6 +14,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import ModuleType
 
 from .errors import InputError
 
@@ -52,7 +53,7 @@ def elsewhere() -> Iterator[None]:
         os.close(here)
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> ModuleType:
     """`from dolfbuoy.elsewhere import matplotlib`: a library of the names below, started elsewhere."""
     if name not in ("matplotlib", "netCDF4", "MPI"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -87,7 +88,7 @@ def _alone() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
-def _check_temporary_folder():
+def _check_temporary_folder() -> None:
     """Raise InputError where Open MPI would end the process with a page of text."""
     given = next(((name, os.environ[name]) for name in ("TMPDIR", "TEMP", "TMP") if os.environ.get(name)), None)
     if given is None:

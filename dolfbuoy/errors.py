@@ -2,6 +2,11 @@
 
 import importlib
 import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: What dolfbuoy calls and pip does not bring: packages of the system, all of one build.
 OF_THE_SYSTEM = ("dolfinx", "ufl", "ffcx", "basix", "petsc4py", "mpi4py", "h5py")
@@ -21,7 +26,7 @@ class InputError(ValueError):
     The sentence may quote names and values of a stranger; control characters in them are escaped.
     """
 
-    def __init__(self, sentence):
+    def __init__(self, sentence: object) -> None:
         super().__init__(printable(str(sentence)))
 
 
@@ -32,7 +37,7 @@ class SolveError(RuntimeError):
 class NoResult(SolveError):
     """A run that came to its end and means nothing; record: what it has recorded."""
 
-    def __init__(self, sentence, record=None):
+    def __init__(self, sentence: str, record: "xr.Dataset | None" = None) -> None:
         super().__init__(sentence)
         self.record = record
 
@@ -40,7 +45,7 @@ class NoResult(SolveError):
 class NotAccurate(SolveError):
     """An accuracy that was asked for was not reached; record: of the last run, with its bars; exit code 4."""
 
-    def __init__(self, sentence, record=None):
+    def __init__(self, sentence: str, record: "xr.Dataset | None" = None) -> None:
         super().__init__(sentence)
         self.record = record
 
@@ -49,7 +54,7 @@ def missing(error: ImportError) -> "InputError | None":
     """A failed import of one of OF_THE_SYSTEM as one sentence; None if something else failed."""
     name = (error.name or "").partition(".")[0]
     if name not in OF_THE_SYSTEM:
-        return next((found for found in map(missing, _behind(error)) if found), None)
+        return next((found for found in map(missing, _causes(error)) if found), None)
     gone = isinstance(error, ModuleNotFoundError)
     what = "is not installed" if gone else f"cannot be imported ({str(error).rstrip('.')})"
     return InputError(
@@ -58,8 +63,8 @@ def missing(error: ImportError) -> "InputError | None":
     )
 
 
-def _behind(error):
-    """The failed imports that one without a name tells of."""
+def _causes(error: ImportError) -> Iterator[ImportError]:
+    """The failed imports that one without a name is due to."""
     if isinstance(error.__cause__, ImportError):  # of a compiled module
         yield error.__cause__
     for name in re.findall(LISTED, str(error), flags=re.MULTILINE):

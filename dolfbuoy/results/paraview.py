@@ -16,6 +16,7 @@ from . import quantities
 from .checkpoint import read_scene
 from .folder import enlist, remarks
 from .frame import Frame, Frames
+from .parts import names_of
 from .record import fitting, read
 
 #: Instants that are written unless others are asked for: each is a file of everything that moves.
@@ -94,7 +95,7 @@ def _of_record(file, make, frame):
 
 
 def read_run(folder: str | Path):
-    """(record, scene) of a run's folder.  Raises InputError if there is none."""
+    """(record, scene) of a run's folder.  Raises InputError if there is none, or they are of different runs."""
     folder = Path(folder)
     for name in ("results.nc", "scene.toml"):
         if not (folder / name).is_file():
@@ -102,7 +103,11 @@ def read_run(folder: str | Path):
     record = read(folder / "results.nc")
     if not record.sizes.get("time"):
         raise InputError(f"{folder / 'results.nc'} is not the record of a run: compute it with dolfbuoy run.")
-    return record, read_scene(folder)
+    scene = read_scene(folder)
+    for kind, named in (("cable", scene.network.cables), ("buoy", scene.network.buoys)):
+        if names_of(record, kind) != list(named):
+            raise InputError(f"{folder / 'results.nc'} and scene.toml have not the same {kind}s: restore the scene.")
+    return record, scene
 
 
 def instants(record, scene) -> np.ndarray:

@@ -76,7 +76,7 @@ class Buoy(Section):
         "height of its centre of mass above the keel; absent: centroid of the hull", "m", default=None
     )
     inertia: list[Inertia] | None = key(
-        "moments of inertia [transverse, axial] or [Ixx, Iyy, Izz] about that centre; absent: uniform solid hull",
+        "moments of inertia [transverse, axial] or [Ixx, Iyy, Izz] about it; absent: uniform solid hull",
         "kg m^2",
         default=None,
     )
@@ -90,7 +90,7 @@ class Buoy(Section):
     )
     normal_drag: Coefficient = key("transverse drag coefficient", "1", default=0.0)
     axial_added_mass: Coefficient = key(
-        "axial added-mass coefficient of wetted end discs, steps and cones; 1: half a sphere of water per disc face",
+        "axial added-mass coefficient of end discs, steps and cones; 1: half a sphere of water per face",
         "1",
         default=0.0,
     )

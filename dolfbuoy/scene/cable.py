@@ -67,7 +67,7 @@ class Top(Section):
     ramp: Duration = key("ramp-up time of the motion (of the speed of a tow)", "s", default=0.0)
     velocity: VelocityVector | None = key("constant velocity of the end (tow)", "m/s", default=None)
     motion: Motion | None = key(
-        "time history, rows [t, x, y, z] relative to position with cubic-spline interpolation, or a file of them",
+        "time history, rows [t, x, y, z] relative to position (cubic splines), or a file of them",
         "s, m",
         default=None,
     )

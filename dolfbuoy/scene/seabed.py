@@ -11,7 +11,7 @@ class Seabed(Section):
 
     friction: Coefficient = key("Coulomb friction coefficient mu", "1", default=0.0)
     stiffness: BedStiffness | None = key(
-        "normal stiffness, pressure per penetration; absent: such that lines sink by 1e-4 depth or 1 cm at most",
+        "normal stiffness, pressure per penetration; absent: penetration of 1e-4 depth or 1 cm at most",
         "Pa/m",
         default=None,
     )
@@ -21,6 +21,6 @@ class Seabed(Section):
     )
     slope: Slope = key("slope of the sea bed [dz/dx, dz/dy]", "1", default=(0.0, 0.0))
     start: Literal["frictionless", "pulled"] = key(
-        "initial friction state: none, or that of lines laid slack from their ends on the bed and then pulled",
+        "initial friction state: none, or that of lines laid slack on the bed and then pulled",
         default="frictionless",
     )

@@ -105,7 +105,7 @@ class Waves(Section):
         "spreading exponent s of cos^2s(angle/2) about direction_deg; absent: long-crested", "1", default=None
     )
     components: Components = key(
-        "number of components, or [[amplitude, period, direction_deg, phase_deg], ...] or a file of these columns",
+        "number of components, [[amplitude, period, direction_deg, phase_deg], ...] or a file of them",
         "m, s, deg, deg",
         default=200,
     )
@@ -113,7 +113,7 @@ class Waves(Section):
         "seed of the random phases, directions and amplitudes", "1", default=0
     )
     band: Annotated[list[Multiple], Field(min_length=1, max_length=2)] | None = key(
-        "frequency band [low, high] in multiples of the peak frequency; absent: 0.5 (a table: all) to 99.9 % of m0",
+        "frequency band [low, high] over the peak frequency; absent: 0.5 (a table: all) to 99.9 % of m0",
         "1",
         default=None,
     )

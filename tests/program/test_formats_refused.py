@@ -162,7 +162,16 @@ def test_both_ends_of_a_comparison_are_forces():
 )
 def test_a_difference_is_relative_to_the_range_or_to_the_value_of_a_constant(ours, theirs, of, relative):
     t = np.array([0.0, 1.0, 2.0])
-    row = peer._row("x", "N", (t, {"x": np.array(ours)}), (t, {"x": np.array(theirs)}), 0.0)
+    row = peer._row("x", "N", (t, {"x": np.array(ours)}), (t, {"x": np.array(theirs)}), 0.0, None)
     assert (row["of"], row["relative"]) == (of, pytest.approx(relative, rel=1e-9))
     assert row["difference"] == pytest.approx(abs(theirs[0] - ours[0]), rel=1e-9)
     assert (row["least"], row["largest_moordyn"]) == (min(ours), max(theirs))
+    assert (row["bar"], row["beyond"]) == (None, None)
+
+
+@pytest.mark.parametrize(("bar", "beyond"), [(0.9, "yes"), (1.1, "no")])
+def test_largest_values_differ_by_more_than_the_bar_of_ours_or_not(bar, beyond):
+    """Largest values of 21 and 22, whatever the rest does."""
+    ours, theirs = ((np.array([0.0, 1.0]), {"x": np.array(values)}) for values in ([0.0, 21.0], [-50.0, 22.0]))
+    row = peer._row("x", "N", ours, theirs, 0.0, bar)
+    assert (row["bar"], row["beyond"]) == (bar, beyond)

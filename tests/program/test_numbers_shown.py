@@ -346,14 +346,14 @@ def test_the_table_beside_moordyn(call, tmp_path, monkeypatch):
     """Per cent in the table, a part in the file."""
     row = {"quantity": "anchor of line", "unit": "kN", "relative": 0.0123, "of": "range"}
     row |= {f"{what}{of}": 3.0 + k for k, what in enumerate(("mean", "least", "largest")) for of in ("", "_moordyn")}
-    row |= {"mean_moordyn": 7.5}
+    row |= {"mean_moordyn": 7.5, "bar": 0.25, "beyond": "yes"}
     monkeypatch.setattr(peer, "compare", lambda *_: peer.Comparison([row], ["no wind"], None, None))
     monkeypatch.setattr(peer, "draw", lambda *_: None)
     code, out, err = call("compare", "moordyn", "bridle", "--out", tmp_path)
     assert code == 0
     (line,) = [line for line in out.splitlines() if "anchor of line" in line]
     assert re.split(r"\s*\│\s*|\s{2,}", line.strip()) == [
-        *("anchor of line", "kN", "3", "7.5", "4", "4", "5", "5", "1.23", "range")
+        *("anchor of line", "kN", "3", "7.5", "4", "4", "5", "5", "0.25", "yes", "1.23", "range")
     ]
     assert "MoorDyn: no wind" in err
     assert json.loads((tmp_path / "comparison.json").read_text())["rows"] == [row]

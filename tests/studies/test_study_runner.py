@@ -8,24 +8,24 @@ import json
 import pytest
 from typer.testing import CliRunner
 
-from dolfbuoy.commands.study import app
+from dolfbuoy.commands.study import studies
 from dolfbuoy.errors import InputError
 from dolfbuoy.studies import hard_cases
 from dolfbuoy.studies.accuracy import inf_sup
 from dolfbuoy.studies.study import Table, run, run_command, save
 
-COMMANDS = [command.name or command.callback.__name__ for command in app.registered_commands]
+COMMANDS = [command.name or command.callback.__name__ for command in studies.registered_commands]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_has_an_example(name):
-    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "200", "TERM": "dumb"}).output
+    shown = CliRunner().invoke(studies, [name, "--help"], env={"COLUMNS": "200", "TERM": "dumb"}).output
     assert f"dolfbuoy study {name}" in shown
     assert "results/study-NAME" in shown
 
 
 def test_options_of_wrong_kind_are_refused():
-    done = CliRunner().invoke(app, ["work-precision", "short", "--repeats", "0"])
+    done = CliRunner().invoke(studies, ["work-precision", "short", "--repeats", "0"])
     assert done.exit_code == 2
     assert "--repeats" in done.output
 
@@ -41,7 +41,7 @@ def test_a_table_is_written_and_read(tmp_path):
 def test_a_study_that_fails_is_exit_code_1(monkeypatch, tmp_path, passed):
     monkeypatch.setattr(inf_sup, "study", lambda folder: [Table("", [], columns={"a": "b"}, passed=passed)])
     assert run_command("inf-sup", inf_sup.study, tmp_path) is passed
-    assert CliRunner().invoke(app, ["inf-sup", "--out", str(tmp_path)]).exit_code == (0 if passed else 1)
+    assert CliRunner().invoke(studies, ["inf-sup", "--out", str(tmp_path)]).exit_code == (0 if passed else 1)
 
 
 CASES = '''
