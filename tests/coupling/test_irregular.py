@@ -110,7 +110,9 @@ def test_retried_step_is_that_of_who_never_failed(kinematics):
             for _, _ in zip(range(20), simulation.run(), strict=False):
                 pass
         assert one.step(0.05, judge=lambda h, error: False) is None
-        one.newton.age.valid = other.newton.age.valid = False  # the matrix of the step that was given up is newer
+        one.newton.numbers.valid = other.newton.numbers.valid = (
+            False  # the matrix of the step that was given up is newer
+        )
         for simulation in (one, other):
             simulation.step(0.025)
         assert np.array_equal(one.system.u, other.system.u)
