@@ -212,7 +212,7 @@ class Scene(Section):
         """What hangs together with what, resolved: pieces of line, joints, bodies and buoys."""
         return resolved(self)
 
-    def model_copy(self, **how):
+    def model_copy(self, **how: Any) -> "Scene":
         """A copy with some sections replaced, which resolves its network anew."""
         copied = super().model_copy(**how)
         copied.__dict__.pop("network", None)

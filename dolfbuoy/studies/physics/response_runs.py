@@ -82,8 +82,7 @@ def measured_in_sea(scene: Scene, waves: Waves) -> tuple[dict[str, float], dict[
 
 def _run(scene: Scene, waves: Waves, end: float, period: float) -> Scene:
     stepping = Time(end=end, step=period / STEPS, scheme="bdf2", output_every=end)
-    changed: Scene = held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
-    return changed
+    return held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
 
 
 def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array], Array]:
@@ -146,5 +145,4 @@ def held_still(scene: Scene) -> Scene:
         still(c, c.top, lambda place: {"top": Top(kind="fixed", position=place)}) for c in scene.cable
     ]
     joints = scene.joint and [still(j, j.held, lambda place: rest | {"position": place}) for j in scene.joint]
-    found: Scene = scene.model_copy(update={"cable": cables, "joint": joints})
-    return found
+    return scene.model_copy(update={"cable": cables, "joint": joints})
