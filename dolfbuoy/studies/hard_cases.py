@@ -1,7 +1,7 @@
 """The hard cases in a table: tests of the checkout that this program belongs to, each run by pytest.
 
-A case is a test function of tests/robustness/test_hard_*.py; its docstring tells what is asked and what a trustworthy
-program must show, and what it measures are the properties "happened" of its report.
+A case is a test function of tests/robustness/test_hard_*.py; its docstring has the question and what a trustworthy
+program must show, and its measurements are the properties "happened" of its report.
 """
 
 import hashlib
@@ -74,9 +74,14 @@ def evaluate(case: Row) -> Row:
     _, reports = _pytest(TESTS.parents[1] / case["test"])
     crashes = [getattr(report.longrepr, "reprcrash", None) for report in reports if report.failed]
     failed = [crash.message if crash else "it was not set up" for crash in crashes]
-    said = [text for report in reports[-1:] for name, text in report.user_properties if name == "happened"]
-    passed = bool(said) and not failed
-    return {"happened": "; ".join(said), "passed": passed, "failed": failed, "verdict": "pass" if passed else "FAIL"}
+    happened = [text for report in reports[-1:] for name, text in report.user_properties if name == "happened"]
+    passed = bool(happened) and not failed
+    return {
+        "happened": "; ".join(happened),
+        "passed": passed,
+        "failed": failed,
+        "verdict": "pass" if passed else "FAIL",
+    }
 
 
 def study(folder: Path, only: str | None = None, slow: bool = False) -> list[Table]:

@@ -1,4 +1,4 @@
-"""Runs in time beside the linear response: amplitudes in regular waves, standard deviations in an irregular sea."""
+"""Runs in time against the linear response: amplitudes in regular waves, standard deviations in an irregular sea."""
 
 import math
 import time
@@ -112,7 +112,7 @@ def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array
 
 
 def harmonics(times: Array, values: Array, omega: float) -> Any:
-    """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares beside a parabola in time."""
+    """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares, with a parabola in time."""
     phase, slow = omega * times, (times - times.mean()) / np.ptp(times)
     basis = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(slow), slow, slow**2])
     cosine, sine = np.linalg.lstsq(basis, values, rcond=None)[0][:2]
@@ -120,7 +120,7 @@ def harmonics(times: Array, values: Array, omega: float) -> Any:
 
 
 def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, float]:
-    """Difference [%] of the linear amplitudes' sizes from those of a run, of what moves at all beside its like.
+    """Difference [%] of the linear amplitudes' sizes from those of a run, of all that moves compared with its like.
 
     Without yaw, which of most buoys nothing holds.
     """
