@@ -196,7 +196,7 @@ def test_the_sea_around_an_event():
 def test_bars_of_an_event():
     """A third of what the companion around it differs by; without it, or on another way, it is suspect."""
     scene = load_scene("storm", **STORM_OF_400_S)
-    record, event = made_up(scene, {300.0: 5000.0, 150.0: 4000.0}), Event(250.0, 286.0, 306.0)
+    record, event = made_up(scene, {300.0: 5000.0, 150.0: -3000.0}), Event(250.0, 286.0, 306.0)
     coarse = record.isel(time=record.time.values <= covered(scene))
     late = record.isel(time=(record.time.values >= 250.0) & (record.time.values <= 306.0))
     for height, verdict in ((150.0, RESOLVED), (-1500.0, SUSPECT)):
