@@ -276,6 +276,7 @@ def _accurate(scene, folder, comm, progress):
     record = _put(found.record, (found.bars, found.sentences), found.scene, folder)
     if found.worst > target.ENOUGH:
         raise NotAccurate(target.sentence_of(found), record)
+    folders.finish(folder, "run", requested=scene)
     return record
 
 

@@ -318,6 +318,17 @@ def test_an_accuracy_is_reached():
         assert float(row.bar) <= ENOUGH * 0.01 * float(row.bar_value)
 
 
+def test_an_accuracy_that_was_reached_is_read(tmp_path):
+    """The same command again; of another accuracy it is another scene."""
+    scene = load_scene("driven", time__end=6.0, accuracy={"target": 0.05})
+    first, steps = simulate(scene, tmp_path), []
+    again = simulate(scene, tmp_path, progress=lambda *_: steps.append(1))
+    assert steps == []
+    np.testing.assert_array_equal(again.tension_top, first.tension_top)
+    with pytest.raises(InputError, match="another scene"):
+        simulate(load_scene(scene, accuracy={"target": 0.04}), tmp_path)
+
+
 def test_an_accuracy_that_is_not_reached(tmp_path):
     with pytest.raises(NotAccurate, match=r"0.01 % was not reached: \S+ of cable is known to \d") as error:
         simulate("driven", tmp_path, time__end=3.0, accuracy__target=1e-4, accuracy__rounds=1)
