@@ -6,13 +6,13 @@ Whatever draws takes matplotlib from here: it is started elsewhere, without the 
 import io
 from pathlib import Path
 
-from ..elsewhere import matplotlib
+from ..elsewhere import matplotlib as matplotlib
 from ..writing import replacing
 
 # isort: split
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection as LineCollection
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Figure
 from matplotlib.lines import Line2D as Line2D
 from matplotlib.patches import Circle as Circle
 from matplotlib.patches import Patch as Patch
