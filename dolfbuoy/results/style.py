@@ -7,7 +7,8 @@ import io
 from pathlib import Path
 
 from ..elsewhere import matplotlib
-from ..writing import replacing
+from ..writing import made, replacing
+from .folder import enlist
 
 # isort: split
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -103,6 +104,14 @@ def save(figure: Figure, path: Path) -> list[Path]:
     with replacing(files[1]) as part:
         figure.savefig(part, format="svg", metadata={"Date": None})
     return files
+
+
+def keep(figure: Figure, folder: Path, name: str, kind: str = "run") -> list[Path]:
+    """Save a figure as folder/figures/name, files of a result of this kind; returns them."""
+    path = Path(folder) / "figures" / name
+    made(Path(folder), "figures")
+    enlist(folder, files_of(path), kind)
+    return save(figure, path)
 
 
 def plain_ticks(axes) -> None:

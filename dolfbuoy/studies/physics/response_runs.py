@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -110,7 +111,7 @@ def harmonics(times: np.ndarray, values: np.ndarray, omega: float) -> np.ndarray
     return cosine + 1j * sine
 
 
-def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, float]:
+def compared(own: Mapping[str, complex], run: Mapping[str, complex]) -> dict[str, float]:
     """Difference [%] of the linear amplitudes' sizes from those of a run, of what moves at all beside its like.
 
     Without yaw, which of most buoys nothing holds.
