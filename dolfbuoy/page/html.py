@@ -2,10 +2,8 @@
 
 from collections.abc import Iterable
 
+from . import document
 from .document import Markup, joined, tag
-
-#: The program, as a page names it.
-PROGRAM = "dolfbuoy"
 
 
 def section(name: str, title: str, *children, **attributes) -> Markup:
@@ -42,11 +40,11 @@ def warnings(sentences: list[str]) -> Markup | None:
     return tag("aside", tag("strong", word), body, class_="warnings", id="warnings", aria_label="Warnings")
 
 
-def header(title: str, *lines: str) -> Markup:
-    """Title, what it is, and the button for the colours."""
+def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict, script: str) -> str:
+    """The file of a page: title, lines below it, the button for the colours, and the parts."""
     button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
-    said = tag("div", tag("h1", title), *(tag("p", line) for line in lines))
-    return tag("header", said, button)
+    top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
+    return document.page(title, joined([top, tag("main", *children)]), data, script)
 
 
 def scene(text: str, command: str = "run", common: bool = False) -> Markup:
@@ -59,12 +57,8 @@ def scene(text: str, command: str = "run", common: bool = False) -> Markup:
     return section("scene", "Scene", tag("p", hint), folded)
 
 
-#: Attributes of a record that are versions begin so.
-_VERSION = "version_"
-
-
 def versions(attributes) -> Markup:
     """Versions that computed the record, and when."""
-    names = [(key.removeprefix(_VERSION), value) for key, value in attributes.items() if key.startswith(_VERSION)]
+    names = [(key.removeprefix("version_"), value) for key, value in attributes.items() if key.startswith("version_")]
     rows = [("computed", attributes.get("created", "")), *names, ("ranks", attributes.get("ranks", 1))]
-    return section("versions", "Versions", table(("program", "version"), [(k, str(v)) for k, v in rows]))
+    return section("versions", "Versions", table(("program", "version"), rows))

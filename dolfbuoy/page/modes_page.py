@@ -7,7 +7,7 @@ from ..results.frame import Frames
 from ..results.mode_record import KINDS, enlargement, moving
 from ..results.tables import unit_of
 from . import html
-from .document import fragment, joined, page, tag
+from .document import fragment, tag
 from .pack import single
 from .view import base_view
 
@@ -15,28 +15,18 @@ from .view import base_view
 def modes_page(dataset, scene=None) -> str:
     """HTML of modes.nc.  Raises InputError for a dataset without a scene."""
     scene = scene or scene_of(dataset)
-    found = data_of(dataset, scene)
-    said = f"Small motions about the equilibrium of: {dataset.attrs.get('effects', '')}"
+    effects = f"Small motions about the equilibrium of: {dataset.attrs.get('effects', '')}"
     note = "Shapes are enlarged so that they can be seen; their colours are the changes of the tension."
-    body = joined(
-        [
-            html.header(f"Modes of {scene.title or 'a scene'}", said, f"dolfbuoy {dataset.attrs['version_dolfbuoy']}"),
-            tag(
-                "main",
-                fragment("stage", note=note),
-                tag(
-                    "section",
-                    tag("h2", "Modes", id="modes-title"),
-                    tag("div", id="table"),
-                    id="modes",
-                    aria_labelledby="modes-title",
-                ),
-                tag("div", class_="grid", id="charts"),
-                tag("div", html.scene(scene.to_toml(), "modes"), html.versions(dataset.attrs), class_="grid"),
-            ),
-        ]
+    return html.page(
+        f"Modes of {scene.title or 'a scene'}",
+        [effects, f"dolfbuoy {dataset.attrs['version_dolfbuoy']}"],
+        fragment("stage", note=note),
+        html.section("modes", "Modes", tag("div", id="table")),
+        tag("div", class_="grid", id="charts"),
+        tag("div", html.scene(scene.to_toml(), "modes"), html.versions(dataset.attrs), class_="grid"),
+        data=data_of(dataset, scene),
+        script="modes",
     )
-    return page(f"Modes of {scene.title or 'a scene'}", body, found, "modes")
 
 
 def data_of(dataset, scene) -> dict:
@@ -55,12 +45,8 @@ def data_of(dataset, scene) -> dict:
 def _mode(dataset, number):
     mode = dataset.isel(mode=number)
     found = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
-    found |= {
-        "name": mode.name.item(),
-        "said": KINDS[mode.kind.item()],
-        "factor": enlargement(dataset, mode),
-        "buoys": [],
-    }
+    found |= {"name": mode.name.item(), "said": KINDS[mode.kind.item()]}
+    found |= {"factor": enlargement(dataset, mode), "buoys": []}
     if "cable_position" in mode:
         found |= {"position": single(mode.cable_position.values), "tension": single(mode.cable_tension.values)}
         size = found["factor"] * float(np.abs(mode.cable_tension.values).max())

@@ -9,7 +9,7 @@ from ..results.sample import STATISTICS
 from ..results.series import described, each_series
 from ..results.tables import unit_of
 from . import html
-from .document import joined, page, tag
+from .document import tag
 from .pack import single
 
 #: Numbers of statistics up to which all are in the page; of more only the largest values, means and deviations.
@@ -20,19 +20,21 @@ FEWER = ("maximum", "mean", "standard_deviation")
 def sweep_page(dataset) -> str:
     """HTML of sweep.nc."""
     found = data_of(dataset)
-    title = f"Sweep of {dataset.attrs.get('title') or 'a scene'}"
     done = int((dataset.status == "done").sum())
-    said = f"{dataset.sizes['case']:,} cases over {dataset.attrs['varied']}; {done:,} of them done"
+    cases = f"{dataset.sizes['case']:,} cases over {dataset.attrs['varied']}; {done:,} of them done"
     opens = "opens its replay, which is in records/ beside this file, and " if found["records"] else ""
     hint = f"A line is a case; a click on it, or on its row below, {opens}shows its numbers and how to run it alone."
-    drawn = tag("p", hint, class_="note"), tag("div", id="axes")
-    charts = html.section("parallel", "All cases", *drawn, class_="whole")
-    listed = html.section("cases", "Cases", tag("div", id="table"))
     empty = tag("div", tag("p", "Choose a line or a row."), id="chosen", aria_live="polite")
-    one = html.section("case", "One case", empty)
-    more = tag("div", html.scene(dataset.attrs["scene"], common=True), class_="grid") if found["scene"] else None
-    body = joined([html.header(title, said), tag("main", charts, listed, one, more)])
-    return page(title, body, found, "sweep")
+    return html.page(
+        f"Sweep of {dataset.attrs.get('title') or 'a scene'}",
+        [cases],
+        html.section("parallel", "All cases", tag("p", hint, class_="note"), tag("div", id="axes"), class_="whole"),
+        html.section("cases", "Cases", tag("div", id="table")),
+        html.section("case", "One case", empty),
+        tag("div", html.scene(dataset.attrs["scene"], common=True), class_="grid") if found["scene"] else None,
+        data=found,
+        script="sweep",
+    )
 
 
 def data_of(dataset) -> dict:

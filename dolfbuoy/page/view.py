@@ -17,9 +17,9 @@ MOST_OF_FRAMES = 1_500_000
 OUTSIDE = 0.005
 
 
-def view_of(record, scene, rows) -> dict:
-    """The view of a record; rows: of the times at which buoys and forces are packed."""
-    frames = Frames(record, scene)
+def view_of(frames: Frames, rows) -> dict:
+    """The view of a run; rows: of the times at which buoys and forces are packed."""
+    record, scene = frames.record, frames.scene
     found = base_view(frames)
     if frames.spans:
         found["lines"] |= _moving_lines(frames)
