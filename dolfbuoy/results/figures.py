@@ -10,20 +10,17 @@ It raises InputError where the record lacks what it needs; saving is the caller'
 from collections.abc import Callable
 from pathlib import Path
 
-from ..writing import made
-
 # Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
 from . import along_line, over_time, spectra, trajectories  # noqa: F401
 from . import snapshot as _snapshot  # noqa: F401
 from .after_ramp import Missing, TooShort
 from .drawing import FIGURES
-from .folder import enlist
 from .over_time import of_quantity
 from .paraview import read_run
 from .parts import names_of
 from .quantities import QUANTITIES
 from .record import fitting
-from .style import files_of, save
+from .style import keep
 
 __all__ = [*FIGURES, "draw_all"]
 #: Cables or buoys that have figures of their own: those with the largest value of a quantity.
@@ -48,28 +45,25 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
     The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name behind that
     of the figure; of more than MOST_PARTS those with the largest tension at the top or cone angle.
 
-    say: called with a sentence for what the run is too short for, and if some have no figures.  Raises InputError if
+    say: called with a sentence on each figure that the run is too short for, and if some have no figures.  Raises InputError if
     the folder holds no run.
     """
     record, scene = read_run(folder)
-    target, written, said = Path(folder) / "figures", [], {}
+    folder, written, said = Path(folder), [], {}
     chosen = {kind: _largest(record, kind, said) for kind in CHOSEN_BY}
     own = {name: of_quantity(one) for name, one in QUANTITIES.items() if one.figure and name not in FIGURES}
     for name, draw in (FIGURES | own).items():
         parts = chosen[draw.part] if draw.part else []
         for part in parts or [None]:
             try:
-                with fitting(Path(folder) / "results.nc"):
+                with fitting(folder / "results.nc"):
                     figure = draw(record, scene, **({draw.part: part} if part else {}))
             except Missing:
                 continue
             except TooShort as reason:
                 said[str(reason)] = None
                 continue
-            file = target / (f"{name}_{part.replace('-', '_')}" if len(parts) > 1 else name)
-            made(folder, target.name)
-            enlist(folder, files_of(file))
-            written += save(figure, file)
+            written += keep(figure, folder, f"{name}_{part.replace('-', '_')}" if len(parts) > 1 else name)
     for sentence in said:
         say(sentence)
     return written

@@ -5,12 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from ..model.sea import heading
-from ..writing import made
-from .folder import enlist
 from .frame import Frames
 from .mode_record import KINDS, enlargement, moving
 from .paraview import meshes_of, write_series
-from .style import COLORS, PAGE, STYLE, Figure, files_of, legend_below, matplotlib, new_figure, save
+from .style import COLORS, PAGE, STYLE, Figure, keep, legend_below, matplotlib, new_figure
 
 #: How the phases rest, 0, 180 and 90 degrees are drawn.
 PHASE_STYLES = {
@@ -81,10 +79,7 @@ def draw_modes(folder, dataset, scene, paraview=True, direction_deg=0.0) -> list
     """Figure of each mode in folder/figures, and an animated period in folder/paraview; returns the files."""
     folder, written = Path(folder), []
     for number in dataset.mode.values.tolist():
-        name = folder / "figures" / f"mode_{number:02d}"
-        made(folder, "figures")
-        enlist(folder, files_of(name), "modes")
-        written += save(mode_shape(dataset, number, scene, direction_deg), name)
+        written += keep(mode_shape(dataset, number, scene, direction_deg), folder, f"mode_{number:02d}", "modes")
         if paraview:
             written += _animate(folder, dataset, number, scene)
     return written
