@@ -4,11 +4,19 @@ A regular wave is a spectrum of one component on MoorDyn's table in space and ti
 (`WaveKin 7`) knows no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..model.sea import heading, main_propagation, velocity_at
+
+if TYPE_CHECKING:
+    from ..scene.network import Network
+    from ..scene.sections import Scene
 
 #: Points of the table to a wave length, and to a period; MoorDyn interpolates linearly between them.
 PER_WAVE = 64
@@ -18,7 +26,7 @@ DRY, FAR_DOWN = 1e4, 10.0
 PERIODS = 40
 
 
-def options(scene, network, note) -> tuple[dict, dict]:
+def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[dict[Any, Any], dict[Any, Any]]:
     """MoorDyn's options, and the files beside its input by name; note(text) of what is not carried over."""
     found = {"g": scene.gravity, "rho": scene.sea.density if scene.sea else 0.0}
     depth = scene.sea.depth if scene.sea else DRY
@@ -43,7 +51,7 @@ def options(scene, network, note) -> tuple[dict, dict]:
     return found, files
 
 
-def _bed(scene, network, note):
+def _bed(scene: Scene, network: Network, note: Callable[..., Any]) -> dict[str, Any]:
     if scene.seabed is None:
         return {"kBot": 0, "cBot": 0}
     from ..model.seabed import grip_of_line, hardness
@@ -62,7 +70,7 @@ def _bed(scene, network, note):
     return found
 
 
-def _wave(scene):
+def _wave(scene: Scene) -> str:
     """The component, and empty ones: their spacing is the length of the table in time, the last one its steps.
 
     The table is longer than the run, because MoorDyn reads a wrong value where it begins again, and the cable rings.
@@ -79,7 +87,7 @@ def _wave(scene):
     return "\n".join(rows) + "\n"
 
 
-def _grid(scene, network):
+def _grid(scene: Scene, network: Network) -> str:
     """Points of the table in space: PER_WAVE to a wave length along it and, near the surface, down z.
 
     It reaches half a wave length beyond what the scene holds at the start, of lines to a buoy beyond their parts that
@@ -107,7 +115,7 @@ def _grid(scene, network):
     return "waves\nx, y, z\nkind of list, values\n" + "\n".join(lists) + "\n"
 
 
-def _current(scene):
+def _current(scene: Scene) -> str:
     depth, still = scene.sea.depth, scene.model_copy(update={"waves": None})
     profile = scene.current.profile
     z = [row[0] for row in profile] if isinstance(profile, list) else np.linspace(-depth, 0.0, 21).tolist()

@@ -9,9 +9,12 @@ What has another meaning there, and how it is carried over (MoorDyn's manual, "L
 - the hull is made of cylinders (rods) on a body without rods' mass; added mass and drag of faces are those of its ends.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +23,15 @@ from ..scene.network import Network
 from ..scene.stiffness import TensionTable
 from . import moordyn_water
 from .notes import Note
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.buoy import Buoy
+    from ..scene.cable import Cable
+    from ..scene.network import End, Piece
+    from ..scene.sections import Scene
 
 #: Parts of each cone of a hull, each a cylinder of its volume.
 CONE_PARTS = 4
@@ -44,8 +56,8 @@ class Numerics:
 class Start:
     """Positions of free joints and centres of buoys at the start [m], by name."""
 
-    joints: dict[str, np.ndarray] = field(default_factory=dict)
-    buoys: dict[str, np.ndarray] = field(default_factory=dict)
+    joints: dict[str, NDArray[Any]] = field(default_factory=dict)
+    buoys: dict[str, NDArray[Any]] = field(default_factory=dict)
 
 
 @dataclass
@@ -56,10 +68,10 @@ class Export:
     files: dict[str, str]
     notes: list[Note]
     step: float
-    driven: list
+    driven: list[Any]
 
 
-def start_of(record) -> Start:
+def start_of(record: xr.Dataset) -> Start:
     """The start that an equilibrium of the scene is (`dolfbuoy.solve_static`), or an instant of a run."""
     found = Start()
     if "joint_position" in record:
@@ -69,23 +81,23 @@ def start_of(record) -> Start:
     return found
 
 
-def export(scene, start: Start | None = None, numerics: Numerics | None = None) -> Export:
+def export(scene: Scene, start: Start | None = None, numerics: Numerics | None = None) -> Export:
     """MoorDyn's input for a scene with a cable.  start: of what is free; absent: the scene's own, or the origin."""
     return _Writer(scene, start or Start(), numerics or Numerics()).export()
 
 
 class _Writer:
-    def __init__(self, scene, start, numerics):
+    def __init__(self, scene: Scene, start: Start, numerics: Numerics):
         self.scene, self.start, self.numerics = scene, start, numerics
         self.network: Network = scene.network
         self.notes, self.points, self.lines, self.driven = [], [], [], []
         self.types, self.joints = {}, {}
 
-    def note(self, text):
+    def note(self, text: str) -> None:
         if text not in [note.text for note in self.notes]:
             self.notes.append(Note(text))
 
-    def export(self):
+    def export(self) -> Export:
         bodies, rod_types, rods = self._bodies()
         for number, piece in enumerate(self.network.pieces, 1):
             name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)
@@ -110,7 +122,7 @@ class _Writer:
 
     # -- lines --------------------------------------------------------------------------------------------------------
 
-    def _type(self, piece):
+    def _type(self, piece: Piece) -> Any:
         c = piece.section
         key = tuple(str(getattr(c, name)) for name in _OF_A_TYPE)
         if key in self.types:
@@ -128,7 +140,7 @@ class _Writer:
             self.note("BA = -1: critical damping of each segment's shortest vibration, which this scene does not have")
         return name
 
-    def _stiffness(self, c):
+    def _stiffness(self, c: Cable) -> Any:
         if isinstance(c.axial_stiffness, TensionTable):
             self.note("axial_stiffness: of a table only the slope at 0 is carried over")
         elif math.isinf(c.axial_stiffness):
@@ -137,14 +149,14 @@ class _Writer:
             return EA
         return float(c.axial_stiffness)
 
-    def _axial(self, piece):
+    def _axial(self, piece: Piece) -> Any:
         """1/omega of the shortest axial vibration of a segment [s]."""
         c = piece.section
         return c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
 
     # -- ends ---------------------------------------------------------------------------------------------------------
 
-    def _point(self, section, end):
+    def _point(self, section: Cable, end: End) -> Any:
         key = end.name if end.kind != "buoy" else (end.name, end.fairlead, section.length)
         if end.name is not None and key in self.joints:
             return self.joints[key]
@@ -154,7 +166,7 @@ class _Writer:
             self.joints[key] = number
         return number
 
-    def _place(self, end):
+    def _place(self, end: End) -> tuple[float | str, ...]:
         none = (0.0,) * 4
         if end.kind == "fixed":
             return ("Fixed", *end.top.position, *none)
@@ -175,7 +187,7 @@ class _Writer:
 
     # -- bodies -------------------------------------------------------------------------------------------------------
 
-    def _bodies(self):
+    def _bodies(self) -> tuple[Any, Any, Any]:
         bodies, types, rods = [], [], []
         for number, (name, buoy) in enumerate(self.network.buoys.items(), 1):
             own = mass_properties(buoy)
@@ -198,7 +210,7 @@ class _Writer:
                 rods.append((len(rods) + 1, kind, f"Body{number}", 0.0, 0.0, low, 0.0, 0.0, high, segments, "-"))
         return bodies, types, rods
 
-    def _cylinders(self, buoy):
+    def _cylinders(self, buoy: Buoy) -> list[tuple[float, float, float]]:
         """(low, high, diameter) of the hull from the keel up."""
         found = []
         for (low, d0), (high, d1) in pairwise(buoy.hull or []):
@@ -215,7 +227,7 @@ class _Writer:
                 found.append((float(low + a * (high - low)), float(low + b * (high - low)), mean))
         return found
 
-    def _ends_share(self, buoy, power):
+    def _ends_share(self, buoy: Buoy, power: int) -> float:
         """Faces of the hull over ends of its rods, by this power of the diameter: what coefficients of ends take up."""
         cylinders = self._cylinders(buoy)
         diameters = [0.0, *(d for _, _, d in cylinders), 0.0]
@@ -228,7 +240,7 @@ class _Writer:
 
     # -- what has no place --------------------------------------------------------------------------------------------
 
-    def _left_out(self):
+    def _left_out(self) -> None:
         scene = self.scene
         for name in ("wind", "external_force"):
             if getattr(scene, name) is not None or any(getattr(b, name, None) for b in self.network.buoys.values()):
@@ -264,17 +276,17 @@ _OF_A_TYPE = (
 )
 
 
-def _elements(section):
+def _elements(section: Cable) -> int:
     counts = section.elements
     total = counts if isinstance(counts, int) else sum(int(count) for _, count in counts)
     return max(2, total)  # MoorDyn's lines have two segments at least
 
 
-def _table(name, columns, *rows):
+def _table(name: str, columns: str, *rows: Any) -> str:
     lines = [f"--- {name} ---", columns, " ".join("(-)" for _ in columns.split())]
     lines += [" ".join(map(_word, row)) for row in rows]
     return "\n".join(lines) + "\n"
 
 
-def _word(value):
+def _word(value: float | str) -> str:
     return f"{value:.14g}" if isinstance(value, float) else str(value)

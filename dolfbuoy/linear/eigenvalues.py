@@ -5,6 +5,10 @@ takes one solve with K + sigma E + sigma^2 M: unknowns without mass and constrai
 go to mu = 0.  With a buoy K is singular (|q|, yaw, the place of a free buoy), so no shift may be 0.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from scipy.sparse import diags
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
@@ -12,13 +16,16 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 from ..errors import SolveError
 from .linearisation import Linearisation
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 #: Up to this size of the standard problem all its eigenvalues are computed.
 DENSE = 500
 #: Of ARPACK, which needs some tens at most where it converges.
 RESTARTS = 60
 
 
-def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarray, np.ndarray]:
+def modes_near(found: Linearisation, shift: complex, count: int = 20) -> tuple[NDArray[Any], NDArray[Any]]:
     """Eigenvalues next to a shift, the nearest first, and their vectors (unknowns of `system.order`, modes), physical.
 
     At least `count` of them if there are as many; sum of squares of a vector in the system's scales is 1.
@@ -31,7 +38,7 @@ def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarr
     except RuntimeError:
         raise SolveError(f"no modes next to {shift:.3g}/s: the linearised equations are singular there") from None
 
-    def invert(v):
+    def invert(v: NDArray[Any]) -> NDArray[Any]:
         """(C - shift B)^-1 B v of the companion form in (x, lambda x)."""
         x, y = v[:n], v[n:]
         first = -solve(E @ x + shift * (M @ x) + M @ y)

@@ -5,8 +5,11 @@ K + gamma_v E + gamma_a M exactly.  With histories that make all rates zero, thr
 The state of a buoy is of first order in time: its inertia stands in E, that of lines in M.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
@@ -19,6 +22,12 @@ from ..motion.start import initial_state, start_from
 from ..scene.sections import Initial
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+    from ..scene.waves import Waves
+
 
 @dataclass
 class Linearisation:
@@ -29,7 +38,7 @@ class Linearisation:
     """
 
     problem: Problem
-    u: np.ndarray
+    u: NDArray[Any]
     K: csr_matrix
     E: csr_matrix
     M: csr_matrix
@@ -57,7 +66,7 @@ class Linearisation:
         """The lines, on every rank; collective at first use."""
         return lines_of(self.problem, self.u)
 
-    def destroy(self):
+    def destroy(self) -> None:
         """Give PETSc's objects back."""
         self.problem.destroy()
 
@@ -65,7 +74,9 @@ class Linearisation:
 #: What would carry a buoy without cable away for ever: it is looked at where it floats in still water.
 
 
-def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisation:
+def linearise(
+    scene: Scene, comm: Any = MPI.COMM_WORLD, waves: Waves | None = None, rest: Problem | None = None
+) -> Linearisation:
     """Linearise about the equilibrium in the mean current, wind and external force, without waves.
 
     A buoy without cable: in still water.  waves: a section [waves], of which the problem then knows all but the height,
@@ -86,7 +97,7 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisatio
     return Linearisation(problem, u, K, jacobian(problem, 1.0, 0.0) - K, jacobian(problem, 0.0, 1.0) - K)
 
 
-def _refuse_tow(scene):
+def _refuse_tow(scene: Scene) -> None:
     """A tow moves steadily: it has no rest to move about."""
     for piece in scene.network.pieces:
         for end in piece.ends:
@@ -98,21 +109,21 @@ def _refuse_tow(scene):
                 )
 
 
-def without_rates(problem) -> None:
+def without_rates(problem: Problem) -> None:
     """All rates of a Problem become zero, whatever its unknowns are."""
     for evolution in problem.evolutions():
         for level in range(evolution.order):
             evolution.hand_out(level, 0.0, 0.0)
 
 
-def free_rows(problem, residual) -> np.ndarray:
+def free_rows(problem: Problem, residual: NDArray[Any]) -> NDArray[Any]:
     """Rows of the free unknowns of a local residual, those of unknowns that are tied added up; on one rank alone."""
     numbering, total = problem.system.numbering, residual.copy()
     np.add.at(total, numbering.visible[numbering.tied_to], residual[numbering.tied])
-    return total[problem.system.order]
+    return np.asarray(total[problem.system.order])
 
 
-def jacobian(problem, gamma_v, gamma_a, velocities=None):
+def jacobian(problem: Problem, gamma_v: float, gamma_a: float, velocities: NDArray[Any] | None = None) -> Any:
     """K + gamma_v E + gamma_a M at the unknowns at hand, whose rates are zero.
 
     velocities: local unknowns; of those of second order (lines) the first rates instead.

@@ -1,6 +1,9 @@
 """Natural modes of a scene about its equilibrium, the slowest first, each named by what moves in it."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.linalg import qr
@@ -10,6 +13,9 @@ from ..solver.quadratic import RESTARTS, lowest_pairs
 from .linearisation import Linearisation
 from .moving import Moving, named
 from .unit_quaternions import UnitQuaternions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 #: A line with less tension than this part of the forces of its scene is slack; one that turns by more than this between
 #: two pieces [deg] is kinked.
@@ -31,7 +37,7 @@ class Mode:
     """
 
     root: complex
-    vector: np.ndarray
+    vector: NDArray[Any]
     residual: float
     kind: str
     shares: dict[str, float]
@@ -53,7 +59,9 @@ class Mode:
         return 2 * np.pi / abs(self.root) if self.root.imag else np.nan
 
 
-def lowest_modes(found: Linearisation, number=10, direction_deg=0.0, restarts=RESTARTS) -> list[Mode]:
+def lowest_modes(
+    found: Linearisation, number: int = 10, direction_deg: float = 0.0, restarts: int = RESTARTS
+) -> list[Mode]:
     """The `number` modes of smallest |lambda|, or all that there are; collective, the same on all ranks.
 
     direction_deg: of surge and roll, from x.  restarts: see `Quadratic`.  Raises InputError for a state about which
@@ -78,7 +86,7 @@ def lowest_modes(found: Linearisation, number=10, direction_deg=0.0, restarts=RE
     return modes[:number]
 
 
-def _drifting(moving, vectors):
+def _drifting(moving: Moving, vectors: NDArray[Any]) -> Any:
     """Columns of one drift each, from the vectors with lambda = 0: what nothing holds has two, which are one."""
     vectors = moving.at_rest(np.hstack([vectors.real, vectors.imag]))
     motions = moving.motions(vectors)
@@ -90,19 +98,19 @@ def _drifting(moving, vectors):
     return vectors @ (right[:count].T / values[:count]) @ np.linalg.inv(left[leading, :count])
 
 
-def _clusters(roots):
+def _clusters(roots: NDArray[Any]) -> list[NDArray[Any]]:
     """Ranges of consecutive roots that are one."""
     apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
     return [rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1]
 
 
-def _mode(moving, root, vector, residual):
+def _mode(moving: Moving, root: complex, vector: NDArray[Any], residual: float) -> Mode:
     vector = moving.sized(vector)
     shares = moving.shares(vector)
     return Mode(root, vector, float(residual), _kind(root), shares, named(shares, moving.half_waves(vector)))
 
 
-def _kind(root):
+def _kind(root: complex) -> str:
     if root.imag == 0:
         return "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
     return "grows" if root.real > ROUNDING * abs(root) else "oscillates"

@@ -1,7 +1,10 @@
 """Natural periods: of buoys as their scene holds them, the mode that moves one most in heave, and so on; of lines."""
 
+from __future__ import annotations
+
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +15,12 @@ from .eigenvalues import DENSE, modes_near
 from .linearisation import Linearisation, linearise
 from .moving import Moving
 from .natural import lowest_modes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..model.problem import Problem
+    from ..scene.sections import Scene
 
 #: Modes are looked for near these angular frequencies [rad/s]: periods of 50 s to 0.4 s, and what is about them.
 FREQUENCIES = 2 * math.pi / np.geomspace(50.0, 0.4, 8)
@@ -33,7 +42,9 @@ class NaturalPeriod(NamedTuple):
     share: float
 
 
-def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0, rest=None) -> dict[str, NaturalPeriod]:
+def buoy_periods(
+    scene: Scene, comm: Any = MPI.COMM_SELF, direction_deg: float = 0.0, rest: None = None
+) -> dict[str, NaturalPeriod]:
     """Natural periods of the scene's buoys: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
     Of several buoys with their names, "left surge".  Those of small motions about the equilibrium in current, wind and
@@ -50,7 +61,7 @@ def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0, rest=None) -> dic
         found.destroy()
 
 
-def moored_periods(scene, rest=None) -> dict[str, float]:
+def moored_periods(scene: Scene, rest: Problem = None) -> dict[str, float]:
     """[s], of the buoys as in `buoy_periods` and of the slowest modes of each line, "cable in plane 1"; on one rank."""
     _check_floating(scene)
     found = linearise(scene, MPI.COMM_SELF, scene.waves, rest)
@@ -62,12 +73,12 @@ def moored_periods(scene, rest=None) -> dict[str, float]:
         found.destroy()
 
 
-def _check_floating(scene):
+def _check_floating(scene: Scene) -> None:
     if not scene.buoys or scene.sea is None or not scene.gravity:
         raise InputError("Natural periods are those of a floating buoy: they need [buoy], [sea] and gravity.")
 
 
-def natural_periods(found: Linearisation, direction_deg=0.0) -> dict[str, NaturalPeriod]:
+def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
     """`buoy_periods` of a scene that is linearised, on one rank."""
     best, moving = {}, Moving(found, direction_deg)
     names = [name for body in found.bodies for name in moving.names_of(body)]
@@ -79,7 +90,7 @@ def natural_periods(found: Linearisation, direction_deg=0.0) -> dict[str, Natura
     return {name: best[name] for name in names if name in best}
 
 
-def _oscillations(found):
+def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]]:
     """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some may come twice."""
     small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
     for omega in [1.0] if small else FREQUENCIES:
@@ -88,7 +99,7 @@ def _oscillations(found):
                 yield root, vector
 
 
-def _of_lines(found):
+def _of_lines(found: Any) -> Any:
     """Periods of slow modes that are a line's more than anything else, by their names; none of slack lines."""
     try:
         modes = lowest_modes(found, SLOWEST + 6 * len(found.bodies), restarts=FEW) if found.lines else []

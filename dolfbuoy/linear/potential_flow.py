@@ -5,9 +5,12 @@ diffraction_force, which it is the sum of), complex numbers along a dimension `c
 Capytaine's motions are Re[X exp(-i omega t)] in waves eta = Re[exp(i (k x - omega t))], as those of `response`.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -15,6 +18,9 @@ import xarray as xr
 from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
 from ..errors import InputError
 from ..scene.mesh_file import check_netcdf
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 DOFS = ("Surge", "Heave", "Pitch")
 _FORCES = ("excitation_force",), ("Froude_Krylov_force", "diffraction_force")
@@ -28,10 +34,10 @@ class PotentialFlow:
     depth: of the water [m], inf in deep water.
     """
 
-    omega: np.ndarray
-    added_mass: np.ndarray
-    damping: np.ndarray
-    force: np.ndarray
+    omega: NDArray[Any]
+    added_mass: NDArray[Any]
+    damping: NDArray[Any]
+    force: NDArray[Any]
     rotation_height: float | None
     depth: float
 
@@ -40,7 +46,7 @@ class PotentialFlow:
         """[s], from the longest on if frequencies rise."""
         return [float(T) for T in 2 * math.pi / self.omega]
 
-    def responses(self, mass, stiffness) -> np.ndarray:
+    def responses(self, mass: tuple[float, float, float], stiffness: tuple[float, float, float]) -> NDArray[Any]:
         """Surge, heave and pitch per metre of amplitude at every period, complex (frequencies, 3).
 
         mass: of the body, (m, m, I) [kg, kg, kg m^2].  stiffness: hydrostatic, of surge, heave and pitch.
@@ -50,7 +56,7 @@ class PotentialFlow:
         return np.linalg.solve(A, self.force[:, :, None])[:, :, 0]
 
 
-def read_capytaine(path) -> PotentialFlow:
+def read_capytaine(path: Path) -> PotentialFlow:
     """Coefficients of waves along x.  Raises InputError if the file cannot be read or does not hold them."""
     path = Path(path)
     try:
@@ -65,7 +71,7 @@ def read_capytaine(path) -> PotentialFlow:
         raise InputError(f"{path}: not a netCDF file of Capytaine ({str(error).rstrip('.')}).") from None
 
 
-def _read(data, path):
+def _read(data: xr.Dataset, path: Path) -> PotentialFlow:
     names = next((names for names in _FORCES if set(names) <= set(data)), None)
     missing = {"added_mass", "radiation_damping"} - set(data) | (set() if names else {"excitation_force"})
     if missing:
@@ -88,14 +94,14 @@ def _read(data, path):
     return found
 
 
-def _complex(array):
+def _complex(array: xr.DataArray) -> xr.DataArray:
     """re + i im of what is stored along `complex`, in the order omega, wave_direction, influenced_dof."""
     if "complex" in array.dims:
         array = array.isel(complex=0) + 1j * array.isel(complex=1)
     return array.transpose("omega", "wave_direction", "influenced_dof")
 
 
-def _places(data, dimension, path):
+def _places(data: xr.Dataset, dimension: str, path: Path) -> list[int]:
     """Places of surge, heave and pitch; Capytaine puts a body's name before those of several bodies."""
     found = [str(name).split("__")[-1].lower() for name in data[dimension].values]
     missing = [dof for dof in DOFS if dof.lower() not in found]

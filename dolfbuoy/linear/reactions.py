@@ -4,10 +4,17 @@ What holds a line on a buoy is an unknown.  At an end that is given, or at a joi
 that line there, which is no equation of the system: its slopes stand in rows of their own.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
 from .linearisation import Linearisation, free_rows, jacobian, without_rates
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 class WithReactions:
@@ -34,13 +41,13 @@ class WithReactions:
     @property
     def rows(self) -> int:
         """Equations and reactions."""
-        return self.size + len(self._dofs)
+        return int(self.size + len(self._dofs))
 
-    def jacobian(self, gamma_v, gamma_a, velocities=None) -> csr_matrix:
+    def jacobian(self, gamma_v: float, gamma_a: float, velocities: NDArray[Any] | None = None) -> csr_matrix:
         """K + gamma_v E + gamma_a M, as `linearisation.jacobian`."""
         inner = jacobian(self.found.problem, gamma_v, gamma_a, velocities)
         return csr_matrix(vstack([inner, self._rows()])) if self.ends else inner
 
-    def of_residual(self, residual) -> np.ndarray:
+    def of_residual(self, residual: NDArray[Any]) -> NDArray[Any]:
         """Its rows of a local residual."""
         return np.concatenate([free_rows(self.found.problem, residual), residual[self._dofs]])

@@ -5,8 +5,11 @@ motion is Re[X exp(-i omega t)].  F is the slope of the residual in the amplitud
 Drag counts where a mean current gives it a slope; in still water |v| v has none.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse.linalg import splu
@@ -14,10 +17,15 @@ from scipy.sparse.linalg import splu
 from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.sea import heading, wavenumber
-from ..scene.sections import Waves
 from ..scene.sentences import made
+from ..scene.waves import Waves
 from .linearisation import Linearisation, free_rows, linearise, without_rates
 from .motions import Motions, motions
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
 
 #: Amplitude [m] of the waves whose forces are taken for linear: what drag adds, and what rounding does, are below 1e-5.
 SMALL = 1e-5
@@ -25,7 +33,7 @@ SMALL = 1e-5
 SHORTEST, LONGEST = 0.01, 10_000.0
 
 
-def check_periods(name: str, periods) -> None:
+def check_periods(name: str, periods: NDArray[Any] | list[float]) -> None:
     """Refuse periods of no waves.  Raises InputError that names where they are from."""
     for period in periods:
         if not SHORTEST <= period <= LONGEST:
@@ -47,7 +55,7 @@ class Response:
         return self.motions.pitch / (1j * self.wavenumber)
 
 
-def responses(scene, periods, *directions_deg) -> list[Response]:
+def responses(scene: Scene, periods: NDArray[Any] | list[float], *directions_deg: Any) -> list[Response]:
     """Response of the scene's buoy to small waves of these periods [s], in each of some directions (default: along x).
 
     Wavelengths follow from dispersion.  Raises InputError for a scene without buoy, water or gravity, SolveError if the
@@ -62,14 +70,14 @@ def responses(scene, periods, *directions_deg) -> list[Response]:
         found.destroy()
 
 
-def small_waves(scene, period, direction_deg=0.0, amplitude=0.0) -> Waves:
+def small_waves(scene: Scene, period: float, direction_deg: float = 0.0, amplitude: float = 0.0) -> Waves:
     """A regular section [waves]; its stretching, which does not count in small waves, as in the scene: the same forms
     serve.  Periods are seen from where the scene's are."""
     same = {name: getattr(scene.waves, name) for name in ("stretching", "period_seen_from")} if scene.waves else {}
     return made(Waves, amplitude=amplitude, period=period, direction_deg=direction_deg, **same)
 
 
-def response(found: Linearisation, period, direction_deg=0.0) -> Response:
+def response(found: Linearisation, period: float, direction_deg: float = 0.0) -> Response:
     """Response of a buoy whose scene was linearised with `small_waves`."""
     problem, buoy = found.problem, found.problem.buoy
     problem.change(problem.scene.model_copy(update={"waves": small_waves(problem.scene, period, direction_deg)}))
@@ -84,7 +92,7 @@ def response(found: Linearisation, period, direction_deg=0.0) -> Response:
     return Response(period, direction_deg, k, moved)
 
 
-def force(found: Linearisation, time_phase) -> np.ndarray:
+def force(found: Linearisation, time_phase: float) -> NDArray[Any]:
     """Residual of the free unknowns in a small wave at a phase (phase - omega t), over its amplitude [physical / m].
 
     With its sign turned, in the rows of the buoy's momenta: what an undisturbed wave does to the buoy at rest.
@@ -92,7 +100,7 @@ def force(found: Linearisation, time_phase) -> np.ndarray:
     return free_rows(found.problem, slope(found, time_phase))
 
 
-def slope(found: Linearisation, time_phase) -> np.ndarray:
+def slope(found: Linearisation, time_phase: float) -> NDArray[Any]:
     """`force`, of all local unknowns."""
     problem, system = found.problem, found.problem.system
     without_rates(problem)
@@ -103,4 +111,4 @@ def slope(found: Linearisation, time_phase) -> np.ndarray:
         for model in problem.models:
             model.sea.set_wave(amplitude, time_phase)
         sides.append(system.evaluate().copy())
-    return (sides[0] - sides[1]) / (2 * SMALL)
+    return np.asarray((sides[0] - sides[1]) / (2 * SMALL))

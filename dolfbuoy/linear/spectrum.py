@@ -1,6 +1,9 @@
 """An irregular sea for the linear response: its energy by frequency and direction."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -8,6 +11,12 @@ from ..errors import InputError
 from ..model.components import band_of, components_of, directions_at, is_spread, spectrum_of
 from ..scene.sentences import made
 from ..scene.waves import Waves
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..model.components import Components
+    from ..scene.sections import Scene
 
 #: Frequencies; directions of each, which are others at every frequency.
 BINS, DIRECTIONS = 160, 4
@@ -22,24 +31,26 @@ class Bins:
     """omega (n,): rising frequencies of `waves.period`, width (n,) [rad/s]; and what runs in one direction each, (k,):
     number of its frequency, direction [deg], energy S dw [m^2]."""
 
-    omega: np.ndarray
-    width: np.ndarray
-    number: np.ndarray
-    direction_deg: np.ndarray
-    energy: np.ndarray
+    omega: NDArray[Any]
+    width: NDArray[Any]
+    number: NDArray[Any]
+    direction_deg: NDArray[Any]
+    energy: NDArray[Any]
 
-    def pairs(self):
+    def pairs(self) -> Any:
         """(omega, direction [deg]) of all that runs in one direction."""
         return zip(self.omega[self.number], self.direction_deg, strict=True)
 
-    def density(self, values=1.0) -> np.ndarray:
+    def density(self, values: NDArray[Any] = 1.0) -> NDArray[Any]:
         """Spectral density (..., n) of what has the energies values (..., k) per m^2 of the waves."""
         sums = np.zeros((*np.shape(values)[:-1], len(self.omega)))
         np.add.at(sums, (..., self.number), values * self.energy)
-        return sums / self.width
+        return np.asarray(sums / self.width)
 
 
-def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
+def irregular_waves(
+    scene: Scene, sea: tuple[Any, ...] | None = None, direction_deg: float | None = None
+) -> Waves | None:
     """The irregular sea that is requested: (significant height [m], peak period [s], gamma, s of its spreading or
     None), else the scene's, or None.
 
@@ -75,7 +86,7 @@ def bins_of(waves: Waves) -> Bins:
     return Bins(omega, width, number, turned, energies[number] / DIRECTIONS)
 
 
-def _of_components(sea, main_deg):
+def _of_components(sea: Components, main_deg: float) -> Bins:
     """Each by itself; of very many those next to each other in frequency, and of these in direction, together."""
     energy = sea.amplitude**2 / 2
     if len(energy) <= MOST:

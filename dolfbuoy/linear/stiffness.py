@@ -8,7 +8,10 @@ With a very small compliance in its place S is as large as that makes it, which 
 is what it is without.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix, diags
@@ -17,6 +20,9 @@ from scipy.sparse.linalg import splu
 from ..errors import SolveError
 from .layout import Body, inextensible_tensions
 from .linearisation import Linearisation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 #: Axial stiffness in the place of an infinite one, in typical forces of the scene; twice, and by how much directions
 #: that are rigid become stiffer, of what could be ten times.  Part of that of a line below which nothing is rigid.
@@ -32,8 +38,8 @@ class Condensed:
     """
 
     bodies: list[Body]
-    stiffness: np.ndarray
-    followers: np.ndarray
+    stiffness: NDArray[Any]
+    followers: NDArray[Any]
 
 
 @dataclass
@@ -44,9 +50,9 @@ class Restoring:
     """
 
     bodies: list[Body]
-    mooring: np.ndarray
-    hull: np.ndarray
-    rigid: list[np.ndarray]
+    mooring: NDArray[Any]
+    hull: NDArray[Any]
+    rigid: list[NDArray[Any]]
 
 
 def restoring(found: Linearisation) -> Restoring:
@@ -70,13 +76,13 @@ def restoring(found: Linearisation) -> Restoring:
     return Restoring(every.bodies, mooring, every.stiffness - mooring, rigid)
 
 
-def _rigid(body, soft, hard, least):
+def _rigid(body: Body, soft: NDArray[Any], hard: NDArray[Any], least: float) -> Any:
     """Directions in which one block is as much larger as the compliance in it was smaller, and above rounding."""
     (before, _), (after, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (soft, hard))
     return vectors[:, (after > STIFFER * before) & (after > least)]
 
 
-def condensed(found: Linearisation, more=None) -> Condensed:
+def condensed(found: Linearisation, more: Any = None) -> Condensed:
     """Condensed stiffness of all buoys together; the same on all ranks.  more: a matrix that is added to K.
 
     Raises SolveError if the lines have no stiffness of their own.
@@ -95,7 +101,7 @@ def condensed(found: Linearisation, more=None) -> Condensed:
     return Condensed(bodies, K[np.array(rows, dtype=int)] @ followers, followers)
 
 
-def _solved(A, b):
+def _solved(A: Any, b: NDArray[Any]) -> Any:
     """A^-1 b in equilibrated rows and columns."""
     rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
     A = diags(rows) @ A
@@ -109,7 +115,7 @@ def _solved(A, b):
     return x
 
 
-def mooring_stiffness(found: Linearisation, every: Condensed) -> np.ndarray:
+def mooring_stiffness(found: Linearisation, every: Condensed) -> NDArray[Any]:
     """(6 b, 6 b): the part of the stiffness that lines have, by their forces and by the levers these have about C."""
     total = np.zeros_like(every.stiffness)
     for hold in found.holds:

@@ -1,5 +1,9 @@
 """Accuracy of the numbers of a run: scheme, step, what is left of each period, and an error if one is known."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from ..check import check, derived
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
@@ -9,8 +13,13 @@ from ..scene.settings import SCHEMES, period_of
 from .document import Markup, tag
 from .html import paragraphs, section, table
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def worth(record, scene) -> Markup:
+    from ..scene.sections import Scene
+
+
+def worth(record: xr.Dataset, scene: Scene) -> Markup:
     """The section: settings, what the scheme leaves of free motions, and error bars if they were estimated."""
     rows = [
         (f"{row.part}: {row.name}" if row.part else row.name, row.value, row.bar, row.unit, row.verdict, row.chance)
@@ -32,7 +41,7 @@ def worth(record, scene) -> Markup:
     )
 
 
-def settings_of(record, scene) -> list[tuple[str, str]]:
+def settings_of(record: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
     """(what, value) of how it was computed."""
     time, steps = scene.time, record.time_step.values[1:]
     said = f"{time.step:g} s" if time.tolerance is None else f"adaptive, local error {time.tolerance:g}"
@@ -54,14 +63,14 @@ def settings_of(record, scene) -> list[tuple[str, str]]:
     return rows
 
 
-def _counted(elements):
+def _counted(elements: list[str]) -> str:
     """`20` or `3 x 20` or `64 + 20 + 30`."""
     if len(set(elements)) == 1:
         return elements[0] if len(elements) == 1 else f"{len(elements)} x {elements[0]}"
     return " + ".join(elements)
 
 
-def periods_of(scene) -> dict[str, float]:
+def periods_of(scene: Scene) -> dict[str, float]:
     """Natural and driving periods by name [s]: those of `check`, without its equilibrium where there is none."""
     try:
         return check(scene, MPI.COMM_SELF).periods  # a page is written by one rank
@@ -69,7 +78,7 @@ def periods_of(scene) -> dict[str, float]:
         return derived(scene).periods
 
 
-def _periods(scene):
+def _periods(scene: Scene) -> Markup | None:
     """Table of the part of a free motion's amplitude that the scheme leaves."""
     periods = periods_of(scene)
     if not periods or not scene.time.end:
@@ -79,5 +88,5 @@ def _periods(scene):
     return table(("period", "s", "left"), rows, caption)
 
 
-def _percent(share):
+def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"

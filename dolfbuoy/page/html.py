@@ -1,12 +1,15 @@
 """Words and tables of a page, readable without its script."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
+from typing import Any
 
 from . import document
 from .document import Markup, joined, tag
 
 
-def section(name: str, title: str, *children, **attributes) -> Markup:
+def section(name: str, title: str, *children: Any, **attributes: Any) -> Markup:
     """A part of the page with its heading."""
     return tag(
         "section",
@@ -18,7 +21,7 @@ def section(name: str, title: str, *children, **attributes) -> Markup:
     )
 
 
-def table(headings: Iterable[str], rows: Iterable[Iterable], caption: str = "") -> Markup:
+def table(headings: Iterable[str], rows: Iterable[Iterable[Any]], caption: str = "") -> Markup:
     """A table whose first column names its rows."""
     head = tag("thead", tag("tr", *(tag("th", text, scope="col") for text in headings)))
     body = [tag("tr", tag("th", first, scope="row"), *(tag("td", cell) for cell in rest)) for first, *rest in rows]
@@ -40,7 +43,7 @@ def warnings(sentences: list[str]) -> Markup | None:
     return tag("aside", tag("strong", word), body, class_="warnings", id="warnings", aria_label="Warnings")
 
 
-def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict, script: str) -> str:
+def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[Any, Any], script: str) -> str:
     """The file of a page: title, lines below it, the button for the colours, and the parts."""
     button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
     top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
@@ -57,7 +60,7 @@ def scene(text: str, command: str = "run", common: bool = False) -> Markup:
     return section("scene", "Scene", tag("p", hint), folded)
 
 
-def versions(attributes) -> Markup:
+def versions(attributes: dict[str, Any]) -> Markup:
     """Versions that computed the record, and when."""
     names = [(key.removeprefix("version_"), value) for key, value in attributes.items() if key.startswith("version_")]
     rows = [("computed", attributes.get("created", "")), *names, ("ranks", attributes.get("ranks", 1))]

@@ -1,5 +1,9 @@
 """The page of natural modes: a table of them, and each shape moving in space."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..results.after_ramp import scene_of
@@ -11,8 +15,13 @@ from .document import fragment, tag
 from .pack import single
 from .view import base_view
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def modes_page(dataset, scene=None) -> str:
+    from ..scene.sections import Scene
+
+
+def modes_page(dataset: xr.Dataset, scene: None = None) -> str:
     """HTML of modes.nc.  Raises InputError for a dataset without a scene."""
     scene = scene or scene_of(dataset)
     effects = f"Small motions about the equilibrium of: {dataset.attrs.get('effects', '')}"
@@ -29,7 +38,7 @@ def modes_page(dataset, scene=None) -> str:
     )
 
 
-def data_of(dataset, scene) -> dict:
+def data_of(dataset: xr.Dataset, scene: Scene) -> dict[Any, Any]:
     """Data for the script of the page."""
     frames = Frames(moving(dataset, 1, np.zeros(1), np.zeros(1)), scene)  # at rest
     view = base_view(frames) | {"direction": 0.0}
@@ -42,7 +51,7 @@ def data_of(dataset, scene) -> dict:
     return {"kind": "modes", "view": view, "modes": [_mode(dataset, i) for i in range(dataset.sizes["mode"])]}
 
 
-def _mode(dataset, number):
+def _mode(dataset: xr.Dataset, number: int) -> dict[str, Any]:
     mode = dataset.isel(mode=number)
     found = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
     found |= {"name": mode.name.item(), "said": KINDS[mode.kind.item()]}

@@ -1,5 +1,9 @@
 """The page of a run: replay, series, envelope, track, spectra, tables, and what the numbers are worth."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..check import derived
@@ -18,8 +22,16 @@ from .pack import chosen_rows, exact
 from .series import columns_of, envelopes, panels, rows_that_fit, spectra
 from .view import view_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
 
-def run_page(record, scene=None, case: str | None = None) -> str:
+    from ..results.parts import Part
+    from ..scene.sections import Scene
+    from .document import Markup
+
+
+def run_page(record: xr.Dataset, scene: Scene | None = None, case: str | None = None) -> str:
     """HTML of a record with its time; case: of a sweep, what varies there.
 
     Raises InputError for a record without a scene.
@@ -49,7 +61,7 @@ def run_page(record, scene=None, case: str | None = None) -> str:
     )
 
 
-def data_of(record, scene) -> dict:
+def data_of(record: xr.Dataset, scene: Scene) -> dict[Any, Any]:
     """Data for the script of a run's page."""
     frames, parts = Frames(record, scene), parts_of(record, "cable", "buoy")
     columns = columns_of(parts)
@@ -81,7 +93,7 @@ LARGEST = (
 )
 
 
-def moments(record, parts) -> list[dict]:
+def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[Any, Any]]:
     """The largest of each key figure over all parts, with its time: a number, and where to jump."""
     found = []
     for label, kind, quantity, unit, series in LARGEST:
@@ -96,11 +108,11 @@ def moments(record, parts) -> list[dict]:
     return found
 
 
-def _distance(track):
+def _distance(track: NDArray[Any]) -> Any:
     return np.linalg.norm(track - track[0], axis=1)
 
 
-def _keys(moments):
+def _keys(moments: list[dict[str, float | str]]) -> Markup:
     """Large numbers; each is a button that shows its moment."""
     items = [
         tag(
@@ -119,7 +131,7 @@ def _keys(moments):
     return tag("div", *items, class_="keys", role="group", aria_label=label) if items else None
 
 
-def _headings(scene):
+def _headings(scene: Scene) -> list[tuple[str, list[float]]]:
     """(name, [x, y]) of where waves, current, and wind and force on each buoy go."""
     found, buoys = {}, scene.network.buoys
     for name in buoys or [None]:

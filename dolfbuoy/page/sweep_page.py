@@ -1,6 +1,9 @@
 """The page of a sweep: axes side by side with a line for each case, a table that sorts, and every case by a click."""
 
+from __future__ import annotations
+
 import re
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,12 +15,16 @@ from . import html
 from .document import tag
 from .pack import single
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
 #: Numbers of statistics up to which all are in the page; of more only the largest values, means and deviations.
 MOST_NUMBERS = 600_000
 FEWER = ("maximum", "mean", "standard_deviation")
 
 
-def sweep_page(dataset) -> str:
+def sweep_page(dataset: xr.Dataset) -> str:
     """HTML of sweep.nc."""
     found = data_of(dataset)
     done = int((dataset.status == "done").sum())
@@ -37,7 +44,7 @@ def sweep_page(dataset) -> str:
     )
 
 
-def data_of(dataset) -> dict:
+def data_of(dataset: xr.Dataset) -> dict[Any, Any]:
     """Data for the script of the page."""
     keys = dataset.attrs["varied"].split(", ")
     varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
@@ -55,17 +62,19 @@ def data_of(dataset) -> dict:
     }
 
 
-def _records(dataset):
+def _records(dataset: xr.Dataset) -> list[str]:
     """Folder of every case's record, empty where it was not kept; none of them leads anywhere else."""
     found = _listed(dataset.record.values) if "record" in dataset else []
     return [folder if re.fullmatch(r"records/[0-9a-f]{20}", folder) else "" for folder in found]
 
 
-def _listed(values):
+def _listed(values: NDArray[Any]) -> list[Any]:
     return [value.item() if isinstance(value, np.generic) else value for value in values]
 
 
-def _quantity(label, name, dataset, kept):
+def _quantity(
+    label: str, name: str, dataset: xr.Dataset, kept: tuple[str, str, str, str, str]
+) -> dict[str, dict[str, dict[str, str]] | str]:
     unit, long_name = described(name)
     columns = {statistic: dataset[f"{name}_{statistic}"].values for statistic in kept}
     unit, factor = unit_of(np.concatenate([columns[k] for k in kept if k != "dominant_period"]), unit)

@@ -1,6 +1,9 @@
 """The picture in space of a run: lines, buoys, sea, forces, and the box around all of it."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,13 +14,19 @@ from ..results.hulls import Floating
 from ..results.running import maximum
 from .pack import coarse, exact, single
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..results.frame import Force
+    from ..scene.sections import Scene
+
 #: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
 MOST_OF_FRAMES = 1_500_000
 #: Parts of all tensions below and above the colour scale: a snap does not take it all.
 OUTSIDE = 0.005
 
 
-def view_of(frames: Frames, rows) -> dict:
+def view_of(frames: Frames, rows: NDArray[Any]) -> dict[Any, Any]:
     """The view of a run; rows: of the times at which buoys and forces are packed."""
     record, scene = frames.record, frames.scene
     found = base_view(frames)
@@ -35,7 +44,7 @@ def view_of(frames: Frames, rows) -> dict:
     return found
 
 
-def base_view(frames: Frames) -> dict:
+def base_view(frames: Frames) -> dict[Any, Any]:
     """Everything that does not move: the sea, the nodes of each line, buoys upright about C, names and box."""
     scene = frames.scene
     slope = list(scene.seabed.slope) if scene.seabed else [0.0, 0.0]
@@ -46,7 +55,7 @@ def base_view(frames: Frames) -> dict:
     return found | {"box": box_around(frames, found["buoys"]), "labels": labels(frames)}
 
 
-def _buoy(buoy):
+def _buoy(buoy: Floating) -> dict[str, Any]:
     upright = Floating(buoy.buoy, np.zeros(3), np.eye(3))
     return {
         "outline": upright.outline.tolist() if upright.shape else None,
@@ -56,14 +65,14 @@ def _buoy(buoy):
     }
 
 
-def _waves(scene):
+def _waves(scene: Scene) -> dict[str, dict[str, str] | float]:
     w = AirySum.of(scene)
     packed = {"amplitude": w.amplitude, "kx": w.wavenumber * w.cosine, "ky": w.wavenumber * w.sine}
     packed |= {"omega": w.at_ground, "phase": w.phase}
     return {name: exact(values) for name, values in packed.items()} | {"ramp": w.ramp}
 
 
-def _force(force):
+def _force(force: Force) -> dict[str, Any]:
     """Its kind and where it acts."""
     if force.buoy is None:
         return {"kind": force.kind, "node": force.node}
@@ -73,7 +82,7 @@ def _force(force):
 # -- lines -------------------------------------------------------------------------------------------------------------
 
 
-def _lines(frames):
+def _lines(frames: Frames) -> dict[str, Any]:
     """For every cable its name, its first node and element and the ones behind its last, and nodes per element; marks;
     ends on buoys; times at which elements parted, by their numbers."""
     cables = [
@@ -89,7 +98,7 @@ def _lines(frames):
     return found
 
 
-def _moving_lines(frames):
+def _moving_lines(frames: Frames) -> dict[str, Any]:
     record, times = frames.record, frames.times
     positions, tensions = record.cable_position.values, record.cable_tension.values
     every = math.ceil(positions[0].size * len(times) * 16 / 3 / MOST_OF_FRAMES)
@@ -99,12 +108,12 @@ def _moving_lines(frames):
     return found | {"scale": scale_of(tensions), "largest": float(maximum(record, "cable_tension").max())}
 
 
-def scale_of(tensions) -> list[float]:
+def scale_of(tensions: NDArray[Any]) -> list[float]:
     """Least and largest tension of the colours [N]."""
     return np.quantile(tensions[np.isfinite(tensions)], (OUTSIDE, 1 - OUTSIDE)).tolist()
 
 
-def labels(frames: Frames) -> list[dict]:
+def labels(frames: Frames) -> list[dict[Any, Any]]:
     """Names where there are several."""
     found = []
     if len(frames.spans) > 1:
@@ -117,7 +126,7 @@ def labels(frames: Frames) -> list[dict]:
 # -- the frame of the picture ------------------------------------------------------------------------------------------
 
 
-def box_around(frames: Frames, buoys: list[dict]) -> list[list[float]]:
+def box_around(frames: Frames, buoys: list[dict[Any, Any]]) -> list[list[float]]:
     """Lower and upper corner of all points and the buoys at them; the water's surface and the bed if they are near."""
     scene, points = frames.scene, frames.places
     low, high = points.min(axis=0), points.max(axis=0)
@@ -133,7 +142,7 @@ def box_around(frames: Frames, buoys: list[dict]) -> list[list[float]]:
     return [low.tolist(), high.tolist()]
 
 
-def _direction(scene, box):
+def _direction(scene: Scene, box: list[list[float]]) -> float:
     """Heading of the plane that is seen from the side [deg]: of what is widest, else of the waves."""
     x, y = np.subtract(box[1], box[0])[:2]
     if max(x, y) > 1.5 * min(x, y):

@@ -1,6 +1,9 @@
 """Figures along the cable: its shapes, and the range of the tension in it."""
 
+from __future__ import annotations
+
 import itertools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +16,15 @@ from .style import COLORS, COLUMN, Figure, LineCollection, new_figure
 from .tables import force_unit
 from .trajectories import equal_axes, label_axes, panel_height, widest
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+
 
 @figure_of("cable_position", part="cable")
-def shapes(record, scene=None) -> Figure:
+def shapes(record: xr.Dataset, scene: Scene) -> Figure:
     """Shapes of the cable from the side, coloured by time: over the last period, or over the run; water and bed."""
     chosen = _chosen_frames(record.frame.values, period_of(scene))
     t, x = record.frame.values[chosen], record.cable_position.values[chosen]
@@ -39,7 +48,7 @@ def shapes(record, scene=None) -> Figure:
     return figure
 
 
-def _levels(scene, curves):
+def _levels(scene: Scene, curves: NDArray[Any]) -> list[list[list[float]]]:
     """Heights of still water and bed, as points of the picture, where they are near enough to the cable to be shown."""
     if scene.sea is None:
         return []
@@ -48,7 +57,7 @@ def _levels(scene, curves):
     return [[[x, z]] for z in (0.0, -scene.sea.depth) if low[1] - room <= z <= high[1] + room]
 
 
-def _bed_below(scene, x, wide):
+def _bed_below(scene: Scene, x: NDArray[Any], wide: int) -> tuple[NDArray[Any], NDArray[Any]] | None:
     """Ends (2,) and heights (2,) of the bed in the picture of the positions x, wide of what they take up."""
     if scene.sea is None:
         return None
@@ -58,7 +67,7 @@ def _bed_below(scene, x, wide):
     return ends[:, wide], height_of_bed(scene, ends)
 
 
-def _draw_levels(axes, scene, seen, bed):
+def _draw_levels(axes: Any, scene: Scene, seen: NDArray[Any], bed: tuple[NDArray[Any], NDArray[Any]] | None) -> Any:
     """Still water and bed behind the curves, what is below the bed shaded; returns whether any is in the picture."""
     if scene.sea is None:
         return False
@@ -76,7 +85,7 @@ def _draw_levels(axes, scene, seen, bed):
     return high >= 0 or low <= heights.max()
 
 
-def _chosen_frames(frames, period, count=13):
+def _chosen_frames(frames: NDArray[Any], period: float | None, count: int = 13) -> Any:
     """Numbers of about `count` frames, evenly over the last period if there is one, else over the run."""
     first = 0
     if period is not None and frames[-1] - frames[0] > period:
@@ -85,7 +94,7 @@ def _chosen_frames(frames, period, count=13):
 
 
 @figure_of("cable_tension", "cable_tension_maximum", "s_cell", part="cable")
-def envelope(record, scene=None) -> Figure:
+def envelope(record: xr.Dataset, scene: Scene) -> Figure:
     """Least and largest tension along the cable in all steps after the ramp, and the mean of frames, per element."""
     s, found = record.s_cell.values, envelope_of(record, scene)
     unit, factor = force_unit([found.least, found.largest])

@@ -1,7 +1,10 @@
 """Drawing in space: one scale for all directions, arrows to a stated scale."""
 
+from __future__ import annotations
+
 import itertools
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,8 +14,13 @@ from .style import FixedLocator, matplotlib
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import PathPatch3D
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
-def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None:
+    from .style import Figure
+
+
+def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) -> None:
     """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from that direction [deg].
 
     Lengths are the same in front and behind.  The ends of an axis, where it meets the next one, have no number.
@@ -42,7 +50,7 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
 NUMBERS, BARE, BELOW, ABOVE, HIGHEST, HIGH = 0.66, 0.1, 0.42, 0.3, 3.2, 2.3
 
 
-def side_by_side(figure, above: float, below: float) -> None:
+def side_by_side(figure: Figure, above: float, below: float) -> None:
     """Panels beside each other on one line, as large as they go and of one height unless one is too wide, and so much
     room above and below [inch]; the figure becomes as high as they are.
 
@@ -63,7 +71,7 @@ def side_by_side(figure, above: float, below: float) -> None:
         left += wide + NUMBERS + BARE + gap
 
 
-def _extent(axes):
+def _extent(axes: Any) -> NDArray[Any]:
     """Lower left and upper right corner of what is seen of the box of a panel, in shares of the panel."""
     if axes.name != "3d":
         return np.array([[0.0, 0.0], [1.0, 1.0]])
@@ -73,12 +81,12 @@ def _extent(axes):
     return np.array([seen.min(axis=0), seen.max(axis=0)])
 
 
-def _numbers_right(axes):
+def _numbers_right(axes: Any) -> bool:
     """True if the numbers of the vertical axis stand on its right: x runs towards the viewer."""
     return axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0
 
 
-def _ticks(low, high, longest, upright):
+def _ticks(low: float, high: float, longest: float, upright: bool) -> NDArray[Any]:
     """Round numbers on an axis, two to six on the longest one, two on a short one that lies; not at its lower end, nor,
     if it lies, near the upper."""
     top = 0.0 if upright else 1 / 30
@@ -97,13 +105,13 @@ def clear_azimuth(direction_deg: float) -> float:
     return max((-60.0, -120.0, -30.0, -150.0), key=lambda a: round(abs(math.sin(math.radians(a - direction_deg))), 6))
 
 
-def towards_viewer(elevation: float, azimuth: float) -> np.ndarray:
+def towards_viewer(elevation: float, azimuth: float) -> NDArray[Any]:
     """Unit vector from what is seen to who sees it from there [deg]."""
     e, a = math.radians(elevation), math.radians(azimuth)
     return np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
 
 
-def sheet(patches: np.ndarray, viewer: np.ndarray, **look) -> PathPatch3D:
+def sheet(patches: NDArray[Any], viewer: NDArray[Any], **look: Any) -> PathPatch3D:
     """Quadrilaterals (n, 4, 3) as one surface without seams, all of one colour, for one who sees it from there."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
     turned = np.where((normal @ viewer < 0)[:, None, None], patches[:, ::-1], patches)  # else overlaps would be holes

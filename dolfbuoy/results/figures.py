@@ -7,8 +7,11 @@ Each takes a record, from `simulate` or opened with xarray, and perhaps its scen
 It raises InputError where the record lacks what it needs; saving is the caller's.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 # Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
 from . import along_line, over_time, spectra, trajectories  # noqa: F401
@@ -22,13 +25,16 @@ from .quantities import QUANTITIES
 from .record import fitting
 from .style import keep
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 __all__ = [*FIGURES, "draw_all"]
 #: Cables or buoys that have figures of their own: those with the largest value of a quantity.
 MOST_PARTS = 12
 CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
 
 
-def __getattr__(name: str) -> Callable:
+def __getattr__(name: str) -> Callable[..., Any]:
     """The figure of this name."""
     if name not in FIGURES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -45,8 +51,8 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
     The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name behind that
     of the figure; of more than MOST_PARTS those with the largest tension at the top or cone angle.
 
-    say: called with a sentence on each figure that the run is too short for, and if some have no figures.  Raises InputError if
-    the folder holds no run.
+    say: called with a sentence on each figure that the run is too short for, and if some have no figures.  Raises
+    InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
     folder, written, said = Path(folder), [], {}
@@ -69,7 +75,7 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
     return written
 
 
-def _largest(record, kind, said):
+def _largest(record: xr.Dataset, kind: Any, said: Any) -> Any:
     """Names of the cables or buoys of a record that have figures of their own, in their order."""
     names = names_of(record, kind)
     if len(names) <= MOST_PARTS:

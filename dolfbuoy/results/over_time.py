@@ -1,6 +1,9 @@
 """Figures of a run over time, as in Sect. 5 of the paper: tensions, heave, angles."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,12 +14,17 @@ from .series import unwrapped
 from .style import COLORS, COLUMN, Figure, new_figure
 from .tables import force_unit, unit_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene.sections import Scene
+
 #: A run of more periods than this gets an enlarged end.
 MANY_PERIODS = 6
 
 
 @figure_of("tension_top", "tension_anchor", part="cable")
-def tension(record, scene=None) -> Figure:
+def tension(record: xr.Dataset, scene: Scene) -> Figure:
     """Figs. 6 (right) and 9 (left): tension at both ends of the cable."""
     unit, factor = force_unit([record.tension_top, record.tension_anchor])
     curves = [
@@ -27,7 +35,7 @@ def tension(record, scene=None) -> Figure:
 
 
 @figure_of("buoy_position", part="buoy")
-def heave(record, scene=None) -> Figure:
+def heave(record: xr.Dataset, scene: Scene) -> Figure:
     """Figs. 7 and 9 (right): height of C and of the water above it, and their difference."""
     z = record.buoy_position.values[:, 2]
     curves = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass")]
@@ -39,10 +47,10 @@ def heave(record, scene=None) -> Figure:
     return _over_time(record, scene, [("height [m]", curves), (r"$r_{C,z} - z_w$ [m]", difference)])
 
 
-def of_quantity(quantity: Quantity) -> Callable:
+def of_quantity(quantity: Quantity) -> Callable[..., Any]:
     """The figure of a scalar quantity of a cable or buoy."""
 
-    def draw(record, scene=None) -> Figure:
+    def draw(record: xr.Dataset, scene: Scene) -> Figure:
         values = record[quantity.name].values
         unit, factor = unit_of(values, quantity.unit.replace("degree", "°"))
         label = f"{quantity.name.replace('_', ' ')} [{unit}]"
@@ -57,7 +65,7 @@ cone_angle = FIGURES["cone_angle"] = of_quantity(QUANTITIES["cone_angle"])
 
 
 @figure_of("roll", "pitch", "yaw", part="buoy")
-def roll_pitch_yaw(record, scene=None) -> Figure:
+def roll_pitch_yaw(record: xr.Dataset, scene: Scene) -> Figure:
     """Turns of the buoy about x, y and z, each in a panel of its own."""
     panels = [
         (f"{name} [°]", [(unwrapped(record, name), "-", COLORS[color], None)])
@@ -66,7 +74,13 @@ def roll_pitch_yaw(record, scene=None) -> Figure:
     return _over_time(record, scene, panels, height=1.2, enlarge=False)
 
 
-def _over_time(record, scene, panels, height=1.65, enlarge=True):
+def _over_time(
+    record: xr.Dataset,
+    scene: Scene,
+    panels: list[tuple[str, list[tuple[Any, ...]]]],
+    height: float = 1.65,
+    enlarge: bool = True,
+) -> Figure:
     """One panel per (label, curves) over the same time; the end of the first one enlarged if there are many periods."""
     t, period = record.time.values, period_of(scene)
     many = enlarge and period is not None and t[-1] - t[0] > MANY_PERIODS * period

@@ -1,8 +1,11 @@
 """A picture of the whole system at one instant: lines, joints, hulls, bed, water and its velocity, forces, masses."""
 
+from __future__ import annotations
+
 import itertools
 import math
 import textwrap
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +20,13 @@ from .tables import force_unit
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+    from .frame import Frame, Mark
+
 #: Of several lines, in turn; with more of them than these the legend does not tell which is which.
 LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], COLORS["purple"]]
 #: Several lines are drawn from above too if they are wider than this share of their length.
@@ -26,7 +36,7 @@ ELEVATION = 14
 
 
 @figure_of()
-def snapshot(record, scene=None, time: float | None = None) -> Figure:
+def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Figure:
     """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
     the buoy with the forces on it, several lines from above.  Lengths have equal scale in all directions; over each
     panel an arrow of known speed, in the legend the scale of forces."""
@@ -47,7 +57,7 @@ def snapshot(record, scene=None, time: float | None = None) -> Figure:
     return figure
 
 
-def _lay_out(figure, title, time, entries):
+def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> None:
     """Title, panels, legend, from above; the figure becomes as high as they need."""
     columns = _columns([entry.get_label() for entry in entries], figure.get_figwidth())
     said = [title, f"t\xa0=\xa0{time:.4g}\xa0s"] if title else [f"t\xa0=\xa0{time:.4g}\xa0s"]
@@ -61,7 +71,7 @@ def _lay_out(figure, title, time, entries):
 # -- what is seen ----------------------------------------------------------------------------------------------------
 
 
-def _whole(now):
+def _whole(now: Frame) -> NDArray[Any]:
     """Box (2, 3) of lower and upper corner around everything; None of one buoy without a line."""
     if now.alone and not len(now.x):
         return None
@@ -81,7 +91,7 @@ def _whole(now):
     return np.array([middle - half, middle + half])
 
 
-def _detail(now):
+def _detail(now: Frame) -> NDArray[Any] | None:
     """Box around the buoy; None without one, or of several lines or buoys."""
     if not now.alone or not now.buoys:
         return None
@@ -94,7 +104,7 @@ def _detail(now):
 # -- parts of the picture ----------------------------------------------------------------------------------------------
 
 
-def _draw(axes, now, box, legend):
+def _draw(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """Everything but forces, from back to front, each with its place in the legend."""
     if now.scene.sea:
         _draw_bed(axes, now, box, legend)
@@ -115,7 +125,7 @@ def _draw(axes, now, box, legend):
 FORCES = {"external force": COLORS["red"], "wind force": COLORS["green"], "mooring force": COLORS["purple"]}
 
 
-def _draw_forces(axes, now, box, legend):
+def _draw_forces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """What pushes the buoys, and to a scale of its own what holds one: of several ends of lines the lines tell."""
     pulls = now.arrows("pulls")
     for arrows in (now.arrows("outside"), pulls if len(pulls) == 1 else []):
@@ -126,7 +136,7 @@ def _draw_forces(axes, now, box, legend):
             legend[name] = _arrow(FORCES[name], _said(name, force, scale, box))
 
 
-def _draw_bed(axes, now, box, legend):
+def _draw_bed(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     (x0, y0, _), (x1, y1, _) = box
     plan = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
     corners = now.on_bed(plan)
@@ -137,12 +147,12 @@ def _draw_bed(axes, now, box, legend):
     legend["bed"] = Patch(color=COLORS["sand"], alpha=0.35, label="sea bed")
 
 
-def _colored(now):
+def _colored(now: Frame) -> list[tuple[str, list[NDArray[Any]], str]]:
     """(name, pieces, colour) of the lines."""
     return [(*line, color) for line, color in zip(now.lines, itertools.cycle(LINES), strict=False)]
 
 
-def _draw_lines(axes, now, box, legend):
+def _draw_lines(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
     """The lines, each with its name if there are not too many, dotted where the box cuts them off; what of them is
     below the bed is set off."""
     told, tension = len(now.run.spans) <= len(LINES), _tension(now)
@@ -158,7 +168,7 @@ def _draw_lines(axes, now, box, legend):
                 _draw_below_bed(axes, now, x, legend)
 
 
-def _draw_below_bed(axes, now, x, legend):
+def _draw_below_bed(axes: Any, now: Frame, x: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """What of a line is below the bed in red, and down to it a curtain from the bed."""
     bed = -now.scene.sea.depth
     x = _crossing(x, bed)
@@ -183,7 +193,7 @@ JOINTS = {
 }
 
 
-def _draw_marks(axes, now, box, legend):
+def _draw_marks(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
     """Joints, and ends that are held; in the sea those that stay where they are are anchors."""
     for mark, place in _marked(now):
         if ((place > box[0] - 1e-9) & (place < box[1] + 1e-9)).all():
@@ -193,12 +203,12 @@ def _draw_marks(axes, now, box, legend):
             legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
 
 
-def _marked(now):
+def _marked(now: Frame) -> list[tuple[Mark, NDArray[Any]]]:
     """(mark, place) of what has a symbol; a free end has none."""
     return [(mark, now.x[mark.node]) for mark in now.run.marks if mark.kind in JOINTS]
 
 
-def _draw_plan(axes, now):
+def _draw_plan(axes: Any, now: Frame) -> None:
     """All from above: lines, with their names where the legend leaves them out, joints, hulls."""
     for name, pieces, color in _colored(now):
         for nodes in pieces:
@@ -216,7 +226,7 @@ def _draw_plan(axes, now):
     axes.margins(0.08)
 
 
-def _draw_velocity(axes, now, box, legend):
+def _draw_velocity(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
     """Arrows in the vertical plane through the buoy, or the middle of the cable; over the box one of known speed."""
     causes = [name for name in ("waves", "current") if getattr(now.scene, name)]
     if not causes:
@@ -233,7 +243,7 @@ def _draw_velocity(axes, now, box, legend):
     legend["flow"] = _arrow(COLORS["blue"], f"water velocity, {' and '.join(causes)}")
 
 
-def _draw_key(axes, box, along, speed, scale):
+def _draw_key(axes: Any, box: NDArray[Any], along: NDArray[Any], speed: float, scale: float) -> None:
     """An arrow of this speed in the direction of the water's motion, over the wall at the back."""
     span, arrow = np.ptp(box, axis=0).max(), along * speed / scale
     middle = np.array([box[:, 0].mean(), box[1, 1], box[1, 2] + 0.06 * span])
@@ -244,7 +254,7 @@ def _draw_key(axes, box, along, speed, scale):
     axes.text2D(x, y, f"{speed:.3g} m/s", transform=axes.transData, **look)
 
 
-def _plane(now, box, columns=8):
+def _plane(now: Frame, box: NDArray[Any], columns: int = 8) -> tuple[NDArray[Any], float]:
     """Points under water in the plane of the waves through the buoy, and their distance."""
     middle = (box[0] + box[1]) / 2
     through, along = now.buoys[0].r_C if now.alone and now.buoys else middle, heading(now.direction_deg)
@@ -263,7 +273,7 @@ def _plane(now, box, columns=8):
     return points[(points[:, 2] > floor) & ~now.in_hull(points)], spacing
 
 
-def _draw_surfaces(axes, now, box, legend):
+def _draw_surfaces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """Water behind the hulls, hulls, water before them."""
     if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
         x, viewer = _water_patches(now, box), towards_viewer(ELEVATION, clear_azimuth(now.direction_deg))
@@ -282,7 +292,7 @@ def _draw_surfaces(axes, now, box, legend):
         legend["buoy"] = Patch(color=COLORS["orange"], label="buoy")
 
 
-def _draw_still_water(axes, now, box, legend):
+def _draw_still_water(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """A line on the walls at the back."""
     if now.scene.waves and box[0, 2] < 0 < box[1, 2]:
         (x0, y0, _), (x1, y1, _) = box
@@ -292,7 +302,7 @@ def _draw_still_water(axes, now, box, legend):
         legend["still water"] = Line2D([], [], label="still water", **style)
 
 
-def _water_patches(now, box):
+def _water_patches(now: Frame, box: NDArray[Any]) -> Any:
     """Quadrilaterals (n, 4, 3) of the water surface in the box."""
     span = (box[1] - box[0])[:2].max()
     length = 2 * math.pi / wavenumber(now.scene) if now.scene.waves else np.inf
@@ -303,7 +313,7 @@ def _water_patches(now, box):
     return np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _shaded(patches, color):
+def _shaded(patches: NDArray[Any], color: str) -> NDArray[Any]:
     """Colours of the patches in light from above and one side."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -313,7 +323,7 @@ def _shaded(patches, color):
     return rgba
 
 
-def _inside(x, box):
+def _inside(x: NDArray[Any], box: NDArray[Any]) -> Any:
     """The part of a polyline inside the box, finely divided."""
     if ((x >= box[0]) & (x <= box[1])).all():
         return x
@@ -321,7 +331,7 @@ def _inside(x, box):
     return fine[((fine >= box[0]) & (fine <= box[1])).all(axis=1)]
 
 
-def _crossing(x, z):
+def _crossing(x: NDArray[Any], z: float) -> NDArray[Any]:
     """A polyline with a node wherever it passes a height."""
     above = x[:, 2] > z
     passed = np.flatnonzero(above[:-1] != above[1:])
@@ -331,7 +341,7 @@ def _crossing(x, z):
     return np.insert(x, passed + 1, between, axis=0)
 
 
-def _divided(x, pieces=200):
+def _divided(x: NDArray[Any], pieces: int = 200) -> NDArray[Any]:
     """A polyline with each piece divided."""
     s = np.linspace(0, len(x) - 1, pieces * (len(x) - 1) + 1)
     return np.stack([np.interp(s, np.arange(len(x)), c) for c in x.T], axis=-1)
@@ -340,7 +350,7 @@ def _divided(x, pieces=200):
 # -- words -------------------------------------------------------------------------------------------------------------
 
 
-def _tension(now):
+def _tension(now: Frame) -> str:
     """Least and largest of the elements of the only cable."""
     if len(now.run.spans) != 1:
         return ""
@@ -349,7 +359,7 @@ def _tension(now):
     return f", tension {least} {unit}" if least == largest else f", tension {least} to {largest} {unit}"
 
 
-def _said(name, force, scale, box):
+def _said(name: str, force: NDArray[Any], scale: float, box: NDArray[Any]) -> str:
     """Name, size and scale of a force."""
     size = float(np.linalg.norm(force))
     unit, factor = force_unit(size)
@@ -358,7 +368,7 @@ def _said(name, force, scale, box):
     return f"{name}, {factor * size:.3g} {unit} ({factor * scale:.3g} {unit} per m)"
 
 
-def _columns(labels, width):
+def _columns(labels: list[str], width: float) -> int:
     """Of a legend of that width [inch]: as many as fit, at most three; letters are about 1/18 inch wide."""
     for columns in (3, 2):
         longest = [max(map(len, part), default=0) for part in np.array_split(labels, columns)]
@@ -367,5 +377,5 @@ def _columns(labels, width):
     return 1
 
 
-def _arrow(color, label):
+def _arrow(color: str, label: str) -> Any:
     return Line2D([], [], color=color, marker=r"$\rightarrow$", ms=9, ls="none", label=label)

@@ -1,5 +1,9 @@
 """Figure of the cases of a sweep."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import xarray as xr
 
@@ -7,6 +11,9 @@ from . import style
 from .quantities import shown_in
 from .series import each_series
 from .style import Figure, matplotlib
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 MOST_PANELS = 10
 #: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
@@ -38,19 +45,19 @@ def draw(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _bars(axis, x, mean, low, high, label):
+def _bars(axis: Any, x: NDArray[Any], mean: NDArray[Any], low: NDArray[Any], high: NDArray[Any], label: str) -> None:
     reach = np.maximum([mean - low, high - mean], 0.0)  # rounding of the mean
     axis.errorbar(x, mean, reach, fmt="o", markersize=3.5, capsize=2.5, label=label)
 
 
-def _cloud(axis, x, mean, low, high, label):
+def _cloud(axis: Any, x: NDArray[Any], mean: Any, low: Any, high: Any, label: Any) -> None:
     """Points as a picture, whose size and time do not grow with their number."""
     (drawn,) = axis.plot(x, mean, ".", markersize=3, rasterized=True, label=label, zorder=3)
     for ends in (low, high):
         axis.plot(x, ends, ".", color=drawn.get_color(), alpha=0.4, markersize=1, rasterized=True)
 
 
-def _groups(dataset):
+def _groups(dataset: xr.Dataset) -> tuple[str, list[tuple[str, NDArray[Any], NDArray[Any]]]]:
     """Label of the abscissa, and (label, abscissa, cases) of each group of points."""
     keys = dataset.attrs["varied"].split(", ")
     first, *others = (dataset[key.replace(".", "_")].values for key in keys)
