@@ -20,7 +20,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..scene.quantities import number_of
-from .moordyn_body import buoy_of, is_free, placed
+from .moordyn_body import BodyOf, buoy_of, is_free, placed
 from .moordyn_text import Row, Tables, canonical, is_number, parse
 from .moordyn_world import world
 from .names import Names
@@ -43,7 +43,7 @@ WANTED = {
 }
 
 
-def scene_of(text: str, title: str = "") -> tuple[dict[Any, Any], list[Note]]:
+def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
     """The scene of an input file, as its sections and keys, and what could not be carried over, line by line.
 
     Raises InputError for a file that is none, or a row that cannot be read.
@@ -53,8 +53,12 @@ def scene_of(text: str, title: str = "") -> tuple[dict[Any, Any], list[Note]]:
 
 class _Reader:
     def __init__(self, tables: Tables, title: str):
-        self.tables, self.title, self.notes = tables, title, []
-        self.places, self.ends, self.joints, self.buoys, self.used = {}, {}, {}, {}, set()
+        self.tables, self.title, self.notes = tables, title, list[Note]()
+        self.places: dict[str, tuple[Row, str, list[float]]] = {}
+        self.ends: dict[str, Any] = {}
+        self.joints: dict[str, dict[str, Any]] = {}
+        self.buoys: dict[str, BodyOf] = {}
+        self.used: set[str] = set()
         self.names = Names("type", lambda text: self.note(None, f"line types: {text}"))
 
     def scene(self) -> tuple[Any, list[Note]]:
@@ -68,7 +72,7 @@ class _Reader:
         self._left_out()
         used = {row["type"] for row in self.tables.of("lines")}
         places = [(row.line, at[2], kind) for row, kind, at in self.places.values()]
-        scene = {"title": self.title} if self.title else {}
+        scene: dict[str, Any] = {"title": self.title} if self.title else {}
         scene |= world(self.tables, places, self.note)
         scene["material"] = {self.names.of(name): keys for name, keys in materials.items() if name in used}
         scene["cable"] = cables
@@ -186,7 +190,7 @@ class _Reader:
             raise InputError(
                 f"line {row.line}: LineType {material!r} is none of the LINE TYPES: {', '.join(materials)}."
             )
-        found = {"name": f"line{row.values.get('id', row.line)}", "material": self.names.of(material)}
+        found: dict[str, Any] = {"name": f"line{row.values.get('id', row.line)}", "material": self.names.of(material)}
         found |= {"from": self._end(row, "A"), "to": self._end(row, "B")}
         if row["A"] == row["B"]:
             raise InputError(f"line {row.line}: both ends are on point {row['A']}: must be two.")
@@ -246,7 +250,7 @@ class _Reader:
         self.note(row.line, why)
 
     def _free(self, row: Row, place: NDArray[Any]) -> None:
-        joint = {"name": f"point{row['id']}"}
+        joint: dict[str, Any] = {"name": f"point{row['id']}"}
         for key, column in (("mass", "mass"), ("volume", "volume"), ("drag_area", "CdA"), ("added_mass", "Ca")):
             if value := row.number(column, 0.0):
                 joint[key] = value

@@ -39,14 +39,14 @@ SITE, WORDS = ("water_depth", "rho_water", "g"), ("type", "name", "comments")
 ELEMENTS = 20
 
 
-def read_yaml(text: str) -> dict[str, Any]:
+def read_yaml(text: str) -> Any:
     """The values of a YAML file, which can run nothing and repeat nothing.  Raises InputError for anything else."""
     try:
         import yaml
     except ImportError as error:
         raise InputError(missing(error) or "PyYAML is not installed: pip install pyyaml") from None
 
-    class Plain(yaml.SafeLoader):
+    class Plain(yaml.SafeLoader):  # type: ignore[misc]  # yaml has no types
         """Without aliases, by which a small file grows without bounds."""
 
         def compose_node(self, parent: Any, index: Any) -> Any:
@@ -64,7 +64,7 @@ def read_yaml(text: str) -> dict[str, Any]:
         raise InputError("this YAML is nested too deeply.") from None
 
 
-def scene_of(text: str, title: str = "") -> tuple[dict[Any, Any], list[Note]]:
+def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
     """The scene of a mooring in YAML, as its sections and keys, and what could not be carried over.
 
     Raises InputError for a file without points, lines and line types, or a value that cannot be read.
@@ -85,8 +85,9 @@ def scene_of(text: str, title: str = "") -> tuple[dict[Any, Any], list[Note]]:
 
 class _Reader:
     def __init__(self, mooring: dict[str, Any], design: dict[str, Any], title: str):
-        self.mooring, self.title, self.notes = mooring, title, []
-        self.design, self.site = design, design.get("site") if isinstance(design.get("site"), dict) else {}
+        self.mooring, self.title, self.notes = mooring, title, list[Note]()
+        site = design.get("site")
+        self.design, self.site = design, site if isinstance(site, dict) else {}
         self.types = Names("type", lambda text: self.note(f"line_types: {text}"))
         self.parts = Names("part", lambda text: self.note(f"points and lines: {text}"))
 
@@ -100,7 +101,7 @@ class _Reader:
         cables = [self._cable(row, materials, places) for row in self._rows("lines")]
         used = {_text(row, "type", "lines") for row in self._rows("lines")}
         self._left_out()
-        scene = {"title": self.title} if self.title else {}
+        scene: dict[str, Any] = {"title": self.title} if self.title else {}
         scene |= self._world(places)
         scene["material"] = {self.types.of(name): keys for name, keys in materials.items() if name in used}
         scene["cable"] = cables
@@ -137,7 +138,7 @@ class _Reader:
     def _world(self, places: dict[str, tuple[Any, list[float], str]]) -> dict[str, Any]:
         gravity = self._given("g")
         density = self._given("rho", "water_density", "rho_water")
-        found = {} if gravity is None else {"gravity": gravity}
+        found: dict[str, Any] = {} if gravity is None else {"gravity": gravity}
         if density == 0:
             self.note("the density of the water is 0: there is none here, and no bed, which belongs to a sea")
             return found
@@ -186,9 +187,10 @@ class _Reader:
                 self.note(f"line_types, {name}: {key} = {value} is not carried over")
         return found
 
-    def _points(self) -> tuple[dict[str, tuple[Any, list[Any], str]], Any]:
+    def _points(self) -> tuple[dict[str, tuple[Any, list[float], str]], list[dict[str, Any]]]:
         """Place and kind ("fixed", "moved" or "free") of each end, by name; and the joints."""
-        places, joints = {}, []
+        places: dict[str, tuple[Any, list[float], str]] = {}
+        joints: list[dict[str, Any]] = []
         for row in self._rows("points"):
             name, kind = _text(row, "name", "points"), _text(row, "type", "points").lower()
             place = row.get("location")
@@ -225,7 +227,7 @@ class _Reader:
                 raise InputError(f"lines, {name}: {key} = {end!r} is none of the points: {', '.join(places)}.")
         if ends[0] == ends[1]:
             raise InputError(f"lines, {name}: endA and endB are both {ends[0]!r}: must be two points.")
-        found = {"name": self.parts.of(name), "material": self.types.of(material)}
+        found: dict[str, Any] = {"name": self.parts.of(name), "material": self.types.of(material)}
         found |= {"from": places[ends[0]][0], "to": places[ends[1]][0]}
         found["length"] = _number(row.get("length"), f"lines, {name}: length")
         return found | {"elements": ELEMENTS, "slack": "tension-only"}

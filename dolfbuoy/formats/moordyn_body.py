@@ -26,7 +26,7 @@ _CLOSE = 1e-6  # m
 class BodyOf:
     """A buoy made of a body: its section, where the keel is in the body's frame, and the names of its points."""
 
-    section: dict[Any, Any]
+    section: dict[str, Any]
     keel: NDArray[Any]
 
     def fairlead(self, point: str, place: NDArray[Any]) -> str:
@@ -127,7 +127,7 @@ def _masses(
         raise InputError(f"line {body.line}: the centre of mass of a body off its rods' axis is not carried over.")
     height = sum(mass * center[2] for mass, center, _ in parts) / total
     moments = sum(own + mass * (center[2] - height) ** 2 * np.array([1.0, 1.0, 0.0]) for mass, center, own in parts)
-    found = {"mass": float(total), "center_of_mass": float(height)}
+    found: dict[str, Any] = {"mass": float(total), "center_of_mass": float(height)}
     if moments.min() > 0:
         return found | {"inertia": moments.tolist()}
     note(body.line, f"body {body['id']} has no inertia: that of its mass spread over the hull is taken")

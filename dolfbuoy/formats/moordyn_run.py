@@ -59,7 +59,7 @@ def run(export: Export, end: float, most: int = 50_000, per_call: int | None = N
     steps = math.ceil(end / step - 1e-9)
     every = -(-steps // most)
     t = np.arange(steps + 1) * step
-    places = np.array([np.concatenate([top_position(top, at) for top in export.driven] or [[]]) for at in t])
+    places = np.array([np.concatenate([top_position(top, at) for top in export.driven] or [np.zeros(0)]) for at in t])
     speeds = np.diff(places, axis=0) / step
     with tempfile.TemporaryDirectory() as folder, silent():
         for name, text in export.files.items():

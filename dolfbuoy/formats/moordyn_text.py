@@ -91,8 +91,8 @@ class Row:
         if text is None and default is not None:
             return default
         try:
-            return number_of(text)
-        except (AttributeError, ValueError):
+            return number_of(text or "")
+        except ValueError:
             what = f"is {text!r}, which is no number" if text is not None else "is missing"
             raise InputError(f"line {self.line}: {column} {what}.") from None
 
@@ -246,6 +246,6 @@ def is_number(text: str) -> bool:
     return True
 
 
-def _bodies(names: list[str]) -> list[str]:
+def _bodies(names: list[str | None]) -> list[str | None]:
     seen = names.index("y") + 1 if "y" in names else len(names)
     return names[:seen] + ["yaw" if name == "y" else name for name in names[seen:]]

@@ -35,14 +35,14 @@ ELSEWHERE = {
 KBOT = 3e6
 
 
-def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[Any, Any]:
+def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[str, Any]:
     """The sections that options make.  places: (line, z [m], "fixed", "moved" or "free") of points; note.
 
     Raises InputError for numbers that are none, and for a depth that neither an option nor an anchor gives.
     """
     _say_others(tables, note)
     line, gravity = _number(tables, *GRAVITY)
-    found = {} if gravity is None else {"gravity": gravity}
+    found: dict[str, Any] = {} if gravity is None else {"gravity": gravity}
     wet, density = _number(tables, *DENSITY)
     if density == 0:
         note(wet, "the density of the water is 0: there is none here, and no bed, which belongs to a sea")
@@ -57,7 +57,7 @@ def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[A
     return found
 
 
-def _number(tables: Tables, *names: Any, default: float | None = None) -> tuple[Any, Any] | None:
+def _number(tables: Tables, *names: str, default: Any = None) -> tuple[int | None, Any]:
     """Line and value of an option; None and the default without it."""
     line, text = tables.option(*names) or (None, None)
     if text is None:
@@ -91,10 +91,10 @@ def _deepest(places: list[tuple[int, float, str]], why: str) -> float:
 
 
 def _bed(tables: Tables, note: Callable[..., Any]) -> dict[str, float]:
-    _, stiffness = _number(tables, *STIFFNESS, default=KBOT)
+    where, stiffness = _number(tables, *STIFFNESS, default=KBOT)
     line, friction = _friction(tables, note)
     if stiffness < 0:
-        raise InputError(f"line {tables.option(*STIFFNESS)[0]}: kBot is {stiffness:g}: must be 0 or above.")
+        raise InputError(f"line {where}: kBot is {stiffness:g}: must be 0 or above.")
     if stiffness == 0:
         if friction:
             note(line, "there is no bed (kBot = 0), and no friction on it")
@@ -102,7 +102,7 @@ def _bed(tables: Tables, note: Callable[..., Any]) -> dict[str, float]:
     return {"stiffness": stiffness} | ({"friction": friction} if friction else {})
 
 
-def _friction(tables: Tables, note: Callable[..., Any]) -> tuple[Any, float]:
+def _friction(tables: Tables, note: Callable[..., Any]) -> tuple[int | None, float]:
     line, friction = _number(tables, *FRICTION)
     if friction is not None:
         return line, friction

@@ -13,7 +13,7 @@ class Names:
     """Names of one kind, each once: letters, digits, _ and -, a letter first; note(text) of those that change."""
 
     def __init__(self, what: str, note: Callable[..., Any]):
-        self.what, self.note, self.found = what, note, {}
+        self.what, self.note, self.found = what, note, dict[str, str]()
 
     def of(self, name: str) -> str:
         """The name in the scene."""

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..scene.buoy import Buoy
-    from ..scene.cable import Cable
+    from ..scene.cable import Cable, Top
     from ..scene.network import End, Piece
     from ..scene.sections import Scene
 
@@ -90,8 +90,12 @@ class _Writer:
     def __init__(self, scene: Scene, start: Start, numerics: Numerics):
         self.scene, self.start, self.numerics = scene, start, numerics
         self.network: Network = scene.network
-        self.notes, self.points, self.lines, self.driven = [], [], [], []
-        self.types, self.joints = {}, {}
+        self.notes: list[Note] = []
+        self.points: list[tuple[Any, ...]] = []
+        self.lines: list[tuple[Any, ...]] = []
+        self.driven: list[Top] = []
+        self.types: dict[tuple[str, ...], tuple[Any, ...]] = {}
+        self.joints: dict[Any, int] = {}
 
     def note(self, text: str) -> None:
         if text not in [note.text for note in self.notes]:
@@ -141,13 +145,14 @@ class _Writer:
         return name
 
     def _stiffness(self, c: Cable) -> Any:
-        if isinstance(c.axial_stiffness, TensionTable):
+        own: Any = c.axial_stiffness
+        if isinstance(own, TensionTable):
             self.note("axial_stiffness: of a table only the slope at 0 is carried over")
-        elif math.isinf(c.axial_stiffness):
+        elif math.isinf(own):
             EA = STIFF * c.line_density * max(self.scene.gravity, 1.0) * c.length
             self.note(f"axial_stiffness: MoorDyn has no inextensible line: EA = {STIFF:g} times the line's weight")
             return EA
-        return float(c.axial_stiffness)
+        return float(own)
 
     def _axial(self, piece: Piece) -> Any:
         """1/omega of the shortest axial vibration of a segment [s]."""
@@ -168,37 +173,36 @@ class _Writer:
 
     def _place(self, end: End) -> tuple[float | str, ...]:
         none = (0.0,) * 4
-        if end.kind == "fixed":
-            return ("Fixed", *end.top.position, *none)
-        if end.kind == "prescribed":
-            self.driven.append(end.top)
-            return ("Coupled", *end.top.position, *none)
+        name, top = end.name or "", end.top
+        if top is not None and end.kind in ("fixed", "prescribed"):
+            if end.kind == "prescribed":
+                self.driven.append(top)
+            return ("Fixed" if end.kind == "fixed" else "Coupled", *(top.position or ()), *none)
         if end.kind == "buoy":
-            buoy = self.network.buoys[end.name]
+            buoy = self.network.buoys[name]
             place = (buoy.fairleads or {})[end.fairlead] if end.fairlead else (0.0, 0.0, buoy.mooring_height)
-            return (f"Body{list(self.network.buoys).index(end.name) + 1}", *place, *none)
+            return (f"Body{list(self.network.buoys).index(name) + 1}", *place, *none)
         if end.kind == "free":
-            if any(end.top.force):
+            if top is not None and any(top.force):
                 self.note("cable.top.force is not carried over")
             return ("Free", 0.0, 0.0, 0.0, *none)
-        body = self.network.bodies.get(end.name)
-        place = self.start.joints.get(end.name, np.zeros(3)).tolist()
-        return ("Free", *place, *((body.mass, body.volume, body.drag_area, body.added_mass) if body else none))
+        body, at = self.network.bodies.get(name), self.start.joints.get(name, np.zeros(3)).tolist()
+        return ("Free", *at, *((body.mass, body.volume, body.drag_area, body.added_mass) if body else none))
 
     # -- bodies -------------------------------------------------------------------------------------------------------
 
-    def _bodies(self) -> tuple[Any, Any, Any]:
-        bodies, types, rods = [], [], []
+    def _bodies(self) -> tuple[list[Any], list[Any], list[Any]]:
+        bodies, types, rods = list[Any](), list[Any](), list[Any]()
         for number, (name, buoy) in enumerate(self.network.buoys.items(), 1):
             own = mass_properties(buoy)
-            center = self.start.buoys.get(name)
-            if center is None:
-                center = buoy.initial.buoy_position or (0.0, 0.0, 0.0)
+            begins = buoy.initial.buoy_position if buoy.initial else None
+            center = self.start.buoys.get(name, np.array(begins or (0.0, 0.0, 0.0)))
             place = (center[0], center[1], center[2] - own.height)
             inertia = "|".join(f"{value:.14g}" for value in own.inertia)
             bodies.append(
                 (number, "Free", *place, 0.0, 0.0, 0.0, own.mass, f"0|0|{own.height:.14g}", inertia, 0.0, 0.0, 0.0)
             )
+            shape: Any = buoy.hull
             for low, high, diameter in self._cylinders(buoy):
                 kind = f"rod{len(types) + 1}"
                 drag = self._ends_share(buoy, 2), self._ends_share(buoy, 3)
@@ -206,14 +210,14 @@ class _Writer:
                     (kind, diameter, 0.0, buoy.normal_drag, buoy.added_mass)
                     + (buoy.axial_drag * drag[0], buoy.axial_added_mass * drag[1])
                 )
-                segments = max(2, round(ROD_SEGMENTS * (high - low) / buoy.hull[-1][0]))
+                segments = max(2, round(ROD_SEGMENTS * (high - low) / shape[-1][0]))
                 rods.append((len(rods) + 1, kind, f"Body{number}", 0.0, 0.0, low, 0.0, 0.0, high, segments, "-"))
         return bodies, types, rods
 
     def _cylinders(self, buoy: Buoy) -> list[tuple[float, float, float]]:
         """(low, high, diameter) of the hull from the keel up."""
-        found = []
-        for (low, d0), (high, d1) in pairwise(buoy.hull or []):
+        found, stations = list[tuple[float, float, float]](), np.array(buoy.hull or [], dtype=float).tolist()
+        for (low, d0), (high, d1) in pairwise(stations):
             if high <= low:
                 continue
             if d0 == d1:
@@ -264,20 +268,12 @@ class _Writer:
                 self.note("tangential_froude_krylov: MoorDyn's lines feel it always")
 
 
-_OF_A_TYPE = (
-    "line_density",
-    "diameter",
-    "area",
-    "axial_stiffness",
-    "added_mass",
-    "normal_drag",
-    "tangential_drag",
-    "damping",
-)
+_OF_A_TYPE = ["line_density", "diameter", "area", "axial_stiffness", "damping"]
+_OF_A_TYPE += ["added_mass", "normal_drag", "tangential_drag"]
 
 
 def _elements(section: Cable) -> int:
-    counts = section.elements
+    counts: Any = section.elements
     total = counts if isinstance(counts, int) else sum(int(count) for _, count in counts)
     return max(2, total)  # MoorDyn's lines have two segments at least
 

@@ -9,7 +9,8 @@ from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..results.bars import rows_of
 from ..results.summary import remaining_amplitude
-from ..scene.settings import SCHEMES, period_of
+from ..scene.sections import SCHEMES
+from ..scene.settings import period_of
 from .document import Markup, tag
 from .html import paragraphs, section, table
 
@@ -42,12 +43,13 @@ def worth(record: xr.Dataset, scene: Scene) -> Markup:
 
 
 def settings_of(record: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
-    """(what, value) of how it was computed."""
+    """Name and value of each setting with which it was computed."""
     time, steps = scene.time, record.time_step.values[1:]
-    said = f"{time.step:g} s" if time.tolerance is None else f"adaptive, local error {time.tolerance:g}"
+    assert time is not None  # a run has one
+    step = f"{time.step:g} s" if time.tolerance is None else f"adaptive, local error {time.tolerance:g}"
     if time.tolerance is not None and len(steps):
-        said += f": {steps.min():.3g} ... {steps.max():.3g} s"
-    rows = [("scheme", SCHEMES[time.scheme]), ("step", said)]
+        step += f": {steps.min():.3g} ... {steps.max():.3g} s"
+    rows = [("scheme", SCHEMES[time.scheme]), ("step", step)]
     period = period_of(scene)
     if period is not None and time.tolerance is None:
         rows.append(("steps in a period of the drive", f"{period / time.step:.4g}"))
@@ -81,7 +83,7 @@ def periods_of(scene: Scene) -> dict[str, float]:
 def _periods(scene: Scene) -> Markup | None:
     """Table of the part of a free motion's amplitude that the scheme leaves."""
     periods = periods_of(scene)
-    if not periods or not scene.time.end:
+    if not periods or scene.time is None or not scene.time.end:
         return None
     rows = [(name, f"{T:.5g}", _percent(remaining_amplitude(T, scene))) for name, T in periods.items()]
     caption = "What the scheme at its step leaves of the amplitude of a free motion, to the end of the run"

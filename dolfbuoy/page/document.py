@@ -34,7 +34,7 @@ def joined(children: Iterable[Any]) -> Markup:
     return Markup("".join(c if isinstance(c, Markup) else html.escape(str(c)) for c in children if c is not None))
 
 
-def page(title: str, body: Markup, data: dict[Any, Any], script: str) -> str:
+def page(title: str, body: Markup, data: dict[str, Any], script: str) -> str:
     """The file; script: name of a module in this folder, which comes with those that it imports."""
     style, script, block = _read("page.css"), _with_imports(script), as_json(data)
     policy = (

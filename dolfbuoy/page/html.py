@@ -43,7 +43,7 @@ def warnings(sentences: list[str]) -> Markup | None:
     return tag("aside", tag("strong", word), body, class_="warnings", id="warnings", aria_label="Warnings")
 
 
-def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[Any, Any], script: str) -> str:
+def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[str, Any], script: str) -> str:
     """The file of a page: title, lines below it, the button for the colours, and the parts."""
     button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
     top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)

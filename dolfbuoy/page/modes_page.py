@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..scene.sections import Scene
 
 
-def modes_page(dataset: xr.Dataset, scene: None = None) -> str:
+def modes_page(dataset: xr.Dataset, scene: Scene | None = None) -> str:
     """HTML of modes.nc.  Raises InputError for a dataset without a scene."""
     scene = scene or scene_of(dataset)
     effects = f"Small motions about the equilibrium of: {dataset.attrs.get('effects', '')}"
@@ -38,7 +38,7 @@ def modes_page(dataset: xr.Dataset, scene: None = None) -> str:
     )
 
 
-def data_of(dataset: xr.Dataset, scene: Scene) -> dict[Any, Any]:
+def data_of(dataset: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """Data for the script of the page."""
     frames = Frames(moving(dataset, 1, np.zeros(1), np.zeros(1)), scene)  # at rest
     view = base_view(frames) | {"direction": 0.0}
@@ -53,7 +53,7 @@ def data_of(dataset: xr.Dataset, scene: Scene) -> dict[Any, Any]:
 
 def _mode(dataset: xr.Dataset, number: int) -> dict[str, Any]:
     mode = dataset.isel(mode=number)
-    found = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
+    found: dict[str, Any] = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
     found |= {"name": mode.name.item(), "said": KINDS[mode.kind.item()]}
     found |= {"factor": enlargement(dataset, mode), "buoys": []}
     if "cable_position" in mode:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ..scene import Scene
+
 
 class Shown:
     """The result of `dolfbuoy.show`; a notebook displays it at the end of a cell."""
@@ -25,7 +27,7 @@ class Shown:
         return f"<page of {len(self.page) / 1e6:.2g} MB: the last line of a notebook's cell shows it>"
 
 
-def show(record: xr.Dataset, scene: None = None, height: int = 820) -> Shown:
+def show(record: xr.Dataset, scene: Scene | None = None, height: int = 820) -> Shown:
     """The page of a record with its replay, in a frame of that height [pixels].
 
     record: of `simulate`, opened with xarray, or of `modes`.  scene: by default the one that the record carries.

@@ -18,17 +18,17 @@ def _packed(array: NDArray[Any], kind: str, **more: Any) -> dict[str, Any]:
     return {"type": kind, "data": base64.b64encode(np.ascontiguousarray(array).tobytes()).decode(), **more}
 
 
-def exact(values: NDArray[Any]) -> dict[Any, Any]:
+def exact(values: NDArray[Any]) -> dict[str, Any]:
     """In double precision."""
     return _packed(np.asarray(values, dtype="<f8"), "f8")
 
 
-def single(values: NDArray[Any]) -> dict[Any, Any]:
+def single(values: NDArray[Any]) -> dict[str, Any]:
     """In single precision: seven digits, for numbers that are read."""
     return _packed(np.asarray(values, dtype="<f4"), "f4")
 
 
-def coarse(values: NDArray[Any] | list[float]) -> dict[Any, Any]:
+def coarse(values: NDArray[Any] | list[float]) -> dict[str, Any]:
     """In 16 bits: to 1/131068 of the range of all, for what is only looked at; nan stays."""
     values = np.asarray(values, dtype=float)
     finite = np.isfinite(values)

@@ -10,7 +10,7 @@ from . import html
 from .document import tag
 
 
-def precision_page(rows: list[dict[Any, Any]], notes: list[str], scene: str = "") -> str:
+def precision_page(rows: list[dict[str, Any]], notes: list[str], scene: str = "") -> str:
     """HTML of the rows and notes of work-precision.json, and of the title of its scene."""
     title = f"Work and precision of {scene}" if scene else "Work and precision"
     names = [name for name in QUANTITIES if any(f"bound_{name}" in row for row in rows)]
@@ -25,7 +25,7 @@ def precision_page(rows: list[dict[Any, Any]], notes: list[str], scene: str = ""
     )
 
 
-def data_of(rows: list[dict[str, Any]], names: list[str]) -> dict[Any, Any]:
+def data_of(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
     """Data for the script of the page."""
     return {
         "kind": "precision",

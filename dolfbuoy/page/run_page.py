@@ -14,7 +14,8 @@ from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
 from ..results.trajectories import pushes
-from ..scene.settings import SCHEMES, period_of
+from ..scene.sections import SCHEMES
+from ..scene.settings import period_of
 from . import html
 from .accuracy_section import worth
 from .document import fragment, tag
@@ -37,10 +38,10 @@ def run_page(record: xr.Dataset, scene: Scene | None = None, case: str | None = 
     Raises InputError for a record without a scene.
     """
     scene = scene or scene_of(record)
-    found, every = data_of(record, scene), f"{record.sizes['time']:,}"
-    steps = f"{float(record.time[-1]):g} s in {record.sizes['time'] - 1:,} steps of {SCHEMES[scene.time.scheme]}"
+    found, count, scheme = data_of(record, scene), record.sizes["time"], scene.time.scheme if scene.time else ""
+    steps = f"{float(record.time[-1]):g} s in {count - 1:,} steps of {SCHEMES[scheme]}"
     made = f"dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
-    thinned = f"Series are drawn with {found['kept']:,} of {every} instants, all peaks among them; tables are of all."
+    thinned = f"Series are drawn with {found['kept']:,} of {count:,} instants, all peaks among them; tables are of all."
     matters = html.table(("quantity", "value", "unit"), summary(record, scene))
     return html.page(
         scene.title or "Run",
@@ -61,7 +62,7 @@ def run_page(record: xr.Dataset, scene: Scene | None = None, case: str | None = 
     )
 
 
-def data_of(record: xr.Dataset, scene: Scene) -> dict[Any, Any]:
+def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """Data for the script of a run's page."""
     frames, parts = Frames(record, scene), parts_of(record, "cable", "buoy")
     columns = columns_of(parts)
@@ -93,7 +94,7 @@ LARGEST = (
 )
 
 
-def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[Any, Any]]:
+def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
     """The largest of each key figure over all parts, with its time: a number, and where to jump."""
     found = []
     for label, kind, quantity, unit, series in LARGEST:
@@ -112,7 +113,7 @@ def _distance(track: NDArray[Any]) -> Any:
     return np.linalg.norm(track - track[0], axis=1)
 
 
-def _keys(moments: list[dict[str, float | str]]) -> Markup:
+def _keys(moments: list[dict[str, Any]]) -> Markup | None:
     """Large numbers; each is a button that shows its moment."""
     items = [
         tag(
@@ -132,8 +133,8 @@ def _keys(moments: list[dict[str, float | str]]) -> Markup:
 
 
 def _headings(scene: Scene) -> list[tuple[str, list[float]]]:
-    """(name, [x, y]) of where waves, current, and wind and force on each buoy go."""
-    found, buoys = {}, scene.network.buoys
+    """Names and horizontal directions [x, y] in which waves, current, and wind and force on each buoy push."""
+    found, buoys = dict[str, list[float]](), scene.network.buoys
     for name in buoys or [None]:
         for what, direction in pushes(scene, name).items():
             own = what in ("wind", "force") and len(buoys) > 1

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 MOST_OF_SERIES = 1_250_000
 
 
-class Panel(dict[Any, Any]):
+class Panel(dict[str, Any]):
     """A chart over time: {part, title, unit, factor, curves: [{name, values}]}; part: the cable or buoy it is of."""
 
 
@@ -43,7 +43,7 @@ def columns_of(parts: list[Part]) -> list[tuple[Any, ...]]:
 
 def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[tuple[Any, ...]]]]:
     """Title -> (kind, unit, curves) of what a part of a record has, as it is declared."""
-    found = {}
+    found: dict[str, tuple[str, str, list[tuple[Any, ...]]]] = {}
     for quantity in QUANTITIES.values():
         for curve in quantity.curves if quantity.name in record else ():
             values = unwrapped(record, quantity.name)
@@ -65,9 +65,7 @@ def _fit(first: list[tuple[str, NDArray[Any]]], *others: Any) -> Any:
     return whole <= APART * max(np.ptp(values) for _, values in first)
 
 
-def _split(
-    title: str, unit: str, curves: list[tuple[str, NDArray[Any]]]
-) -> list[tuple[str, str, float, list[tuple[Any, ...]]]]:
+def _split(title: str, unit: str, curves: list[Any]) -> list[tuple[str, str, float, list[Any]]]:
     """Panels of curves: one, unless one axis would hide some of them.
 
     Of x and y each then has its own; of the turns, the yaw.
@@ -89,20 +87,14 @@ def rows_that_fit(record: xr.Dataset, parts: list[Part], columns: list[tuple[Any
 
 def panels(columns: list[tuple[Any, ...]], rows: NDArray[Any]) -> list[Panel]:
     """The panels with the chosen rows."""
+    names = ("part", "kind", "title", "unit", "factor")
     return [
-        Panel(
-            part=part,
-            kind=kind,
-            title=title,
-            unit=unit,
-            factor=factor,
-            curves=[{"name": name, "values": single(values[rows])} for name, values in curves],
-        )
-        for part, kind, title, unit, factor, curves in columns
+        Panel(zip(names, of, strict=True), curves=[{"name": k, "values": single(values[rows])} for k, values in curves])
+        for *of, curves in columns
     ]
 
 
-def envelopes(parts: list[Part], scene: Scene) -> list[dict[Any, Any]]:
+def envelopes(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
     """The `Envelope` of every cable [N], as `figures.envelope` shows it."""
     found = []
     for name, record in parts:
@@ -113,15 +105,13 @@ def envelopes(parts: list[Part], scene: Scene) -> list[dict[Any, Any]]:
         except TooShort:
             continue
         unit, factor = force_unit([of.least, of.largest])
-        packed = {"low": single(of.least), "mean": single(of.mean), "high": single(of.largest)}
-        span = {"from": of.begin, "to": of.end, "instants": of.frames}
-        found.append(
-            {"part": name, "s": single(record.s_cell.values), "unit": unit, "factor": factor, **packed, **span}
-        )
+        packed: dict[str, Any] = {"low": single(of.least), "mean": single(of.mean), "high": single(of.largest)}
+        packed |= {"from": of.begin, "to": of.end, "instants": of.frames}
+        found.append({"part": name, "s": single(record.s_cell.values), "unit": unit, "factor": factor} | packed)
     return found
 
 
-def spectra(parts: list[Part], scene: Scene) -> list[dict[Any, Any]]:
+def spectra(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
     """Power spectral densities of tensions and motions, as the figures have them; none of what is too short."""
     found = []
     for name, record in parts:

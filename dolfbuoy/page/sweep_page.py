@@ -44,7 +44,7 @@ def sweep_page(dataset: xr.Dataset) -> str:
     )
 
 
-def data_of(dataset: xr.Dataset) -> dict[Any, Any]:
+def data_of(dataset: xr.Dataset) -> dict[str, Any]:
     """Data for the script of the page."""
     keys = dataset.attrs["varied"].split(", ")
     varied = [{"key": key, "values": _listed(dataset[key.replace(".", "_")].values)} for key in keys]
@@ -72,9 +72,7 @@ def _listed(values: NDArray[Any]) -> list[Any]:
     return [value.item() if isinstance(value, np.generic) else value for value in values]
 
 
-def _quantity(
-    label: str, name: str, dataset: xr.Dataset, kept: tuple[str, str, str, str, str]
-) -> dict[str, dict[str, dict[str, str]] | str]:
+def _quantity(label: str, name: str, dataset: xr.Dataset, kept: tuple[str, ...]) -> dict[str, Any]:
     unit, long_name = described(name)
     columns = {statistic: dataset[f"{name}_{statistic}"].values for statistic in kept}
     unit, factor = unit_of(np.concatenate([columns[k] for k in kept if k != "dominant_period"]), unit)

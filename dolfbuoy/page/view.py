@@ -26,7 +26,7 @@ MOST_OF_FRAMES = 1_500_000
 OUTSIDE = 0.005
 
 
-def view_of(frames: Frames, rows: NDArray[Any]) -> dict[Any, Any]:
+def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
     """The view of a run; rows: of the times at which buoys and forces are packed."""
     record, scene = frames.record, frames.scene
     found = base_view(frames)
@@ -44,11 +44,12 @@ def view_of(frames: Frames, rows: NDArray[Any]) -> dict[Any, Any]:
     return found
 
 
-def base_view(frames: Frames) -> dict[Any, Any]:
+def base_view(frames: Frames) -> dict[str, Any]:
     """Everything that does not move: the sea, the nodes of each line, buoys upright about C, names and box."""
     scene = frames.scene
     slope = list(scene.seabed.slope) if scene.seabed else [0.0, 0.0]
-    found = {"lines": _lines(frames) if frames.spans else None, "buoys": [], "forces": [], "largestForce": 0.0}
+    found: dict[str, Any] = {"lines": _lines(frames) if frames.spans else None, "buoys": []}
+    found |= {"forces": [], "largestForce": 0.0}
     found["sea"] = {"depth": scene.sea.depth, "slope": slope, "waves": None} if scene.sea else None
     for name, buoy in zip(frames.buoys, frames.at(frames.times[0]).buoys, strict=True):
         found["buoys"].append(_buoy(buoy) | {"name": name, "start": buoy.r_C.tolist()})
@@ -74,7 +75,7 @@ def _waves(scene: Scene) -> dict[str, dict[str, str] | float]:
 
 def _force(force: Force) -> dict[str, Any]:
     """Its kind and where it acts."""
-    if force.buoy is None:
+    if force.arm is None:
         return {"kind": force.kind, "node": force.node}
     return {"kind": force.kind, "buoy": force.buoy, "place": force.arm.tolist()}
 
@@ -91,7 +92,7 @@ def _lines(frames: Frames) -> dict[str, Any]:
     ]
     held = [_force(force) | {"node": force.node} for force in frames.forces if force.kind == "pulls"]
     ends = [{"node": mark.node, "kind": mark.kind} for mark in frames.marks]
-    found = {"cables": cables, "ends": ends, "held": held, "parted": {}}
+    found: dict[str, Any] = {"cables": cables, "ends": ends, "held": held, "parted": {}}
     if "parted_at" in frames.record:
         since = frames.record.parted_at.values
         found["parted"] = {int(cell): float(since[cell]) for cell in np.flatnonzero(np.isfinite(since))}
@@ -103,19 +104,20 @@ def _moving_lines(frames: Frames) -> dict[str, Any]:
     positions, tensions = record.cable_position.values, record.cable_tension.values
     every = math.ceil(positions[0].size * len(times) * 16 / 3 / MOST_OF_FRAMES)
     kept = np.unique([*range(0, len(times), every), len(times) - 1])
-    found = {"time": exact(times[kept]), "position": coarse(positions[kept]), "tension": single(tensions[kept])}
+    found: dict[str, Any] = {"time": exact(times[kept]), "position": coarse(positions[kept])}
+    found["tension"] = single(tensions[kept])
     found["velocity"] = coarse(record.cable_velocity.values[kept]) if "cable_velocity" in record else None
     return found | {"scale": scale_of(tensions), "largest": float(maximum(record, "cable_tension").max())}
 
 
 def scale_of(tensions: NDArray[Any]) -> list[float]:
     """Least and largest tension of the colours [N]."""
-    return np.quantile(tensions[np.isfinite(tensions)], (OUTSIDE, 1 - OUTSIDE)).tolist()
+    return list(map(float, np.quantile(tensions[np.isfinite(tensions)], (OUTSIDE, 1 - OUTSIDE))))
 
 
-def labels(frames: Frames) -> list[dict[Any, Any]]:
+def labels(frames: Frames) -> list[dict[str, Any]]:
     """Names where there are several."""
-    found = []
+    found: list[dict[str, Any]] = []
     if len(frames.spans) > 1:
         found += [{"text": s.name, "node": (s.node.start + s.node.stop) // 2} for s in frames.spans]
     if len(frames.buoys) > 1:
@@ -126,7 +128,7 @@ def labels(frames: Frames) -> list[dict[Any, Any]]:
 # -- the frame of the picture ------------------------------------------------------------------------------------------
 
 
-def box_around(frames: Frames, buoys: list[dict[Any, Any]]) -> list[list[float]]:
+def box_around(frames: Frames, buoys: list[dict[str, Any]]) -> list[list[float]]:
     """Lower and upper corner of all points and the buoys at them; the water's surface and the bed if they are near."""
     scene, points = frames.scene, frames.places
     low, high = points.min(axis=0), points.max(axis=0)
