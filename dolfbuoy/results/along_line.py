@@ -41,7 +41,7 @@ def shapes(record: xr.Dataset, scene: Scene) -> Figure:
     axes.plot(*curves[0, 0], "s", color=COLORS["ink"], ms=4)
     equal_axes(axes, seen)
     label_axes(axes, "xy"[wide], "z")
-    if _draw_levels(axes, scene, seen, _bed_below(scene, x, wide)):
+    if scene.sea is not None and _draw_levels(axes, seen, *_bed_below(scene, x, wide)):
         legend_above(axes, 2)
     if len(t) > 1:
         figure.colorbar(lines, ax=axes, label="time [s]", shrink=0.9, aspect=25)
@@ -57,21 +57,17 @@ def _levels(scene: Scene, curves: NDArray[Any]) -> list[list[list[float]]]:
     return [[[x, z]] for z in (0.0, -scene.sea.depth) if low[1] - room <= z <= high[1] + room]
 
 
-def _bed_below(scene: Scene, x: NDArray[Any], wide: int) -> tuple[NDArray[Any], NDArray[Any]] | None:
+def _bed_below(scene: Scene, x: NDArray[Any], wide: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Ends (2,) and heights (2,) of the bed in the picture of the positions x, wide of what they take up."""
-    if scene.sea is None:
-        return None
     ends = np.array([x.reshape(-1, 3).mean(axis=0)] * 2)
     low, high = x[..., wide].min(), x[..., wide].max()
     ends[:, wide] = 2 * low - high, 2 * high - low
     return ends[:, wide], height_of_bed(scene, ends)
 
 
-def _draw_levels(axes: Any, scene: Scene, seen: NDArray[Any], bed: tuple[NDArray[Any], NDArray[Any]] | None) -> Any:
-    """Still water and bed behind the curves, what is below the bed shaded; returns whether any is in the picture."""
-    if scene.sea is None:
-        return False
-    (low, high), (ends, heights) = (seen[:, 1].min(), seen[:, 1].max()), bed
+def _draw_levels(axes: Any, seen: NDArray[Any], ends: NDArray[Any], heights: NDArray[Any]) -> bool:
+    """Still water and bed behind the curves, what is below the bed shaded; True if any is in the picture."""
+    low, high = seen[:, 1].min(), seen[:, 1].max()
     if high >= 0:
         axes.axhline(0, color=COLORS["sky"], lw=1.2, zorder=1, label="still water")
     if low <= heights.max():
@@ -82,7 +78,7 @@ def _draw_levels(axes: Any, scene: Scene, seen: NDArray[Any], bed: tuple[NDArray
         else:
             axes.axhline(heights[0], lw=1.2, label="sea bed", **style)
             axes.axhspan(2 * heights[0] - high, heights[0], color=COLORS["sand"], alpha=0.35, lw=0, zorder=0.5)
-    return high >= 0 or low <= heights.max()
+    return bool(high >= 0 or low <= heights.max())
 
 
 def _chosen_frames(frames: NDArray[Any], period: float | None, count: int = 13) -> Any:

@@ -37,7 +37,7 @@ def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) 
     axes.zaxis.label.set_rotation(90)
     share = span / np.linalg.norm(span) * math.sqrt(3)
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_major_locator(FixedLocator(_ticks(*box[:, i], span.max(), upright=i == 2)))
+        axis.set_major_locator(FixedLocator(_ticks(box[0, i], box[1, i], span.max(), upright=i == 2)))
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
         # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
         nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))
@@ -86,7 +86,7 @@ def _numbers_right(axes: Any) -> bool:
     return axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0
 
 
-def _ticks(low: float, high: float, longest: float, upright: bool) -> NDArray[Any]:
+def _ticks(low: float, high: float, longest: float, upright: bool) -> Any:
     """Round numbers on an axis, two to six on the longest one, two on a short one that lies; not at its lower end, nor,
     if it lies, near the upper."""
     top = 0.0 if upright else 1 / 30

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .style import Figure
 
 #: Name of the files: what draws them, from (record, scene); `figure_of` puts a figure in.
-FIGURES: dict[str, Callable[..., Any]] = {}
+FIGURES: dict[str, Any] = {}
 
 
 def figure_of(*needs: str, part: str | None = None) -> Callable[..., Any]:
@@ -52,7 +52,7 @@ def draws(*needs: str, part: str | None = None) -> Callable[..., Any]:
             with matplotlib.rc_context(STYLE):
                 return draw(record, scene, *arguments, **options)
 
-        figure.part = part
+        vars(figure)["part"] = part
         return figure
 
     return decorate

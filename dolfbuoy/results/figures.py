@@ -34,7 +34,7 @@ MOST_PARTS = 12
 CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
 
 
-def __getattr__(name: str) -> Callable[..., Any]:
+def __getattr__(name: str) -> Any:
     """The figure of this name."""
     if name not in FIGURES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -55,7 +55,7 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
     InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    folder, written, said = Path(folder), [], {}
+    folder, written, said = Path(folder), list[Path](), dict[str, None]()
     chosen = {kind: _largest(record, kind, said) for kind in CHOSEN_BY}
     own = {name: of_quantity(one) for name, one in QUANTITIES.items() if one.figure and name not in FIGURES}
     for name, draw in (FIGURES | own).items():

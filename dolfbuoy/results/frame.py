@@ -139,9 +139,14 @@ class Frame:
         return math.degrees(math.atan2(y, x)) if math.hypot(x, y) > 0 else 0.0
 
     @property
+    def bed(self) -> float:
+        """Height of the bed at the origin [m]; -inf without water."""
+        return -self.scene.sea.depth if self.scene.sea else -math.inf
+
+    @property
     def depth_below_bed(self) -> float:
-        """Of the lowest point of the lines [m]; negative over the bed, and for lines that lie on it."""
-        return -1.0 if self.scene.seabed else float(-self.scene.sea.depth - self.x[:, 2].min())
+        """Depth of the lowest point of the lines below the bed [m]; negative over it, and for lines that lie on it."""
+        return -1.0 if self.scene.seabed else float(self.bed - self.x[:, 2].min())
 
     def in_hull(self, x: NDArray[Any]) -> NDArray[Any]:
         """True for points (..., 3) inside any hull."""
@@ -151,8 +156,9 @@ class Frame:
 
     def arrows(self, kind: str) -> list[tuple[str, NDArray[Any], NDArray[Any]]]:
         """(name, where it acts [m], vector [N]) of the forces on buoys of a kind."""
-        row, forces = np.array([self.row]), [force for force in self.run.forces if force.kind == kind]
-        return [(f.name, self.buoys[f.buoy].place(f.arm), f.vectors(row)[0]) for f in forces]
+        row, places = np.array([self.row]), [(f, f.buoy, f.arm) for f in self.run.forces if f.kind == kind]
+        on = [(f, self.buoys[k].place(arm)) for f, k, arm in places if k is not None and arm is not None]
+        return [(f.name, place, f.vectors(row)[0]) for f, place in on]
 
 
 class Frames:
@@ -174,7 +180,12 @@ class Frames:
         """The frame nearest to a time [s]; by default the last."""
         number = len(self.times) - 1 if time is None else int(np.abs(self.times - time).argmin())
         record, time = self.record, float(self.times[number])
-        row, x, tension, whole = int(np.abs(record.time.values - time).argmin()), np.zeros((0, 3)), np.zeros(0), []
+        row, x, tension, whole = (
+            int(np.abs(record.time.values - time).argmin()),
+            np.zeros((0, 3)),
+            np.zeros(0),
+            np.zeros(0, dtype=bool),
+        )
         if self.spans:
             arrays = (record[name].values[number] for name in ("cable_position", "cable_tension"))
             (x, tension), whole = arrays, whole_at(record, time)
@@ -233,7 +244,8 @@ class Frames:
         if "mooring_force" in self.record and self.spans and self.buoys:
             for i, (piece, end) in enumerate(attached_ends(self.network)):
                 held, vectors = self.network.pieces[piece].ends[end], self._column("mooring_force", i)
-                arm, buoy = mooring_offset(self.network.buoys[held.name], held.fairlead), self.buoys.index(held.name)
+                name = str(held.name)
+                arm, buoy = mooring_offset(self.network.buoys[name], held.fairlead), self.buoys.index(name)
                 yield Force("pulls", "mooring force", vectors, self.node_of(piece, end), buoy, arm)
         for piece, end, holder in self._ends():
             name = ("anchor_force", "end_tension")[end]

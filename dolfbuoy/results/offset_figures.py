@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,7 @@ STYLES = ("-", "--", ":", "-.")
 MARKS = {"slack": ("x", "line slack"), "under": ("v", "buoy under water")}
 
 
-def offset_curves(dataset: xr.Dataset, anchors: list[tuple[float, float]] = ()) -> Figure:
+def offset_curves(dataset: xr.Dataset, anchors: Iterable[tuple[float, ...]] = ()) -> Figure:
     """Offset along the load and top tension over its size, and the watch circles; slack and drowned states are marked.
 
     anchors: (x, y) of marks in the plan view [m].

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,7 +39,7 @@ def heave(record: xr.Dataset, scene: Scene) -> Figure:
     """Figs. 7 and 9 (right): height of C and of the water above it, and their difference."""
     z = record.buoy_position.values[:, 2]
     error = _error(record, "buoy_position", (0.0, 0.0, 1.0))
-    curves = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass", error)]
+    curves: list[Any] = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass", error)]
     if "surface_elevation" not in record:
         return _over_time(record, scene, [("height [m]", curves)])
     water = record.surface_elevation.values
@@ -49,7 +48,7 @@ def heave(record: xr.Dataset, scene: Scene) -> Figure:
     return _over_time(record, scene, [("height [m]", curves), (r"$r_{C,z} - z_w$ [m]", difference)])
 
 
-def of_quantity(quantity: Quantity) -> Callable[..., Any]:
+def of_quantity(quantity: Quantity) -> Any:
     """The figure of a scalar quantity of a cable or buoy."""
 
     def draw(record: xr.Dataset, scene: Scene) -> Figure:
@@ -98,7 +97,8 @@ def _over_time(
     figure = new_figure(COLUMN, 0.5 + height * len(panels))
     rows = figure.subplots(len(panels), squeeze=False)[:, 0]
     for i, (axes, (label, curves)) in enumerate(zip(rows, panels, strict=True)):
-        window = t >= t[-1] - 3 * period if many and i == len(panels) - 1 else np.ones(len(t), dtype=bool)
+        begin = t[-1] - 3 * period if period is not None and many and i == len(panels) - 1 else t[0]
+        window = t >= begin
         for values, line, color, name, *errors in curves:
             for error in (error for error in errors if error is not None):
                 axes.fill_between(t[window], values[window], (values - error)[window], color=color, alpha=0.3, lw=0)

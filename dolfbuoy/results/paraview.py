@@ -48,7 +48,9 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     record, scene = read_run(folder)
     with fitting(folder / "results.nc"):
         recorded, frames = instants(record, scene), Frames(record, scene)
-        meshes = {name: partial(_of_record, folder / "results.nc", make) for name, make in meshes_of(frames).items()}
+        meshes: dict[str, Make] = {
+            name: partial(_of_record, folder / "results.nc", make) for name, make in meshes_of(frames).items()
+        }
         chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
         shown = [frames.at(time) for time in recorded[chosen]]
     together = NETWORK if max(len(frames.spans), len(frames.buoys)) > 1 else None
@@ -90,7 +92,7 @@ def meshes_of(frames: Frames) -> dict[str, Make]:
     hulls = any(frames.network.buoys[name].hull for name in frames.buoys)
     there = {"cable": frames.spans, "hull": hulls, "buoy": frames.buoys, "joint": frames.joints}
     makes = {"cable": cable_mesh, "hull": hull_mesh, "buoy": buoy_mesh, "joint": joint_mesh}
-    found = {name: makes[name] for name in makes if there[name]}
+    found: dict[str, Make] = {name: makes[name] for name in makes if there[name]}
     if frames.scene.sea is not None:
         grid = water_grid(frames)
         found |= {"water": partial(water_mesh, *grid), "bed": partial(bed_mesh, grid[0])}
@@ -189,7 +191,7 @@ def buoy_mesh(frame: Frame) -> meshio.Mesh:
         fields["angular velocity [rad/s]"] = np.array([buoy.spin for buoy in frame.buoys])
     if "mooring_force" in record:
         fields["mooring force [N]"] = pull = np.zeros((count, 3))
-        on = [force.buoy for force in frame.run.forces if force.kind == "pulls"]
+        on = np.array([force.buoy for force in frame.run.forces if force.kind == "pulls"], dtype=int)
         np.add.at(pull, on, record.mooring_force.values[frame.row])
     fields |= _fields(frame, "buoy", "time")
     return meshio.Mesh([buoy.r_C for buoy in frame.buoys], [("vertex", np.arange(count)[:, None])], fields)
@@ -246,8 +248,8 @@ def _write_collection(path: Path, frames: list[Frame], *series: Any) -> None:
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
     for frame, *files in zip(frames, *series, strict=True):
-        for part, file in enumerate(files):
-            ElementTree.SubElement(collection, "DataSet", timestep=repr(frame.time), part=str(part), file=file.name)
+        for number, file in enumerate(files):
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(frame.time), part=str(number), file=file.name)
     ElementTree.indent(root)
     with replacing(path) as part:
         ElementTree.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)

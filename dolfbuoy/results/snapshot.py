@@ -43,7 +43,10 @@ def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Fig
     now = Frames(record, scene).at(time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
     from_above = len(now.run.spans) > 1 and np.ptp(now.x[:, :2], axis=0).min() > WIDE * np.ptp(now.x, axis=0).max()
-    figure, legend = new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False), {}
+    figure, legend = (
+        new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False),
+        dict[Any, Any](),
+    )
     for box in boxes:
         axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
         axes.patch.set_visible(False)
@@ -71,7 +74,7 @@ def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> Non
 # -- what is seen ----------------------------------------------------------------------------------------------------
 
 
-def _whole(now: Frame) -> NDArray[Any]:
+def _whole(now: Frame) -> NDArray[Any] | None:
     """Box (2, 3) of lower and upper corner around everything; None of one buoy without a line."""
     if now.alone and not len(now.x):
         return None
@@ -81,7 +84,7 @@ def _whole(now: Frame) -> NDArray[Any]:
     low[2] -= 0.04 * span
     high[2] += 0.06 * span
     if now.scene.sea:
-        crest, bed = crest_height(now.scene), -now.scene.sea.depth
+        crest, bed = crest_height(now.scene), now.bed
         if bed > low[2] - 0.25 * span:
             low[2] = min(bed, low[2])
         if crest > low[2] and high[2] + 0.25 * span > 0:
@@ -140,10 +143,10 @@ def _draw_bed(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple
     (x0, y0, _), (x1, y1, _) = box
     plan = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
     corners = now.on_bed(plan)
-    if corners[:, 2].max() < box[0, 2] - 1e-9 * now.scene.sea.depth:
+    if corners[:, 2].max() < box[0, 2] + 1e-9 * now.bed:
         return
-    corners = [np.maximum(corners, [-np.inf, -np.inf, box[0, 2]])]
-    axes.add_collection3d(Poly3DCollection(corners, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
+    seen = [np.maximum(corners, [-np.inf, -np.inf, box[0, 2]])]
+    axes.add_collection3d(Poly3DCollection(seen, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
     legend["bed"] = Patch(color=COLORS["sand"], alpha=0.35, label="sea bed")
 
 
@@ -164,13 +167,13 @@ def _draw_lines(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]
             cut = 0 if np.array_equal(x[:1], nodes[:1]) else len(x) // 2
             axes.plot(*x[cut:].T, color=color, lw=1.2, zorder=3)
             axes.plot(*x[: cut + 1].T, ":", color=color, lw=1.2, zorder=3)
-            if now.scene.sea is not None and now.depth_below_bed > 0:
+            if now.depth_below_bed > 0:
                 _draw_below_bed(axes, now, x, legend)
 
 
 def _draw_below_bed(axes: Any, now: Frame, x: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """What of a line is below the bed in red, and down to it a curtain from the bed."""
-    bed = -now.scene.sea.depth
+    bed = now.bed
     x = _crossing(x, bed)
     under = x[:, 2] <= bed
     foot = np.column_stack([x[:, :2], np.full(len(x), bed)])
@@ -220,7 +223,7 @@ def _draw_plan(axes: Any, now: Frame) -> None:
         symbol, size, color, _ = JOINTS[mark.kind]
         axes.plot(*place[:2], symbol, color=color, ms=size)
     for hull in now.hulls:
-        axes.add_patch(Circle(hull.r_C[:2], hull.shape.max_diameter / 2, color=COLORS["orange"], zorder=3))
+        axes.add_patch(Circle(hull.r_C[:2], hull.outline[:, 1].max(), color=COLORS["orange"], zorder=3))
     axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
@@ -265,7 +268,7 @@ def _plane(now: Frame, box: NDArray[Any], columns: int = 8) -> tuple[NDArray[Any
     spacing = 2 * reach / (columns - 1)
     x = base + np.linspace(-reach, reach, columns)[:, None] * along
     top = np.minimum(now.elevation(x), box[1, 2])
-    floor = max(box[0, 2], -now.scene.sea.depth)
+    floor = max(box[0, 2], now.bed)
     rows = max(3, round((top.max() - floor) / (1.1 * spacing)))
     fraction = (np.arange(rows) + 0.3) / rows
     z = top[:, None] - fraction * (top - floor)[:, None]

@@ -12,7 +12,6 @@ from .tables import force_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from numpy.typing import NDArray
 
     from ..scene.sections import Scene
 
@@ -48,7 +47,7 @@ def _spectra(record: xr.Dataset, scene: Scene, what: str, panels: list[tuple[str
     return figure
 
 
-def _draw(axes: Any, curves: list[tuple[str, NDArray[Any], NDArray[Any]]], period: float) -> None:
+def _draw(axes: Any, curves: list[tuple[Any, ...]], period: float | None) -> None:
     for (name, f, S), (line, color) in zip(curves, _LINES, strict=False):
         axes.plot(f, S, line, color=COLORS[color], label=name)
     _, f, S = max(curves, key=lambda curve: curve[2].max())

@@ -123,7 +123,8 @@ def extremes(statistics: xr.Dataset) -> Figure:
 
 def _gumbel_paper(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: float) -> None:
     maxima = np.sort(statistics[f"{name}_maximum"].values[statistics.set_of_run.values == k])
-    found = Gumbel(*(float(statistics[f"{name}_gumbel_{part}"][k]) for part in ("location", "scale")), len(maxima))
+    location, scale = (float(statistics[f"{name}_gumbel_{part}"][k]) for part in ("location", "scale"))
+    found = Gumbel(location, scale, len(maxima))
     if not np.isfinite(found.location):
         return
     reduced = -np.log(-np.log(np.arange(1, len(maxima) + 1) / (len(maxima) + 1)))

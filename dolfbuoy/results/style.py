@@ -68,7 +68,7 @@ STYLE = {
 }
 
 
-class Picture(Figure):
+class Picture(Figure):  # type: ignore[misc]  # matplotlib has no types
     """A figure outside pyplot, in this style whoever draws it; a notebook shows it, once, where it ends a cell."""
 
     def draw(self, renderer: Any) -> None:

@@ -20,7 +20,7 @@ MOST_PANELS = 10
 MOST_BARS = 200
 
 
-@matplotlib.rc_context(style.STYLE)
+@matplotlib.rc_context(style.STYLE)  # type: ignore[untyped-decorator]  # matplotlib has no types
 def draw(dataset: xr.Dataset) -> Figure:
     """Mean and range of the main quantities: over the first varied key if it is a number, a colour for each combination
     of the others; else, or where these are too many to tell apart, case by case."""
@@ -34,8 +34,9 @@ def draw(dataset: xr.Dataset) -> Figure:
         for k, (group, x, cases) in enumerate(groups):
             good = np.isfinite(mean.values[cases])
             cases = cases[good]
-            place, values = x[good] + width * (k - (len(groups) - 1) / 2), [v.values[cases] for v in (mean, low, high)]
-            (_cloud if dataset.sizes["case"] > MOST_BARS else _bars)(axis, place, *values, group)
+            place = x[good] + width * (k - (len(groups) - 1) / 2)
+            draw_group = _cloud if dataset.sizes["case"] > MOST_BARS else _bars
+            draw_group(axis, place, mean.values[cases], low.values[cases], high.values[cases], group)
         axis.set_ylabel(f"{said.replace('_', ' ')} [{mean.attrs['units']}]")
     axes[-1].set_xlabel(label)
     if len(groups) > 1:

@@ -71,7 +71,7 @@ def track(record: xr.Dataset, scene: Scene) -> Figure:
 
 def pushes(scene: Scene, name: str | None) -> dict[str, NDArray[Any]]:
     """Horizontal directions (2,) of waves and current, and of what pushes the buoy of that name, if there is one."""
-    buoy = scene.network.buoys.get(name)
+    buoy = scene.network.buoys.get(name or "")
     named = {"waves": scene.waves, "current": scene.current, "wind": buoy and buoy.wind}
     found = {name: heading(section.direction_deg)[:2] for name, section in named.items() if section}
     force = np.array(buoy.external_force.force[:2] if buoy and buoy.external_force else (0.0, 0.0))
@@ -129,7 +129,7 @@ def _orbit_3d(x: NDArray[Any]) -> Figure:
     return figure
 
 
-def _last_period(record: xr.Dataset, scene: Scene) -> NDArray[Any]:
+def _last_period(record: xr.Dataset, scene: Scene) -> NDArray[Any] | None:
     """Rows of the last period, or None if there is none or the run is shorter."""
     t, period = record.time.values, period_of(scene)
     if period is None or t[-1] - t[0] < period or len(t) < 3:
