@@ -45,7 +45,7 @@ def new(
 
 
 def write_new(path: Path, like: str) -> None:
-    """Write a commented scene with the values of another, and beside it the schema that it names, for editors; never
+    """Write a commented scene with the values of another, and next to it the schema that it names, for editors; never
     over a file.  Raises InputError."""
     from ..scene import load_scene
     from ..scene.schema import FILE, as_text

@@ -210,7 +210,7 @@ def main() -> None:
     except Interrupted as stop:
         _fail(str(stop), 130)
     except SystemExit:
-        if interruption.received():  # typer, interrupted while it reads the command line, says nothing
+        if interruption.received():  # typer, interrupted while it reads the command line, prints nothing
             _fail("Interrupted.", 130)
         raise
     except KeyboardInterrupt:

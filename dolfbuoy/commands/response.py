@@ -142,7 +142,7 @@ def _few_periods(found: "xr.Dataset") -> "xr.Dataset":
 
 
 def _amplitudes(found: "xr.Dataset", key: str) -> dict[str, dict[str, Any]]:
-    """What is in a table -> name -> amplitudes over the periods: one, or of each buoy, tops and anchors."""
+    """End of a title -> name -> amplitudes over the periods: one table, or of each buoy, tops and anchors."""
     from ..results.labelled import complex_of
     from ..results.response_record import each_buoy, each_tension
 

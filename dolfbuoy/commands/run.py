@@ -92,7 +92,7 @@ def run(
         if loaded is not None:
             _compute(loaded, resume, shows, {"resume": resume} | end)
         return
-    assert scene is not None  # nor is there a run to go on with
+    scene = scene or ""  # it is given, as there is no run to go on with
     loaded, folder = load(scene, assign, **end, **requested), folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
@@ -162,7 +162,7 @@ def _compute(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], Non
     record: Any
     bar, unsound = _Bar(scene), None
     try:
-        with bar, warnings.catch_warnings(action="ignore", category=UserWarning):  # the summary says it
+        with bar, warnings.catch_warnings(action="ignore", category=UserWarning):  # the summary has it
             record = simulate(progress=bar.update, **source)
     except (NoResult, NotAccurate) as error:
         record, unsound = error.record, error

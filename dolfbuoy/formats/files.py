@@ -43,5 +43,5 @@ def read(kind: str, path: Path) -> tuple[dict[str, Any], list[Note]]:
 
 def as_toml(scene: dict[str, Any], notes: list[Note], source: str) -> str:
     """A scene file; what was not carried over stands at its top."""
-    said = [f"Carried over from {source}.", *map(str, notes)]
-    return "".join(f"# {printable(text)}\n" for text in said) + "\n" + tomli_w.dumps(scene)
+    lines = [f"Carried over from {source}.", *map(str, notes)]
+    return "".join(f"# {printable(text)}\n" for text in lines) + "\n" + tomli_w.dumps(scene)

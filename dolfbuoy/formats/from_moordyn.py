@@ -99,7 +99,7 @@ class _Reader:
             )
 
     def _check_names(self) -> None:
-        """Each name once; a column that is missing counts as 0, and is said to."""
+        """Refuse a name that is given twice; note columns that are missing, which count as 0."""
         for section, column in (("line types", "name"), ("rod types", "name"), *((s, "id") for s in NUMBERED)):
             seen = set()
             for row in self.tables.of(section):
@@ -119,9 +119,9 @@ class _Reader:
             line, columns = self.tables.columns.get(section, (0, []))
             for column in columns:
                 values = [row.other.get(column, "-") for row in self.tables.of(section)]
-                if said := sorted({value for value in values if not _is_nothing(value)}):
+                if given := sorted({value for value in values if not _is_nothing(value)}):
                     what = f"the column {column} of {section.upper()} is not carried over"
-                    self.note(line, f"{what}: {', '.join(said[:5])}")
+                    self.note(line, f"{what}: {', '.join(given[:5])}")
         for number, heading in self.tables.unknown:
             self.note(number, f"the section {heading!r} is not known and was left out")
         for name in ("failure", "control", "external loads"):
@@ -154,7 +154,7 @@ class _Reader:
         return found
 
     def _viscoelastic(self, row: Row) -> None:
-        """Two springs in series, each with a damper: of both dampers none acts beside the static stiffness."""
+        """Two springs in series, each with a damper: of both dampers none acts next to the static stiffness."""
         self.note(
             row.line,
             f"EA = {row['EA']} with BA = {row.values.get('BA', '0')} is viscoelastic: of these the static stiffness, "

@@ -6,7 +6,7 @@
         lines:      [{name, endA, endB, type, length}, ...]
         line_types: [{name, diameter, mass_density, stiffness, breaking_load, transverse_drag, ...}, ...]
 
-A design of RAFT has beside it a site, with water_depth, rho_water and g.
+A design of RAFT also has a site, with water_depth, rho_water and g.
 
 The tangential drag refers to the surface pi d l there and to the diameter d l here; lines carry no compression; the bed
 is there, and has no stiffness of its own.

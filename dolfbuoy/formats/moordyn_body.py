@@ -58,7 +58,7 @@ def _rotation(body: Row) -> Any:
 
 
 def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> BodyOf | None:
-    """The buoy that a free body with these rods is; None, said to `note`(line, text), if it is none.
+    """The buoy that a free body with these rods is; None, and a `note`(line, text), if it is none.
 
     Raises InputError for a rod of no type.
     """

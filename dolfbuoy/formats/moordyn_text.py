@@ -182,7 +182,7 @@ NEEDED = {
     "points": ("id", "attachment", "x", "y", "z"),
     "lines": ("type", "A", "B", "length"),
 }
-#: Units in which no file of MoorDyn is, which takes all numbers for m, kg, s and N; it says kN of forces in columns
+#: Units in which no file of MoorDyn is, which takes all numbers for m, kg, s and N; forces are in kN in columns
 #: that are not carried over.
 FOREIGN = {"ft", "feet", "in", "lb", "lbs", "lbf", "kip", "kips", "slug", "slugs"}
 FOREIGN |= {"mm", "cm", "km", "kn", "mn", "gn", "t", "te", "ton", "tonne", "g"}

@@ -1,7 +1,7 @@
 """Sea, bed, wave and current of a scene in MoorDyn's files.
 
 A regular wave is a spectrum of one component on MoorDyn's table in space and time (`WaveKin 2`): its sum of components
-(`WaveKin 7`) knows no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
+(`WaveKin 7`) has no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 PER_WAVE = 64
 #: Depth of a scene without water [m], and how many depths down MoorDyn's bed is put where the scene has none.
 DRY, FAR_DOWN = 1e4, 10.0
-#: Wave periods that the table lasts, unless a run says how long it is.
+#: Wave periods that the table lasts, unless the scene has a time of its own.
 PERIODS = 40
 
 
 def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """MoorDyn's options, and the files beside its input by name; note(text) of what is not carried over."""
+    """MoorDyn's options, and the files that go with its input, by name; note(text) of what is not carried over."""
     found = {"g": scene.gravity, "rho": scene.sea.density if scene.sea else 0.0}
     depth = scene.sea.depth if scene.sea else DRY
     far = FAR_DOWN if scene.sea and not (scene.waves or scene.seabed) else 1.0  # waves need the true depth

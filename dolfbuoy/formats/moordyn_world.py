@@ -25,7 +25,7 @@ NUMERICAL = {
     "dtic", "tmaxic", "cdscaleic", "threshic", "icgendynamic", "icdfac", "icdt", "ictmax", "icthresh",
     "inertialf", "inertialf_rampt", "dtwave", "unifycurrentgrid",
 }  # fmt: skip
-#: Options that name files beside the input, and the section of a scene in their place.
+#: Options that name other files than the input, and the section of a scene in their place.
 ELSEWHERE = {
     "wavekin": "waves are in files of their own and are not carried over; add [waves]",
     "currents": "they are in files of their own and are not carried over; add [current]",

@@ -90,7 +90,7 @@ class Velocities:
 
     @cached_property
     def _nodes(self) -> list[NDArray[Any]]:
-        lines = self.found.problem.lines
+        lines: Any = self.found.problem.lines
         return [] if lines is None else nodes_of(lines)
 
 
@@ -101,7 +101,8 @@ class _WetAxis:
     """
 
     def __init__(self, body: Body, buoy: Any):
-        d, x = rotation_of(body.orientation)[:, 2], np.polynomial.legendre.leggauss(8)[0]
+        legendre: Any = np.polynomial.legendre
+        d, x = rotation_of(body.orientation)[:, 2], legendre.leggauss(8)[0]
         shape, center = buoy.shape, buoy.mass.height
         surface = center - body.position[2] / d[2] if abs(d[2]) > 1e-6 else shape.height
         low, high = (0.0, min(surface, shape.height)) if d[2] > 0 else (max(surface, 0.0), shape.height)
@@ -141,7 +142,7 @@ class LinearDrag:
     def forget(self) -> None:
         """As in small waves."""
         self.dK = self.dE = csr_matrix(self.equations.K.shape)
-        self._sums = None
+        self._sums: tuple[Any, Any] | None = None
 
     def in_cycle(self, relative: Sea, amplitude: float, share: float = 1.0) -> None:
         """Average in regular waves, from the relative velocities per metre.  share: of the new drag, the rest stays."""

@@ -13,9 +13,7 @@ from ..model.rigid import rotation_of
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..model.lines import Lines
     from ..model.problem import Problem
-    from ..solver.fields import State
 
 
 class Body(NamedTuple):
@@ -29,7 +27,7 @@ class Body(NamedTuple):
     inertia: NDArray[Any]
 
     @property
-    def at(self) -> State:
+    def at(self) -> Any:
         """Places by the names of the state."""
         return MOTION.of(self.places)
 
@@ -120,6 +118,7 @@ def half_turns(q4: NDArray[Any]) -> NDArray[Any]:
 def bodies_of(problem: Problem, u: NDArray[Any]) -> list[Body]:
     """The buoys of a dynamic Problem, whose local unknowns at rest are u."""
     number, mine = problem.system.numbering.global_index, []
+    buoy: Any
     for name, buoy in problem.buoys.items():
         state = MOTION.of(u[buoy.part.slice])
         R = rotation_of(state.orientation)
@@ -133,6 +132,7 @@ def bodies_of(problem: Problem, u: NDArray[Any]) -> list[Body]:
 def holds_of(problem: Problem, u: NDArray[Any]) -> list[Hold]:
     """Points at which lines hold on buoys."""
     mine, names = [], {id(buoy): name for name, buoy in problem.buoys.items()}
+    attachment: Any
     for attachment in (attachment for attachment in problem.attachments if attachment.buoy):
         at = attachment.of(u)
         lever = at.point - MOTION.of(u[attachment.buoy.part.slice]).position
@@ -146,7 +146,8 @@ def holds_of(problem: Problem, u: NDArray[Any]) -> list[Hold]:
 
 def lines_of(problem: Problem, u: NDArray[Any]) -> list[LineNodes]:
     """The cables of a Problem, whose local unknowns at rest are u."""
-    lines, number = problem.lines, problem.system.numbering.global_index
+    lines: Any = problem.lines
+    number = problem.system.numbering.global_index
     if lines is None:
         return []
     mine = slice(lines.owned_nodes)
@@ -164,29 +165,30 @@ def inextensible_tensions(problem: Problem) -> tuple[NDArray[Any], NDArray[Any]]
         return np.zeros(0, dtype=int), np.zeros(0)
     found = [_inextensible_tensions(lines, problem.system.numbering.global_index) for lines in problem.lines.groups]
     every = [mine for of_rank in problem.comm.allgather(found) for mine in of_rank]
-    return tuple(np.concatenate(part) for part in zip(*every, strict=True))
+    places, sizes = (np.concatenate(part) for part in zip(*every, strict=True))
+    return places, sizes
 
 
-def _inextensible_tensions(lines: Lines, number: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def _inextensible_tensions(lines: Any, number: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     dofs = lines.T_dofs[~lines.stretches] + lines.part.offset
     sizes = np.diff(lines.cell_ends, axis=1)[~lines.stretches] / dofs.shape[1] * np.ones(dofs.shape)
     return number[dofs].ravel().astype(int), sizes.ravel()
 
 
-def nodes_of(lines: Lines) -> list[NDArray[Any]]:
+def nodes_of(lines: Any) -> list[NDArray[Any]]:
     """Local unknowns (n, 3) of the nodes of each cable, held ends included, as in `lines_of`; on one rank alone."""
     cable, s = _along(lines)
     return [lines.node_dofs[_in_order(cable, s, k)] for k in range(len(lines.network.cables))]
 
 
-def _along(lines: Lines) -> tuple[NDArray[Any], NDArray[Any]]:
+def _along(lines: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """Cable of the owned nodes, and arc length on it, over all of its pieces [m]."""
     pieces, before = lines.pieces, []
     for k, piece in enumerate(pieces):
         before.append(sum(other.section.length for other in pieces[:k] if other.cable == piece.cable))
-    piece = lines.line_of_node[: lines.owned_nodes]
-    s = lines.node_s[: lines.owned_nodes] - np.asarray(lines.begins)[piece] + np.array(before)[piece]
-    return np.array([p.cable for p in pieces])[piece], s
+    of_node = lines.line_of_node[: lines.owned_nodes]
+    s = lines.node_s[: lines.owned_nodes] - np.asarray(lines.begins)[of_node] + np.array(before)[of_node]
+    return np.array([piece.cable for piece in pieces])[of_node], s
 
 
 def _in_order(cable: NDArray[Any], s: NDArray[Any], k: int) -> Any:

@@ -7,19 +7,21 @@ The state of a buoy is of first order in time: its inertia stands in E, that of 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, vstack
+from scipy.sparse import csc_matrix, csr_matrix, diags, vstack
+from scipy.sparse.linalg import splu
 
 from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
-from ..scene.sections import Initial
+from ..scene.initial import Initial
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
 if TYPE_CHECKING:
@@ -71,15 +73,12 @@ class Linearisation:
         self.problem.destroy()
 
 
-#: What would carry a buoy without cable away for ever: it is looked at where it floats in still water.
-
-
 def linearise(
     scene: Scene, comm: Any = MPI.COMM_WORLD, waves: Waves | None = None, rest: Problem | None = None
 ) -> Linearisation:
     """Linearise about the equilibrium in the mean current, wind and external force, without waves.
 
-    A buoy without cable: in still water.  waves: a section [waves], of which the problem then knows all but the height,
+    A buoy without cable: in still water.  waves: a section [waves], of which the problem then has all but the height,
     which is 0.  rest: the equilibrium, a solved static Problem on the same ranks, if it is known.  Raises InputError
     for a scene that has no equilibrium, SolveError if it is not found.
     """
@@ -128,11 +127,21 @@ def jacobian(problem: Problem, gamma_v: float, gamma_a: float, velocities: NDArr
 
     velocities: local unknowns; of those of second order (lines) the first rates instead.
     """
+    system: Any = problem.system
     for evolution in problem.evolutions():
-        values = evolution.values(problem.system.u)
+        values = evolution.values(system.u)
         for level, gamma in enumerate((gamma_v, gamma_a)[: evolution.order]):
-            moves = level == 0 and evolution.order == 2 and velocities is not None
-            evolution.hand_out(level, gamma, (evolution.values(velocities) if moves else 0.0) - gamma * values)
-    problem.system.assemble_jacobian()
-    rows, columns, values = problem.system.A.getValuesCSR()
-    return csr_matrix((values.copy(), columns.copy(), rows.copy()), shape=(len(rows) - 1, problem.system.unknowns))
+            moves = velocities if level == 0 and evolution.order == 2 else None
+            evolution.hand_out(level, gamma, (0.0 if moves is None else evolution.values(moves)) - gamma * values)
+    system.assemble_jacobian()
+    rows, columns, values = system.A.getValuesCSR()
+    return csr_matrix((values.copy(), columns.copy(), rows.copy()), shape=(len(rows) - 1, system.unknowns))
+
+
+def equilibrated(A: Any) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    """Solver of A x = b, columns b, with rows and columns of A scaled to 1.  Raises RuntimeError for a singular one."""
+    rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
+    A = diags(rows) @ A
+    columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
+    solve = splu(csc_matrix(A @ diags(columns))).solve
+    return lambda b: np.asarray(columns[:, None] * solve(rows[:, None] * b))

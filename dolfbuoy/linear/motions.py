@@ -11,8 +11,6 @@ from ..model.sea import heading
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..solver.fields import State
-
 
 class Motions(NamedTuple):
     """Motions of C along a direction, across it (to the left) and up [m], and turns about these three axes [rad].
@@ -28,7 +26,7 @@ class Motions(NamedTuple):
     yaw: complex
 
 
-def motions(at_rest: State, change: State, direction_deg: float = 0.0) -> Motions:
+def motions(at_rest: Any, change: Any, direction_deg: float = 0.0) -> Motions:
     """Motions of a small change of a buoy's state; both with its fields `position` and `orientation`."""
     axes = axes_along(direction_deg)
     return Motions(*axes @ change.position, *axes @ turn(at_rest.orientation, change.orientation))

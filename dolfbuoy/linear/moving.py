@@ -39,10 +39,8 @@ class Moving:
     def motions(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Displacements and turns, at the radius of gyration [m], of all buoys (6 b, k) in columns of all unknowns."""
         arms = [np.sqrt(np.trace(body.inertia) / body.mass) for body in self.bodies]
-        parts = [
-            np.array([[1.0]] * 3 + [[arm]] * 3) * body.motion(vectors)
-            for body, arm in zip(self.bodies, arms, strict=True)
-        ]
+        scales = (np.array([[1.0]] * 3 + [[arm]] * 3) for arm in arms)
+        parts = [scale * body.motion(vectors) for body, scale in zip(self.bodies, scales, strict=True)]
         return np.concatenate(parts) if parts else vectors[:0]
 
     def at_rest(self, vectors: NDArray[Any]) -> NDArray[Any]:
@@ -54,11 +52,9 @@ class Moving:
 
     def separated(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Combinations of vectors of one eigenvalue: first what moves most in the vertical plane, last what least."""
-        moved = [
-            np.concatenate([self._displacements(x, slice(None)), self.motions(x[:, None])[:, 0]]) for x in vectors.T
-        ]
-        moved = np.array(moved).T
-        triangle = np.linalg.qr(moved, mode="r")
+        every = slice(None)
+        moved = [np.concatenate([self._displacements(x, every), self.motions(x[:, None])[:, 0]]) for x in vectors.T]
+        triangle = np.linalg.qr(np.array(moved).T, mode="r")
         if np.linalg.cond(triangle) > 1e6:  # they move alike
             return vectors
         vectors = vectors @ np.linalg.inv(triangle)  # now of displacements that are orthonormal
@@ -77,7 +73,7 @@ class Moving:
 
         All unknowns move in one phase of the mode, so that velocities are counted as displacements: of what drifts too.
         """
-        energies = {}
+        energies: dict[str, float] = {}
         for body in self.bodies:
             energies |= self._of_body(body, x)
         momenta = self.M @ x
@@ -130,6 +126,6 @@ def _changes_of_sign(values: NDArray[Any]) -> int:
 
 def named(shares: dict[str, float], half_waves: dict[str, int]) -> str:
     """The largest share, and the second if it is large too, lines with their number of half waves."""
-    first, *others = sorted(shares, key=shares.get, reverse=True)
+    first, *others = sorted(shares, key=lambda name: shares[name], reverse=True)
     names = [first] + [name for name in others[:1] if shares[name] >= NAMED]
     return " + ".join(f"{name} {half_waves[name]}" if name in half_waves else name for name in names)

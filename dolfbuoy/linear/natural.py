@@ -71,8 +71,8 @@ def lowest_modes(
     comm = found.problem.comm
     quaternions = UnitQuaternions(found.bodies, found.K.shape[1])
     first = comm.exscan(found.K.shape[0]) or 0
-    matrices = quaternions.without_lengths(first, found.K, found.E, found.M)
-    pairs = lowest_pairs(comm, *matrices, number + 6 * len(found.bodies), restarts)
+    K, E, M = quaternions.without_lengths(first, found.K, found.E, found.M)
+    pairs = lowest_pairs(comm, K, E, M, number + 6 * len(found.bodies), restarts)
     moving = Moving(found, direction_deg)
     drifting = _drifting(moving, quaternions.as_they_were(pairs.at_zero()))
     unheld = pairs.residuals_at_zero(quaternions.exchanged(drifting))

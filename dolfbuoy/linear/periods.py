@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -30,7 +31,7 @@ SHORTEST, LONGEST = 0.01, 1000.0
 
 #: A mode with less than this part of its kinetic energy in a motion is none of that motion.
 LEAST_SHARE = 0.1
-#: Slow modes of lines of which something is said.
+#: Slow modes of lines whose periods are shown.
 SLOWEST = 4
 
 
@@ -43,7 +44,7 @@ class NaturalPeriod(NamedTuple):
 
 
 def buoy_periods(
-    scene: Scene, comm: Any = MPI.COMM_SELF, direction_deg: float = 0.0, rest: None = None
+    scene: Scene, comm: Any = MPI.COMM_SELF, direction_deg: float = 0.0, rest: Problem | None = None
 ) -> dict[str, NaturalPeriod]:
     """Natural periods of the scene's buoys: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
@@ -61,7 +62,7 @@ def buoy_periods(
         found.destroy()
 
 
-def moored_periods(scene: Scene, rest: Problem = None) -> dict[str, float]:
+def moored_periods(scene: Scene, rest: Problem | None = None) -> dict[str, float]:
     """[s], of the buoys as in `buoy_periods` and of the slowest modes of each line, "cable in plane 1"; on one rank."""
     _check_floating(scene)
     found = linearise(scene, MPI.COMM_SELF, scene.waves, rest)
@@ -80,7 +81,7 @@ def _check_floating(scene: Scene) -> None:
 
 def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
     """`buoy_periods` of a scene that is linearised, on one rank."""
-    best, moving = {}, Moving(found, direction_deg)
+    best, moving = dict[str, NaturalPeriod](), Moving(found, direction_deg)
     names = [name for body in found.bodies for name in moving.names_of(body)]
     for root, vector in _oscillations(found):
         shares = moving.shares(vector)
@@ -99,7 +100,7 @@ def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]
                 yield root, vector
 
 
-def _of_lines(found: Any) -> Any:
+def _of_lines(found: Linearisation) -> dict[str, float]:
     """Periods of slow modes that are a line's more than anything else, by their names; none of slack lines."""
     try:
         modes = lowest_modes(found, SLOWEST + 6 * len(found.bodies), restarts=FEW) if found.lines else []
@@ -107,8 +108,8 @@ def _of_lines(found: Any) -> Any:
         return {}
     moving = Moving(found)
     of_buoys = {name for body in found.bodies for name in moving.names_of(body)}
-    own = [m for m in modes if m.kind == "oscillates" and max(m.shares, key=m.shares.get) not in of_buoys]
-    found = {}
+    own = [m for m in modes if m.kind == "oscillates" and max(m.shares.items(), key=itemgetter(1))[0] not in of_buoys]
+    periods: dict[str, float] = {}
     for mode in own[:SLOWEST]:
-        found.setdefault(mode.name, mode.period)  # of one name the slowest
-    return found
+        periods.setdefault(mode.name, mode.period)  # of one name the slowest
+    return periods

@@ -72,24 +72,25 @@ def read_capytaine(path: Path) -> PotentialFlow:
 
 
 def _read(data: xr.Dataset, path: Path) -> PotentialFlow:
-    names = next((names for names in _FORCES if set(names) <= set(data)), None)
+    names = next((names for names in _FORCES if set(names) <= set(data)), ())
     missing = {"added_mass", "radiation_damping"} - set(data) | (set() if names else {"excitation_force"})
     if missing:
         raise InputError(f"{path}: {', '.join(sorted(missing))} is missing; Capytaine writes it over omega.")
     data = data.sortby("omega")
     influenced, radiating = (_places(data, f"{kind}_dof", path) for kind in ("influenced", "radiating"))
-    matrices = [
+    added_mass, damping = [
         data[name].transpose("omega", "influenced_dof", "radiating_dof").values[:, influenced][:, :, radiating]
         for name in ("added_mass", "radiation_damping")
     ]
     along = np.flatnonzero(np.abs(np.atleast_1d(data.wave_direction.values)) < 1e-9)
     if not len(along):
         raise InputError(f"{path}: has no waves along x (wave_direction 0).")
-    force = sum(_complex(data[name]) for name in names).values[:, along[0]][:, influenced]
+    excitation: Any = sum(_complex(data[name]) for name in names)
+    force = excitation.values[:, along[0]][:, influenced]
     center = float(data.rotation_center.values[2]) if "rotation_center" in data.variables else None
     depth = float(data.water_depth.values) if "water_depth" in data.variables else math.inf
-    found = PotentialFlow(data.omega.values.astype(float), *matrices, force, center, depth)
-    if not (np.all(found.omega > 0) and all(np.all(np.isfinite(x)) for x in (*matrices, force))):
+    found = PotentialFlow(data.omega.values.astype(float), added_mass, damping, force, center, depth)
+    if not (np.all(found.omega > 0) and all(np.all(np.isfinite(x)) for x in (added_mass, damping, force))):
         raise InputError(f"{path}: holds frequencies or coefficients that are no finite positive numbers.")
     return found
 

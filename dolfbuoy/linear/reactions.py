@@ -24,8 +24,9 @@ class WithReactions:
     """
 
     def __init__(self, found: Linearisation):
-        self.found, problem = found, found.problem
-        self.size, self._dofs, self.ends = found.K.shape[1], np.zeros(0, dtype=int), {}
+        problem: Any = found.problem
+        self.found = found
+        self.size, self._dofs, self.ends = found.K.shape[1], np.zeros(0, dtype=int), dict[int, Any]()
         without_rates(problem)
         residual = problem.system.evaluate()
         for cable in range(len(problem.network.cables)):
@@ -34,7 +35,7 @@ class WithReactions:
                 dofs = problem.lines.top_dofs(piece)
                 self.ends[cable] = residual[dofs].copy(), self.size + len(self._dofs) + np.arange(3)
                 self._dofs = np.concatenate([self._dofs, dofs])
-        self._rows = problem.system.rows_of_jacobian(self._dofs) if self.ends else None
+        self._rows: Any = problem.system.rows_of_jacobian(self._dofs) if self.ends else None
         self.K = self.jacobian(0.0, 0.0)
         self.E, self.M = self.jacobian(1.0, 0.0) - self.K, self.jacobian(0.0, 1.0) - self.K
 

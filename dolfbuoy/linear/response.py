@@ -74,12 +74,14 @@ def small_waves(scene: Scene, period: float, direction_deg: float = 0.0, amplitu
     """A regular section [waves]; its stretching, which does not count in small waves, as in the scene: the same forms
     serve.  Periods are seen from where the scene's are."""
     same = {name: getattr(scene.waves, name) for name in ("stretching", "period_seen_from")} if scene.waves else {}
-    return made(Waves, amplitude=amplitude, period=period, direction_deg=direction_deg, **same)
+    waves: Waves = made(Waves, amplitude=amplitude, period=period, direction_deg=direction_deg, **same)
+    return waves
 
 
 def response(found: Linearisation, period: float, direction_deg: float = 0.0) -> Response:
     """Response of a buoy whose scene was linearised with `small_waves`."""
-    problem, buoy = found.problem, found.problem.buoy
+    problem: Any = found.problem
+    buoy = problem.buoy
     problem.change(problem.scene.model_copy(update={"waves": small_waves(problem.scene, period, direction_deg)}))
     omega, k = 2 * math.pi / period, wavenumber(problem.scene)
     at_rest = buoy.fields.of(found.u[buoy.part.slice])
@@ -102,13 +104,13 @@ def force(found: Linearisation, time_phase: float) -> NDArray[Any]:
 
 def slope(found: Linearisation, time_phase: float) -> NDArray[Any]:
     """`force`, of all local unknowns."""
-    problem, system = found.problem, found.problem.system
-    without_rates(problem)
+    system: Any = found.problem.system
+    without_rates(found.problem)
     system.u[:] = found.u
     system.publish()
     sides = []
     for amplitude in (SMALL, -SMALL):
-        for model in problem.models:
+        for model in found.problem.models:
             model.sea.set_wave(amplitude, time_phase)
         sides.append(system.evaluate().copy())
     return np.asarray((sides[0] - sides[1]) / (2 * SMALL))

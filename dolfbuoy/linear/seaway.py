@@ -13,8 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import csc_matrix, diags
-from scipy.sparse.linalg import splu
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
@@ -22,7 +20,7 @@ from ..model.airy import AirySum
 from ..model.components import components_of
 from ..model.sea import heading, main_propagation
 from .drag import LinearDrag, Sea, Velocities
-from .linearisation import linearise
+from .linearisation import equilibrated, linearise
 from .motions import Motions, axes_along
 from .reactions import WithReactions
 from .response import slope, small_waves
@@ -30,7 +28,6 @@ from .response import slope, small_waves
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..model.problem import Problem
     from ..scene.sections import Scene
     from ..scene.waves import Waves
 
@@ -70,7 +67,7 @@ class Seaway:
         self.equations = WithReactions(self.found)
         self.velocities = Velocities(self.found)
         self.drag = LinearDrag(self.velocities, self.equations)
-        self._scales = None
+        self._scales: dict[tuple[str, int], tuple[float, NDArray[Any]]] = {}
 
     def destroy(self) -> None:
         """Give PETSc's objects back."""
@@ -102,11 +99,7 @@ class Seaway:
         (K, E), M, omega, n = self.drag.matrices(), self.equations.M, waves[0].omega, self.equations.size
         F = np.column_stack([wave.F + self.drag.force(wave.water) for wave in waves])
         A = K - 1j * omega * E - omega**2 * M
-        inner = A[:n]
-        rows = 1 / np.maximum(abs(inner).max(axis=1).toarray().ravel(), 1e-300)
-        inner = diags(rows) @ inner
-        columns = 1 / np.maximum(abs(inner).max(axis=0).toarray().ravel(), 1e-300)
-        x = columns[:, None] * splu(csc_matrix(inner @ diags(columns))).solve(-rows[:, None] * F[:n])
+        x = equilibrated(A[:n])(-F[:n])
         return np.vstack([x, A[n:] @ x + F[n:]])
 
     def regular(self, wave: Wave, amplitude: float = 0.0) -> NDArray[Any]:
@@ -140,9 +133,10 @@ class Seaway:
 
     def _settled(
         self, average: Callable[..., Any], solve: Callable[..., Any], energies: NDArray[Any], words: str
-    ) -> Any:
+    ) -> NDArray[Any]:
         """X, found in turn with the drag, which takes half a step where the whole ones go to and fro."""
-        X, last, share = solve(), np.inf, 1.0
+        X: NDArray[Any] = solve()
+        last, share = np.inf, 1.0
         for _ in range(MOST):
             average(X, share)
             before, X = X, solve()
@@ -165,7 +159,7 @@ class Seaway:
 
     def all_of(self, waves: list[Wave]) -> NDArray[Any]:
         """`solve` of waves of several frequencies, in their order."""
-        same, X = {}, np.zeros((self.equations.rows, len(waves)), dtype=complex)
+        same, X = dict[float, list[int]](), np.zeros((self.equations.rows, len(waves)), dtype=complex)
         for i, wave in enumerate(waves):
             same.setdefault(wave.omega, []).append(i)
         for chosen in same.values():
@@ -190,7 +184,7 @@ class Seaway:
 
     def named(self, X: NDArray[Any]) -> dict[str, NDArray[Any]]:
         """Name -> changes (waves,) of each motion [m, rad], with its buoy if there are several, and of each tension."""
-        names, found = [body.name for body in self.found.bodies], {}
+        names, found = [body.name for body in self.found.bodies], dict[str, NDArray[Any]]()
         for body, moved in zip(names, self.motions(X), strict=True):
             ending = f" of {body}" if len(names) > 1 else ""
             found |= {f"{name}{ending}": values for name, values in moved._asdict().items()}
@@ -208,7 +202,7 @@ class Seaway:
 
         Those of a record: the size of the force that holds the upper end, and T_h(0).
         """
-        if self._scales is None:
+        if not self._scales:
             self._scales = self._tops() | self._anchors()
         return self._scales
 
@@ -216,18 +210,19 @@ class Seaway:
         slopes, forces = {}, dict(self.equations.ends)
         forces |= {hold.cable: (hold.force, hold.force_places) for hold in self.found.holds if hold.is_top}
         for k, (force, places) in sorted(forces.items()):
-            size, row = np.linalg.norm(force), np.zeros(self.equations.rows)
+            size, row = float(np.linalg.norm(force)), np.zeros(self.equations.rows)
             row[places] = force / (size or 1.0)
             slopes["tension_top", k] = size, row
         return slopes
 
     def _anchors(self) -> dict[tuple[str, int], tuple[float, NDArray[Any]]]:
         problem, slopes = self.found.problem, {}
+        lines: Any = problem.lines
         for k in range(len(self.found.lines)):
             piece, row = problem.network.first_of(k), np.zeros(self.equations.rows)
-            slope_in = _slope(problem, lambda u, piece=piece: problem.lines.anchor_tension(u, piece))
+            slope_in = _slope(problem, lambda u, piece=piece: lines.anchor_tension(u, piece))
             row[: self.equations.size] = slope_in
-            slopes["tension_anchor", k] = problem.lines.anchor_tension(self.found.u, piece), row
+            slopes["tension_anchor", k] = lines.anchor_tension(self.found.u, piece), row
         return slopes
 
 
@@ -236,7 +231,7 @@ def _complex(water: AirySum, x: NDArray[Any], quarter: float) -> Any:
     return water.flow(0.0, x)[0] + 1j * water.flow(quarter, x)[0]
 
 
-def _slope(problem: Problem, function: Callable[..., Any]) -> NDArray[Any]:
+def _slope(problem: Any, function: Callable[..., Any]) -> NDArray[Any]:
     """Slope of a linear function of the local unknowns, in all unknowns."""
     unit, row = np.zeros(problem.system.size), np.zeros(problem.system.unknowns)
     places = np.flatnonzero(np.isin(problem.system.order, problem.lines.force_dofs()))

@@ -41,10 +41,11 @@ class Bins:
         """(omega, direction [deg]) of all that runs in one direction."""
         return zip(self.omega[self.number], self.direction_deg, strict=True)
 
-    def density(self, values: NDArray[Any] = 1.0) -> NDArray[Any]:
+    def density(self, values: Any = 1.0) -> NDArray[Any]:
         """Spectral density (..., n) of what has the energies values (..., k) per m^2 of the waves."""
         sums = np.zeros((*np.shape(values)[:-1], len(self.omega)))
-        np.add.at(sums, (..., self.number), values * self.energy)
+        places: Any = (..., self.number)
+        np.add.at(sums, places, values * self.energy)
         return np.asarray(sums / self.width)
 
 
@@ -58,14 +59,16 @@ def irregular_waves(
     """
     if sea is None:
         return scene.waves if scene.waves and scene.waves.irregular else None
-    height, period, gamma, spreading = (*sea, *(3.3, None)[len(sea) - 2 :])
+    given: tuple[Any, ...] = (*sea, *(3.3, None)[len(sea) - 2 :])
+    height, period, gamma, spreading = given
     if not (height > 0 and period > 0 and gamma >= 1 and (spreading is None or spreading > 0)):
         raise InputError(
             f"sea = {tuple(sea)}: must be a height and a period above 0, gamma from 1, and a spreading above 0."
         )
     direction = direction_deg if direction_deg is not None else scene.waves.direction_deg if scene.waves else 0.0
     requested = {"spectrum": "jonswap", "significant_height": height, "peak_period": period, "gamma": gamma}
-    return made(Waves, direction_deg=direction, spreading=spreading, **requested)
+    waves: Waves = made(Waves, direction_deg=direction, spreading=spreading, **requested)
+    return waves
 
 
 def bins_of(waves: Waves) -> Bins:

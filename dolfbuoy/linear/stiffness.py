@@ -4,7 +4,7 @@ K of the linearised equations has in the rows of the momenta minus the forces an
 follow the buoys' poses: S = K_bb - K_bi K_ii^-1 K_ib.
 
 An inextensible line that is taut lets its buoy not move along it: K_ii is singular, and S infinite in that direction.
-With a very small compliance in its place S is as large as that makes it, which tells those directions; across them it
+With a very small compliance in its place S is as large as that makes it, which shows those directions; across them it
 is what it is without.
 """
 
@@ -14,12 +14,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags
-from scipy.sparse.linalg import splu
+from scipy.sparse import csc_matrix, csr_matrix
 
 from ..errors import SolveError
 from .layout import Body, inextensible_tensions
-from .linearisation import Linearisation
+from .linearisation import Linearisation, equilibrated
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,11 +62,11 @@ def restoring(found: Linearisation) -> Restoring:
         shape, force = 2 * (found.K.shape[1],), found.problem.typical_force
         soft, hard = (condensed(found, csr_matrix((-(sizes / (EA * force)), (places, places)), shape)) for EA in STIFF)
         moorings = [mooring_stiffness(found, every) for every in (soft, hard)]
-        least = LEAST * STIFF[1] * found.problem.typical_force / found.problem.lines.longest
-        rigid = [
-            _rigid(body, *(m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings), least)
-            for i, body in enumerate(found.bodies)
-        ]
+        lines: Any = found.problem.lines
+        least = LEAST * STIFF[1] * force / lines.longest
+        for i, body in enumerate(found.bodies):
+            before, after = (m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings)
+            rigid[i] = _rigid(body, before, after, least)
     if any(directions.shape[1] for directions in rigid):
         every, mooring = hard, moorings[1]
     else:
@@ -102,12 +101,9 @@ def condensed(found: Linearisation, more: Any = None) -> Condensed:
 
 
 def _solved(A: Any, b: NDArray[Any]) -> Any:
-    """A^-1 b in equilibrated rows and columns."""
-    rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
-    A = diags(rows) @ A
-    columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
+    """A^-1 b."""
     try:
-        x = columns[:, None] * splu(csc_matrix(A @ diags(columns))).solve(rows[:, None] * b)
+        x = equilibrated(A)(b)
     except RuntimeError:
         x = np.full_like(b, np.nan)
     if not np.isfinite(x).all():

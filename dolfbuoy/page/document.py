@@ -25,8 +25,8 @@ class Markup(str):
 
 def tag(name: str, *children: Any, **attributes: Any) -> Markup:
     """An element; children that are not Markup are escaped, attributes too.  class_ is class, a_b is a-b."""
-    said = "".join(f' {key.strip("_").replace("_", "-")}="{html.escape(str(v))}"' for key, v in attributes.items())
-    return Markup(f"<{name}{said}>{joined(children)}</{name}>")
+    given = "".join(f' {key.strip("_").replace("_", "-")}="{html.escape(str(v))}"' for key, v in attributes.items())
+    return Markup(f"<{name}{given}>{joined(children)}</{name}>")
 
 
 def joined(children: Iterable[Any]) -> Markup:
@@ -70,7 +70,7 @@ def _read(name: str) -> str:
 
 
 def _with_imports(name: str) -> str:
-    """One module of several that import each other's names: each once, behind those that it needs, without imports."""
+    """One module of several that import each other's names: each once, after those that it needs, without imports."""
     found = {}
 
     def add(name: str) -> None:

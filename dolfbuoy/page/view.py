@@ -84,7 +84,7 @@ def _force(force: Force) -> dict[str, Any]:
 
 
 def _lines(frames: Frames) -> dict[str, Any]:
-    """For every cable its name, its first node and element and the ones behind its last, and nodes per element; marks;
+    """For every cable its name, its first node and element and the ones after its last, and nodes per element; marks;
     ends on buoys; times at which elements parted, by their numbers."""
     cables = [
         {"name": s.name, "node": [s.node.start, s.node.stop], "cell": [s.cell.start, s.cell.stop], "per": s.per}

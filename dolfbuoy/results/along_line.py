@@ -66,7 +66,7 @@ def _bed_below(scene: Scene, x: NDArray[Any], wide: int) -> tuple[NDArray[Any], 
 
 
 def _draw_levels(axes: Any, seen: NDArray[Any], ends: NDArray[Any], heights: NDArray[Any]) -> bool:
-    """Still water and bed behind the curves, what is below the bed shaded; True if any is in the picture."""
+    """Still water and bed below the curves, with the ground shaded; True if any is in the picture."""
     low, high = seen[:, 1].min(), seen[:, 1].max()
     if high >= 0:
         axes.axhline(0, color=COLORS["sky"], lw=1.2, zorder=1, label="still water")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) -> None:
     """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from that direction [deg].
 
-    Lengths are the same in front and behind.  The ends of an axis, where it meets the next one, have no number.
+    Lengths are the same near and far.  The ends of an axis, where it meets the next one, have no number.
     """
     span = box[1] - box[0]
     axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2])
@@ -46,12 +46,12 @@ def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) 
 
 
 #: Room at the sides of a panel, with numbers and without, below and above it; of its height the most, and the least
-#: beside another one [inch].
+#: next to another one [inch].
 NUMBERS, BARE, BELOW, ABOVE, HIGHEST, HIGH = 0.66, 0.1, 0.42, 0.3, 3.2, 2.3
 
 
 def side_by_side(figure: Figure, above: float, below: float) -> None:
-    """Panels beside each other on one line, as large as they go and of one height unless one is too wide, and so much
+    """Panels next to each other on one line, as large as they go and of one height unless one is too wide, and so much
     room above and below [inch]; the figure becomes as high as they are.
 
     Of a panel in space its box counts, one in the plane is a square.

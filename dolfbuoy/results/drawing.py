@@ -62,8 +62,8 @@ def _chosen(record: xr.Dataset, part: str, figure: str, name: str | None) -> str
     """A name of a record's cables or buoys: this one, or that of the only one."""
     names = names_of(record, part)
     if name not in names and (name is not None or len(names) > 1):
-        said = f"{part} = {name!r} is none" if name is not None else f"give {part}=NAME"
-        raise Missing(f"figures.{figure} draws one {part} of {', '.join(names)}: {said}.")
+        fault = f"{part} = {name!r} is none" if name is not None else f"give {part}=NAME"
+        raise Missing(f"figures.{figure} draws one {part} of {', '.join(names)}: {fault}.")
     return names[0] if name is None else name
 
 

@@ -48,18 +48,18 @@ def __dir__() -> list[str]:
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
-    The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name behind that
+    The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name after that
     of the figure; of more than MOST_PARTS those with the largest tension at the top or cone angle.
 
     say: called with a sentence on each figure that the run is too short for, and if some have no figures.  Raises
     InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    folder, written, said = Path(folder), list[Path](), dict[str, None]()
-    chosen = {kind: _largest(record, kind, said) for kind in CHOSEN_BY}
+    folder, written, notes = Path(folder), list[Path](), dict[str, None]()
+    chosen = {kind: _largest(record, kind, notes) for kind in CHOSEN_BY}
     own = {name: of_quantity(one) for name, one in QUANTITIES.items() if one.figure and name not in FIGURES}
     for name, draw in (FIGURES | own).items():
-        parts = chosen[draw.part] if draw.part else []
+        parts: list[str | None] = [*chosen[draw.part]] if draw.part else []
         for part in parts or [None]:
             try:
                 with fitting(folder / "results.nc"):
@@ -67,21 +67,21 @@ def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: N
             except Missing:
                 continue
             except TooShort as reason:
-                said[str(reason)] = None
+                notes[str(reason)] = None
                 continue
-            written += keep(figure, folder, f"{name}_{part.replace('-', '_')}" if len(parts) > 1 else name)
-    for sentence in said:
+            written += keep(figure, folder, f"{name}_{part.replace('-', '_')}" if part and len(parts) > 1 else name)
+    for sentence in notes:
         say(sentence)
     return written
 
 
-def _largest(record: xr.Dataset, kind: Any, said: Any) -> Any:
+def _largest(record: xr.Dataset, kind: str, notes: dict[str, None]) -> list[str]:
     """Names of the cables or buoys of a record that have figures of their own, in their order."""
     names = names_of(record, kind)
     if len(names) <= MOST_PARTS:
         return names
     largest = abs(record[CHOSEN_BY[kind]]).max("time").values
-    said[f"Of {len(names)} {kind}s the {MOST_PARTS} with the largest {CHOSEN_BY[kind]} have figures of their own."] = (
+    notes[f"Of {len(names)} {kind}s the {MOST_PARTS} with the largest {CHOSEN_BY[kind]} have figures of their own."] = (
         None
     )
     return [names[k] for k in sorted(largest.argsort(kind="stable")[-MOST_PARTS:])]

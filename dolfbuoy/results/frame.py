@@ -99,7 +99,7 @@ class Frame:
 
     @property
     def scene(self) -> Scene:
-        """Of the run."""
+        """Scene of the run."""
         return self.run.scene
 
     @property
@@ -114,11 +114,11 @@ class Frame:
 
     @property
     def points(self) -> NDArray[Any]:
-        """Of all that is drawn (n, 3) [m]."""
+        """Points (n, 3) of all that is drawn [m]."""
         return np.array([*self.x, *(buoy.at(height) for buoy in self.buoys for height in buoy.heights)])
 
     def elevation(self, points: NDArray[Any]) -> NDArray[Any]:
-        """Of the water at points (..., 3) [m]."""
+        """Height of the water at points (..., 3) [m]."""
         return elevation_at(self.scene, self.time, points)
 
     def flow(self, points: NDArray[Any]) -> NDArray[Any]:
@@ -210,7 +210,7 @@ class Frames:
 
     @property
     def places(self) -> NDArray[Any]:
-        """Of all nodes and centres of mass at all times (n, 3) [m]."""
+        """Places (n, 3) of all nodes and centres of mass at all times [m]."""
         known = (self.record[name].values for name in ("cable_position", "buoy_position") if name in self.record)
         return np.concatenate([places.reshape(-1, 3) for places in known])
 

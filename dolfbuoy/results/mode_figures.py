@@ -34,7 +34,7 @@ PHASES = 16
 def mode_shape(dataset: xr.Dataset, number: int, scene: Scene, direction_deg: float = 0.0) -> Figure:
     """Shape of mode `number` (from 1) over the rest position: at its largest, half a period later, and in between.
 
-    Left in the vertical plane of a direction [deg], right across it; displacements are enlarged as the title says.
+    Left in the vertical plane of a direction [deg], right across it; displacements are enlarged as in the title.
     """
     mode, phases = dataset.isel(mode=number - 1), np.array([0, 1, -1, 1j])
     frames = Frames(moving(dataset, number, np.arange(4.0), phases), scene)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from ..scene.sections import Scene
 
-#: Instants that are written unless others are asked for: each is a file of everything that moves.
+#: Instants that are written unless others are requested: each is a file of everything that moves.
 INSTANTS = 50
 #: Collection of all meshes of a run, where there are several cables or buoys.
 NETWORK = "network"
@@ -88,7 +88,7 @@ def write_series(
 
 
 def meshes_of(frames: Frames) -> dict[str, Make]:
-    """What a run has: name of files -> what makes their meshes."""
+    """Name of files -> what makes their meshes, of all that a run has."""
     hulls = any(frames.network.buoys[name].hull for name in frames.buoys)
     there = {"cable": frames.spans, "hull": hulls, "buoy": frames.buoys, "joint": frames.joints}
     makes = {"cable": cable_mesh, "hull": hull_mesh, "buoy": buoy_mesh, "joint": joint_mesh}

@@ -15,7 +15,7 @@ from .tables import force_unit
 if TYPE_CHECKING:
     import xarray as xr
 
-#: So many curves of a panel have their names beside them; of more, small in columns above them.
+#: So many curves of a panel have their names next to them; of more, small in columns above them.
 FEW = 4
 #: Panels of motions: title, motions, factor, unit.
 PANELS = (

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..scene.sections import Scene
     from .frame import Frame, Mark
 
-#: Of several lines, in turn; with more of them than these the legend does not tell which is which.
+#: Of several lines, in turn; with more of them than these the legend does not name them.
 LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], COLORS["purple"]]
 #: Several lines are drawn from above too if they are wider than this share of their length.
 WIDE = 0.02
@@ -63,8 +63,8 @@ def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Fig
 def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> None:
     """Title, panels, legend, from above; the figure becomes as high as they need."""
     columns = _columns([entry.get_label() for entry in entries], figure.get_figwidth())
-    said = [title, f"t\xa0=\xa0{time:.4g}\xa0s"] if title else [f"t\xa0=\xa0{time:.4g}\xa0s"]
-    lines = textwrap.wrap(", ".join(said), int(15 * figure.get_figwidth()))
+    words = [title, f"t\xa0=\xa0{time:.4g}\xa0s"] if title else [f"t\xa0=\xa0{time:.4g}\xa0s"]
+    lines = textwrap.wrap(", ".join(words), int(15 * figure.get_figwidth()))
     above, below = 0.12 + 0.15 * len(lines), 0.08 + 0.17 * math.ceil(len(entries) / columns)
     side_by_side(figure, above, below)
     figure.text(0.5, 1 - 0.08 / figure.get_figheight(), "\n".join(lines), ha="center", va="top", fontsize=9)
@@ -129,14 +129,14 @@ FORCES = {"external force": COLORS["red"], "wind force": COLORS["green"], "moori
 
 
 def _draw_forces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """What pushes the buoys, and to a scale of its own what holds one: of several ends of lines the lines tell."""
+    """Forces that push the buoys, and to a scale of its own the one that holds one; of several only the lines show."""
     pulls = now.arrows("pulls")
     for arrows in (now.arrows("outside"), pulls if len(pulls) == 1 else []):
         largest = max((float(np.linalg.norm(force)) for _, _, force in arrows), default=0.0)
         for name, point, force in (arrow for arrow in arrows if arrow[2].any()):
             scale = nice_scale(largest, 0.3 * (box[1] - box[0]).min())  # the largest is about a quarter of the box
             axes.quiver(*point, *force / scale, color=FORCES[name], lw=1.6, arrow_length_ratio=0.3, zorder=6)
-            legend[name] = _arrow(FORCES[name], _said(name, force, scale, box))
+            legend[name] = _arrow(FORCES[name], _label_of(name, force, scale, box))
 
 
 def _draw_bed(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
@@ -158,10 +158,10 @@ def _colored(now: Frame) -> list[tuple[str, list[NDArray[Any]], str]]:
 def _draw_lines(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
     """The lines, each with its name if there are not too many, dotted where the box cuts them off; what of them is
     below the bed is set off."""
-    told, tension = len(now.run.spans) <= len(LINES), _tension(now)
+    named, tension = len(now.run.spans) <= len(LINES), _tension(now)
     for name, pieces, color in _colored(now):
-        label = f"{name}{tension}" if told else "cables"
-        legend["line", name if told else ""] = Line2D([], [], color=color, lw=1.2, label=label)
+        label = f"{name}{tension}" if named else "cables"
+        legend["line", name if named else ""] = Line2D([], [], color=color, lw=1.2, label=label)
         for nodes in pieces:
             x = _inside(nodes, box)
             cut = 0 if np.array_equal(x[:1], nodes[:1]) else len(x) // 2
@@ -172,7 +172,7 @@ def _draw_lines(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]
 
 
 def _draw_below_bed(axes: Any, now: Frame, x: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """What of a line is below the bed in red, and down to it a curtain from the bed."""
+    """The part of a line below the bed in red, and down to it a curtain from the bed."""
     bed = now.bed
     x = _crossing(x, bed)
     under = x[:, 2] <= bed
@@ -277,7 +277,7 @@ def _plane(now: Frame, box: NDArray[Any], columns: int = 8) -> tuple[NDArray[Any
 
 
 def _draw_surfaces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
-    """Water behind the hulls, hulls, water before them."""
+    """Water beyond the hulls, hulls, water before them."""
     if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
         x, viewer = _water_patches(now, box), towards_viewer(ELEVATION, clear_azimuth(now.direction_deg))
         middle = x.mean(axis=1)
@@ -362,7 +362,7 @@ def _tension(now: Frame) -> str:
     return f", tension {least} {unit}" if least == largest else f", tension {least} to {largest} {unit}"
 
 
-def _said(name: str, force: NDArray[Any], scale: float, box: NDArray[Any]) -> str:
+def _label_of(name: str, force: NDArray[Any], scale: float, box: NDArray[Any]) -> str:
     """Name, size and scale of a force."""
     size = float(np.linalg.norm(force))
     unit, factor = force_unit(size)
@@ -372,7 +372,7 @@ def _said(name: str, force: NDArray[Any], scale: float, box: NDArray[Any]) -> st
 
 
 def _columns(labels: list[str], width: float) -> int:
-    """Of a legend of that width [inch]: as many as fit, at most three; letters are about 1/18 inch wide."""
+    """Columns of a legend of that width [inch]: as many as fit, at most three; letters are about 1/18 inch wide."""
     for columns in (3, 2):
         longest = [max(map(len, part), default=0) for part in np.array_split(labels, columns)]
         if sum(longest) + 8 * columns <= 18 * width:

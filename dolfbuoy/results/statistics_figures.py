@@ -39,7 +39,9 @@ def _panels(statistics: xr.Dataset, needs: str) -> tuple[Figure, list[tuple[Any,
     """(figure, [(axes, name, text of the axis, factor to its unit, what there is of it)]) of what is shown, of every
     cable and buoy, if there is what it needs, an ending; (None, []) if there is nothing."""
     series = each_series(statistics, "maximum", shown_in("statistics figure"))
-    series = [(said, name, one) for said, name, one in series if f"{name}{needs}" in one and one[f"{name}{needs}"].size]
+    series = [
+        (label, name, one) for label, name, one in series if f"{name}{needs}" in one and one[f"{name}{needs}"].size
+    ]
     if not series:
         return None, []
     rows = (len(series) + 1) // 2
@@ -48,13 +50,13 @@ def _panels(statistics: xr.Dataset, needs: str) -> tuple[Figure, list[tuple[Any,
     for spare in grid[len(series) :]:
         spare.remove()
     shown = zip(grid, series, strict=False)
-    return figure, [(axes, name, *_label(said, one[f"{name}_maximum"]), one) for axes, (said, name, one) in shown]
+    return figure, [(axes, name, *_label(label, one[f"{name}_maximum"]), one) for axes, (label, name, one) in shown]
 
 
-def _label(said: str, largest: xr.DataArray) -> tuple[str, float]:
+def _label(series: str, largest: xr.DataArray) -> tuple[str, float]:
     """Name and unit of an axis, and the factor to that unit."""
     unit, factor = unit_of(largest.values, largest.attrs["units"])
-    return f"{said.replace('_', ' ')} [{unit}]", factor
+    return f"{series.replace('_', ' ')} [{unit}]", factor
 
 
 def exceedance(statistics: xr.Dataset) -> Figure:

@@ -29,7 +29,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     axes = np.atleast_1d(figure.subplots(max(len(series), 1), 1, sharex=True))
     label, groups = _groups(dataset)
     width = 0.015 * max(np.ptp(np.concatenate([x for _, x, _ in groups])), 1e-12)
-    for axis, (said, name, one) in zip(axes, series, strict=False):
+    for axis, (text, name, one) in zip(axes, series, strict=False):
         mean, low, high = (one[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
         for k, (group, x, cases) in enumerate(groups):
             good = np.isfinite(mean.values[cases])
@@ -37,7 +37,7 @@ def draw(dataset: xr.Dataset) -> Figure:
             place = x[good] + width * (k - (len(groups) - 1) / 2)
             draw_group = _cloud if dataset.sizes["case"] > MOST_BARS else _bars
             draw_group(axis, place, mean.values[cases], low.values[cases], high.values[cases], group)
-        axis.set_ylabel(f"{said.replace('_', ' ')} [{mean.attrs['units']}]")
+        axis.set_ylabel(f"{text.replace('_', ' ')} [{mean.attrs['units']}]")
     axes[-1].set_xlabel(label)
     if len(groups) > 1:
         axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)

@@ -18,7 +18,6 @@ EXCUSED = (
     "meshes",
     "model",
     "motion",
-    "page",
     "parallel",
     "results",
     "scene",
