@@ -11,14 +11,13 @@ E over samples of the velocity, for every term with a velocity in it, and no law
   every ellipse of velocities without a mean (|v| v is homogeneous of degree 2); so amplitudes are counted 2/3.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags
 from scipy.stats import norm, qmc
 
@@ -26,9 +25,6 @@ from ..model.rigid import rotation_of
 from .layout import Body, nodes_of
 from .linearisation import Linearisation
 from .reactions import WithReactions
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Amplitude of phases whose mean slope is the least-squares slope of a cycle.
 CYCLE = 2 / 3

@@ -5,19 +5,15 @@ takes one solve with K + sigma E + sigma^2 M: unknowns without mass and constrai
 go to mu = 0.  With a buoy K is singular (|q|, yaw, the place of a free buoy), so no shift may be 0.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import diags
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 
 from ..errors import SolveError
 from .linearisation import Linearisation
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Up to this size of the standard problem all its eigenvalues are computed.
 DENSE = 500

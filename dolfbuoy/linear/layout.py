@@ -1,19 +1,14 @@
 """Places of buoys and lines among all unknowns of a linearised scene; the same on all ranks."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION
+from ..model.problem import Problem
 from ..model.rigid import rotation_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..model.problem import Problem
 
 
 class Body(NamedTuple):

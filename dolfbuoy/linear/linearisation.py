@@ -5,14 +5,13 @@ K + gamma_v E + gamma_a M exactly.  With histories that make all rates zero, thr
 The state of a buoy is of first order in time: its inertia stands in E, that of lines in M.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 
@@ -22,13 +21,9 @@ from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
 from ..scene.initial import Initial
+from ..scene.sections import Scene
+from ..scene.waves import Waves
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..scene.sections import Scene
-    from ..scene.waves import Waves
 
 
 @dataclass

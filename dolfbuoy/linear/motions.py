@@ -1,15 +1,11 @@
 """The six motions of a buoy: surge, sway, heave, roll, pitch, yaw."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.sea import heading
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 class Motions(NamedTuple):

@@ -1,18 +1,13 @@
 """Moving parts of a mode: shares of its kinetic energy, added mass included, and names from them."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .layout import Body, LineNodes
 from .linearisation import Linearisation
 from .motions import Motions, axes_along
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .layout import Body, LineNodes
 
 #: Ways in which a line moves, in the order of `LineNodes.directions`; of a vertical one the last two are one.
 ALONG, IN_PLANE, OUT_OF_PLANE, ACROSS = "axial", "in plane", "out of plane", "transverse"

@@ -1,11 +1,10 @@
 """Natural modes of a scene about its equilibrium, the slowest first, each named by what moves in it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from ..errors import InputError
@@ -13,9 +12,6 @@ from ..solver.quadratic import RESTARTS, lowest_pairs
 from .linearisation import Linearisation
 from .moving import Moving, named
 from .unit_quaternions import UnitQuaternions
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: A line with less tension than this part of the forces of its scene is slack; one that turns by more than this between
 #: two pieces [deg] is kinked.

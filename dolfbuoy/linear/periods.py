@@ -1,27 +1,22 @@
 """Natural periods: of buoys as their scene holds them, the mode that moves one most in heave, and so on; of lines."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
+from ..model.problem import Problem
+from ..scene.sections import Scene
 from ..solver.quadratic import FEW
 from .eigenvalues import DENSE, modes_near
 from .linearisation import Linearisation, linearise
 from .moving import Moving
 from .natural import lowest_modes
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..model.problem import Problem
-    from ..scene.sections import Scene
 
 #: Modes are looked for near these angular frequencies [rad/s]: periods of 50 s to 0.4 s, and what is about them.
 FREQUENCIES = 2 * math.pi / np.geomspace(50.0, 0.4, 8)

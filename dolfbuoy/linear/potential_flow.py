@@ -5,22 +5,18 @@ diffraction_force, which it is the sum of), complex numbers along a dimension `c
 Capytaine's motions are Re[X exp(-i omega t)] in waves eta = Re[exp(i (k x - omega t))], as those of `response`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ..elsewhere import netCDF4  # noqa: F401  # before xarray starts it
 from ..errors import InputError
 from ..scene.mesh_file import check_netcdf
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 DOFS = ("Surge", "Heave", "Pitch")
 _FORCES = ("excitation_force",), ("Froude_Krylov_force", "diffraction_force")

@@ -4,17 +4,13 @@ What holds a line on a buoy is an unknown.  At an end that is given, or at a joi
 that line there, which is no equation of the system: its slopes stand in rows of their own.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
 from .linearisation import Linearisation, free_rows, jacobian, without_rates
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 class WithReactions:

@@ -5,27 +5,22 @@ motion is Re[X exp(-i omega t)].  F is the slope of the residual in the amplitud
 Drag counts where a mean current gives it a slope; in still water |v| v has none.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.sea import heading, wavenumber
+from ..scene.sections import Scene
 from ..scene.sentences import made
 from ..scene.waves import Waves
 from .linearisation import Linearisation, free_rows, linearise, without_rates
 from .motions import Motions, motions
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..scene.sections import Scene
 
 #: Amplitude [m] of the waves whose forces are taken for linear: what drag adds, and what rounding does, are below 1e-5.
 SMALL = 1e-5

@@ -5,31 +5,26 @@ Amplitudes are complex as in `response`: eta = Re[exp(i (k x - omega t))], x alo
 or from the top of the first line.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.airy import AirySum
 from ..model.components import components_of
 from ..model.sea import heading, main_propagation
+from ..scene.sections import Scene
+from ..scene.waves import Waves
 from .drag import LinearDrag, Sea, Velocities
 from .linearisation import equilibrated, linearise
 from .motions import Motions, axes_along
 from .reactions import WithReactions
 from .response import slope, small_waves
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..scene.sections import Scene
-    from ..scene.waves import Waves
 
 #: Relative change of the response at which the iteration ends, and the most iterations.
 SETTLED, MOST = 1e-3, 60

@@ -1,22 +1,16 @@
 """An irregular sea for the linear response: its energy by frequency and direction."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model.components import band_of, components_of, directions_at, is_spread, spectrum_of
+from ..model.components import Components, band_of, components_of, directions_at, is_spread, spectrum_of
+from ..scene.sections import Scene
 from ..scene.sentences import made
 from ..scene.waves import Waves
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..model.components import Components
-    from ..scene.sections import Scene
 
 #: Frequencies; directions of each, which are others at every frequency.
 BINS, DIRECTIONS = 160, 4

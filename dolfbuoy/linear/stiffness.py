@@ -8,20 +8,16 @@ With a very small compliance in its place S is as large as that makes it, which 
 is what it is without.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix
 
 from ..errors import SolveError
 from .layout import Body, inextensible_tensions
 from .linearisation import Linearisation, equilibrated
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Axial stiffness in the place of an infinite one, in typical forces of the scene; twice, and by how much directions
 #: that are rigid become stiffer, of what could be ten times.  Part of that of a line below which nothing is rigid.

@@ -5,17 +5,13 @@ rows and columns of (8)_3 along q_4 are orthogonal to those along small turns, a
 those of an infinite eigenvalue.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import block_diag, csr_matrix, diags, identity
 
 from .layout import Body, half_turns
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 class UnitQuaternions:

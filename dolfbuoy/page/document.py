@@ -3,8 +3,6 @@
 Whatever comes from a scene enters as escaped text or inside the JSON block, where `<` cannot end it.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import html
@@ -13,10 +11,7 @@ import math
 import re
 from collections.abc import Iterable
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    pass
+from typing import Any
 
 
 class Markup(str):

@@ -1,7 +1,5 @@
 """Words and tables of a page, readable without its script."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

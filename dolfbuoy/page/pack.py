@@ -1,14 +1,10 @@
 """Arrays as text in JSON: exact, in single precision, or in 16 bits with a scale, little-endian in base64."""
 
-from __future__ import annotations
-
 import base64
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 #: What stands for "no number" among 16-bit integers.
 NOTHING = -32768

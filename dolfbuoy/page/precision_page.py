@@ -1,7 +1,5 @@
 """The page of `study work-precision`: error over time of every quantity, Pareto fronts, all cases, and the answer."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ..results.compare import pareto

@@ -1,24 +1,18 @@
 """The picture in space of a run: lines, buoys, sea, forces, and the box around all of it."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.airy import AirySum
 from ..model.sea import crest_height
-from ..results.frame import Frames
+from ..results.frame import Force, Frames
 from ..results.hulls import Floating
 from ..results.running import maximum
+from ..scene.sections import Scene
 from .pack import coarse, exact, single
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from ..results.frame import Force
-    from ..scene.sections import Scene
 
 #: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
 MOST_OF_FRAMES = 1_500_000

@@ -1,14 +1,10 @@
 """Lengths of vectors, and angles of orientations."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 
 def length(vectors: NDArray[Any]) -> NDArray[Any]:

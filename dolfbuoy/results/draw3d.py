@@ -1,23 +1,17 @@
 """Drawing in space: one scale for all directions, arrows to a stated scale."""
 
-from __future__ import annotations
-
 import itertools
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .style import FixedLocator, matplotlib
+from .style import Figure, FixedLocator, matplotlib
 
 # isort: split
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import PathPatch3D
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .style import Figure
 
 
 def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) -> None:

@@ -1,18 +1,14 @@
 """Buoys where they are: points of the axis, surface and silhouette of the hull."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.rigid import mass_properties, shape_of
 from ..scene.buoy import Buoy
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 @dataclass

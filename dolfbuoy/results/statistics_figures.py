@@ -1,7 +1,5 @@
 """Figures of the statistics of runs: exceedance of peaks, rainflow ranges, extremes, and where the buoy goes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

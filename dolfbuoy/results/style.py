@@ -3,8 +3,6 @@
 Whatever draws takes matplotlib from here: it is started elsewhere, without the settings of a stranger's folder.
 """
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any

@@ -1,19 +1,15 @@
 """Figure of the cases of a sweep."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from . import style
 from .quantities import shown_in
 from .series import each_series
 from .style import Figure, matplotlib
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 MOST_PANELS = 10
 #: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
