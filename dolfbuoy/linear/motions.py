@@ -22,12 +22,6 @@ class Motions(NamedTuple):
     yaw: complex
 
 
-def motions(at_rest: Any, change: Any, direction_deg: float = 0.0) -> Motions:
-    """Motions of a small change of a buoy's state; both with its fields `position` and `orientation`."""
-    axes = axes_along(direction_deg)
-    return Motions(*axes @ change.position, *axes @ turn(at_rest.orientation, change.orientation))
-
-
 def axes_along(direction_deg: float) -> NDArray[Any]:
     """Rows: unit vectors along a direction, to its left, and up."""
     ahead = heading(direction_deg)

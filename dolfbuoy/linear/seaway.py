@@ -1,14 +1,16 @@
 """Response to waves of a given height and to irregular seas, drag linearised: motions of buoys, tensions of lines.
 
 Everything is linear but for the drag, whose slope goes with the response itself (`drag`): found by iteration.
-Amplitudes are complex as in `response`: eta = Re[exp(i (k x - omega t))], x along the waves from C of the first buoy,
-or from the top of the first line.
+(K - i omega E - omega^2 M) X = -F about the equilibrium.  Amplitudes are complex: eta = Re[exp(i (k x - omega t))],
+x along the waves from C of the first buoy, or from the top of the first line, and a motion is Re[X exp(-i omega t)].  F
+is the slope of the residual in the amplitude, at two phases a quarter period apart.  In small waves drag counts where a
+mean current gives it a slope; in still water |v| v has none.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -219,6 +221,35 @@ class Seaway:
             row[: self.equations.size] = slope_in
             slopes["tension_anchor", k] = lines.anchor_tension(self.found.u, piece), row
         return slopes
+
+
+class Response(NamedTuple):
+    """Response of a buoy to small waves of one period [s], per metre of amplitude [m/m, rad/m], complex."""
+
+    period: float
+    wavenumber: float
+    motions: Motions
+
+    @property
+    def pitch_over_slope(self) -> complex:
+        """pitch over d(eta)/dx at C: -1 where the buoy follows the slope (about the axis to the left of the wave)."""
+        return self.motions.pitch / (1j * self.wavenumber)
+
+
+def responses(scene: Scene, periods: Iterable[float], direction_deg: float = 0.0) -> list[Response]:
+    """Response of the scene's first buoy to small waves of these periods [s], in one direction.
+
+    Raises InputError for a scene without buoy, water or gravity, SolveError if the equilibrium is not found.
+    """
+    if not scene.buoys:
+        raise InputError("The response to waves is that of a buoy in water: it needs [buoy], [sea] and gravity.")
+    seaway = Seaway(scene, direction_deg)
+    try:
+        waves = [(float(T), seaway.wave(2 * math.pi / T)) for T in periods]
+        moved = [seaway.motions(seaway.regular(wave))[0] for _, wave in waves]
+        return [Response(T, float(np.linalg.norm(w.k)), own) for (T, w), own in zip(waves, moved, strict=True)]
+    finally:
+        seaway.destroy()
 
 
 def _complex(water: AirySum, x: NDArray[Any], quarter: float) -> Any:

@@ -1,6 +1,6 @@
 """A hull afloat and in small waves: hydrostatics, natural periods and response, moored and free.
 
-The response is that of the equations linearised about the equilibrium, `linear.response`.  Runs in time in small waves
+The response is that of the equations linearised about the equilibrium, `linear.seaway`.  Runs in time in small waves
 check it at a few periods; potential flow stands beside it where its coefficients are given.
 """
 
@@ -15,10 +15,10 @@ import numpy as np
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...linear import LARGEST_KR
-from ...linear.linearisation import linearise
-from ...linear.periods import natural_periods
+from ...linear.periods import buoy_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import check_periods, response, responses, small_waves
+from ...linear.response import check_periods
+from ...linear.seaway import responses
 from ...model.feasible import shape_and_mass
 from ...model.hydrostatics import float_upright
 from ...model.prescribed_ends import adrift_nowhere
@@ -138,12 +138,8 @@ def _hydrostatics(scene, _):
 
 def _response(scene, case):
     """Natural periods, and the response at every period."""
-    found = linearise(scene, MPI.COMM_SELF, small_waves(scene, case["periods"][0]))
-    try:
-        natural = natural_periods(found, case["direction"])
-        rows = [_response_row(response(found, period, case["direction"])) for period in case["periods"]]
-    finally:
-        found.destroy()
+    natural = buoy_periods(scene, direction_deg=case["direction"])
+    rows = [_response_row(found) for found in responses(scene, case["periods"], case["direction"])]
     return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
 
 
