@@ -17,7 +17,6 @@ EXCUSED = (
     "meshes",
     "model",
     "motion",
-    "page",
     "parallel",
     "results",
     "scene",

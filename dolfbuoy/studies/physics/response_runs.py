@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -120,7 +120,7 @@ def harmonics(times: Array, values: Array, omega: float) -> Any:
     return cosine + 1j * sine
 
 
-def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, float]:
+def compared(own: Mapping[str, complex], run: Mapping[str, complex]) -> dict[str, float]:
     """Difference [%] of the linear amplitudes' sizes from those of a run, of what moves at all beside its like.
 
     Without yaw, which of most buoys nothing holds.
