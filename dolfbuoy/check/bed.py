@@ -20,7 +20,7 @@ def on_the_bed(problem, report) -> None:
     network, lines, below = problem.network, problem.lines, {}
     several = len(network.pieces) > 1
     for k, piece in enumerate(network.pieces):
-        found, of = lines.lying(problem.system.u, k), f" of {network.name_of(k)}" if several else ""
+        found, of = lines.grounded(problem.system.u, k), f" of {network.name_of(k)}" if several else ""
         if found.length or not several:
             report.add(f"equilibrium: length on the sea bed{of}", found.length, "m")
         if found.length:

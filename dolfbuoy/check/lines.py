@@ -185,7 +185,7 @@ def _transverse(problem, report, line):
     for lines, k in map(problem.lines.holder, line.pieces):
         u, swings = problem.system.u, lines.line_of_cell == k
         if lines.bed is not None:  # what lies does not swing
-            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.lying(u, k).s
+            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.grounded(u, k).s
         T, h = lines.mean_tension(u)[swings], np.diff(lines.cell_ends[swings], axis=1)[:, 0]
         thicker, heavier = lines.growth.factors[swings].T if lines.growth is not None else np.ones((2, len(T)))
         least = min(least, T.min(initial=math.inf))

@@ -46,11 +46,11 @@ def options(scene, network, note) -> tuple[dict, dict]:
 def _bed(scene, network, note):
     if scene.seabed is None:
         return {"kBot": 0, "cBot": 0}
-    from ..model.seabed import grip_of_line, hardness
+    from ..model.seabed import hardness, parameters_of_line
 
     sections = [piece.section for piece in network.pieces]
     k_b = hardness(scene, sections)
-    grips = [(grip_of_line(scene, section, k_b), section) for section in sections]
+    grips = [(parameters_of_line(scene, section, k_b), section) for section in sections]
     damping = max(grip.damping / section.diameter for grip, section in grips)
     note("seabed.damping_ratio: MoorDyn's damping of the bed acts at once on contact and not with the penetration")
     found = {"kBot": float(k_b), "cBot": float(damping)}

@@ -32,7 +32,7 @@ class AirySum:
 
     @classmethod
     def of(cls, scene: Scene) -> "AirySum":
-        """Of a scene's waves, irregular or not; the latest are remembered, for every part of a scene asks."""
+        """Sum of a scene's waves, irregular or not; the latest are remembered: every part of a scene needs it."""
         sections = scene.waves, scene.sea, scene.current
         for gravity, known, found in _KNOWN:
             if gravity == scene.gravity and all(a is b for a, b in zip(known, sections, strict=True)):

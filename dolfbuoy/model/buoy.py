@@ -113,7 +113,7 @@ class Buoy(Model):
         self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None
 
     def _waves_at_points(self, first):
-        """Where an irregular sea is wanted besides the hull; first: the cell of the measure `at_once`."""
+        """Points besides the hull where an irregular sea is sampled; first: the cell of the measure `at_once`."""
         self._above.append(self.sea.kinematics.add(on_cells(self.mesh, first)))
         for effect in (e for e in effects.called_by(self.scene, "body", [self.section]) if e.looks_at):
             height = np.array([effect.looks_at(self.section)])
@@ -161,7 +161,7 @@ class Buoy(Model):
         return MOTION.split(self.gamma * self.state + self.history)
 
     def kinematics(self) -> body.Body:
-        """Where it is and how it moves; no motion in statics."""
+        """Pose and motion; no motion in statics."""
         y, motion = self.fields.split(self.state), None
         if self.dynamic:
             rates, R = self.rates(), rotation_matrix(y.orientation)

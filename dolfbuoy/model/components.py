@@ -48,8 +48,10 @@ def spectrum_of(waves: Waves) -> spectra.Spectrum | None:
     if isinstance(waves.spectrum, list):
         return spectra.tabulated(*np.array(waves.spectrum).T)
     if waves.spectrum is not None:
-        angles, density = _around(waves.spectrum)
-        return spectra.tabulated(waves.spectrum.frequency, _over_circle(angles, density))
+        angles, density = np.array(waves.spectrum.direction_deg), np.array(waves.spectrum.density)
+        around = np.append(angles, angles[0] + 360.0)  # linear between the directions, closed to a circle
+        whole = np.sum(0.5 * (density + np.roll(density, -1, axis=1)) * np.diff(around), axis=1)
+        return spectra.tabulated(waves.spectrum.frequency, whole)
     return None
 
 
@@ -63,7 +65,7 @@ def band_of(waves: Waves, spectrum: spectra.Spectrum) -> tuple[float, float]:
 
 
 def components_of(waves: Waves) -> Components:
-    """What a section [waves] is made of; a regular wave is one component.
+    """Components of a section [waves]; a regular wave is one component.
 
     Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
     The latest sections are remembered: a run asks several times, and bins of equal energy take 10 ms.
@@ -103,19 +105,14 @@ def _of_spectrum(waves):
     amplitude = np.sqrt(2 * energy)
     if waves.amplitudes == "random":  # Rayleigh: of two Gaussian numbers
         amplitude = amplitude * np.sqrt(sizes.standard_exponential(count))
-    turned = _directions(waves, frequency, directions) + waves.direction_deg
+    turned = np.full(count, float(waves.direction_deg))
+    if is_spread(waves):  # the distribution in as many equal parts, dealt out at random
+        turned += directions_at(waves, frequency, (directions.permutation(count) + 0.5) / count)
     return Components(amplitude, frequency, turned, phases.uniform(0.0, 2 * math.pi, count))
 
 
-def _directions(waves, frequency, random):
-    """One of each component [deg]: the distribution in as many equal parts, dealt out at random."""
-    if not is_spread(waves):
-        return np.zeros(len(frequency))
-    return directions_at(waves, frequency, (random.permutation(len(frequency)) + 0.5) / len(frequency))
-
-
 def is_spread(waves: Waves) -> bool:
-    """Whether the sea of a spectrum has several directions."""
+    """True if the sea of a spectrum has several directions."""
     return waves.spreading is not None or not isinstance(waves.spectrum, str | list)
 
 
@@ -123,20 +120,9 @@ def directions_at(waves: Waves, frequency: np.ndarray, parts: np.ndarray) -> np.
     """Angles from `direction_deg` on [deg] below which there are parts of the energy at each frequency [rad/s]."""
     if waves.spreading is not None:
         return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
-    angles, density = _around(waves.spectrum)
-    w = 2 * math.pi * np.array(waves.spectrum.frequency)
+    w, density = 2 * math.pi * np.array(waves.spectrum.frequency), np.array(waves.spectrum.density)
     rows = np.array([np.interp(frequency, w, column) for column in density.T]).T
-    return spectra.tabulated_angles(angles, rows, parts)
-
-
-def _around(spectrum):
-    return np.array(spectrum.direction_deg), np.array(spectrum.density)
-
-
-def _over_circle(angles, density):
-    """Integral over all directions of what is linear between angles [deg], closed to a circle."""
-    closed = np.append(angles, angles[0] + 360.0)
-    return np.sum(0.5 * (density + np.roll(density, -1, axis=1)) * np.diff(closed), axis=1)
+    return spectra.tabulated_angles(np.array(waves.spectrum.direction_deg), rows, parts)
 
 
 # -- what the water and its current make of a frequency ------------------------------------------------------------
@@ -158,7 +144,7 @@ def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:
 
 @dataclass(frozen=True)
 class Propagation:
-    """Of one component: wavenumber [1/m], angular frequency in the water and at a fixed point [rad/s]."""
+    """Wavenumber [1/m], intrinsic (in the water) and apparent (at a fixed point) angular frequency [rad/s]."""
 
     wavenumber: float
     in_water: float
@@ -166,7 +152,7 @@ class Propagation:
 
 
 def propagation(scene: Scene, period: float, direction_deg: float) -> Propagation:
-    """Of a wave of this period [s] in a scene, and as its `waves.period_seen_from` says.
+    """Propagation of a wave of this period [s] in a scene, in the frame of its `waves.period_seen_from`.
 
     In a current U the water sees sigma, sigma^2 = g k tanh(kh), and the ground omega = sigma + k . U.  Without the key
     both are the same: the current carries no waves.  Raises InputError where the current stops the waves.
@@ -185,7 +171,7 @@ def propagation(scene: Scene, period: float, direction_deg: float) -> Propagatio
 
 
 def _wavenumber_seen_from_ground(scene, period, direction_deg):
-    """Of the longest wave whose crests pass a fixed point with a period."""
+    """Wavenumber of the longest wave whose crests pass a fixed point with a period."""
     depth, g = scene.sea.depth, scene.gravity
 
     def excess(k):

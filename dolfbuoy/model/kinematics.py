@@ -67,7 +67,7 @@ def on_points(mesh: Any, source: fem.Function, dofs: np.ndarray) -> Points:
 
 
 def on_axis(group: Any) -> Points:
-    """Those of a `hull_points.PointGroup`."""
+    """Those of a `wet_hull.PointGroup`."""
     return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)
 
 
@@ -152,7 +152,7 @@ class Kinematics:
         return points
 
     def samples(self, points: Points, depth: Expr) -> Samples:
-        """What a form reads at the points."""
+        """Coefficients that a form reads at the points."""
         return Samples(points.coefficient, depth, self._airy.stretching)
 
     def follow(self, system: System, body: tuple | None = None) -> None:

@@ -82,7 +82,7 @@ class LineGroups(Pieces, Model):
     when_accepted, begin, stop = _listed("when_accepted"), _in_each("begin"), _in_each("stop")
     hold, let_go, follow_water = _in_each("hold"), _in_each("let_go"), _in_each("follow_water")
     publish_points, owns_end, set_shape = _in_each("publish_points"), _of_piece("owns_end", 0), _of_piece("set_shape")
-    weight_of, lying, anchor_tension = _of_piece("weight_of"), _of_piece("lying"), _of_piece("anchor_tension")
+    weight_of, grounded, anchor_tension = _of_piece("weight_of"), _of_piece("grounded"), _of_piece("anchor_tension")
     scene = property(lambda self: self.groups[0].scene)
     bed = property(lambda self: self.groups[0].bed)  #: one of several, on the same plane
     elastic = property(lambda self: any(group.elastic for group in self.groups))
@@ -114,13 +114,13 @@ class LineGroups(Pieces, Model):
 
     @property
     def part(self) -> SimpleNamespace:
-        """Where the unknowns of all groups are."""
+        """Place of the unknowns of all groups."""
         parts = [group.part for group in self.groups]
         place = slice(parts[0].offset, parts[-1].slice.stop)
         return SimpleNamespace(parts=parts, offset=place.start, slice=place, size=place.stop - place.start)
 
     def _nodes(self, get):
-        """Of the nodes of all groups, those of this rank first."""
+        """Join arrays over the nodes of all groups, those of this rank first."""
         found = [(get(group), group.owned_nodes) for group in self.groups]
         return np.concatenate([*(x[:n] for x, n in found), *(x[n:] for x, n in found)])
 
@@ -130,7 +130,7 @@ class LineGroups(Pieces, Model):
 
     @property
     def T_dofs(self) -> np.ndarray:
-        """Of each owned cell; a row of fewer tensions than others repeats its last one."""
+        """Dofs of T of each owned cell; a row of fewer tensions than others repeats its last one."""
         most = max(group.T_dofs.shape[1] for group in self.groups)
         rows = [g.T_dofs[:, np.minimum(np.arange(most), g.T_dofs.shape[1] - 1)] + g.part.offset for g in self.groups]
         return np.concatenate(rows)

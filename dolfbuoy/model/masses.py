@@ -1,4 +1,4 @@
-"""What lines and bodies at joints share: masses in water and on a sea bed, whose positions are of second order."""
+"""Common base of lines and bodies at joints: masses in water and on a sea bed, whose positions are of second order."""
 
 from typing import Any
 

@@ -33,7 +33,7 @@ class Parting:
 
     @property
     def of_elements(self) -> np.ndarray:
-        """When this rank's elements have parted [s], in their order; nan for those that are whole."""
+        """Times at which this rank's elements have parted [s], in their order; nan for those that are whole."""
         return np.where(self.parted.x.array > 0, self.memory["parted_at"], np.nan)[self._dofs]
 
     def strain_equation(self, equation: Expr, T: Expr, q: Expr) -> Expr:
@@ -42,7 +42,7 @@ class Parting:
         return (1 - self.parted) * equation + self.parted * (T / weight) * q
 
     def accept(self, u: np.ndarray, t: float) -> bool:
-        """Part what has reached its time or its tension in an accepted step; whether anything has parted now."""
+        """Part what has reached its time or its tension in an accepted step; True if anything has parted."""
         found = [self._part(pieces, rule, u, t) for (_, rule), pieces in self._rules().items()]
         if not any(found):
             return False

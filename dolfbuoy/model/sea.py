@@ -21,7 +21,7 @@ from .numbers import Numbers
 
 
 def main_propagation(scene: Scene) -> Propagation:
-    """Of the scene's regular wave, or of the main period of its sea."""
+    """Propagation of the scene's regular wave, or of the main period of its sea."""
     return propagation(scene, scene.waves.main_period, scene.waves.direction_deg)
 
 
@@ -133,7 +133,7 @@ class SeaState:
 
     @property
     def has_waves(self) -> bool:
-        """Whether there are any, regular or not."""
+        """True if there are waves, regular or not."""
         return self.wave is not None or self.kinematics is not None
 
     def flow(self, x: Expr, *at) -> sea.Flow:

@@ -131,7 +131,8 @@ def expanded(data: dict, parse) -> dict:
         if keys is None:
             return table
         place = re.sub(r"[^A-Za-z0-9_]+", "-", name.replace(".", "_")).strip("-")
-        if _differs(known.setdefault(place, keys), keys):
+        there = known.setdefault(place, keys)
+        if (there if isinstance(there, dict) else there.model_dump(exclude_none=True)) != keys:
             raise InputError(
                 f"material = {name!r}: the scene has another [material.{place}]: take that name, or call it otherwise."
             )
@@ -141,11 +142,6 @@ def expanded(data: dict, parse) -> dict:
         cable = found["cable"]
         found["cable"] = [named(line) for line in cable] if isinstance(cable, list) else named(cable)
     return found | {"material": known} if known else found
-
-
-def _differs(there, keys):
-    """Whether a section [material.NAME], as a dict or read already, has other keys."""
-    return (there if isinstance(there, dict) else there.model_dump(exclude_none=True)) != keys
 
 
 def _own(library, parse):

@@ -23,7 +23,7 @@ Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
 #: Keys of a cable that its segments share, and those that say how long it is.
 SHARED = ("position_degree", "tension_degree", "strain", "strain_form", "slack")
 SIZE = ("length", "elements", "grading")
-#: What a piece of line is made of.
+#: Keys of the material of a piece of line.
 PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *SIZE))
 
 
@@ -48,7 +48,7 @@ class Body(Section):
 
 
 class Material(create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))):
-    """What a piece of line is made of."""
+    """Material of a piece of line."""
 
     source: Title | None = key("source of the values", default=None)
 
@@ -92,9 +92,7 @@ class Line(_From):
             return self
         if not self.segments:
             raise Wrong("segments", [], "must hold at least one segment")
-        for name in SIZE:
-            if getattr(self, name) is not None:
-                raise Wrong(name, getattr(self, name), "does not go with segments, which have their own")
+        self.refuse(SIZE, "does not go with segments, which have their own")
         return self
 
 
@@ -112,20 +110,16 @@ class Joint(_Joint):
     @model_validator(mode="after")
     def _complete(self):
         if self.position is None:
-            for name in (*MOTION, "phase_deg", "ramp"):
-                if getattr(self, name) is not None:
-                    raise Wrong(name, getattr(self, name), "goes with a position, the middle of the motion")
+            self.refuse((*MOTION, "phase_deg", "ramp"), "goes with a position, the middle of the motion")
             return self
-        for name in Body.model_fields:
-            if getattr(self, name):
-                raise Wrong(name, getattr(self, name), "goes with a free joint only, and this one has a position")
+        self.refuse(Body.model_fields, "goes with a free joint only, and this one has a position")
         if self.held.kind == "prescribed":
             self.held.check_motion()
         return self
 
     @property
     def held(self) -> Top | None:
-        """How it is held; None: it is free."""
+        """Boundary condition of a joint with a position; None: it is free."""
         if self.position is None:
             return None
         given = {name: value for name in Top.model_fields if (value := getattr(self, name, None)) is not None}

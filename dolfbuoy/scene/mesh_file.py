@@ -108,7 +108,7 @@ def check_hdf5(path):
 
 
 def _elsewhere(found):
-    """What of an object of an HDF5 file lies in another file, in words; None: nothing."""
+    """Contents of an object of an HDF5 file that lie in another file, in words; None: there are none."""
     import h5py
 
     if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):

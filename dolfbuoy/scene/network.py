@@ -1,4 +1,4 @@
-"""What a scene hangs together with: pieces of line between ends, joints and buoys, resolved once from its tables.
+"""Topology of a scene: pieces of line between ends, joints and buoys, resolved once from its tables.
 
 A scene with one [cable] and at most one [buoy] is a network too: one piece from its anchor to its top.
 """
@@ -21,7 +21,7 @@ OWN = ("wind", "external_force", "initial")
 
 @dataclass(frozen=True)
 class End:
-    """What an end of a piece of line hangs on.
+    """Attachment of an end of a piece of line.
 
     kind: "fixed", "prescribed", "free" (`top` says where, or the force on it), "joint" (a free one) or "buoy" (at the
     named fairlead, None: on its axis).  name: of the joint, held or free, or of the buoy.
@@ -34,7 +34,7 @@ class End:
 
     @property
     def held(self) -> bool:
-        """Whether its position is given."""
+        """True if its position is given."""
         return self.kind in ("fixed", "prescribed")
 
 
@@ -62,14 +62,14 @@ class Network:
 
     @cached_property
     def _spans(self):
-        """Of each cable the numbers of its pieces."""
+        """Numbers of the pieces of each cable."""
         found = [range(0)] * len(self.cables)
         for k, piece in enumerate(self.pieces):
             found[piece.cable] = range(k - piece.number, k + 1)
         return found
 
     def name_of(self, piece: int) -> str:
-        """Of the cable of a piece, CABLE.NUMBER if this has several."""
+        """Name of the cable of a piece, CABLE.NUMBER if it has several."""
         cable = self.pieces[piece].cable
         name = self.cables[cable]
         return name if len(self._spans[cable]) == 1 else f"{name}.{self.pieces[piece].number}"
@@ -87,8 +87,7 @@ class Network:
         return self._spans[cable][0]
 
     def ends_of(self, cable: int) -> tuple[str, str]:
-        """What the ends of a cable, `from` and `to`, are called in a sentence: by what they hang on, if that has a
-        name."""
+        """Names of the ends of a cable, `from` and `to`, in a sentence: of what they hang on, if that has a name."""
         low, high = self.pieces[self.first_of(cable)].ends[0], self.pieces[self.last_of(cable)].ends[1]
         return _called(low) or "the anchor", _called(high) or "the top"
 

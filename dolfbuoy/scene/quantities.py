@@ -6,6 +6,8 @@ ship has 1e9 kg, the deepest sea 1.1e4 m, the strongest mooring chain breaks at 
 
 import math
 import re
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -36,6 +38,11 @@ class Missing(ValueError):
     def __init__(self, key: str, why: str):
         super().__init__(f"{key}: must be given, {why}")
         self.key, self.why = key, why
+
+
+def is_rising(values: Sequence[float]) -> bool:
+    """True if each value is larger than the one before."""
+    return all(b > a for a, b in pairwise(values))
 
 
 def _between(low, high, kind=float):

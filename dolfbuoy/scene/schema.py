@@ -22,32 +22,24 @@ def schema() -> dict:
     sections = found["$defs"]
     for name in ("Line", "Segment"):
         sections[name]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
-    for name in ("spectrum", "components", "elevation"):
-        _or_file(sections["Waves"]["properties"], name)
-    options = {name: _option(allowed) for name, allowed in ALLOWED.items()}
-    petsc = {"type": "object", "properties": options, "additionalProperties": False, "default": {}}
-    petsc["description"] = sections["Solver"]["properties"]["petsc"]["description"]
-    sections["Solver"]["properties"]["petsc"] = petsc
+    for name in ("spectrum", "components", "elevation"):  # or a file
+        rule = sections["Waves"]["properties"][name]
+        if "anyOf" not in rule:
+            rule["anyOf"] = [{word: rule.pop(word) for word in ("type", "items", "maxItems") if word in rule}]
+        rule["anyOf"].append({"type": "string"})
+    petsc = sections["Solver"]["properties"]["petsc"]
+    petsc |= {
+        "additionalProperties": False,
+        "properties": {name: _option(allowed) for name, allowed in ALLOWED.items()},
+    }
     for name, info in Line.resolved.model_fields.items():
         if name in sections["Line"]["properties"] and not (info.is_required() or _needless("default", info.default)):
             sections["Line"]["properties"][name]["default"] = info.default
     for name in SEVERAL:
-        found["properties"][name] = _table_or_list(found["properties"][name])
+        rule = found["properties"][name]
+        found["properties"][name] = {"if": {"type": "array"}, "then": rule, "else": rule["items"]}
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Scene of dolfbuoy"}
     return head | found
-
-
-def _table_or_list(rule):
-    """A table, or a list of them."""
-    return {"if": {"type": "array"}, "then": rule, "else": rule["items"]}
-
-
-def _or_file(properties, name):
-    """Let a key name a file too."""
-    rule = properties[name]
-    if "anyOf" not in rule:
-        rule["anyOf"] = [{word: rule.pop(word) for word in ("type", "items", "maxItems") if word in rule}]
-    rule["anyOf"].append({"type": "string"})
 
 
 def as_text() -> str:

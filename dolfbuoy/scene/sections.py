@@ -1,9 +1,8 @@
-"""What a scene calls for: typed, bounded sections.
+"""Sections of a scene, typed and bounded.
 
 A section that is missing is an effect that is off.  SI units; degrees only where the key says so.
 """
 
-import itertools
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,29 +10,13 @@ from typing import Annotated, Any, Literal
 import tomli_w
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from . import quantities as q
 from .accuracy import Accuracy
-from .buoy import Buoy, ExternalForce, Wind
-from .initial import Initial
+from .buoy import Buoy, BuoyStart, ExternalForce, Wind
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
 from .network import Network, check_network, resolved
 from .petsc_options import checked
-from .quantities import (
-    Angle,
-    Degree,
-    Density,
-    Duration,
-    Gravity,
-    Length,
-    Missing,
-    Name,
-    Rows,
-    Speed,
-    Step,
-    Title,
-    Tolerance,
-    Wrong,
-)
-from .seabed import Seabed
+from .quantities import Missing, Wrong
 from .section import Section, key
 from .waves import Waves
 
@@ -41,20 +24,21 @@ from .waves import Waves
 class Sea(Section):
     """Water.  Without it the scene is dry: no hydrostatics, no Morison forces, no waves, no current."""
 
-    depth: Length = key("water depth; the sea bed is at z = -depth", "m")
-    density: Density = key("water density", "kg/m^3", default=1025.0)
+    depth: q.Length = key("water depth; the sea bed is at z = -depth", "m")
+    density: q.Density = key("water density", "kg/m^3", default=1025.0)
     dry_above: bool | None = key(
-        "treat lines and joint bodies as dry above the surface; absent: if any of them can surface",
-        default=None,
+        "treat lines and joint bodies as dry above the surface; absent: if any of them can surface", default=None
     )
 
 
 class Current(Section):
     """A steady current; in a table the speeds stand in place of `speed`."""
 
-    speed: Speed | None = key("current speed at and above still water", "m/s", default=None)
-    direction_deg: Angle = key("direction towards which the current flows, counterclockwise from x", "deg", default=0.0)
-    profile: Literal["uniform", "power"] | Rows = key(
+    speed: q.Speed | None = key("current speed at and above still water", "m/s", default=None)
+    direction_deg: q.Angle = key(
+        "direction towards which the current flows, counterclockwise from x", "deg", default=0.0
+    )
+    profile: Literal["uniform", "power"] | q.Rows = key(
         "vertical profile, or a table [[z, speed], ...]", "m, m/s", default="uniform"
     )
     exponent: Annotated[float, Field(gt=0, le=1)] = key(
@@ -64,8 +48,7 @@ class Current(Section):
     @model_validator(mode="after")
     def _consistent(self):
         if isinstance(self.profile, list):
-            z = [p[0] for p in self.profile]
-            if len(z) < 2 or any(b <= a for a, b in itertools.pairwise(z)):
+            if len(self.profile) < 2 or not q.is_rising([z for z, _ in self.profile]):
                 raise Wrong("profile", self.profile, "must hold at least two rows [z, speed] with z increasing")
             if self.speed is not None:
                 raise Wrong("speed", self.speed, "does not go with a table: the speeds stand in profile")
@@ -74,7 +57,50 @@ class Current(Section):
         return self
 
 
-DEFAULT_RADIUS = 0.8
+class Seabed(Section):
+    """A bed that carries lines and bodies: the plane z = -depth + slope . (x, y)."""
+
+    friction: q.Coefficient = key("Coulomb friction coefficient mu", "1", default=0.0)
+    stiffness: q.BedStiffness | None = key(
+        "normal stiffness, pressure per penetration; absent: penetration of 1e-4 depth or 1 cm at most",
+        "Pa/m",
+        default=None,
+    )
+    damping_ratio: q.Coefficient = key("damping ratio of normal contact; 1: critical", "1", default=1.0)
+    stick_length: q.Length | None = key(
+        "displacement over which Coulomb friction is mobilised; absent: 1e-3 depth, 5 cm at most", "m", default=None
+    )
+    slope: q.Slope = key("slope of the sea bed [dz/dx, dz/dy]", "1", default=(0.0, 0.0))
+    start: Literal["frictionless", "pulled"] = key(
+        "initial friction state: none, or that of lines laid slack on the bed and then pulled", default="frictionless"
+    )
+
+
+Corners = Annotated[list[q.Vector], Field(max_length=40_000)]
+
+
+class Initial(BuoyStart):
+    """Start of a run."""
+
+    kind: Literal["equilibrium", "straight", "polyline"] = key("initial shape of the cables", default="equilibrium")
+    points: Corners | dict[q.Name, Corners] | None = key(
+        "vertices of the initial shape, or of a first guess, from the anchor up; for several cables by name",
+        "m",
+        default=None,
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if self.kind == "polyline" and self.points is None:
+            raise Wrong("kind", self.kind, "needs points")
+        if self.kind == "straight":
+            self.refuse(["points"], "goes with kind 'polyline' or 'equilibrium' only")
+        for points in self.points.values() if isinstance(self.points, dict) else [self.points]:
+            if points is not None and len(points) < 2:
+                raise Wrong("points", points, "must be at least two points")
+        return self
+
+
 MOST_STEPS = 1e9
 #: Time schemes, and their names in a sentence; what they do is in motion/schemes.py.
 SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alpha": "generalized-alpha"}
@@ -83,18 +109,18 @@ SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alph
 class Time(Section):
     """Time integration."""
 
-    end: Duration = key("end time of the run", "s")
-    step: Step = key("time step; with a tolerance the first one", "s")
+    end: q.Duration = key("end time of the run", "s")
+    step: q.Step = key("time step; with a tolerance the first one", "s")
     scheme: Literal[tuple(SCHEMES)] = key("time integration scheme", default="backward-euler")
     spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key(
-        "spectral radius at infinite frequency of generalized-alpha (numerical damping)", "1", default=DEFAULT_RADIUS
+        "spectral radius at infinite frequency of generalized-alpha (numerical damping)", "1", default=0.8
     )
-    tolerance: Tolerance | None = key(
+    tolerance: q.Tolerance | None = key(
         "relative local error tolerance of adaptive steps; absent: constant steps", "1", default=None
     )
-    min_step: Step | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
-    max_step: Step | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
-    output_every: Step | None = key("output interval of cable shapes; absent: end/200", "s", default=None)
+    min_step: q.Step | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
+    max_step: q.Step | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
+    output_every: q.Step | None = key("output interval of cable shapes; absent: end/200", "s", default=None)
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -102,13 +128,12 @@ class Time(Section):
             raise Wrong("step", self.step, f"must be at least end / {MOST_STEPS:g}, and end is {self.end:g}")
         if self.output_every is not None and self.end > MOST_STEPS * self.output_every:
             raise Wrong("output_every", self.output_every, f"must be at least end / {MOST_STEPS:g}")
-        for name in ("min_step", "max_step"):
-            if getattr(self, name) is not None and self.tolerance is None:
-                raise Wrong(name, getattr(self, name), "goes with a tolerance only; without one all steps are equal")
+        if self.tolerance is None:
+            self.refuse(("min_step", "max_step"), "goes with a tolerance only; without one all steps are equal")
         if self.min_step is not None and self.max_step is not None and self.min_step > self.max_step:
             raise Wrong("min_step", self.min_step, f"must not be above max_step = {self.max_step}")
-        if self.spectral_radius != DEFAULT_RADIUS and self.scheme != "generalized-alpha":
-            raise Wrong("spectral_radius", self.spectral_radius, f"goes with 'generalized-alpha', not '{self.scheme}'")
+        if self.scheme != "generalized-alpha":
+            self.refuse(["spectral_radius"], f"goes with 'generalized-alpha', not '{self.scheme}'")
         return self
 
 
@@ -118,8 +143,8 @@ class Solver(Section):
     petsc: Annotated[dict[str, Any], AfterValidator(checked)] = key(
         "options of PETSc's nonlinear and linear solvers; allowed ones: petsc_options", default={}
     )
-    step_tolerance: Tolerance = key("Newton convergence tolerance, relative to typical magnitudes", "1", default=1e-9)
-    quadrature_degree: Degree | None = key(
+    step_tolerance: q.Tolerance = key("Newton convergence tolerance, relative to typical magnitudes", "1", default=1e-9)
+    quadrature_degree: q.Degree | None = key(
         "quadrature degree on the cable; absent: chosen from position_degree", "1", default=None
     )
     keep_jacobian: bool = key("in runs, reuse the Jacobian as long as Newton converges fast with it", default=True)
@@ -128,7 +153,7 @@ class Solver(Section):
         "1",
         default=2,
     )
-    hull_quadrature_degree: Degree = key(
+    hull_quadrature_degree: q.Degree = key(
         "quadrature degree on hull cells cut by the surface; a third of it on wet ones", "1", default=17
     )
 
@@ -151,14 +176,14 @@ SEVERAL = ("cable", "buoy")
 class Scene(Section):
     """A complete scene."""
 
-    title: Title = key("title of the scene in figures and tables", default="")
-    gravity: Gravity = key("gravitational acceleration", "m/s^2", default=9.81)
+    title: q.Title = key("title of the scene in figures and tables", default="")
+    gravity: q.Gravity = key("gravitational acceleration", "m/s^2", default=9.81)
     sea: Sea | None = None
     cable: Cables | None = None
     buoy: Buoys | None = None
     joint: list[Joint] | None = None
     library: str | None = key("TOML file of user-defined materials, one table of keys per name", default=None)
-    material: dict[Name, Material] | None = None
+    material: dict[q.Name, Material] | None = None
     waves: Waves | None = None
     current: Current | None = None
     wind: Wind | None = None
@@ -209,7 +234,7 @@ class Scene(Section):
 
     @cached_property
     def network(self) -> Network:
-        """What hangs together with what, resolved: pieces of line, joints, bodies and buoys."""
+        """Resolved topology: pieces of line, joints, bodies and buoys."""
         return resolved(self)
 
     def model_copy(self, **how):

@@ -1,11 +1,11 @@
-"""What pydantic finds wrong with a scene, as one sentence."""
+"""Errors that pydantic finds in a scene, as one sentence."""
 
 from pydantic import ValidationError
 
 from ..errors import InputError
 from .keys import list_keys
 from .quantities import Missing, Wrong
-from .section import section_in
+from .section import sections_in
 from .sections import SEVERAL, Scene
 
 #: What else a key takes, where the message speaks only of its numbers.
@@ -58,7 +58,7 @@ def sentence(error: ValidationError, data: dict | None = None) -> str:
 
 
 def _name_of(location, data):
-    """What stands for the number of a table of which a scene may have several: nothing of the only one, else its name
+    """Replacement of the number of a table of which a scene may have several: nothing for the only one, else its name
     if it has one."""
     tables = (data or {}).get(location[0]) if location[:1] and location[0] in SEVERAL else None
     if len(location) < 2 or not location[1].isdigit() or location[0] not in SEVERAL:
@@ -79,7 +79,7 @@ def shown(value) -> str:
 
 
 def _meaning(location):
-    """What a key is; point_masses.0.mass is a key of the section in the list."""
+    """Description of a key; point_masses.0.mass is a key of the section in the list."""
     row = next((row for row in list_keys() if row.name == ".".join(p for p in location if not p.isdigit())), None)
     return f"{row.description} [{row.unit}]".removesuffix(" []").removesuffix(" [1]") if row else "a section"
 
@@ -100,5 +100,5 @@ def _fields(location) -> list[str]:
     model = Scene
     for part in location:
         info = model.model_fields.get(part)
-        model = section_in(info.annotation) or model if info else model
+        model = next(iter(sections_in(info.annotation)), model) if info else model
     return sorted(model.model_fields)

@@ -82,7 +82,7 @@ def stepping_of(scene: Scene) -> Stepping:
 
 
 def largest_step(scene: Scene) -> float | None:
-    """Of an adaptive run of the scene, whatever its first one; None if it has no length."""
+    """Largest step of an adaptive run of the scene [s]; None if the run has no length."""
     return scene.time.max_step or scene.time.end / 10 or None
 
 
@@ -129,7 +129,7 @@ def ramp_of(scene: Scene) -> float:
 
 
 def _moved(scene):
-    """What moves or pulls ends of lines."""
+    """Ends of lines that are moved or pulled."""
     return [end.top for piece in scene.network.pieces for end in piece.ends if end.top and end.kind != "fixed"]
 
 

@@ -5,6 +5,7 @@ their numbers: it is complete without them.
 """
 
 import os.path
+from collections.abc import Callable
 from pathlib import Path
 
 from .mesh_file import Named, check_netcdf, inside
@@ -15,27 +16,19 @@ MOST_BYTES = 20_000_000
 
 
 def spectrum_of(value):
-    """What `waves.spectrum` may be, with the contents of a file in place of its name.  Raises ValueError."""
+    """Value of `waves.spectrum` with the contents of a file in place of its name.  Raises ValueError."""
     name = value.name if isinstance(value, Named) else value
     if name in FORMULAS if isinstance(name, str) else not _is_file(value):
         return name
     path = _path(value, f"{' or '.join(map(repr, FORMULAS))}, a table, or the name of a file")
-    return _directional(path) if _is_netcdf(path) else _columns(path, 2)
+    with path.open("rb") as file:
+        is_netcdf = file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+    return _directional(path) if is_netcdf else _columns(path, 2)
 
 
-def components_of(value):
-    """What `waves.components` may be, likewise: four columns."""
-    return _columns(_path(value, "a number, a table, or the name of a file"), 4) if _is_file(value) else value
-
-
-def elevation_of(value):
-    """What `waves.elevation` may be, likewise: two columns."""
-    return _columns(_path(value, "a table, or the name of a file"), 2) if _is_file(value) else value
-
-
-def motion_of(value):
-    """What `motion` of an end that is held may be, likewise: four columns."""
-    return _columns(_path(value, "a table, or the name of a file"), 4) if _is_file(value) else value
+def columns_of(count: int, allowed: str) -> Callable:
+    """Validator of a key that may name a text file of some columns: their rows in place of its name."""
+    return lambda value: _columns(_path(value, allowed), count) if _is_file(value) else value
 
 
 def _is_file(value):
@@ -77,11 +70,6 @@ def _columns(path, count):
     if not rows:
         raise ValueError(f"its file must hold rows of {count} numbers")
     return rows
-
-
-def _is_netcdf(path):
-    with path.open("rb") as file:
-        return file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
 
 
 def _directional(path):

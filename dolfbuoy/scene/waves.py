@@ -5,22 +5,10 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from .quantities import (
-    Angle,
-    Component,
-    Duration,
-    Frequency,
-    Instant,
-    Missing,
-    Multiple,
-    Period,
-    SpectralDensity,
-    SpectrumRow,
-    Wavelength,
-    Wrong,
-)
+from . import quantities as q
+from .quantities import Missing, Wrong
 from .section import Section, key
-from .wave_files import FORMULAS, components_of, elevation_of, spectrum_of
+from .wave_files import FORMULAS, columns_of, spectrum_of
 
 MOST_COMPONENTS = 10_000
 MOST_INSTANTS = 200_000
@@ -29,11 +17,11 @@ MOST_INSTANTS = 200_000
 class DirectionalSpectrum(Section):
     """A spectrum over frequencies and directions, as a netCDF file with efth(freq, dir) holds it."""
 
-    frequency: Annotated[list[Frequency], Field(max_length=1000)] = key("frequencies in ascending order", "Hz")
-    direction_deg: Annotated[list[Angle], Field(max_length=1000)] = key(
+    frequency: Annotated[list[q.Frequency], Field(max_length=1000)] = key("frequencies in ascending order", "Hz")
+    direction_deg: Annotated[list[q.Angle], Field(max_length=1000)] = key(
         "directions of propagation in ascending order, counterclockwise from x", "deg"
     )
-    density: Annotated[list[list[SpectralDensity]], Field(max_length=1000)] = key(
+    density: Annotated[list[list[q.SpectralDensity]], Field(max_length=1000)] = key(
         "spectral density, one row per frequency with one number per direction", "m^2/Hz/deg"
     )
 
@@ -52,16 +40,20 @@ class DirectionalSpectrum(Section):
 
 Spectrum = Annotated[
     Literal["jonswap", "pierson-moskowitz"]
-    | Annotated[list[SpectrumRow], Field(max_length=10_000)]
+    | Annotated[list[q.SpectrumRow], Field(max_length=10_000)]
     | DirectionalSpectrum,
     BeforeValidator(spectrum_of),
 ]
 Components = Annotated[
     Annotated[int, Field(gt=0, le=MOST_COMPONENTS)]
-    | Annotated[list[Component], Field(min_length=1, max_length=MOST_COMPONENTS)],
-    BeforeValidator(components_of),
+    | Annotated[list[q.Component], Field(min_length=1, max_length=MOST_COMPONENTS)],
+    BeforeValidator(columns_of(4, "a number, a table, or the name of a file")),
 ]
-Record = Annotated[list[Instant], Field(max_length=MOST_INSTANTS), BeforeValidator(elevation_of)]
+Record = Annotated[
+    list[q.Instant],
+    Field(max_length=MOST_INSTANTS),
+    BeforeValidator(columns_of(2, "a table, or the name of a file")),
+]
 
 #: What a sea is made of, in the words of its keys.
 REGULAR, SPECTRUM, COMPONENTS, ELEVATION = "period", "spectrum", "components", "elevation"
@@ -79,11 +71,11 @@ class Waves(Section):
         "wave amplitude a, half the height", "m", default=None
     )
     height: Annotated[float, Field(ge=0, le=2e4)] | None = key("wave height, trough to crest", "m", default=None)
-    period: Period | None = key("period of a regular wave", "s", default=None)
-    wavelength: Wavelength | None = key("wavelength; absent: from the dispersion relation", "m", default=None)
-    direction_deg: Angle = key("direction of propagation, counterclockwise from x", "deg", default=0.0)
-    phase_deg: Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
-    ramp: Duration = key("ramp-up time of the waves", "s", default=0.0)
+    period: q.Period | None = key("period of a regular wave", "s", default=None)
+    wavelength: q.Wavelength | None = key("wavelength; absent: from the dispersion relation", "m", default=None)
+    direction_deg: q.Angle = key("direction of propagation, counterclockwise from x", "deg", default=0.0)
+    phase_deg: q.Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
+    ramp: q.Duration = key("ramp-up time of the waves", "s", default=0.0)
     stretching: Literal["wheeler", "vertical", "none"] = key(
         "extrapolation of the wave kinematics above still water", default="wheeler"
     )
@@ -91,15 +83,11 @@ class Waves(Section):
         "frame of the periods in a current: intrinsic (water) or apparent (ground); absent: no Doppler shift",
         default=None,
     )
-    spectrum: Spectrum | None = key(
-        "wave spectrum, [[f, S], ...] or a file",
-        "Hz, m^2/Hz",
-        default=None,
-    )
+    spectrum: Spectrum | None = key("wave spectrum, [[f, S], ...] or a file", "Hz, m^2/Hz", default=None)
     significant_height: Annotated[float, Field(ge=0, le=1e4)] | None = key(
         "significant wave height Hs = 4 sqrt(m0)", "m", default=None
     )
-    peak_period: Period | None = key("peak period Tp of the spectrum", "s", default=None)
+    peak_period: q.Period | None = key("peak period Tp of the spectrum", "s", default=None)
     gamma: Annotated[float, Field(ge=1, le=100)] = key("JONSWAP peak-enhancement factor", "1", default=3.3)
     spreading: Annotated[float, Field(gt=0, le=1e4)] | None = key(
         "spreading exponent s of cos^2s(angle/2) about direction_deg; absent: long-crested", "1", default=None
@@ -112,7 +100,7 @@ class Waves(Section):
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key(
         "seed of the random phases, directions and amplitudes", "1", default=0
     )
-    band: Annotated[list[Multiple], Field(min_length=1, max_length=2)] | None = key(
+    band: Annotated[list[q.Multiple], Field(min_length=1, max_length=2)] | None = key(
         "frequency band [low, high] over the peak frequency; absent: 0.5 (a table: all) to 99.9 % of m0",
         "1",
         default=None,
@@ -133,11 +121,12 @@ class Waves(Section):
         if len(given) != 1:
             if not given:
                 raise Missing("period", "or spectrum, components or elevation of an irregular sea")
-            raise Wrong(given[1], _shown(getattr(self, given[1])), f"does not go with {given[0]}: give one of them")
+            value = getattr(self, given[1])
+            value = value if isinstance(value, str | int | float) else "..."
+            raise Wrong(given[1], value, f"does not go with {given[0]}: give one of them")
         for kind, names in _OF.items():
-            for name in names:
-                if kind != given[0] and getattr(self, name) != type(self).model_fields[name].default:
-                    raise Wrong(name, getattr(self, name), f"goes with {kind} only, not with {given[0]}")
+            if kind != given[0]:
+                self.refuse(names, f"goes with {kind} only, not with {given[0]}")
         if given[0] != REGULAR and self.stretching == "none":
             allowed = "goes with period only: above still water the exponentials of short waves grow without bound"
             raise Wrong("stretching", self.stretching, allowed)
@@ -160,9 +149,7 @@ class Waves(Section):
             raise Missing("amplitude", "or height, which is twice as much")
         if self.amplitude is not None and self.height is not None:
             raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
-        if self.band is not None or self.components != 200 or self.kinematics != "step":
-            name = next(n for n in ("band", "components", "kinematics") if getattr(self, n) not in (None, 200, "step"))
-            raise Wrong(name, getattr(self, name), "goes with an irregular sea only, not with period")
+        self.refuse(("band", "components", "kinematics"), "goes with an irregular sea only, not with period")
 
     def _spectrum(self):
         formula = self.spectrum in FORMULAS if isinstance(self.spectrum, str) else False
@@ -170,10 +157,10 @@ class Waves(Section):
             value = getattr(self, name)
             if formula and value is None:
                 raise Missing(name, f"spectrum = {self.spectrum!r} needs it")
-            if not formula and value is not None:
-                raise Wrong(name, value, "does not go with a table, which has its own")
-        if self.spectrum != "jonswap" and self.gamma != type(self).model_fields["gamma"].default:
-            raise Wrong("gamma", self.gamma, "goes with 'jonswap' only")
+            if not formula:
+                self.refuse([name], "does not go with a table, which has its own")
+        if self.spectrum != "jonswap":
+            self.refuse(["gamma"], "goes with 'jonswap' only")
         if isinstance(self.spectrum, DirectionalSpectrum) and self.spreading is not None:
             raise Wrong("spreading", self.spreading, "does not go with a spectrum that has directions")
         if isinstance(self.spectrum, list):
@@ -199,7 +186,7 @@ class Waves(Section):
 
     @property
     def irregular(self) -> bool:
-        """Whether it has more than one period."""
+        """True if it has more than one period."""
         return self.period is None
 
     @property
@@ -232,9 +219,5 @@ def _mean_period(times, heights):
 
 
 def _check_rising(name, values, least):
-    if len(values) < least or any(b <= a for a, b in itertools.pairwise(values)):
+    if len(values) < least or not q.is_rising(values):
         raise Wrong(name, "...", f"must hold at least {least} rows that rise")
-
-
-def _shown(value):
-    return value if isinstance(value, str | int | float) else "..."

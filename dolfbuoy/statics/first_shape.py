@@ -8,8 +8,8 @@ import numpy as np
 from ..errors import InputError
 from ..model.rigid import mooring_offset, rotation_of
 from ..scene import Scene
-from ..scene.initial import Initial
 from ..scene.network import End, Network
+from ..scene.sections import Initial
 
 #: Places that should be one may differ by this part of a length.
 SAME = 1e-6

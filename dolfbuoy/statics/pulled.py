@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import SolveError
-from ..model.seabed import Lying, stick_length
+from ..model.seabed import GroundedLength, stick_length
 from ..parallel.ranks import bcast
 from .damped import relax
 from .on_bed import UP
@@ -33,7 +33,7 @@ def pull(problem) -> None:
     """From the equilibrium without friction at hand to that of pulled lines.  Raises SolveError."""
     beds = [model.bed for model in (*problem.lines.groups, problem.bodies) if model]
     for bed in beds:
-        bed.rub()
+        bed.enable_friction()
     left = {}  #: piece that is held on the bed -> tension that its end carried and need not [N]
     for done in range(1, MOST_ROUNDS + 1):
         laying = _Laying(problem, left)
@@ -117,12 +117,12 @@ class _Laying:
         """Piece -> (end that is held on the bed, its place, what lies of the piece)."""
         found = {}
         for piece, end, _ in self.lines.held_ends():
-            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.lying(self.u, piece)
+            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
             if lies.length and self.bed.gap(place) <= lies.sag:
                 found.setdefault(piece, (end, place, lies))
         return found
 
-    def _follow(self, piece, near, found: Lying) -> Laid:
+    def _follow(self, piece, near, found: GroundedLength) -> Laid:
         """What lies of a piece and, over its far end, of those behind it."""
         L, ends = self.lines.sections[piece].length, [(found.first, found.foot), (found.s, found.touchdown)]
         (a, start), (b, end) = ends if near == 0 else [(L - s, place) for s, place in reversed(ends)]
@@ -133,7 +133,7 @@ class _Laying:
             return laid
         laid.joint = far.name
         for k, i in self.meetings[far.name]:
-            if k not in self.seen and (lies := self.lines.lying(self.u, k)).length:
+            if k not in self.seen and (lies := self.lines.grounded(self.u, k)).length:
                 self.seen.add(k)
                 laid.behind.append(self._follow(k, i, lies))
         return laid
