@@ -211,7 +211,7 @@ def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
         simulation.control = control or simulation.control
         if point is None and comm.rank == 0:
             folders.begin(folder, "run", scene)
-        recorder, done = Recorder(simulation, folder, point), False
+        recorder, done = Recorder(simulation, folder, point, corrected=_corrected(scene)), False
         try:
             for step, iterations in simulation.run():
                 recorder.add(step, iterations)
@@ -229,14 +229,24 @@ def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
     return _read(folder / "results.nc", comm, own=point is None)
 
 
+def _corrected(scene):
+    """Class of the trajectory without the error of the steps, if the scene asks for it and can have one."""
+    from .motion.corrected import Corrected, can_follow
+
+    wanted = scene.accuracy is not None and scene.accuracy.estimate in ("time", "both")
+    return Corrected if wanted and can_follow(scene) else None
+
+
 def _with_bars(record, scene, folder, comm):
     """The record of a finished run, with error bars if the scene asks for them."""
     if scene.accuracy is None or scene.accuracy.estimate == "none" or bcast(comm, "bar" in record):
         return record
     from .accuracy import bars, companion
 
+    coarse = None
     try:
-        coarse = _quietly(companion.companion_of(scene), comm)
+        if scene.accuracy.estimate != "time":
+            coarse = _quietly(companion.companion_of(scene), comm)
     except (SolveError, NoResult) as error:
         coarse = error
     return _put(record, bars.bars_of(record, scene, coarse), scene, folder) if comm.rank == 0 else record

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..results.measured import window_start
+from ..results.quantities import ERROR
 from ..results.series import OF_PART, Series
 from ..scene import Scene
 from .outputs import ANCHOR, Output, numbers_of, series_after, unit_of_series
@@ -29,6 +30,10 @@ LARGEST = 0.25
 RINGING = 0.006
 #: Rms difference over the standard deviation of a series beyond which the companion goes another way.
 LOST = 0.3
+#: An error of the steps (rms) that is so many times what the companion shows contradicts it.
+CONTRADICTED = 3
+#: Errors of which nothing is known.
+UNKNOWN = dict.fromkeys(FLOOR, math.nan)
 #: Newton's tolerance bounds its error up to here, by this share of it and of the range.
 BOUNDED, OF_NEWTON = 1e-4, 0.25
 
@@ -37,14 +42,17 @@ LOWEST = slice(2, 10)
 
 
 class Bar(NamedTuple):
-    """Half the width of an error bar and its verdict; newton, chance: its solver's part, and one seed's scatter, apart.
+    """Half the width of an error bar and its verdict, and what is known apart.
 
-    All in the unit of the output; nan where nothing is known.
+    time, space: parts of the steps and of the elements.  newton: bound of the solver's part.  chance: scatter of one
+    seed of a sea, no part of the bar.  All in the unit of the output; nan where nothing is known.
     """
 
     value: float
     bar: float
     verdict: str
+    time: float = math.nan
+    space: float = math.nan
     newton: float = math.nan
     chance: float = math.nan
 
@@ -58,12 +66,18 @@ def dataset_of(found: dict[Output, Bar], sentences: list[str], scene: Scene) -> 
 
 
 def bars_of(
-    record: "xr.Dataset", scene: Scene, companion: "xr.Dataset | Exception", ratio: float = 2.0
+    record: "xr.Dataset", scene: Scene, companion: "xr.Dataset | Exception | None", ratio: float = 2.0
 ) -> tuple[dict[Output, Bar], list[str]]:
-    """(Bar of each output, sentences about all of them); ratio: of the companion's steps and elements to the run's."""
+    """(Bar of each output, sentences about all of them).
+
+    companion: record of a coarser run, why it failed, or None where the steps' part alone is asked for.
+    ratio: of its steps and elements to the run's.
+    """
     start, end = window_start(scene), scene.time.end
-    whole, fine = series_after(record, start), {}
-    if isinstance(companion, Exception):
+    whole, fine, corrected = series_after(record, start), {}, series_after(corrected_of(record), start)
+    if companion is None:
+        coarse, reason = {}, "The elements' part of the errors is not estimated (accuracy.estimate)."
+    elif isinstance(companion, Exception):
         coarse, reason = {}, f"A run with twice the step and half the elements fails: {companion}"
     else:
         end = min(end, float(companion.time[-1]))
@@ -80,29 +94,49 @@ def bars_of(
             f"Bars are those of the run until {end:g} s, in proportion to the range of each series{later}."
         )
     found, far = {}, []
+    irregular = scene.waves is not None and scene.waves.irregular
     for (name, part), series in whole.items():
         both = (fine.get((name, part)), coarse.get((name, part)))
         divided = first if name == "tension_anchor" and _of_elements(scene) else factor
-        bars, lost = _of_series(series, *both, divided) if all(both) else (dict.fromkeys(FLOOR, math.nan), False)
+        total, rms, lost = _compared(series, *both, divided) if all(both) else (UNKNOWN, math.nan, False)
+        steps, of_steps_rms = _of_steps(series, corrected.get((name, part)))
+        doubtful, size = lost or of_steps_rms > CONTRADICTED * rms / divided, float(np.ptp(series.x))
         newton, chance = _newton(scene, series), _chance(scene, series)
         for number, value in numbers_of(series).items():
-            unseen = end < _instant(series, number) and scene.waves is not None and scene.waves.irregular
-            verdict = _verdict(bars[number], float(np.ptp(series.x)), reason, lost or unseen, series.noise)
-            found[Output(name, number, part)] = Bar(value, bars[number], verdict, newton, chance.get(number, math.nan))
+            bar, of_steps = max(abs(total[number]), FLOOR[number] * rms / divided), abs(steps[number])
+            unseen = irregular and end < _instant(series, number)
+            bar = of_steps if of_steps > bar else bar
+            verdict = _verdict(bar, size, reason, doubtful or unseen, series.noise)
+            parts = of_steps, abs(total[number] - steps[number]), newton, chance.get(number, math.nan)
+            found[Output(name, number, part)] = Bar(value, bar, verdict, *parts)
         far += [series.label] * lost
     if far and reason is None:
         sentences.append(f"Half as fine a run goes another way, so that bars are suspect: {', '.join(far)}.")
     return found, sentences
 
 
-def _of_series(series, fine, coarse, factor):
-    """({number: bar}, True if the companion goes another way) of a series; fine, coarse: until the same time."""
+def _compared(series, fine, coarse, factor):
+    """({number: its error}, rms difference, True if the companion goes another way); fine, coarse: until one time."""
     x = np.interp(coarse.t, fine.t, fine.x)
     rms = math.sqrt(np.mean((x - coarse.x) ** 2))
     share = np.ptp(series.x) / np.ptp(fine.x) if np.ptp(fine.x) > 0 else 1.0
     one, other = numbers_of(fine), numbers_of(coarse)
-    bars = {n: share * max(abs(one[n] - other[n]), FLOOR[n] * rms) / factor for n in FLOOR}
-    return bars, bool(rms > LOST * fine.standard_deviation and rms > 100 * series.noise)
+    lost = bool(rms > LOST * fine.standard_deviation and rms > 100 * series.noise)
+    return {n: share * (other[n] - one[n]) / factor for n in FLOOR}, share * rms, lost
+
+
+def _of_steps(series, corrected):
+    """({number: error that the steps make}, its rms over time), nan where that is not known."""
+    if corrected is None or not np.all(np.isfinite(corrected.x)):
+        return UNKNOWN, math.nan
+    one, other = numbers_of(series), numbers_of(corrected)
+    return {n: one[n] - other[n] for n in FLOOR}, math.sqrt(np.mean((series.x - corrected.x) ** 2))
+
+
+def corrected_of(record: "xr.Dataset") -> "xr.Dataset":
+    """The record without the errors of the steps that were found; empty of series without any."""
+    names = [name for name in record.data_vars if name + ERROR in record]
+    return record[names].assign({name: record[name] - record[name + ERROR] for name in names})
 
 
 def _instant(series, number):
@@ -191,6 +225,8 @@ def _variables(found):
     columns = {
         "bar_value": ([b.value for b in bars], "value of the output, after the ramp"),
         "bar": ([b.bar for b in bars], "half the width of its error bar; nan where nothing is known"),
+        "bar_time": ([b.time for b in bars], "part of the time steps; nan where it is not known apart"),
+        "bar_space": ([b.space for b in bars], "part of the elements; nan where it is not known apart"),
         "bar_newton": ([b.newton for b in bars], "bound of the solver's part of it; nan: not bounded"),
         "bar_statistics": ([b.chance for b in bars], "scatter over seeds of the sea, no part of the bar"),
     }

@@ -36,7 +36,7 @@ def series_after(record: "xr.Dataset", start: float, end: float = math.inf) -> d
             name, part = ANCHOR, series.label.removeprefix(f"{ANCHOR} of ")
         else:
             name, _, part = place_of(series.label)
-        if name != ANCHOR and not _counts(declared(name)):
+        if name != ANCHOR and not declared(name).has_outputs:
             continue
         kept = (series.t >= start - 1e-9 * max(abs(start), 1.0)) & (series.t <= end * (1 + 1e-9))
         if kept.sum() > 2:
@@ -50,10 +50,6 @@ def _anchors(record):
     sizes = np.linalg.norm(record.anchor_force.values, axis=-1)
     for name, x in zip(record.cable.values.tolist(), sizes.T, strict=True):
         yield Series(f"{ANCHOR} of {name}", record.time.values, x, 1e-9 * sizes.max())
-
-
-def _counts(quantity):
-    return bool(quantity.main or quantity.curves or quantity.compared or (quantity.summary and not quantity.component))
 
 
 def numbers_of(series: Series) -> dict[str, float]:

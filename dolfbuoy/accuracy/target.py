@@ -102,7 +102,7 @@ def check_names(scene: Scene) -> None:
     missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
     for name in scene.accuracy.of:
         series, _, number = name.rpartition(".")
-        known = [one for one in QUANTITIES.values() if series in (one.name, *one.series("xyz"))]
+        known = [one for one in QUANTITIES.values() if not one.effort and series in (one.name, *one.series("xyz"))]
         kind = "cable" if series == ANCHOR else known[0].kind if known else None
         if number not in NUMBERS or kind is None or kind in missing:
             raise InputError(

@@ -48,7 +48,7 @@ def run(
         str | None, typer.Option("--of", help="These outputs, with commas, as tension_top.max,cone_angle.std.")
     ] = None,
     bars: Annotated[
-        bool, typer.Option("--bars", help="Estimate error bars from a second run, at about half the cost of the first.")
+        bool, typer.Option("--bars", help="Estimate error bars, mostly from a second, coarser run: half as much again.")
     ] = False,
     resume: Annotated[
         Path | None, typer.Option("--resume", metavar="DIR", help="Go on with a run that was stopped, or lengthen it.")
@@ -62,7 +62,7 @@ def run(
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
     end = {} if t_end is None else {"time.end": t_end}
-    requested = {"accuracy.estimate": "companion"} if bars or accuracy is not None else {}
+    requested = {"accuracy.estimate": "both"} if bars or accuracy is not None else {}
     if accuracy is not None:
         from ..results.compare import parse_accuracy
 

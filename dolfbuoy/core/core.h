@@ -231,6 +231,7 @@ void make_histories(const void *context);
 void find_rates(const void *context);
 void advance(const void *context);
 void extrapolate(const void *context);
+void combine(const void *context);
 void copy_all(const void *context);
 void pick(const void *context);
 void widen(const void *context);

@@ -97,6 +97,13 @@ void extrapolate(const void *context)
             if (times[j] != times[i])
                 P->weights[i] *= (t - times[j]) / (times[i] - times[j]);
     }
+    combine(P);
+}
+
+/* out = the sum of weight x row; `out` may be one of the rows. */
+void combine(const void *context)
+{
+    const polynomial *P = context;
     add(P->out, P->rows, P->weights, P->count, 1, P->n);
 }
 

@@ -1,5 +1,7 @@
 """A scene in time: initial state, implicit steps, and what is retried when a step fails."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..elsewhere import MPI
@@ -34,7 +36,9 @@ class Simulation:
             self.problem = problem
             problem.change(scene)
         self.system, self.newton = self.problem.system, self.problem.newton
-        self.iterations, self._read_end_forces = 0, self._reader_of_end_forces()
+        self.iterations = 0
+        #: `end_forces` in arrays that stay in place.
+        self._read_end_forces, self.latest_end_forces = self.reader_of_end_forces()
         scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
         self.ropes = self._damped_ropes()
@@ -88,21 +92,20 @@ class Simulation:
             rate[self.past.place_of(self.problem.lines.part)] = velocity
         self.past.begin([rate])
 
-    def _reader_of_end_forces(self):
-        """A function that brings `latest_end_forces` up to date after a solve."""
+    def reader_of_end_forces(self) -> tuple[Callable[[], object], dict[str, np.ndarray]]:
+        """A function that reads `end_forces` after a residual was evaluated, and the arrays that stay in place."""
 
         def find():
             forces = self.problem.end_forces(fresh=False)
             return np.concatenate([np.zeros(0), *(force.ravel() for force in forces.values())])
 
-        flat, place = find(), 0
-        self.latest_end_forces = {}  #: `end_forces` in arrays that stay in place
+        flat, place, found = find(), 0, {}
         for name, force in self.problem.end_forces(fresh=False).items():
-            self.latest_end_forces[name] = flat[place : place + force.size].reshape(force.shape)
+            found[name] = flat[place : place + force.size].reshape(force.shape)
             place += force.size
         if self.comm.size > 1:
-            return lambda: np.copyto(flat, find())
-        return picked(traced(find, [self.system.u, self.system.last_residual]), flat)
+            return lambda: np.copyto(flat, find()), found
+        return picked(traced(find, [self.system.u, self.system.last_residual]), flat), found
 
     @property
     def end_forces(self) -> dict[str, np.ndarray]:
@@ -171,8 +174,8 @@ class Simulation:
         self.t, self.iterations = state["t"], state["iterations"]
         self.set_end_forces(state.get("end_forces", {}))
         self.newton.restore(state["newton"])
-        self.past.restore(_listed(state, "past"))
-        for memory, kept in zip(filter(None, self.memory), _listed(state, "memory"), strict=True):
+        self.past.restore(listed(state, "past"))
+        for memory, kept in zip(filter(None, self.memory), listed(state, "memory"), strict=True):
             for name, values in memory.items():
                 values[:] = kept[name]
         self.predictor = Predictor()
@@ -300,7 +303,7 @@ class Simulation:
             yield from self.advance(min(k * interval, time.end))
 
 
-def _listed(state, name):
+def listed(state, name):
     """Values of state[name], which a checkpoint gives back as a list, in order."""
     kept = state.get(name, [])
     return kept if isinstance(kept, list) else [kept[str(k)] for k in sorted(map(int, kept))]

@@ -13,8 +13,8 @@ from .html import paragraphs, section, table
 def worth(record, scene) -> Markup:
     """The section: settings, what the scheme leaves of free motions, and error bars if they were estimated."""
     rows = [
-        (f"{row.part}: {row.name}" if row.part else row.name, row.value, row.bar, row.unit, row.verdict, row.chance)
-        for row in rows_of(record)
+        (f"{r.part}: {r.name}" if r.part else r.name, r.value, r.bar, r.step, r.mesh, r.unit, r.verdict, r.chance)
+        for r in rows_of(record)
     ]
     unknown = (
         "The error of this run is not known: dolfbuoy run SCENE --bars estimates it, dolfbuoy advise SCENE measures "
@@ -28,7 +28,9 @@ def worth(record, scene) -> Markup:
         _periods(scene),
         tag("h3", "Error"),
         paragraphs(known),
-        table(("output", "value", "+-", "unit", "verdict", "scatter over seeds"), rows) if rows else None,
+        table(("output", "value", "+-", "step", "mesh", "unit", "verdict", "scatter over seeds"), rows)
+        if rows
+        else None,
     )
 
 

@@ -13,13 +13,18 @@ SHOWN = ("tension_top.max", "tension_anchor.max", "anchor.max", "cone_angle.max"
 
 
 class Row(NamedTuple):
-    """An output with its bar as text, in `unit`; part: name of the cable or buoy, empty if there is one only."""
+    """An output with its bar as text, in `unit`; part: name of the cable or buoy, empty if there is one only.
+
+    step, mesh: parts of the bar, empty where they are not known apart.
+    """
 
     part: str
     output: str
     name: str
     value: str
     bar: str
+    step: str
+    mesh: str
     unit: str
     verdict: str
     chance: str
@@ -29,19 +34,22 @@ def rows_of(record) -> list[Row]:
     """All outputs that have a bar or the reason why they have none; empty for a record without bars."""
     if "bar" not in record:
         return []
-    columns = ("output_of", "output", "bar_value", "bar", "bar_unit", "bar_verdict", "bar_statistics")
+    columns = ("output_of", "output", "bar_value", "bar", "bar_unit", "bar_verdict")
+    apart = ("bar_time", "bar_space", "bar_statistics")
     found = []
-    for part, output, value, bar, unit, verdict, chance in zip(
-        *(record[c].values.tolist() for c in columns), strict=True
+    for part, output, value, bar, unit, verdict, *more in zip(
+        *(record[c].values.tolist() for c in (*columns, *apart)), strict=True
     ):
         kind = next((k for k in ("cable", "buoy") if k in record.dims and part in record[k].values), None)
         alone = kind is None or record.sizes[kind] == 1
         series, _, number = output.rpartition(".")
         unit, factor = force_unit(value) if unit == "N" else (unit.replace("degree", "deg"), 1.0)
         texts = number_with(factor * value, factor * bar if verdict != "none" else math.nan)
-        scatter = "" if math.isnan(chance) else f"{factor * chance:.2g}"
+        step, mesh, scatter = ("" if math.isnan(x) else f"{factor * x:.2g}" for x in more)
         part = "" if alone else part
-        found.append(Row(part, output, f"{NUMBERS[number]} {_name(series)}", *texts, unit, verdict, scatter))
+        found.append(
+            Row(part, output, f"{NUMBERS[number]} {_name(series)}", *texts, step, mesh, unit, verdict, scatter)
+        )
     return found
 
 
@@ -50,9 +58,11 @@ def summary_rows(record) -> list[tuple[str, str, str]]:
     rows = []
     for row in rows_of(record):
         if row.output in SHOWN:
-            said = f"{row.value} +- {row.bar}" if row.bar else f"{row.value} (error not known)"
-            said += f", {row.verdict}" if row.verdict == "suspect" else ""
-            rows.append((f"{row.part}: {row.name}" if row.part else row.name, said, row.unit))
+            text = f"{row.value} +- {row.bar}" if row.bar else f"{row.value} (error not known)"
+            parts = [f"{name} {part}" for name, part in (("step", row.step), ("mesh", row.mesh)) if part]
+            text += f" ({', '.join(parts)})" if parts else ""
+            text += f", {row.verdict}" if row.verdict == "suspect" else ""
+            rows.append((f"{row.part}: {row.name}" if row.part else row.name, text, row.unit))
     return rows
 
 

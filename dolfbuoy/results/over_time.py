@@ -6,7 +6,7 @@ import numpy as np
 
 from ..scene.settings import period_of
 from .drawing import FIGURES, at_least, draws, figure_of, legend_above
-from .quantities import QUANTITIES, Quantity
+from .quantities import ERROR, QUANTITIES, Quantity
 from .series import unwrapped
 from .style import COLORS, COLUMN, Figure, new_figure
 from .tables import force_unit, unit_of
@@ -19,9 +19,10 @@ MANY_PERIODS = 6
 def tension(record, scene=None) -> Figure:
     """Figs. 6 (right) and 9 (left): tension at both ends of the cable."""
     unit, factor = force_unit([record.tension_top, record.tension_anchor])
+    errors = [_error(record, name, factor) for name in ("tension_top", "tension_anchor")]
     curves = [
-        (factor * record.tension_top.values, "-", COLORS["blue"], r"$|\mathbf{T}_{bnd}|$, upper end"),
-        (factor * record.tension_anchor.values, "--", COLORS["red"], r"$T_h(0)$, anchor"),
+        (factor * record.tension_top.values, "-", COLORS["blue"], r"$|\mathbf{T}_{bnd}|$, upper end", errors[0]),
+        (factor * record.tension_anchor.values, "--", COLORS["red"], r"$T_h(0)$, anchor", errors[1]),
     ]
     return _over_time(record, scene, [(f"tension [{unit}]", curves)])
 
@@ -30,7 +31,8 @@ def tension(record, scene=None) -> Figure:
 def heave(record, scene=None) -> Figure:
     """Figs. 7 and 9 (right): height of C and of the water above it, and their difference."""
     z = record.buoy_position.values[:, 2]
-    curves = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass")]
+    error = _error(record, "buoy_position", (0.0, 0.0, 1.0))
+    curves = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass", error)]
     if "surface_elevation" not in record:
         return _over_time(record, scene, [("height [m]", curves)])
     water = record.surface_elevation.values
@@ -46,7 +48,8 @@ def of_quantity(quantity: Quantity) -> Callable:
         values = record[quantity.name].values
         unit, factor = unit_of(values, quantity.unit.replace("degree", "°"))
         label = f"{quantity.name.replace('_', ' ')} [{unit}]"
-        return _over_time(record, scene, [(label, [(factor * values, "-", COLORS["blue"], None)])])
+        curve = factor * values, "-", COLORS["blue"], None, _error(record, quantity.name, factor)
+        return _over_time(record, scene, [(label, [curve])])
 
     draw.__name__, draw.__doc__ = quantity.name, f"Over time: {quantity.long_name}."
     return draws(quantity.name, part=quantity.kind)(draw)
@@ -60,14 +63,25 @@ cone_angle = FIGURES["cone_angle"] = of_quantity(QUANTITIES["cone_angle"])
 def roll_pitch_yaw(record, scene=None) -> Figure:
     """Turns of the buoy about x, y and z, each in a panel of its own."""
     panels = [
-        (f"{name} [°]", [(unwrapped(record, name), "-", COLORS[color], None)])
+        (f"{name} [°]", [(unwrapped(record, name), "-", COLORS[color], None, _error(record, name))])
         for name, color in (("roll", "blue"), ("pitch", "red"), ("yaw", "green"))
     ]
     return _over_time(record, scene, panels, height=1.2, enlarge=False)
 
 
+def _error(record, name, factor=1.0):
+    """Error of the steps over time, times a factor or one for each component, whose sum it is; None if not known."""
+    if name + ERROR not in record:
+        return None
+    values = record[name + ERROR].values
+    return factor * values if np.ndim(factor) == 0 else values @ np.array(factor)
+
+
 def _over_time(record, scene, panels, height=1.65, enlarge=True):
-    """One panel per (label, curves) over the same time; the end of the first one enlarged if there are many periods."""
+    """One panel per (label, curves) over the same time; the end of the first one enlarged if there are many periods.
+
+    curves: (values, line, color, label), and perhaps the error of the steps, which is a band on one side.
+    """
     t, period = record.time.values, period_of(scene)
     many = enlarge and period is not None and t[-1] - t[0] > MANY_PERIODS * period
     panels = panels + panels[:1] if many else panels
@@ -75,7 +89,9 @@ def _over_time(record, scene, panels, height=1.65, enlarge=True):
     rows = figure.subplots(len(panels), squeeze=False)[:, 0]
     for i, (axes, (label, curves)) in enumerate(zip(rows, panels, strict=True)):
         window = t >= t[-1] - 3 * period if many and i == len(panels) - 1 else np.ones(len(t), dtype=bool)
-        for values, line, color, name in curves:
+        for values, line, color, name, *errors in curves:
+            for error in (error for error in errors if error is not None):
+                axes.fill_between(t[window], values[window], (values - error)[window], color=color, alpha=0.3, lw=0)
             axes.plot(t[window], values[window], line, color=color, label=name, marker="." if len(t) < 3 else "")
         axes.set_ylabel(label)
         axes.margins(x=0.01)

@@ -75,6 +75,12 @@ class Quantity:
         return [f"{self.name}_{component}" for component in components] or [self.name]
 
     @property
+    def has_outputs(self) -> bool:
+        """True if numbers of its series are outputs, with error bars."""
+        shown = self.main or self.curves or self.compared or (self.summary and not self.component)
+        return bool(shown and self.over == "time")
+
+    @property
     def kind(self) -> str:
         """Its first dimension: "cable", "buoy", "joint", ...; empty if it has none."""
         return self.dims[0] if self.dims else ""
@@ -315,8 +321,27 @@ _ALL = (
     _component("wave_direction_deg", "degree", "direction towards which it runs, from x towards y"),
     _component("wave_phase_deg", "degree", "its phase in a cos(k.x - omega t + phase)"),
 )
+ERROR = "_error"
+
+
+def _error_of(one: Quantity) -> Quantity:
+    long_name = f"{one.name} minus what it were without the leading error of the time steps"
+    return Quantity(one.name + ERROR, one.dims, one.unit, long_name, turning=one.turning, effort=True)
+
+
+_ALL += tuple(_error_of(one) for one in _ALL if one.has_outputs or one.name == "anchor_force")
 #: By name; whatever is put in here is recorded and shown.
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+
+
+def errors(values: Mapping[str, np.ndarray], corrected: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Errors of quantities, by the names of those, from values of a run and of its corrected trajectory."""
+    found = {}
+    for name in values.keys() & corrected.keys():
+        if (error := QUANTITIES.get(name + ERROR)) is not None:
+            difference = values[name] - corrected[name]
+            found[error.name] = (difference + 180) % 360 - 180 if error.turning else difference
+    return found
 
 
 def over(*axes: str) -> dict[str, Quantity]:

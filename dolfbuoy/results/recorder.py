@@ -8,6 +8,7 @@ from ..elsewhere import MPI
 from ..parallel.ranks import allreduce, bcast
 from . import checkpoint
 from .observe import Observer, attributes
+from .quantities import errors
 from .record import Record
 from .running import Extremes
 
@@ -18,12 +19,13 @@ class Recorder:
     """Writes record and checkpoint of a Simulation, step by step; collective, the files belong to rank 0.
 
     Every `pause` seconds of wall time, and less often where that would cost more than the `share` of the run.  late:
-    the first time only after such a pause.
+    the first time only after such a pause.  corrected: function of the Simulation and a state that makes its
+    `motion.corrected.Corrected`; errors of the time steps are recorded then.
     """
 
     pause, share = 1.0, 0.02
 
-    def __init__(self, simulation, folder, point=None, late=False):
+    def __init__(self, simulation, folder, point=None, late=False, corrected=None):
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
         self.observer = Observer(simulation.problem, simulation.latest_end_forces)
         self._extremes = Extremes(simulation.problem)
@@ -36,6 +38,11 @@ class Recorder:
         self._end, self._tolerance = scene.time.end, 1e-6 * scene.time.step
         rows = max(1, min(ROWS, NUMBERS // (3 + self.observer.width)))
         self._rows, self._count = np.zeros((rows, 3 + self.observer.width)), 0
+        kept = point.states[simulation.comm.rank].get("corrected") if point else None
+        self._corrected = corrected(simulation, kept) if corrected else None
+        if corrected:
+            self._corrected_observer = Observer(simulation.problem, self._corrected.end_forces)
+            self._corrected_rows = np.zeros((rows, self.observer.width))
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
         if point is None:
             self.add(0.0, 0)
@@ -55,6 +62,9 @@ class Recorder:
         if self.root:
             row = self._rows[self._count]
             row[0], row[1], row[2], row[3:] = sim.t, step, iterations, noted
+        if self._corrected:
+            self._note_corrected(step, noted)
+        if self.root:
             self._count += 1
             if self._count == len(self._rows):
                 self._make_values()
@@ -63,13 +73,26 @@ class Recorder:
         if bcast(sim.comm, clock.monotonic() > self._next_save):
             self.save()
 
+    def _note_corrected(self, step, noted):
+        """As `noted`, of the corrected trajectory; nan where there is none."""
+        if step > 0 and self._corrected.follow(step):
+            noted = self._corrected_observer.note()
+            self._corrected.leave()
+        elif step > 0:
+            noted = np.nan
+        if self.root:
+            self._corrected_rows[self._count] = noted
+
     def _make_values(self):
         """Quantities of all instants that were noted go to the record."""
-        rows, self._count = self._rows[: self._count], 0
-        if len(rows) == 0:
+        rows, count, self._count = self._rows[: self._count], self._count, 0
+        if count == 0:
             return
-        values = {"time": rows[:, 0], "time_step": rows[:, 1], "newton_iterations": rows[:, 2]}
-        self.record.add(values | self.observer.values_of(rows[:, 3:]))
+        values = self.observer.values_of(rows[:, 3:])
+        if self._corrected:
+            values |= errors(values, self.observer.values_of(self._corrected_rows[:count]))
+        steps = {"time": rows[:, 0], "time_step": rows[:, 1], "newton_iterations": rows[:, 2]}
+        self.record.add(steps | values)
 
     def _add_frame(self):
         sim = self.simulation
@@ -83,7 +106,10 @@ class Recorder:
         """Bring all rows to the disk, then the state after the last one."""
         begin = clock.monotonic()
         comm = self.simulation.comm
-        states = comm.gather(self.simulation.state() | {"extremes": self._extremes.kept})
+        state = self.simulation.state() | {"extremes": self._extremes.kept}
+        if self._corrected:
+            state["corrected"] = self._corrected.state()
+        states = comm.gather(state)
         self._drift = allreduce(comm, self.simulation.quaternion_drift, MPI.MAX)  # the buoy is on one rank only
         self._parted = self.observer.parted(self._fixed)
         self.record.extremes = self._extremes.values(self.observer)

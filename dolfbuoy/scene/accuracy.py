@@ -11,8 +11,8 @@ from .section import Section, key
 class Accuracy(Section):
     """Error bars of the outputs of a run; without this section nothing is estimated."""
 
-    estimate: Literal["none", "companion"] = key(
-        "companion: from a second run with twice the step and half the elements", default="companion"
+    estimate: Literal["none", "time", "companion", "both"] = key(
+        "companion: from a second, coarser run; time: error of the steps over time; both", default="both"
     )
     target: Annotated[float, Field(ge=1e-5, le=0.5)] | None = key(
         "largest error of the outputs in `of`, relative; with it settings are found that reach it", "1", default=None
@@ -29,6 +29,6 @@ class Accuracy(Section):
             value = getattr(self, name)
             if value != type(self).model_fields[name].default and self.target is None:
                 raise Wrong(name, value, "goes with a target only")
-        if self.target is not None and self.estimate == "none":
-            raise Wrong("estimate", "none", "does not go with a target, which needs bars")
+        if self.target is not None and self.estimate in ("none", "time"):
+            raise Wrong("estimate", self.estimate, "does not go with a target, which needs bars")
         return self

@@ -118,7 +118,7 @@ class Newton:
         self.age = JacobianAge(keep_jacobian, self.numbers)
         self.direct = direct if system.comm.size == 1 else "mumps"
         self.x = system.numbering.vector()
-        self._f, before = self.x.duplicate(), np.zeros_like(system.u)
+        self._f, self._increment, before = self.x.duplicate(), self.x.duplicate(), np.zeros_like(system.u)
         self._go_back = copies([(system.u, before)])
         self.snes = self._create_snes()
         self.choose_solver(self.direct)
@@ -271,6 +271,24 @@ class Newton:
             raise SolveError(fault)
         return iterations
 
+    def follow(self, enough: float, most: int) -> bool:
+        """From `u` of the system, take increments with the matrix at hand, and evaluate the residual where they end.
+
+        True once one is smaller than `enough`, False if `most` of them are not.
+        """
+        system, x, increment = self.system, self.x, self._increment
+        x.setArray(system.scaled_start())
+        system.residual(x, self._f)
+        for _ in range(most):
+            self.snes.getKSP().solve(self._f, increment)
+            x.axpy(-1.0, increment)
+            system.residual(x, self._f)
+            if (size := increment.norm(PETSc.NormType.NORM_INFINITY)) <= enough:
+                return True
+            if not np.isfinite(size):
+                break
+        return False
+
     def _solve_as_best(self):
         """Iterations, and what is wrong: with the matrix at hand, else with new ones, else with pivoting."""
         iterations, reason = self._checked()
@@ -368,5 +386,5 @@ class Newton:
     def destroy(self):
         """Give PETSc's objects back, the system's too."""
         self.options.forget()
-        for item in (self.snes, self.x, self._f, self.system):
+        for item in (self.snes, self.x, self._f, self._increment, self.system):
             item.destroy()

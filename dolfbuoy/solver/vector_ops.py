@@ -72,6 +72,13 @@ def extrapolation(times: np.ndarray, rows: Sequence[np.ndarray], t: np.ndarray, 
     return work("extrapolate", "polynomial", {**fields, "out": out, "n": len(out)}, rows)
 
 
+def combination(out: np.ndarray, rows: Sequence[np.ndarray], weights: np.ndarray) -> Work:
+    """A function that puts the sum of weight x row into `out`, which may be a row; weights (rows,) may be changed."""
+    places = core().ffi.new("double *[]", [address(row) for row in rows])
+    fields = {"rows": places, "count": len(rows), "weights": weights, "out": out, "n": len(out)}
+    return work("combine", "polynomial", fields, rows)
+
+
 def picked(entries, out):
     """A function that picks numbers out of arrays: out[k] = factor * array[place].
 

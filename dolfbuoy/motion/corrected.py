@@ -1,0 +1,146 @@
+"""A second trajectory beside a run, without the leading error of its time steps.
+
+A scheme's rate is y_t - lag h^p y^(p+1).  With lag D^p y_t, from differences of the run's own rates, added to the
+histories of all derivatives, the same equations have the solution of this mesh without that error.  It stays so near
+the run's that one solve with the matrix Newton has left is enough, or a few where steps are long:
+
+    w = v - J^-1 F(v; h_w + lag D^p y_t),        v = u + (w - u extrapolated)
+
+Source: deferred correction; the truncation error is that of `Scheme.lag`.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from ..scene import Scene
+from ..solver.vector_ops import combination, copies, together
+from .history import Past
+from .schemes import Predictor, make_scheme, same_step
+from .simulation import Simulation, listed
+
+#: (-1)^j (p over j): differences of order p of the rates, newest first.
+DIFFERENCES = {1: (1.0, -1.0, 0.0), 2: (1.0, -2.0, 1.0)}
+
+#: Increments end with one of this size, relative to the unknowns' typical sizes; of so many at most.
+ENOUGH, MOST = 1e-3, 6
+
+
+def can_follow(scene: Scene) -> bool:
+    """True if a run of the scene can have a corrected trajectory.
+
+    Contact with a bed, lines that go slack or part and friction have no derivative in time, adaptive steps no equal
+    ones, and generalized-alpha no rates that are smooth enough.
+    """
+    smooth = all(p.section.slack == "compressive" and not p.section.fails_at for p in scene.network.pieces)
+    scheme = make_scheme(scene.time.scheme)
+    return smooth and scene.seabed is None and scene.time.tolerance is None and scheme.lag > 0
+
+
+class Corrected:
+    """The trajectory w that follows a Simulation of equal steps with backward Euler or BDF2.
+
+    Of scenes where nothing but the unknowns is remembered from step to step.  `end_forces`: forces that hold the ends
+    of each cable [N], (cable, 3), by their names in a record, of the latest step.
+    """
+
+    def __init__(self, simulation: Simulation, state: dict[str, Any] | None = None) -> None:
+        """state: of the one that followed the same run until now; without it the run is at its start."""
+        self.simulation, self.system = simulation, simulation.system
+        run, u = simulation.past, self.system.u
+        self.past = Past(simulation.problem.evolutions(), u, simulation.scheme)
+        self._difference, self._time = Predictor(), np.zeros(1)
+        self._older = [np.array(series.previous_rate) for series in run.series]  #: the run's rates before its last two
+        self._u, self._apart = u.copy(), np.zeros_like(u)
+        self.steps, self.follows = 0, True  #: follows: whether all steps were equal
+        self._read_end_forces, self.end_forces = simulation.reader_of_end_forces()
+        self._leave, self._made_for = copies([(u, self._u)]), None
+        if state is None:
+            self.past.restore(run.state())
+            self._difference.add(simulation.t, self._apart)
+        else:
+            self._restore(state)
+
+    # -- interruption -------------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """All that the rest of the run depends on; nothing is copied."""
+        known = {"steps": self.steps, "follows": self.follows, "past": self.past.state()}
+        older = {str(level): row for level, row in enumerate(self._older)}
+        return known | {"older": older, "difference": self._difference.state()}
+
+    def _restore(self, state):
+        self.past.restore(state["past"])
+        self._difference.restore(state["difference"])
+        self.steps, self.follows = int(state["steps"]), bool(state["follows"])
+        for row, kept in zip(self._older, listed(state, "older"), strict=True):
+            row[:] = kept
+
+    # -- steps --------------------------------------------------------------------------------------------------------
+
+    def follow(self, step: float) -> bool:
+        """Take the step that the run has just taken; `u` of the System is w until `leave`.
+
+        False, and `u` the run's, from the first step on that has another size, or is too long for this trajectory.
+        """
+        self.follows &= self.steps == 0 or same_step(self.past.series[0].step, step)
+        if not self.follows:
+            return False
+        self.past.prepare(step)
+        basis = self.past.operations, self._difference.count, self.steps + 1 < self.simulation.scheme.order
+        if self._made_for != basis:
+            self._make_functions()
+            self._made_for = basis
+        self._time[0] = self.simulation.t
+        self._begin()
+        self.follows = self.simulation.newton.follow(ENOUGH, MOST)
+        if not self.follows:
+            self.leave()
+            return False
+        self._accept()
+        self.past.count_step()
+        self._difference.counted()
+        self.steps += 1
+        return True
+
+    def leave(self) -> None:
+        """`u` of the System is the run's again."""
+        self._leave()
+
+    def _make_functions(self):
+        past, u = self.past.operations, self.system.u
+        predict, remember = self._difference.functions(self._time, self._apart)
+        make_histories, hand_over = past.begin
+        self._begin = together(
+            copies([(self._u, u)]),
+            make_histories,
+            *self._truncation(),
+            hand_over,
+            self.system.read_given,
+            predict,
+            combination(u, [u, self._apart], np.ones(2)),
+        )
+        self._accept = together(
+            combination(self._apart, [u, self._u], np.array([1.0, -1.0])),
+            self._read_end_forces,
+            *past.find_rates,
+            *past.accept,
+            remember,
+        )
+
+    def _truncation(self):
+        """Functions that add the run's truncation error to the histories, and then make older what are past rates."""
+        scheme, run, functions = self.simulation.scheme, self.simulation.past.series, []
+        gamma, _ = scheme.formula(self.simulation.scene.time.step)  # whatever the last digit of this step
+        weights = scheme.lag * np.array(DIFFERENCES[scheme.order])
+        if self.steps + 1 < scheme.order:  # the rates before the start are not those of any motion
+            weights[:] = 0.0
+        for level, series in enumerate(self.past.series):
+            rows, factors = [series.history], [np.ones(1)]
+            for below in range(level + 1):
+                rates = run[below].rate, run[below].previous_rate, self._older[below]
+                rows += [rate[: len(series.history)] for rate in rates]
+                factors.append(gamma ** (level - below) * weights)
+            functions.append(combination(series.history, rows, np.concatenate(factors)))
+        ages = [(older, series.previous_rate) for older, series in zip(self._older, run, strict=True)]
+        return [*functions, copies(ages)]
