@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 from ..meshes import HullShape
 from ..model.feasible import hanging_weight, shape_and_mass
-from ..model.hydrostatics import Floating, float_upright
-from ..model.rigid import MassProperties, weight_per_length
+from ..model.rigid import Floating, MassProperties, float_upright, weight_per_length
 from ..roots import brentq
 from ..scene.buoy import Buoy
 from ..scene.network import attached_ends

@@ -5,8 +5,7 @@ import math
 import numpy as np
 
 from ..linear import LARGEST_KR
-from ..model.airy import AirySum
-from ..model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
+from ..model.airy import AirySum, band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
 from ..model.sea import crest_height, main_propagation, wavenumber
 from ..results.extremes import components_needed, crests_of, largest_crest, memory_of
 from ..scene.waves import Waves

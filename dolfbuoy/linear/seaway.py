@@ -14,8 +14,7 @@ from scipy.sparse.linalg import splu
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
-from ..model.airy import AirySum
-from ..model.components import components_of
+from ..model.airy import AirySum, components_of
 from ..model.sea import heading, main_propagation
 from .drag import LinearDrag, Sea, Velocities
 from .linearisation import linearise

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
-from ..model.components import band_of, components_of, directions_at, is_spread, spectrum_of
+from ..model.airy import band_of, components_of, directions_at, is_spread, spectrum_of
 from ..scene.sentences import made
 from ..scene.waves import Waves
 

@@ -223,20 +223,9 @@ class Buoy(Model):
         test, reference = REST_ROWS.split(self.part.test), REST.split(self.reference)
         inertia = self._numbers.constant(lambda *_: max(self.mass.inertia))
         gauge = self.gauge = self._numbers.constant(lambda *_: np.prod(self._sizes()[1:3]))
-        tests = test.force, test.norm[0], test.torque
-        pose = reference.position, reference.orientation
-        F = body.equilibrium(
-            state.position,
-            state.quaternion,
-            force,
-            _or_zero(torque),
-            pose,
-            self.M,
-            inertia,
-            self.relaxation,
-            gauge,
-            tests,
-        )
+        loads, tests = (force, _or_zero(torque)), (test.force, test.norm[0], test.torque)
+        numbers = (reference.position, reference.orientation), self.M, inertia, self.relaxation, gauge
+        F = body.equilibrium(state.position, state.quaternion, *loads, *numbers, tests)
         if not attachments:
             F += body.held_horizontally(state.position, reference.position, gauge, test.force)
         return F, test.force, test.torque

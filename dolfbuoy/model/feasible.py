@@ -11,8 +11,7 @@ from ..errors import InputError
 from ..meshes import HullShape, cable_nodes, number_of_cells
 from ..scene import Scene
 from ..scene.buoy import Buoy
-from .hydrostatics import float_upright
-from .rigid import MassProperties, cross_section, mass_properties, shape_of, weight_per_length
+from .rigid import MassProperties, cross_section, float_upright, mass_properties, shape_of, weight_per_length
 
 #: Memory of a run: measured 1.9 to 2.4 kB for each unknown of a line, 0.7 MB for a buoy, whatever the scheme.
 PER_UNKNOWN, PER_BUOY = 1.9e3, 0.7e6

@@ -282,7 +282,8 @@ class Lines(Layout, Masses):
 
     def clock(self, time: np.ndarray, u: np.ndarray) -> list[Callable]:
         """Functions that bring the sea, and in u the ends that are held, to time[0]."""
-        ends = [(dofs, _motion(self.pieces[k].ends[i].top)) for k, i, dofs in self.held_ends() if len(dofs)]
+        tops = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
+        ends = [(dofs, motion_of(top) if top.kind == "prescribed" else top.position) for dofs, top in tops]
         now = time if self.stopped is None else self.stopped
         return [*self.sea.clock(time), *held(ends, now, u[self.part.slice])]
 
@@ -347,8 +348,3 @@ class Lines(Layout, Masses):
             compliance=1 / stiffness[mine],
             rest=1 / np.minimum(stiffness[mine], 0.1 * force),  # measured: the fewest iterations
         )
-
-
-def _motion(top):
-    """Motion of an end that is held, or its position [m]."""
-    return motion_of(top) if top.kind == "prescribed" else top.position

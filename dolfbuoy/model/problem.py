@@ -143,7 +143,7 @@ class Problem:
         for lines in self.lines.groups if self.lines else ():
             test, r = lines.part.test, lines.kinematics()[0]
             attached = [attachment for attachment in self.attachments if attachment.lines is lines]
-            forces = [attachment.end_force(_positions(test)) for attachment in attached]
+            forces = [attachment.end_force(ufl.split(test)[0]) for attachment in attached]
             found += [(lines.part, form) for form in (lines.residual(test), *forces, *lines.end_residuals(test))]
             found += [(attachment.line_part, attachment.position_equation(r)) for attachment in attached]
         if self.bodies:
@@ -301,11 +301,6 @@ class Problem:
     def destroy(self) -> None:
         """Give PETSc's objects back."""
         self.newton.destroy()
-
-
-def _positions(test):
-    """The part of a test function of the lines that belongs to positions."""
-    return ufl.split(test)[0]
 
 
 def _stretching_force(piece, weight):

@@ -14,8 +14,7 @@ from ..scene.buoy import Wind
 from ..solver import compat, vector_ops
 from ..solver.system import System
 from ..solver.unknowns import array_of
-from .airy import AirySum
-from .components import Propagation, components_of, current_speed, propagation
+from .airy import AirySum, Propagation, components_of, current_speed, propagation
 from .kinematics import Kinematics
 from .numbers import Numbers
 

@@ -84,14 +84,9 @@ def _rises(scene, number, heights, light):
             return True
         if end.kind == "buoy" and _is_above_water_line(scene, end):
             return True
-    return light and sum(highest) + _room(piece) > 2 * least
-
-
-def _room(piece):
-    """Vertical reach of a piece, up and down: its length, less by the distance of its ends if both are held [m]."""
-    low, high = piece.ends
+    low, high = piece.ends  # vertical reach, up and down: the length, less by the distance of two held ends
     across = math.dist(low.top.position[:2], high.top.position[:2]) if low.held and high.held else 0.0
-    return math.sqrt(max(piece.section.length**2 - across**2, 0.0))
+    return light and sum(highest) + math.sqrt(max(piece.section.length**2 - across**2, 0.0)) > 2 * least
 
 
 def _is_light(scene, cable):

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model import effects
+from ..model.airy import components_of
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
-from ..model.components import components_of
 from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends

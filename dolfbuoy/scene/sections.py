@@ -11,7 +11,6 @@ import tomli_w
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from . import quantities as q
-from .accuracy import Accuracy
 from .buoy import Buoy, BuoyStart, ExternalForce, Wind
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
 from .network import Network, check_network, resolved
@@ -134,6 +133,29 @@ class Time(Section):
             raise Wrong("min_step", self.min_step, f"must not be above max_step = {self.max_step}")
         if self.scheme != "generalized-alpha":
             self.refuse(["spectral_radius"], f"goes with 'generalized-alpha', not '{self.scheme}'")
+        return self
+
+
+class Accuracy(Section):
+    """Error bars of the outputs of a run; without this section nothing is estimated."""
+
+    estimate: Literal["none", "time", "companion", "both"] = key(
+        "companion: from a second, coarser run; time: error of the steps over time; both", default="both"
+    )
+    target: Annotated[float, Field(ge=1e-5, le=0.5)] | None = key(
+        "largest error of the outputs in `of`, relative; with it settings are found that reach it", "1", default=None
+    )
+    of: Annotated[list[q.Title], Field(max_length=100)] = key(
+        "outputs that must reach it, as tension_top.max; absent: largest tensions and cone angle", default=[]
+    )
+    rounds: Annotated[int, Field(ge=1, le=10)] = key("runs until it is given up", "1", default=4)
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if self.target is None:
+            self.refuse(("of", "rounds"), "goes with a target only")
+        elif self.estimate in ("none", "time"):
+            raise Wrong("estimate", self.estimate, "does not go with a target, which needs bars")
         return self
 
 

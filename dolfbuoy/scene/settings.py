@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
-from .broadcast import keys_of_lines
 from .quantities import number_of
 from .sections import SCHEMES, Solver
 
@@ -112,6 +112,33 @@ def _of_lines(scene, space):
         changes[f"{place}.elements"] = _share(piece.section.elements, factor)
         changes |= {f"{key}.position_degree": space.mu, f"{key}.tension_degree": space.nu}
     return changes
+
+
+def keys_of_lines(scene: Scene) -> list[str]:
+    """Key of the table of each cable: "cable" of the only one, else "cable.NAME"."""
+    return [scene.network.key_of(number) for number in range(len(scene.network.cables))]
+
+
+def everywhere(scene: Scene, key: str, value: Any) -> dict[str, Any]:
+    """Changes that give a key of a cable, buoy or joint this value in all of them, by their keys.
+
+    A cable's own key then stands for those of its segments and materials.
+    """
+    (section, _, leaf), lines = key.partition("."), keys_of_lines(scene)
+    buoys = [scene.network.key_of_buoy(name) for name in scene.network.buoys]
+    each = zip(lines, scene.cables, strict=True)
+    segments = {f"{line}.segments.{k}": s for line, cable in each for k, s in enumerate(cable.segments or [])}
+    if section == "cable":
+        removed = [*segments, *(f"material.{name}" for name in scene.material or {})]
+        return {f"{place}.{leaf}": None for place in removed} | {f"{line}.{leaf}": value for line in lines}
+    if section == "joint":
+        held = [f"{place}.body" for place, segment in segments.items() if segment.body is not None]
+        return {f"{place}.{leaf}": value for place in [*(f"joint.{j.name}" for j in scene.joint or []), *held]}
+    if section == "buoy" and leaf:
+        return {f"{buoy}.{leaf}": value for buoy in buoys}
+    if section in ("wind", "external_force"):
+        return {key: value} | {f"{buoy}.{key}": value for buoy in buoys}
+    return {key: value}
 
 
 def period_of(scene: Scene) -> float | None:

@@ -2,7 +2,7 @@
 
 import math
 
-from ..model.components import components_of, spectrum_of
+from ..model.airy import components_of, spectrum_of
 from ..results.compare import duration, percent
 from ..results.extremes import (
     DURATION,

@@ -26,7 +26,7 @@ from dolfbuoy.linear.moving import _changes_of_sign
 from dolfbuoy.linear.natural import check_smooth
 from dolfbuoy.linear.stiffness import mooring_stiffness
 from dolfbuoy.model import effects, feasible
-from dolfbuoy.model.components import current_felt
+from dolfbuoy.model.airy import current_felt
 from dolfbuoy.model.feasible import check_feasible, hanging_weight
 from dolfbuoy.model.growth import Growth
 from dolfbuoy.model.line_groups import LineGroups

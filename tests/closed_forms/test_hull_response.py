@@ -18,7 +18,7 @@ from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.linear.response import force, responses, small_waves
 from dolfbuoy.model.buoy import MOTION
 from dolfbuoy.model.feasible import shape_and_mass
-from dolfbuoy.model.hydrostatics import float_upright
+from dolfbuoy.model.rigid import float_upright
 
 HULL = reference("hull")
 RHO, G = 1025.0, 9.81

@@ -28,7 +28,7 @@ from ...results import measured as acc
 from ...results.style import COLORS, PAGE, PALETTE, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
-from ...scene.broadcast import everywhere
+from ...scene.settings import everywhere
 from ...solver import floor
 from .. import sea
 from ..study import Table

@@ -22,8 +22,7 @@ from ...results.compare import orders
 from ...results.style import PAGE, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import Scene, load_scene
-from ...scene.broadcast import everywhere
-from ...scene.settings import SCHEMES
+from ...scene.settings import SCHEMES, everywhere
 from ..study import Table
 
 #: Key of a row -> heading.

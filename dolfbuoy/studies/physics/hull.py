@@ -20,8 +20,8 @@ from ...linear.periods import natural_periods
 from ...linear.potential_flow import read_capytaine
 from ...linear.response import check_periods, response, responses, small_waves
 from ...model.feasible import shape_and_mass
-from ...model.hydrostatics import float_upright
 from ...model.prescribed_ends import adrift_nowhere
+from ...model.rigid import float_upright
 from ...parallel.cases import evaluate_all
 from ...scene import Scene, load_scene, settings
 from ...scene.sections import Initial
