@@ -146,7 +146,6 @@ class Buoy(Model):
         return self._numbers.constant(lambda scene, b: mooring_offset(b, fairlead))
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
         self.scene, self.section = scene, scene.network.buoys[self.name]
         self.mass = mass_properties(self.section)
         self._numbers.change(scene)
@@ -238,12 +237,10 @@ class Buoy(Model):
         return form if eta is None else form + self.one * eta * test[SUBMERGED - 1] * self.at_once
 
     def follow_water(self, system: System) -> None:
-        """The points of the hull follow the state of a System."""
         if self.hull is not None:
             self.hull.follow(system, self.state, self.fields)
 
     def publish_points(self) -> None:
-        """Put the points of the hull where the state's Function says: for forms that no System evaluates."""
         if self.hull is not None:
             self.hull.place_points(self.state, self.fields)
 
@@ -256,7 +253,6 @@ class Buoy(Model):
         return [*found, self.spin] if self.spin else found
 
     def begin(self, u: np.ndarray) -> None:
-        """Memory as at the start of a run."""
         self.memory["quaternion_drift"][:] = 0.0
 
     def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
@@ -298,7 +294,6 @@ class Buoy(Model):
         return max(length, line_length), max(weight, force)
 
     def blocks(self, line_length: float = 0.0, force: float = 0.0) -> list[Block]:
-        """Blocks of the 13 (or 7) numbers."""
         _, _, arm, speed = self._sizes()
         reach, force = self.reach_and_force(line_length, force)
         place = np.arange(self.part.slice.start, self.part.slice.stop)

@@ -36,7 +36,6 @@ class Evolution:
 
     @property
     def size(self) -> int:
-        """Number of entries."""
         return self.part.size
 
     def values(self, u: np.ndarray) -> np.ndarray:

@@ -187,7 +187,6 @@ class Layout(Pieces):
         return self.node_s
 
     def force_dofs(self) -> np.ndarray:
-        """Local unknowns that are tensions."""
         dofs = self.T_dofs.ravel()
         return dofs if self.mean_dofs is None else np.concatenate([dofs, self.mean_dofs])
 

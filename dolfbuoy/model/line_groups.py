@@ -101,11 +101,9 @@ class LineGroups(Pieces, Model):
         self.memory = {f"{name}_{k}": x for k, g in enumerate(self.groups) for name, x in g.memory.items()}
 
     def holder(self, piece: int) -> tuple[Lines, int]:
-        """(the Lines that have a piece of the scene, its number there)."""
         return self._holders[piece]
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
         self.network = scene.network
         for group in self.groups:
             group.change(scene)
@@ -142,11 +140,9 @@ class LineGroups(Pieces, Model):
         return [tuple(dofs + group.part.offset for dofs in group.end_dofs[k]) for group, k in found]
 
     def force_dofs(self) -> np.ndarray:
-        """Local unknowns that are tensions."""
         return np.concatenate([group.force_dofs() + group.part.offset for group in self.groups])
 
     def elimination_keys(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """As of `Lines`, the groups' pieces each in its turn."""
         found = [(dofs + group.part.offset, keys) for group in self.groups for dofs, keys in [group.elimination_keys()]]
         dofs = np.concatenate([dofs for dofs, _ in found])
         return dofs, [np.concatenate(parts) for parts in zip(*(keys for _, keys in found), strict=True)]
@@ -154,11 +150,9 @@ class LineGroups(Pieces, Model):
     # -- numbers ------------------------------------------------------------------------------------------------------
 
     def smallest_stretch(self, u: np.ndarray) -> float:
-        """Smallest 1 + T/EA of the owned cells that may be turned inside out."""
         return min(group.smallest_stretch(u) for group in self.groups)
 
     def one_sided_rows(self, force: float) -> OneSidedRows:
-        """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
         found = [(group, group.one_sided_rows(force)) for group in self.groups]
         parts = {name: [getattr(one, name) for _, one in found] for name in OneSidedRows.__dataclass_fields__}
         parts["rows"] = [one.rows + group.part.offset for group, one in found]
@@ -182,7 +176,6 @@ class _Growths:
 
     @property
     def factors(self) -> np.ndarray:
-        """(diameter, mass) of each owned element."""
         return np.concatenate([growth.factors for growth in self.groups])
 
     @factors.setter

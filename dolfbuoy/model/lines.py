@@ -171,7 +171,6 @@ class Lines(Layout, Masses):
         ]
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
         self.network, self.stopped = self._part_of(scene), None
         super().change(scene)
 
@@ -288,13 +287,11 @@ class Lines(Layout, Masses):
         return [*self.sea.clock(time), *held(ends, now, u[self.part.slice])]
 
     def begin(self, u: np.ndarray) -> None:
-        """Memory as at the start of a run."""
         if self.growth is not None:
             self.growth.begin(u)
         super().begin(u)
 
     def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
-        """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
         found = super().when_accepted(time, u)
         return found + ([lambda: self.parting.accept(u, time.item())] if self.parting is not None else [])
 
@@ -320,7 +317,6 @@ class Lines(Layout, Masses):
         return self.bed.grounded(u, line)
 
     def blocks(self, length: float, force: float) -> list[Block]:
-        """Blocks of w; `force` is a typical tension [N]."""
         L, h, first = self.longest, self.smallest_cell, self.part.offset
         moving = max(c.line_density for c in self.sections) * h * L
         blocks = [

@@ -235,7 +235,6 @@ class Landing(Bed):
         self._place = bodies.dofs
 
     def parameters_of(self, section: Body) -> ContactParameters:
-        """Contact parameters of a body at a joint."""
         return parameters_of_body(self.model.scene, section.mass, section.volume)
 
     def parameter_values(self) -> np.ndarray:
@@ -243,7 +242,6 @@ class Landing(Bed):
         return self._of_scene(lambda: np.array([self.parameters_of(body) for body in self.model.bodies]).T)
 
     def at(self, values: np.ndarray) -> np.ndarray:
-        """Values at the places of the bodies."""
         return values[self.model.dofs]
 
     def hold_body(self, name: str, place: np.ndarray) -> None:
@@ -280,7 +278,6 @@ class Seabed(Bed):
         return nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]
 
     def parameters_of(self, section: Cable) -> ContactParameters:
-        """Contact parameters of a metre of a line."""
         scene = self.model.scene
         return parameters_of_line(scene, section, self._of_scene(self._of_lines)[0])
 
@@ -296,7 +293,6 @@ class Seabed(Bed):
         return self._of_scene(self._of_lines)[1]
 
     def at(self, values: np.ndarray) -> np.ndarray:
-        """At the points (cells, points)."""
         return self.points.of(values[self.model.node_dofs])
 
     # -- numbers -------------------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """The section [buoy], and those of what acts on a buoy alone."""
 
 import itertools
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -23,7 +23,7 @@ class BuoyStart(Section):
     )
 
     @model_validator(mode="after")
-    def _turned(self):
+    def _turned(self) -> Self:
         if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
             raise Wrong("buoy_orientation", self.buoy_orientation, "must not be the zero quaternion")
         return self
@@ -54,7 +54,7 @@ class PointMass(Section):
     height: q.Height = key("height above the keel", "m")
 
 
-def _check_inertia(inertia):
+def _check_inertia(inertia: list[float]) -> None:
     if len(inertia) not in (2, 3):
         raise Wrong("inertia", inertia, "must be [transverse, axial] or [Ixx, Iyy, Izz]")
     moments = [inertia[0], *inertia] if len(inertia) == 2 else inertia
@@ -113,7 +113,7 @@ class Buoy(Section):
     initial: BuoyStart | None = None
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.fairleads == {}:
             raise Wrong("fairleads", {}, "must name a point or more, or be left out")
         if self.hull is not None:

@@ -1,8 +1,9 @@
 """The section [cable.top], and what a piece of line is once all of its keys have a value."""
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
@@ -16,10 +17,10 @@ from .wave_files import columns_of
 MOST_ROWS = 100_000
 
 
-def _rising(allowed):
+def _rising(allowed: str) -> Callable[[list[Any]], list[Any]]:
     """Validator of a table: its first column increases."""
 
-    def check(rows):
+    def check(rows: list[Any]) -> list[Any]:
         if not q.is_rising([row[0] for row in rows]):
             raise ValueError(allowed)
         return rows
@@ -57,7 +58,7 @@ class Top(Section):
     )
 
     @model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         if self.kind != "free" and self.position is None:
             raise Wrong("kind", self.kind, "needs a position")
         if self.kind == "prescribed":
@@ -68,7 +69,7 @@ class Top(Section):
             self.refuse(["force"], "goes with kind 'free' only")
         return self
 
-    def check_motion(self):
+    def check_motion(self) -> None:
         """Raises Wrong or Missing unless one motion is given, of three kinds."""
         given = [name for name in ("amplitude", "velocity", "motion") if getattr(self, name) is not None]
         if len(given) > 1:
@@ -77,7 +78,7 @@ class Top(Section):
             raise Missing("amplitude" if self.amplitude is None else "period", "a motion needs both")
         if not given:
             raise Wrong("kind", self.kind, "needs amplitude and period, a velocity or a motion")
-        if self.amplitude and math.tau * math.hypot(*self.amplitude) > FASTEST * self.period:
+        if self.amplitude and self.period and math.tau * math.hypot(*self.amplitude) > FASTEST * self.period:
             raise Wrong("period", self.period, f"must be longer: the motion must not be faster than {FASTEST:g} m/s")
         if any(math.dist(a[1:], b[1:]) > FASTEST * (b[0] - a[0]) for a, b in pairwise(self.motion or [])):
             raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
@@ -102,7 +103,7 @@ class FailsAt(Section):
     )
 
     @model_validator(mode="after")
-    def _one(self):
+    def _one(self) -> Self:
         if (self.time is None) == (self.tension is None):
             raise Missing("time", "or tension, and not both")
         if self.at is not None and self.time is None:
@@ -172,7 +173,7 @@ class Cable(Section):
     fails_at: FailsAt | None = None
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.damping and math.isinf(self.axial_stiffness):
             raise Wrong("damping", self.damping, "needs a finite axial_stiffness: an inextensible cable has no strain")
         if self.tension_degree >= self.position_degree:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 from .petsc_options import ALLOWED
-from .section import Section, is_by_name, sections_in
+from .section import Section, is_by_name, sections_in, unit_of
 from .sections import Scene
 
 
@@ -24,10 +24,9 @@ def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
     rows, ranges = [], model.model_json_schema()["properties"]
     for name, info in model.model_fields.items():
         if info.description:
-            unit = (info.json_schema_extra or {}).get("unit", "")
             stands = getattr(model, "resolved", model).model_fields.get(name, info)  # whose default holds
             default = "required" if stands.is_required() else _toml(stands.default)
-            rows.append(Key(prefix + name, unit, default, _range(ranges[name]), info.description))
+            rows.append(Key(prefix + name, unit_of(info), default, _range(ranges[name]), info.description))
         inside = f"{prefix}{name}.NAME." if is_by_name(info.annotation) else f"{prefix}{name}."
         for inner in sections_in(info.annotation):
             known = {row.name for row in rows}
@@ -75,7 +74,7 @@ def _toml(value: Any) -> str:
     return f"{value:g}" if isinstance(value, int | float) else "{}"
 
 
-def _range(schema: dict) -> str:
+def _range(schema: dict[str, Any]) -> str:
     """Range that a JSON schema allows, in words."""
     if "anyOf" in schema:
         return " or ".join(_range(choice) for choice in schema["anyOf"] if choice.get("type") != "null")

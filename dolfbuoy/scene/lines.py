@@ -1,15 +1,16 @@
 """The sections [cable] with its segments, [material.NAME] and [[joint]]."""
 
-from typing import Annotated, ClassVar
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar, Self, cast
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from .cable import MOTION, Cable, Top
 from .quantities import Coefficient, DragArea, Height, Name, Title, Vector, Volume, Wrong, finite_numbers
-from .section import Section, key
+from .section import Section, key, unit_of
 
 
-def _place(value):
+def _place(value: Any) -> Any:
     if isinstance(value, str):
         return value
     try:
@@ -27,14 +28,13 @@ SIZE = ("length", "elements", "grading")
 PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *SIZE))
 
 
-def _absent(model, names):
+def _absent(model: type[Section], names: Iterable[str]) -> dict[str, Any]:
     """Keys of a section as keys that may be absent: fields for create_model."""
     found = {}
     for name in names:
         info = model.model_fields[name]
-        unit = (info.json_schema_extra or {}).get("unit")
         annotation = Annotated[info.annotation, *info.metadata] if info.metadata else info.annotation
-        found[name] = annotation | None, key(info.description or "", unit, default=None)
+        found[name] = cast(Any, annotation) | None, key(info.description or "", unit_of(info) or None, default=None)
     return found
 
 
@@ -47,7 +47,11 @@ class Body(Section):
     added_mass: Coefficient = key("added-mass coefficient C_A, on the displaced mass", "1", default=0.0)
 
 
-class Material(create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))):
+#: Tables whose keys are those of Cable, and of Top for a joint.
+_Material: Any = create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))
+
+
+class Material(_Material):  # type: ignore[misc]  # pydantic makes its base
     """Material of a piece of line."""
 
     source: Title | None = key("source of the values", default=None)
@@ -59,21 +63,20 @@ class _Piece(Section):
     )
 
 
-class Segment(
-    create_model("_Segment", __base__=_Piece, **_absent(Cable, (*SIZE, *PHYSICAL)), body=(Body | None, None))
-):
-    """A piece of a cable, of one material."""
-
-
-_From = create_model(
-    "_From",
-    __base__=_Piece,
-    **_absent(Cable, Cable.model_fields),
-    **{"from": (Place | None, key("lower end (s = 0): [x, y, z], a joint or a buoy; absent: the anchor", "m", None))},
+_Segment: Any = create_model(
+    "_Segment", __base__=_Piece, **_absent(Cable, (*SIZE, *PHYSICAL)), body=(Body | None, None)
 )
 
 
-class Line(_From):
+class Segment(_Segment):  # type: ignore[misc]  # pydantic makes its base
+    """A piece of a cable, of one material."""
+
+
+_from = Place | None, key("lower end (s = 0): [x, y, z], a joint or a buoy; absent: the anchor", "m", None)
+_From: Any = create_model("_From", __base__=_Piece, **(_absent(Cable, Cable.model_fields) | {"from": _from}))
+
+
+class Line(_From):  # type: ignore[misc]  # pydantic makes its base
     """A cable: what it is made of, its finite elements, and what it hangs together with."""
 
     resolved: ClassVar = Cable  #: whose defaults hold where a key is absent
@@ -84,7 +87,7 @@ class Line(_From):
     segments: list[Segment] | None = key("segments from the lower end up, instead of length", default=None)
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         for name, other in (("from", "anchor"), ("to", "top")):
             if getattr(self, name) is not None and getattr(self, other) is not None:
                 raise Wrong(name, getattr(self, name), f"does not go with {other}: give one of them")
@@ -96,7 +99,7 @@ class Line(_From):
         return self
 
 
-_Joint = create_model(
+_Joint: Any = create_model(
     "_Joint",
     __base__=Body,
     name=(Name, key("name of the joint")),
@@ -104,16 +107,16 @@ _Joint = create_model(
 )
 
 
-class Joint(_Joint):
+class Joint(_Joint):  # type: ignore[misc]  # pydantic makes its base
     """A point where cables meet: free, with a body if it has mass or volume; held where it has a position."""
 
     @model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         if self.position is None:
             self.refuse((*MOTION, "phase_deg", "ramp"), "goes with a position, the middle of the motion")
             return self
         self.refuse(Body.model_fields, "goes with a free joint only, and this one has a position")
-        if self.held.kind == "prescribed":
+        if self.held is not None and self.held.kind == "prescribed":
             self.held.check_motion()
         return self
 

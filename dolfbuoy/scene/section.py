@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
 
 from .quantities import Wrong
 
@@ -30,6 +31,11 @@ def sections_in(annotation: Any) -> list[type[Section]]:
 def is_by_name(annotation: Any) -> bool:
     """True if a key holds a section for each name."""
     return get_origin(annotation) is dict or any(is_by_name(part) for part in get_args(annotation))
+
+
+def unit_of(info: FieldInfo) -> str:
+    """Unit of a key, empty if it is no number."""
+    return str(info.json_schema_extra.get("unit", "")) if isinstance(info.json_schema_extra, dict) else ""
 
 
 def key(description: str, unit: str | None = None, default: Any = ...) -> Any:

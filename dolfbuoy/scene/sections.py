@@ -5,7 +5,7 @@ A section that is missing is an effect that is off.  SI units; degrees only wher
 
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import tomli_w
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
@@ -45,7 +45,7 @@ class Current(Section):
     )
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if isinstance(self.profile, list):
             if len(self.profile) < 2 or not q.is_rising([z for z, _ in self.profile]):
                 raise Wrong("profile", self.profile, "must hold at least two rows [z, speed] with z increasing")
@@ -89,7 +89,7 @@ class Initial(BuoyStart):
     )
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.kind == "polyline" and self.points is None:
             raise Wrong("kind", self.kind, "needs points")
         if self.kind == "straight":
@@ -110,7 +110,9 @@ class Time(Section):
 
     end: q.Duration = key("end time of the run", "s")
     step: q.Step = key("time step; with a tolerance the first one", "s")
-    scheme: Literal[tuple(SCHEMES)] = key("time integration scheme", default="backward-euler")
+    scheme: Literal["backward-euler", "bdf2", "generalized-alpha"] = key(
+        "time integration scheme", default="backward-euler"
+    )
     spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key(
         "spectral radius at infinite frequency of generalized-alpha (numerical damping)", "1", default=0.8
     )
@@ -122,7 +124,7 @@ class Time(Section):
     output_every: q.Step | None = key("output interval of cable shapes; absent: end/200", "s", default=None)
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.end > MOST_STEPS * self.step:
             raise Wrong("step", self.step, f"must be at least end / {MOST_STEPS:g}, and end is {self.end:g}")
         if self.output_every is not None and self.end > MOST_STEPS * self.output_every:
@@ -151,7 +153,7 @@ class Accuracy(Section):
     rounds: Annotated[int, Field(ge=1, le=10)] = key("runs until it is given up", "1", default=4)
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.target is None:
             self.refuse(("of", "rounds"), "goes with a target only")
         elif self.estimate in ("none", "time"):
@@ -180,7 +182,7 @@ class Solver(Section):
     )
 
 
-def _as_list(value):
+def _as_list(value: Any) -> list[Any]:
     """One table is a list of one."""
     if isinstance(value, dict | Section):
         return [value]
@@ -217,8 +219,8 @@ class Scene(Section):
     solver: Solver = Solver()
 
     @model_validator(mode="after")
-    def _sections(self):
-        def need(section, other, why):
+    def _sections(self) -> Self:
+        def need(section: str, other: str, why: str) -> None:
             if getattr(self, section) is not None and getattr(self, other) is None:
                 raise Missing(other, f"[{section}] needs [{other}]: {why}")
 
@@ -245,7 +247,7 @@ class Scene(Section):
             raise Missing("buoy.hull", "the sea needs it")
         return self
 
-    def _check_slack(self, slack):
+    def _check_slack(self, slack: str) -> None:
         """Generalized-alpha keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap."""
         time = self.time
         if slack == "compressive" or time is None or time.scheme != "generalized-alpha":
@@ -259,7 +261,7 @@ class Scene(Section):
         """Resolved topology: pieces of line, joints, bodies and buoys."""
         return resolved(self)
 
-    def model_copy(self, **how):
+    def model_copy(self, **how: Any) -> Self:
         """A copy with some sections replaced, which resolves its network anew."""
         copied = super().model_copy(**how)
         copied.__dict__.pop("network", None)
@@ -275,24 +277,24 @@ class Scene(Section):
         """The tables of all buoys."""
         return self.buoy or []
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         """Scenes are equal if they are once all defaults are written out."""
         return self.to_dict() == other.to_dict() if isinstance(other, Scene) else NotImplemented
 
-    def to_dict(self, sections: set[str] | None = None) -> dict:
+    def to_dict(self, sections: set[str] | None = None) -> dict[str, Any]:
         """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
         found = _without_none(self.model_dump(include=sections))
         if "cable" in found:
             found["cable"] = [self._complete(table, k) for k, table in enumerate(found["cable"])]
         return {name: value[0] if name in SEVERAL and len(value) == 1 else value for name, value in found.items()}
 
-    def _complete(self, table, cable):
+    def _complete(self, table: dict[str, Any], cable: int) -> dict[str, Any]:
         """The table of a cable with all defaults, where neither segments nor a material stand for them."""
         names = {*SHARED, *SIZE, *PHYSICAL}
         names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
         section = self.network.pieces[self.network.first_of(cable)].section
         whole = _without_none(section.model_dump(include=names)) | table
-        return {name: whole[name] for name in type(self.cable[cable]).model_fields if name in whole}
+        return {name: whole[name] for name in Line.model_fields if name in whole}
 
     def to_toml(self) -> str:
         """The complete scene as a scene file."""
@@ -303,7 +305,7 @@ class Scene(Section):
         Path(path).write_text(self.to_toml(), encoding="utf-8")
 
 
-def _without_none(value):
+def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {k: _without_none(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple):

@@ -1,7 +1,8 @@
 """The section [waves]: a regular wave, or an irregular sea."""
 
 import itertools
-from typing import Annotated, Literal
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -26,7 +27,7 @@ class DirectionalSpectrum(Section):
     )
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         for name in ("frequency", "direction_deg"):
             _check_rising(name, getattr(self, name), 2)
         if self.direction_deg[-1] - self.direction_deg[0] >= 360:
@@ -116,7 +117,7 @@ class Waves(Section):
     )
 
     @model_validator(mode="after")
-    def _one_sea(self):
+    def _one_sea(self) -> Self:
         given = [name for name, there in self._kinds().items() if there]
         if len(given) != 1:
             if not given:
@@ -130,10 +131,13 @@ class Waves(Section):
         if given[0] != REGULAR and self.stretching == "none":
             allowed = "goes with period only: above still water the exponentials of short waves grow without bound"
             raise Wrong("stretching", self.stretching, allowed)
-        {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}.get(given[0], lambda: None)()
+        if (
+            check := {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}.get(given[0])
+        ) is not None:
+            check()
         return self
 
-    def _kinds(self):
+    def _kinds(self) -> dict[str, bool]:
         sea = {
             SPECTRUM: self.spectrum is not None,
             COMPONENTS: isinstance(self.components, list),
@@ -142,7 +146,7 @@ class Waves(Section):
         sized = self.amplitude is not None or self.height is not None
         return {REGULAR: self.period is not None or (sized and not any(sea.values()))} | sea
 
-    def _regular(self):
+    def _regular(self) -> None:
         if self.period is None:
             raise Missing("period", "period of a regular wave [s]")
         if self.amplitude is None and self.height is None:
@@ -151,7 +155,7 @@ class Waves(Section):
             raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
         self.refuse(("band", "components", "kinematics"), "goes with an irregular sea only, not with period")
 
-    def _spectrum(self):
+    def _spectrum(self) -> None:
         formula = self.spectrum in FORMULAS if isinstance(self.spectrum, str) else False
         for name in ("significant_height", "peak_period"):
             value = getattr(self, name)
@@ -170,8 +174,8 @@ class Waves(Section):
         if self.band is not None and len(self.band) == 2 and self.band[1] <= self.band[0]:
             raise Wrong("band", self.band, "must rise")
 
-    def _elevation(self):
-        times = [t for t, _ in self.elevation]
+    def _elevation(self) -> None:
+        times = [t for t, _ in self.elevation or []]
         _check_rising("elevation", times, 8)
         step = (times[-1] - times[0]) / (len(times) - 1)
         if any(abs(b - a - step) > 1e-3 * step for a, b in itertools.pairwise(times)):
@@ -192,32 +196,32 @@ class Waves(Section):
     @property
     def size(self) -> float:
         """Amplitude of a regular wave [m]."""
-        return self.amplitude if self.amplitude is not None else self.height / 2
+        return self.amplitude if self.amplitude is not None else (self.height or 0.0) / 2
 
     @property
     def main_period(self) -> float:
         """Period of the regular wave, or of what is highest in the sea [s]; of an elevation between its crests."""
-        if self.kind == REGULAR:
-            return self.period
-        if self.kind == COMPONENTS:
+        given = self.period or self.peak_period
+        if given is not None:
+            return given
+        if isinstance(self.components, list):
             return max(self.components)[1]
-        if self.kind == ELEVATION:
-            return _mean_period(*zip(*self.elevation, strict=True))
-        if self.peak_period is not None:
-            return self.peak_period
-        if isinstance(self.spectrum, list):
-            return 1 / max(self.spectrum, key=lambda row: row[1])[0]
-        sums = [sum(row) for row in self.spectrum.density]
-        return 1 / self.spectrum.frequency[sums.index(max(sums))]
+        if self.elevation is not None:
+            return _mean_period([t for t, _ in self.elevation], [eta for _, eta in self.elevation])
+        if isinstance(self.spectrum, DirectionalSpectrum):
+            sums = [sum(row) for row in self.spectrum.density]
+            return 1 / self.spectrum.frequency[sums.index(max(sums))]
+        rows = self.spectrum if isinstance(self.spectrum, list) else []
+        return 1 / max(rows, key=lambda row: row[1])[0]
 
 
-def _mean_period(times, heights):
-    """Between crossings of the mean, upwards; the whole record if there are not two."""
+def _mean_period(times: list[float], heights: list[float]) -> float:
+    """Mean period between upward crossings of the mean; the whole record if there are not two."""
     mean = sum(heights) / len(heights)
     crossings = [t for t, (a, b) in zip(times, itertools.pairwise(heights), strict=False) if a < mean <= b]
     return (crossings[-1] - crossings[0]) / (len(crossings) - 1) if len(crossings) > 1 else times[-1] - times[0]
 
 
-def _check_rising(name, values, least):
+def _check_rising(name: str, values: Sequence[float], least: int) -> None:
     if len(values) < least or not q.is_rising(values):
         raise Wrong(name, "...", f"must hold at least {least} rows that rise")
