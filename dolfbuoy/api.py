@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from .elsewhere import MPI
 from .errors import InputError, NoResult, NotAccurate, SolveError
-from .model.components import components_of
+from .model.airy import components_of
 from .model.prescribed_ends import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation

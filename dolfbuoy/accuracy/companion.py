@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..model.components import components_of, propagation
+from ..model.airy import components_of, propagation
 from ..results.measured import window_start
 from ..scene import Scene, load_scene
 from ..scene.settings import fitting, period_of, ramp_of, space_of, stepping_of, with_settings

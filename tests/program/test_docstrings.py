@@ -15,11 +15,9 @@ EXCUSED = (
     "accuracy",
     "forms",
     "meshes",
-    "model",
     "motion",
     "parallel",
     "results",
-    "scene",
     "solver",
     "writing",
 )

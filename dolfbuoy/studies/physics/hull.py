@@ -22,14 +22,14 @@ from ...linear.potential_flow import read_capytaine
 from ...linear.response import check_periods
 from ...linear.seaway import responses
 from ...model.feasible import shape_and_mass
-from ...model.hydrostatics import Floating, float_upright
 from ...model.prescribed_ends import adrift_nowhere
+from ...model.rigid import Floating, float_upright
 from ...parallel.cases import evaluate_all
 from ...results.style import COLORS, PAGE, Figure, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...scene.buoy import Buoy
-from ...scene.initial import Initial
+from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
 from ..study import Row, Table, refuse_network
@@ -56,7 +56,7 @@ def request(name: str | Scene, periods: str, direction: float | None, capytaine:
     if not math.isfinite(direction):
         raise InputError(f"--direction {direction:g}: must be a finite number.")
     runs = settings.parse_numbers("--runs", periods)
-    check_periods("--runs", runs)
+    check_periods("--runs", runs or [])
     if capytaine:
         flow, (_, mass), free = read_capytaine(capytaine), shape_and_mass(_buoy(scene)), _floating(scene)
         if free is None or free.GM <= 0:

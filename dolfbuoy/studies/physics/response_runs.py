@@ -17,8 +17,7 @@ from ...model.prescribed_ends import motion_of
 from ...model.sea import heading, wavenumber
 from ...scene import Scene
 from ...scene.cable import MOTION, Top
-from ...scene.initial import Initial
-from ...scene.sections import Time
+from ...scene.sections import Initial, Time
 from ...scene.waves import Waves
 from ...statics.catenary import Array
 from ..study import Row
