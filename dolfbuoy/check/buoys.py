@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from ..meshes import HullShape
 from ..model.feasible import hanging_weight, shape_and_mass
-from ..model.hydrostatics import Floating, float_upright
 from ..model.problem import Problem
-from ..model.rigid import MassProperties, weight_per_length
+from ..model.rigid import Floating, MassProperties, float_upright, weight_per_length
 from ..parallel.ranks import bcast
 from ..roots import brentq
 from ..scene import Scene

@@ -231,11 +231,11 @@ def _hanging(problem: Problem, report: "Report", cable: int, depth: float) -> No
 def _transverse(problem: Problem, report: "Report", line: Line) -> None:
     """Add the transverse modes of a taut line, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
     c, scene, comm, least, travel = line.material, problem.scene, problem.comm, math.inf, 0.0
-    added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
+    added = scene.sea.density * (cross_section(c) or 0.0) * c.added_mass if scene.sea else 0.0
     for lines, k in map(problem.lines.holder, line.pieces):
         u, swings = problem.system.u, lines.line_of_cell == k
         if lines.bed is not None:  # what lies does not swing
-            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.lying(u, k).s
+            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.grounded(u, k).s
         T, h = lines.mean_tension(u)[swings], np.diff(lines.cell_ends[swings], axis=1)[:, 0]
         thicker, heavier = lines.growth.factors[swings].T if lines.growth is not None else np.ones((2, len(T)))
         least = min(least, T.min(initial=math.inf))
@@ -253,7 +253,7 @@ def _on_bed(problem: Problem, report: "Report") -> None:
     several, friction = len(network.pieces) > 1, scene.seabed.friction if scene.seabed else 0.0
     below: dict[Any, float] = {}
     for k, piece in enumerate(network.pieces):
-        lies, held = lines.lying(problem.system.u, k), piece.ends[0].held
+        lies, held = lines.grounded(problem.system.u, k), piece.ends[0].held
         places: list[Any] = [end.top and end.top.position for end in piece.ends]
         of, about = (f" of {network.name_of(k)}", report.about(network.name_of(k))) if several else ("", report)
         ends = zip(places, piece.ends, strict=True)

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..linear import LARGEST_KR
-from ..model.airy import AirySum
-from ..model.components import band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
+from ..model.airy import AirySum, band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
 from ..model.sea import crest_height, main_propagation, wavenumber
 from ..model.spectra import Spectrum
 from ..results.extremes import components_needed, crests_of, largest_crest, memory_of

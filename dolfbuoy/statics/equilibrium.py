@@ -9,11 +9,10 @@ import numpy as np
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.feasible import check_feasible
-from ..model.hydrostatics import float_upright
 from ..model.lines import top_position
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
-from ..model.rigid import weight_per_length
+from ..model.rigid import float_upright, weight_per_length
 from ..model.seabed import has_friction
 from ..scene import Scene
 from .damped import relax

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..model.rigid import mooring_offset, rotation_of
 from ..scene import Scene
-from ..scene.initial import BuoyStart
+from ..scene.buoy import BuoyStart
 from ..scene.network import End, Network
 from .catenary import Array
 

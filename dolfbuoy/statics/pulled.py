@@ -18,7 +18,7 @@ import numpy as np
 
 from ..errors import SolveError
 from ..model.problem import Problem
-from ..model.seabed import Lying, stick_length
+from ..model.seabed import GroundedLength, stick_length
 from ..parallel.ranks import bcast
 from .catenary import Array
 from .damped import relax
@@ -35,7 +35,7 @@ def pull(problem: Problem) -> None:
     """Go from the equilibrium without friction to that of pulled lines.  Raises SolveError."""
     beds = [model.bed for model in (*problem.lines.groups, problem.bodies) if model]
     for bed in beds:
-        bed.rub()
+        bed.enable_friction()
     left: dict[int, float] = {}  #: piece that is held on the bed -> tension that its end carried and need not [N]
     for done in range(1, MOST_ROUNDS + 1):
         laying = _Laying(problem, left)
@@ -52,7 +52,7 @@ def pull(problem: Problem) -> None:
 
 @dataclass
 class Laid:
-    """Lying part of a piece that was laid from its end `near` on; distances are from there.
+    """GroundedLength part of a piece that was laid from its end `near` on; distances are from there.
 
     begin, end: of the part; along: unit vector from one to the other, in the plane of the bed; joint: name of that at
     the far end, if it lies down to there; onward: parts that were laid on from there.
@@ -110,17 +110,17 @@ class _Laying:
 
     # -- what lies -----------------------------------------------------------------------------------------------------
 
-    def _held_on_bed(self) -> dict[int, tuple[int, Array, Lying]]:
+    def _held_on_bed(self) -> dict[int, tuple[int, Array, GroundedLength]]:
         """Piece -> (end that is held on the bed, its place, lying part of the piece)."""
-        found: dict[int, tuple[int, Array, Lying]] = {}
+        found: dict[int, tuple[int, Array, GroundedLength]] = {}
         for piece, end, _ in self.lines.held_ends():
-            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.lying(self.u, piece)
+            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
             if lies.length and self.bed.gap(place) <= lies.sag:
                 found.setdefault(piece, (end, place, lies))
         return found
 
-    def _follow(self, piece: int, near: int, found: Lying) -> Laid:
-        """Lying part of a piece and, over its far end, of those onward."""
+    def _follow(self, piece: int, near: int, found: GroundedLength) -> Laid:
+        """GroundedLength part of a piece and, over its far end, of those onward."""
         L, ends = self.lines.sections[piece].length, [(found.first, found.foot), (found.s, found.touchdown)]
         (a, start), (b, end) = ends if near == 0 else [(L - s, place) for s, place in reversed(ends)]
         along = end - start - np.dot(end - start, self.n) * self.n
@@ -130,7 +130,7 @@ class _Laying:
             return laid
         laid.joint = far.name
         for k, i in self.meetings[far.name]:
-            if k not in self.seen and (lies := self.lines.lying(self.u, k)).length:
+            if k not in self.seen and (lies := self.lines.grounded(self.u, k)).length:
                 self.seen.add(k)
                 laid.onward.append(self._follow(k, i, lies))
         return laid

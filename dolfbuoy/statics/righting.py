@@ -14,7 +14,7 @@ from ..model.problem import Problem
 from ..roots import brentq
 from ..scene import Scene
 from ..scene.buoy import ExternalForce
-from ..scene.initial import Initial
+from ..scene.sections import Initial
 
 #: Sections of a scene that have no part in it.
 _ABSENT = dict.fromkeys(("cable", "joint", "seabed", "waves", "current", "wind", "external_force"))

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ..model.components import components_of, spectrum_of
+from ..model.airy import components_of, spectrum_of
 from ..results.compare import duration, percent
 from ..results.extremes import (
     DURATION,

@@ -15,12 +15,9 @@ EXCUSED = (
     "accuracy",
     "forms",
     "meshes",
-    "model",
     "motion",
-    "page",
     "parallel",
     "results",
-    "scene",
     "solver",
     "writing",
 )

@@ -30,7 +30,7 @@ from ...results import measured as acc
 from ...results.style import COLORS, PAGE, PALETTE, Figure, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
-from ...scene.broadcast import everywhere
+from ...scene.settings import everywhere
 from ...solver.floor import operations
 from .. import sea
 from ..study import Row, Table

@@ -23,8 +23,8 @@ from ...results.compare import orders
 from ...results.style import PAGE, Figure, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import Scene, load_scene
-from ...scene.broadcast import everywhere
 from ...scene.sections import SCHEMES
+from ...scene.settings import everywhere
 from ..study import Row, Table
 
 #: Key of a row -> heading.

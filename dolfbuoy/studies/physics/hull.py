@@ -1,6 +1,6 @@
 """A hull afloat and in small waves: hydrostatics, natural periods and response, moored and free.
 
-The response is that of the equations linearised about the equilibrium, `linear.response`.  Runs in time in small waves
+The response is that of the equations linearised about the equilibrium, `linear.seaway`.  Runs in time in small waves
 check it at a few periods; so does potential flow where its coefficients are given.
 """
 
@@ -17,19 +17,19 @@ import numpy as np
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...linear import LARGEST_KR
-from ...linear.linearisation import linearise
-from ...linear.periods import natural_periods
+from ...linear.periods import buoy_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import check_periods, response, responses, small_waves
+from ...linear.response import check_periods
+from ...linear.seaway import responses
 from ...model.feasible import shape_and_mass
-from ...model.hydrostatics import Floating, float_upright
 from ...model.prescribed_ends import adrift_nowhere
+from ...model.rigid import Floating, float_upright
 from ...parallel.cases import evaluate_all
 from ...results.style import COLORS, PAGE, Figure, legend_below, new_figure
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...scene.buoy import Buoy
-from ...scene.initial import Initial
+from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
 from ..study import Row, Table, refuse_network
@@ -56,7 +56,7 @@ def request(name: str | Scene, periods: str, direction: float | None, capytaine:
     if not math.isfinite(direction):
         raise InputError(f"--direction {direction:g}: must be a finite number.")
     runs = settings.parse_numbers("--runs", periods)
-    check_periods("--runs", runs)
+    check_periods("--runs", runs or [])
     if capytaine:
         flow, (_, mass), free = read_capytaine(capytaine), shape_and_mass(_buoy(scene)), _floating(scene)
         if free is None or free.GM <= 0:
@@ -140,16 +140,12 @@ def _hydrostatics(scene: Scene, _: Any) -> Row:
 
 def _response(scene: Scene, case: Row) -> Row:
     """Natural periods, and the response at every period."""
-    found, rows = linearise(scene, MPI.COMM_SELF, small_waves(scene, case["periods"][0])), []
-    try:
-        natural = natural_periods(found, case["direction"])
-        for one in (response(found, period, case["direction"]) for period in case["periods"]):
-            amplitudes = {name: getattr(one.motions, name) for name in MOTIONS}
-            rows.append({"period": one.period, "wavelength": 2 * math.pi / one.wavenumber})
-            for name, X in (amplitudes | {"pitch_over_slope": one.pitch_over_slope}).items():
-                rows[-1] |= _polar(name, X)
-    finally:
-        found.destroy()
+    natural, rows = buoy_periods(scene, direction_deg=case["direction"]), []
+    for one in responses(scene, case["periods"], case["direction"]):
+        amplitudes = {name: getattr(one.motions, name) for name in MOTIONS}
+        rows.append({"period": one.period, "wavelength": 2 * math.pi / one.wavenumber})
+        for name, X in (amplitudes | {"pitch_over_slope": one.pitch_over_slope}).items():
+            rows[-1] |= _polar(name, X)
     return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
 
 

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,7 @@ from ...model.prescribed_ends import motion_of
 from ...model.sea import heading, wavenumber
 from ...scene import Scene
 from ...scene.cable import MOTION, Top
-from ...scene.initial import Initial
-from ...scene.sections import Time
+from ...scene.sections import Initial, Time
 from ...scene.waves import Waves
 from ...statics.catenary import Array
 from ..study import Row
@@ -119,7 +118,7 @@ def harmonics(times: Array, values: Array, omega: float) -> Any:
     return cosine + 1j * sine
 
 
-def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, float]:
+def compared(own: Mapping[str, complex], run: Mapping[str, complex]) -> dict[str, float]:
     """Difference [%] of the linear amplitudes' sizes from those of a run, of all that moves compared with its like.
 
     Without yaw, which of most buoys nothing holds.
