@@ -58,11 +58,11 @@ def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[d
 def _bed(scene: Scene, network: Network, note: Callable[..., Any]) -> dict[str, Any]:
     if scene.seabed is None:
         return {"kBot": 0, "cBot": 0}
-    from ..model.seabed import grip_of_line, hardness
+    from ..model.seabed import hardness, parameters_of_line
 
     sections = [piece.section for piece in network.pieces]
     k_b = hardness(scene, sections)
-    grips = [(grip_of_line(scene, section, k_b), section) for section in sections]
+    grips = [(parameters_of_line(scene, section, k_b), section) for section in sections]
     damping = max(grip.damping / (section.diameter or math.nan) for grip, section in grips)
     note("seabed.damping_ratio: MoorDyn's damping of the bed acts at once on contact and not with the penetration")
     found = {"kBot": float(k_b), "cBot": float(damping)}

@@ -20,8 +20,7 @@ from ..errors import InputError
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
-from ..scene.initial import Initial
-from ..scene.sections import Scene
+from ..scene.sections import Initial, Scene
 from ..scene.waves import Waves
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 

@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
-from ..model.airy import AirySum
-from ..model.components import components_of
+from ..model.airy import AirySum, components_of
 from ..model.sea import heading, main_propagation
 from ..scene.sections import Scene
 from ..scene.waves import Waves

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model.components import Components, band_of, components_of, directions_at, is_spread, spectrum_of
+from ..model.airy import Components, band_of, components_of, directions_at, is_spread, spectrum_of
 from ..scene.sections import Scene
 from ..scene.sentences import made
 from ..scene.waves import Waves

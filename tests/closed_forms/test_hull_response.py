@@ -19,7 +19,7 @@ from dolfbuoy.linear.response import force, small_waves
 from dolfbuoy.linear.seaway import responses
 from dolfbuoy.model.buoy import MOTION
 from dolfbuoy.model.feasible import shape_and_mass
-from dolfbuoy.model.hydrostatics import float_upright
+from dolfbuoy.model.rigid import float_upright
 
 HULL = reference("hull")
 RHO, G = 1025.0, 9.81
