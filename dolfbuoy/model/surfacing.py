@@ -33,7 +33,12 @@ def surfacing(scene) -> list[str]:
     network, heights, cables = scene.network, _heights(scene), range(len(scene.network.cables))
     light = {cable for cable in cables if _is_light(scene, cable)}
     rises = {p.cable for k, p in enumerate(network.pieces) if _rises(scene, k, heights, p.cable in light)}
-    return [network.cables[cable] for cable in cables if cable in rises or _is_drawn_above(scene, cable)]
+    given = scene.initial.points  # of the first shape, which may be above the water
+    for cable in cables:
+        points = given.get(network.cables[cable]) if isinstance(given, dict) else given
+        if points and float(np.max(np.array(points)[:, 2])) > -crest_height(scene):
+            rises.add(cable)
+    return [network.cables[cable] for cable in cables if cable in rises]
 
 
 def _node(network, piece, end):
@@ -105,10 +110,3 @@ def _is_above_water_line(scene, end):
     shape, density = shape_of(buoy), scene.sea.density
     height = buoy.mooring_height if end.fairlead is None else buoy.fairleads[end.fairlead][2]
     return density * shape.volume(min(max(height, 0.0), shape.height)) > mass_properties(buoy).mass
-
-
-def _is_drawn_above(scene, cable):
-    """True if the scene gives points of the first shape of a cable that are above the water."""
-    given, name = scene.initial.points, scene.network.cables[cable]
-    points = given.get(name) if isinstance(given, dict) else given
-    return bool(points) and float(np.max(np.array(points)[:, 2])) > -crest_height(scene)

@@ -213,10 +213,10 @@ class Scene(Section):
     wind: Wind | None = None
     external_force: ExternalForce | None = None
     seabed: Seabed | None = None
-    initial: Initial = Initial()
+    initial: Initial = Initial.model_construct()  # as Initial(), for which pydantic would build a validator
     time: Time | None = None
     accuracy: Accuracy | None = None
-    solver: Solver = Solver()
+    solver: Solver = Solver.model_construct()
 
     @model_validator(mode="after")
     def _sections(self) -> Self:
