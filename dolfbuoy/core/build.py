@@ -40,7 +40,6 @@ class Petsc(NamedTuple):
     folder: str  #: PETSC_DIR
     arch: str
     int_bytes: int
-    version: tuple[int, ...]
     module: str  #: file of petsc4py's extension module, which has loaded the library
 
 

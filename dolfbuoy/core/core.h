@@ -81,19 +81,23 @@ void take(const scaled *S, double *x);
 /* -- newton.c: what PETSc's Newton method calls ---------------------------------------------------------------------- */
 
 typedef struct {                /* what Python reads and changes too */
-    bool keep, valid, kept;     /* of JacobianAge */
+    bool keep;                  /* the matrix of an earlier iteration or step may serve */
+    bool valid, kept;           /* the one at hand may be used; it is not that of the present iterate */
     int checked;                /* whether linear solves are checked; -1: not known */
-    int64_t assembled_for;      /* `assembled` of the System when the matrix at hand was made */
+    int64_t assembled, assembled_for;                   /* how often the matrix was; then, for the one at hand */
     int64_t residuals_total, jacobians_total;
     double last_increment, last_norm;
     double tolerance;           /* of the increments */
-    double margin, slow;        /* of JacobianAge */
+    double margin, slow;        /* part of the tolerance with a kept matrix; shrinking that asks for a new one */
     bool own_options;           /* the scene chooses how linear solves are checked */
     double linear_tolerance;
     int linear_solves[2];       /* without a check, with one */
     int reason, error, iterations;                      /* of the latest attempt: SNES's and PETSc's */
     bool in_order;              /* it has converged, and nothing failed on the way */
     int many;                   /* iterations after which a matrix is not kept */
+    double enough;              /* size of the increment with which `improve` ends */
+    int most;                   /* of its increments */
+    bool improved;              /* one was so small */
     bool clocked;               /* count the seconds of this process in `seconds` */
     double seconds;
 } numbers;
@@ -110,21 +114,27 @@ typedef struct {                /* of TensionOnly */
 
 typedef struct {
     numbers *numbers;
-    int64_t *assembled;
     const int *failed;          /* a Python function before an evaluation has raised */
     const evaluation *residuals, *jacobians;
-    const scaled *unknowns, *rows;
+    const scaled *unknowns, *rows;                      /* with `ghosted` rows in physical units, ghosts behind them */
     Mat matrix;
-    const PetscInt *begins, *columns;                   /* of its rows; column of each entry */
+    const PetscInt *begins, *columns;                   /* of its rows; column of each entry; not with `ghosted` */
     const double *row_scale, *unknown_scale;
+    Vec row_scales, unknown_scales;                     /* the same */
+    Vec ghosted;                /* room for own unknowns and ghosts where several ranks share them, or NULL */
     const one_sided *law;       /* or NULL */
     SNES snes;
-    Vec x;
+    Vec x, f, increment;
 } newton;
 
-PetscErrorCode install(newton *N, Vec f);
+PetscErrorCode read_solution(const newton *N, Vec x);
+PetscErrorCode make_residual(const newton *N, Vec f);
+void change_residual(const one_sided *L, double *b);
+PetscErrorCode change_matrix(const one_sided *L, Mat A);
+PetscErrorCode install(newton *N);
 void attempt(const void *context);
 void judge_solve(const void *context);
+void improve(const void *context);
 
 /* -- step.c: what a time step does with arrays ------------------------------------------------------------------------- */
 

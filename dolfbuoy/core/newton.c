@@ -1,4 +1,4 @@
-/* Residual, Jacobian and stopping rule that PETSc's Newton method calls, on one rank. */
+/* Residual, Jacobian and stopping rule that PETSc's Newton method calls. */
 
 #include "core.h"
 
@@ -19,10 +19,27 @@ static double larger(double a, double b)
     return b > a ? b : a;
 }
 
+/* Own unknowns x and ghosts -> u. */
+static PetscErrorCode read_shared(const newton *N, Vec x)
+{
+    Vec local;
+    const PetscScalar *values;
+    TRY(VecCopy(x, N->ghosted));
+    TRY(VecGhostUpdateBegin(N->ghosted, INSERT_VALUES, SCATTER_FORWARD));
+    TRY(VecGhostUpdateEnd(N->ghosted, INSERT_VALUES, SCATTER_FORWARD));
+    TRY(VecGhostGetLocalForm(N->ghosted, &local));
+    TRY(VecGetArrayRead(local, &values));
+    put(N->unknowns, values);
+    TRY(VecRestoreArrayRead(local, &values));
+    return VecGhostRestoreLocalForm(N->ghosted, &local);
+}
+
 /* Scaled unknowns x -> u. */
-static PetscErrorCode read_solution(const newton *N, Vec x)
+PetscErrorCode read_solution(const newton *N, Vec x)
 {
     const PetscScalar *values;
+    if (N->ghosted)
+        return read_shared(N, x);
     TRY(VecGetArrayRead(x, &values));
     put(N->unknowns, values);
     return VecRestoreArrayRead(x, &values);
@@ -31,12 +48,41 @@ static PetscErrorCode read_solution(const newton *N, Vec x)
 /* u -> scaled unknowns x. */
 static PetscErrorCode set_start(const newton *N)
 {
+    PetscInt n;
     PetscScalar *values;
     const scaled *u = N->unknowns;
+    TRY(VecGetLocalSize(N->x, &n));
     TRY(VecGetArray(N->x, &values));
-    for (ptrdiff_t k = 0; k < u->n; ++k)
+    for (PetscInt k = 0; k < n; ++k)
         values[k] = u->values[u->places[k]] / u->scale[k];
     return VecRestoreArray(N->x, &values);
+}
+
+/* Sums of all ranks of the latest residual. */
+static PetscErrorCode add_ranks(const newton *N)
+{
+    Vec local;
+    PetscScalar *to;
+    TRY(VecGhostGetLocalForm(N->ghosted, &local));
+    TRY(VecGetArray(local, &to));
+    take(N->rows, to);
+    TRY(VecRestoreArray(local, &to));
+    TRY(VecGhostRestoreLocalForm(N->ghosted, &local));
+    TRY(VecGhostUpdateBegin(N->ghosted, ADD_VALUES, SCATTER_REVERSE));
+    return VecGhostUpdateEnd(N->ghosted, ADD_VALUES, SCATTER_REVERSE);
+}
+
+/* The latest residual -> scaled rows f. */
+PetscErrorCode make_residual(const newton *N, Vec f)
+{
+    PetscScalar *to;
+    if (N->ghosted) {
+        TRY(add_ranks(N));
+        return VecPointwiseMult(f, N->ghosted, N->row_scales);
+    }
+    TRY(VecGetArray(f, &to));
+    take(N->rows, to);
+    return VecRestoreArray(f, &to);
 }
 
 /* The sum at scaled unknowns x; means nothing once a Python function has failed. */
@@ -48,7 +94,7 @@ static PetscErrorCode add_up_at(const newton *N, const evaluation *E, Vec x)
     return 0;
 }
 
-static void change_residual(const one_sided *L, double *b)
+void change_residual(const one_sided *L, double *b)
 {
     for (PetscInt k = 0; k < L->count; ++k) {
         const double bound = -L->c[k] * L->u[L->rows[k]];
@@ -58,7 +104,7 @@ static void change_residual(const one_sided *L, double *b)
     }
 }
 
-static PetscErrorCode change_matrix(const one_sided *L, Mat A)
+PetscErrorCode change_matrix(const one_sided *L, Mat A)
 {
     PetscInt zeroed = 0;
     PetscScalar *diagonal;
@@ -76,25 +122,38 @@ static PetscErrorCode change_matrix(const one_sided *L, Mat A)
     return MatDiagonalSet(A, L->diagonal, INSERT_VALUES);
 }
 
-static bool unsettled(const one_sided *L)
+/* Whether on any rank the rows are not those of the last increment. */
+static PetscErrorCode compare_rows(const newton *N, bool *changed)
 {
-    return memcmp(L->slack, L->slack_before, L->count * sizeof *L->slack) != 0;
+    const one_sided *L = N->law;
+    *changed = L->count && memcmp(L->slack, L->slack_before, L->count * sizeof *L->slack) != 0;
+    if (N->ghosted)
+        TRY(MPI_Allreduce(MPI_IN_PLACE, changed, 1, MPI_C_BOOL, MPI_LOR, PetscObjectComm((PetscObject)N->x)));
+    return 0;
+}
+
+/* The solve ends in order, then Python raises: an error code would leave vectors locked. */
+static PetscErrorCode spoil(Vec f)
+{
+    PetscInt n;
+    PetscScalar *to;
+    TRY(VecGetLocalSize(f, &n));
+    TRY(VecGetArray(f, &to));
+    if (n)
+        to[0] = NAN;
+    return VecRestoreArray(f, &to);
 }
 
 static PetscErrorCode residual(SNES snes, Vec x, Vec f, void *context)
 {
     const newton *N = context;
-    PetscScalar *to;
     (void)snes;
     ++N->numbers->residuals_total;
     TRY(add_up_at(N, N->residuals, x));
     if (N->law)
         change_residual(N->law, N->residuals->out);
-    TRY(VecGetArray(f, &to));
-    take(N->rows, to);
-    if (*N->failed && N->rows->n)  /* the solve ends in order, then Python tells: an error code leaves vectors locked */
-        to[0] = NAN;
-    return VecRestoreArray(f, &to);
+    TRY(make_residual(N, f));
+    return *N->failed ? spoil(f) : 0;
 }
 
 static PetscErrorCode check_linear_solves(numbers *n, SNES snes, int check)
@@ -114,6 +173,8 @@ static PetscErrorCode check_linear_solves(numbers *n, SNES snes, int check)
 static PetscErrorCode scale(const newton *N, Mat A)
 {
     PetscScalar *values;
+    if (N->ghosted)
+        return MatDiagonalScale(A, N->row_scales, N->unknown_scales);
     TRY(MatSeqAIJGetArray(A, &values));
     for (ptrdiff_t row = 0; row < N->unknowns->n; ++row) {
         const double of_row = N->row_scale[row];
@@ -126,7 +187,7 @@ static PetscErrorCode scale(const newton *N, Mat A)
 static PetscErrorCode assemble(const newton *N, Mat A)
 {
     TRY(MatSetValuesCOO(A, N->jacobians->out, INSERT_VALUES));
-    ++*N->assembled;
+    ++N->numbers->assembled;
     if (N->law)
         TRY(change_matrix(N->law, A));
     return scale(N, A);
@@ -138,12 +199,12 @@ static PetscErrorCode jacobian(SNES snes, Vec x, Mat J, Mat P, void *context)
     numbers *n = N->numbers;
     (void)snes, (void)J;
     TRY(add_up_at(N, N->jacobians, x));
+    TRY(assemble(N, P));  /* even if a Python function has failed: other ranks take part */
     if (*N->failed)
         return 0;
-    TRY(assemble(N, P));
     n->valid = true;
     n->kept = false;
-    n->assembled_for = *N->assembled;
+    n->assembled_for = n->assembled;
     ++n->jacobians_total;
     return 0;
 }
@@ -191,7 +252,7 @@ static PetscErrorCode choose_matrix(newton *N, SNES snes)
 {
     numbers *n = N->numbers;
     Vec x;
-    n->valid = n->valid && n->assembled_for == *N->assembled;
+    n->valid = n->valid && n->assembled_for == n->assembled;
     n->kept = n->valid;
     if (!n->own_options)
         TRY(check_linear_solves(n, snes, !n->kept));
@@ -205,17 +266,20 @@ static PetscErrorCode converged(SNES snes, PetscInt iteration, PetscReal x, Pets
                                 SNESConvergedReason *reason, void *context)
 {
     newton *N = context;
+    bool changed = false;
     (void)x;
     TRY(judge(N->numbers, snes, iteration, step, norm, reason));
-    if (N->law && *reason > 0 && unsettled(N->law) && N->numbers->last_increment > N->numbers->tolerance)
+    if (N->law && *reason > 0)
+        TRY(compare_rows(N, &changed));
+    if (changed && N->numbers->last_increment > N->numbers->tolerance)
         *reason = SNES_CONVERGED_ITERATING;
     return *reason == SNES_CONVERGED_ITERATING ? choose_matrix(N, snes) : 0;
 }
 
-/* Let SNES call these functions; f: for the residual. */
-PetscErrorCode install(newton *N, Vec f)
+/* Let SNES call these functions. */
+PetscErrorCode install(newton *N)
 {
-    TRY(SNESSetFunction(N->snes, f, residual, N));
+    TRY(SNESSetFunction(N->snes, N->f, residual, N));
     TRY(SNESSetJacobian(N->snes, N->matrix, N->matrix, jacobian, N));
     return SNESSetConvergenceTest(N->snes, converged, N, NULL);
 }
@@ -261,4 +325,39 @@ void judge_solve(const void *context)
 {
     numbers *n = ((const newton *)context)->numbers;
     n->valid = n->valid && n->keep && n->iterations < n->many;
+}
+
+static PetscErrorCode evaluate(const newton *N)
+{
+    TRY(add_up_at(N, N->residuals, N->x));
+    return make_residual(N, N->f);
+}
+
+static PetscErrorCode take_increments(const newton *N)
+{
+    KSP ksp;
+    PetscReal size;
+    numbers *n = N->numbers;
+    TRY(SNESGetKSP(N->snes, &ksp));
+    TRY(set_start(N));
+    TRY(evaluate(N));
+    for (int k = 0; k < n->most && !n->improved; ++k) {
+        TRY(KSPSolve(ksp, N->f, N->increment));
+        TRY(VecAXPY(N->x, -1, N->increment));
+        TRY(evaluate(N));
+        TRY(VecNorm(N->increment, NORM_INFINITY, &size));
+        n->improved = size <= n->enough;
+        if (!isfinite(size))
+            break;
+    }
+    return 0;
+}
+
+/* From u, increments with the matrix at hand until one is small enough, and the residual where they end. */
+void improve(const void *context)
+{
+    const newton *N = context;
+    N->numbers->improved = false;
+    if (take_increments(N) || *N->failed)
+        N->numbers->improved = false;
 }

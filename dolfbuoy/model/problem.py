@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import ufl
@@ -37,11 +38,18 @@ class Problem:
     if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by `change`.
     """
 
+    lines: Any  #: Lines or LineGroups; None without cables
+    bodies: Any  #: Bodies; None without any, and on all ranks but the first
+    buoys: dict[str, Any]  #: name -> Buoy of this rank
+    attachments: list[Any]  #: one Attachment for each end of a line on a buoy
+    route: str | None  #: how the equilibrium was found
+    iterations: int  #: of Newton, as the statics count them
+
     def __init__(self, scene: Scene, dynamic: bool, comm: MPI.Comm = MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
         self.network = scene.network
         self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
-        self.route = None  # how the equilibrium was found
+        self.route = None
         check_size(scene, comm)
         self.lines = lines_of(comm, scene, dynamic)
         comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoys by one

@@ -93,7 +93,7 @@ class Corrected:
             self._made_for = basis
         self._time[0] = self.simulation.t
         self._begin()
-        self.follows = self.simulation.newton.follow(ENOUGH, MOST)
+        self.follows = self.simulation.newton.numbers.improved
         if not self.follows:
             self.leave()
             return False
@@ -119,6 +119,7 @@ class Corrected:
             self.system.read_given,
             predict,
             combination(u, [u, self._apart], np.ones(2)),
+            self.simulation.newton.improving(ENOUGH, MOST),
         )
         self._accept = together(
             combination(self._apart, [u, self._u], np.array([1.0, -1.0])),

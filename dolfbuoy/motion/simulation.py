@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..elsewhere import MPI
+from ..elsewhere import MPI, quick_start
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..parallel.ranks import allreduce
@@ -24,6 +24,7 @@ class Simulation:
     Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
+    @quick_start()
     def __init__(self, scene, comm=MPI.COMM_WORLD, state=None, problem=None, pool=None):
         if scene.time is None:
             raise InputError("time: must be given, a run needs at least its keys end and step.")

@@ -98,7 +98,7 @@ def _holds(path, kind, scene, overwrite):
     entry = _manifest(path).get(kind, {})
     record = path / FILES[kind][0]
     listed = record.name in entry.get("files", ()) and record.exists()
-    same = listed and entry.get("scene") == digest(scene)
+    same = listed and digest(scene) in (entry.get("scene"), entry.get("requested"))
     if same and entry.get("finished") and not overwrite:
         return True
     for name in FILES[kind]:
@@ -169,10 +169,12 @@ def _go_on(path, scene):
     _note(path, manifest, "run", scene, (*FILES["run"], *entry.get("files", ())))
 
 
-def finish(path, kind: str) -> None:
-    """Note that a result is complete."""
+def finish(path, kind: str, requested=None) -> None:
+    """Note that a result is complete; requested: the scene that asked for it, if that is not the one of the result."""
     manifest = _manifest(Path(path))
     manifest[kind]["finished"] = True
+    if requested is not None:
+        manifest[kind]["requested"] = digest(requested)
     _write(Path(path), manifest)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..elsewhere import netCDF4
+from ..elsewhere import netCDF4, quick_start
 from ..errors import InputError
 from ..scene.mesh_file import check_hdf5
 from ..writing import replacing
@@ -211,7 +211,8 @@ def read(path, own: bool = False) -> "xr.Dataset":
 
     own: this process has written all of it, so that it leads to no other file; to look costs h5py, 30 ms of a start.
     """
-    import xarray as xr
+    with quick_start():
+        import xarray as xr
 
     if not own:
         verify(path)

@@ -25,13 +25,16 @@ def core() -> ModuleType:
 
     Raises InputError where there is no C compiler, PermissionError for a cache that cannot be written.
     """
-    config, chosen = petsc4py.get_config(), instructions.best().options
-    int_bytes = np.dtype(PETSc.IntType).itemsize
-    petsc = build.Petsc(config["PETSC_DIR"], config.get("PETSC_ARCH") or "", int_bytes, PETSc.Sys.getVersion(), "")
+    chosen, int_bytes = instructions.best().options, np.dtype(PETSc.IntType).itemsize
     texts = [file.read_text() for file in sorted(build.FOLDER.iterdir()) if file.suffix in (".c", ".h", ".py")]
-    key = petsc, chosen, compat.KERNEL_TAKES_DATA, texts, cffi.__version__
-    petsc = petsc._replace(module=PETSc.__file__)
-    path = kept("core", key, lambda path: build.core(path, chosen, compat.KERNEL_TAKES_DATA, petsc))
+    petsc = PETSc.__file__, int_bytes, PETSc.Sys.getVersion()
+
+    def make(path):
+        config = petsc4py.get_config()  # by a parser whose import takes 2 ms
+        folder, arch = config["PETSC_DIR"], config.get("PETSC_ARCH") or ""
+        build.core(path, chosen, compat.KERNEL_TAKES_DATA, build.Petsc(folder, arch, int_bytes, PETSc.__file__))
+
+    path = kept("core", (petsc, chosen, compat.KERNEL_TAKES_DATA, texts, cffi.__version__), make)
     return jit.load(path.name.split(".")[0], path.parent)
 
 

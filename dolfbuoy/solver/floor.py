@@ -30,7 +30,7 @@ def direct_solver(newton):
     """A factorisation of the present Jacobian, and a solve with it."""
     newton.system.assemble_jacobian()
     A = newton.system.A.copy()
-    newton.system.scale_matrix(A)
+    A.diagonalScale(newton.system.row_vector, newton.system.unknown_vector)
     pc = PETSc.PC().create(A.comm)
     pc.setType("lu")
     pc.setFactorSolverType(newton.direct)

@@ -31,10 +31,10 @@ class Numbering:
         #: Local unknowns that are tied, and where in `visible` those stand that they are tied to.
         self.tied, self.tied_to = self._tie(*ties) if ties is not None else (np.zeros(0, dtype=np.int64),) * 2
         self.lgmap = PETSc.LGMap().create(self.global_index, comm=comm)
-        self.shared = comm.size > 1  #: whether other ranks add to this rank's rows
-        if self.shared:
+        self.ghosted = None  #: vector of the owned unknowns and the ghosts, where other ranks add to this rank's rows
+        if comm.size > 1:
             numbers = self.global_index[self.ghosts]
-            self._ghosted = PETSc.Vec().createGhost(numbers, (len(self.order), self.unknowns), comm=comm)
+            self.ghosted = PETSc.Vec().createGhost(numbers, (len(self.order), self.unknowns), comm=comm)
 
     def _tie(self, tied, standing):
         self.global_index[tied] = self.global_index[standing]
@@ -58,26 +58,8 @@ class Numbering:
         A.setLGMap(self.lgmap, self.lgmap)
         return A
 
-    def read(self, x, put):
-        """Call put(values of the visible unknowns) for a vector of PETSc's, with what other ranks own; if `shared`."""
-        x.copy(self._ghosted)
-        self._ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        with self._ghosted.localForm() as local:
-            put(local.array_r)
-
-    def added_up(self, values):
-        """Values of the owned free unknowns, with what other ranks add to them; values: of all local unknowns."""
-        g = self._ghosted
-        seen = values[self.visible]
-        with np.errstate(invalid="ignore"):  # NaN of a step that fails
-            np.add.at(seen, self.tied_to, values[self.tied])
-        with g.localForm() as local:
-            local.setArray(seen)
-        g.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        return g.array_r
-
     def destroy(self):
         """Give PETSc's objects back."""
         self.lgmap.destroy()
-        if self.shared:
-            self._ghosted.destroy()
+        if self.ghosted is not None:
+            self.ghosted.destroy()

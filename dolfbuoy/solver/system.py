@@ -9,8 +9,10 @@ Unknowns and rows are scaled by typical sizes, so that metres, newtons and newto
 
 import numpy as np
 import ufl
+from petsc4py import PETSc
 
 from . import compat, coo
+from .callbacks import Callbacks
 from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
 from .unknowns import Contribution, Values
 from .vector_ops import copies
@@ -30,7 +32,6 @@ class System:
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
         self.gamma = None  # of the scales
-        self.assemblies = np.zeros(1, dtype=np.int64)  #: how often the matrix was assembled; C counts as well
         self.residuals = [Contribution(form, part) for part, form in residuals]
         self.jacobians = self._differentiate(residuals)
         self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
@@ -46,11 +47,16 @@ class System:
         self.unknown_scales, self.row_scales = np.ones(len(numbering.visible)), np.ones(len(self.order))
         ties = numbering.tied, numbering.tied_to
         self.scaled_unknowns = Scaled(self.u, numbering.visible, self.unknown_scales, ties)
-        self.scaled_residual = Scaled(self._b, self.order, self.row_scales, ((), ()) if numbering.shared else ties)
+        if numbering.ghosted is None:
+            self.scaled_residual = Scaled(self._b, self.order, self.row_scales, ties)
+        else:  # scaled when all ranks have been added up
+            self.scaled_residual = Scaled(self._b, numbering.visible, np.ones(len(numbering.visible)), ties)
         self.A = self._create_matrix()
-        self._row_scale, self._unknown_scale = numbering.vector(), numbering.vector()
+        self.row_vector, self.unknown_vector = numbering.vector(), numbering.vector()
         if law is not None:
             law.attach(self)
+        #: What PETSc calls; its `numbers.assembled` counts assemblies of the matrix.
+        self.callbacks = Callbacks(self)
         self.set_scales(1.0)
 
     # -- set-up -----------------------------------------------------------------------------------------------------
@@ -86,14 +92,14 @@ class System:
             xs[block.dofs] = block.unknown_size(gamma, self.tolerance)
             fs[block.dofs] = 1 / block.residual_size(gamma)
         self.unknown_scales[:], self.row_scales[:] = xs[self.numbering.visible], fs[self.order]
-        self._row_scale.setArray(self.row_scales)
-        self._unknown_scale.setArray(xs[self.order])
-        if self.numbering.shared:  # a ghost has the size that its owner gives it
-            self.numbering.read(self._unknown_scale, self._take_scales)
+        self.row_vector.setArray(self.row_scales)
+        self.unknown_vector.setArray(xs[self.order])
+        if (ghosted := self.numbering.ghosted) is not None:  # a ghost has the size that its owner gives it
+            self.unknown_vector.copy(ghosted)
+            ghosted.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+            with ghosted.localForm() as local:
+                self.unknown_scales[:] = local.array_r
         return True
-
-    def _take_scales(self, values):
-        self.unknown_scales[:] = values
 
     # -- evaluation in physical values ---------------------------------------------------------------------------------
 
@@ -154,12 +160,18 @@ class System:
         The Functions' values are those of `u` from then on.
         """
         self._read_functions()
-        return self._assemble_residual()
+        b = self.add_residuals()
+        if self.law is not None:
+            self.law.change_residual(b)
+        return b
 
     def assemble_jacobian(self):
         """The Jacobian at the present Functions, unscaled, in `A`; their values are those of `u` from then on."""
         self._read_functions()
-        self.assemble_matrix()
+        coo.set_values(self.A, self.add_jacobians())
+        self.callbacks.numbers.assembled += 1
+        if self.law is not None:
+            self.law.change_matrix(self.A)
 
     @property
     def last_residual(self):
@@ -170,66 +182,20 @@ class System:
         self._values.read_unknowns()
         self._values.read_given()
 
-    def _assemble_residual(self):
-        b = self.add_residuals()
-        if self.law is not None:
-            self.law.change_residual(b)
-        return b
-
-    def assemble_matrix(self):
-        """The Jacobian at `u`, unscaled, in `A`."""
-        coo.set_values(self.A, self.add_jacobians())
-        self.assemblies += 1
-        if self.law is not None:
-            self.law.change_matrix(self.A)
-
     # -- as PETSc sees it ---------------------------------------------------------------------------------------------
-
-    def put(self, x):
-        """Scaled free unknowns -> `u`."""
-        if self.numbering.shared:
-            self.numbering.read(x, self.scaled_unknowns.put)
-        else:
-            self.scaled_unknowns.put(x.array_r)
 
     def share(self):
         """Give every unknown in `u` that another one stands for, here or on another rank, the value of that one."""
         x = self.numbering.vector()
-        x.setArray(self.scaled_start())
-        self.put(x)
+        x.setArray(self.u[self.order] / self.unknown_scales[: len(self.order)])
+        self.callbacks.read(x)
         x.destroy()
-
-    def scaled_start(self):
-        """Scaled owned unknowns."""
-        return self.u[self.order] / self.unknown_scales[: len(self.order)]
-
-    def residual(self, x, f):
-        """Scaled residual f at the scaled unknowns x."""
-        self.put(x)
-        self._assemble_residual()
-        self._scale(f)
-
-    def _scale(self, f):
-        if self.numbering.shared:
-            f.setArray(self.numbering.added_up(self._b) * self.row_scales)
-        else:
-            f.setArray(self.scaled_residual.take())
-
-    def jacobian(self, x, J):
-        """Scaled Jacobian at the scaled unknowns x, in J, which is `A`."""
-        self.put(x)
-        self.assemble_matrix()
-        self.scale_matrix(J)
-
-    def scale_matrix(self, A):
-        """Physical matrix -> scaled one."""
-        A.diagonalScale(self._row_scale, self._unknown_scale)
 
     def residual_by_block(self):
         """Largest scaled residual of every block at the present Functions."""
         f = self.numbering.vector()
         self.evaluate()
-        self._scale(f)
+        self.callbacks.make_residual(f)
         scaled = np.zeros(self.size)
         scaled[self.order] = np.abs(f.array_r)
         f.destroy()
@@ -238,7 +204,7 @@ class System:
 
     def destroy(self):
         """Give PETSc's objects back (sweeps make many systems)."""
-        for item in (self.A, self._row_scale, self._unknown_scale, self.numbering):
+        for item in (self.A, self.row_vector, self.unknown_vector, self.numbering):
             item.destroy()
         if self.law is not None:
             self.law.destroy()

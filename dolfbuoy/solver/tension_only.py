@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from petsc4py import PETSc
 
-from ..elsewhere import MPI
+from .c_code import address, check, core
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,18 @@ class TensionOnly:
 
     def attach(self, system):
         """Be the law of this System."""
-        self.u, self._comm = system.u, system.comm
         system.A.setOption(PETSc.Mat.Option.KEEP_NONZERO_PATTERN, True)
-        self.diagonal = system.numbering.vector()
+        self._diagonal, ffi = system.numbering.vector(), core().ffi
         place = np.empty(system.size, dtype=np.int64)
         place[system.order] = np.arange(len(system.order))
-        self.places = place[self.rows]
+        arrays = {"places": place[self.rows], "c": self.c, "u": system.u}
+        arrays |= {"slack": self.slack, "slack_before": self.slack_before}
+        rows = {"rows": self.rows, "zeroed": np.zeros_like(self.rows)}
+        self._alive = arrays, rows
+        found = {name: address(array) for name, array in arrays.items()}
+        found |= {name: ffi.cast("PetscInt *", array.ctypes.data) for name, array in rows.items()}
+        diagonal = ffi.cast("Vec", self._diagonal.handle)
+        self.described = ffi.new("one_sided *", {**found, "count": len(self.rows), "diagonal": diagonal})
 
     def resize(self, rows: OneSidedRows):
         """Other sizes of the same rows."""
@@ -70,26 +76,12 @@ class TensionOnly:
 
     def change_residual(self, b):
         """Rows of the tension become those of the maximum."""
-        g, bound = b[self.rows], -self.c * self.u[self.rows]
-        self.slack[:] = ~(g > bound)
-        b[self.rows] = np.where(self.slack, bound, g)
+        core().lib.change_residual(self.described, address(b))
 
     def change_matrix(self, A):
         """Slack rows become -c_i."""
-        slack = self.slack
-        self.slack_before[:] = slack
-        A.zeroRowsLocal(self.rows[slack], diag=0.0)
-        A.getDiagonal(self.diagonal)
-        values = self.diagonal.array
-        values[self.places[slack]] = -self.c[slack]
-        self.diagonal.setArray(values)
-        A.setDiagonal(self.diagonal)
-
-    def unsettled(self, converged) -> bool:
-        """Whether on any rank that takes itself for converged the rows are not those of the last increment."""
-        changed = converged and bool(np.any(self.slack != self.slack_before))
-        return self._comm.allreduce(changed, op=MPI.LOR)
+        check(core().lib.change_matrix(self.described, core().ffi.cast("Mat", A.handle)))
 
     def destroy(self):
         """Give PETSc's objects back."""
-        self.diagonal.destroy()
+        self._diagonal.destroy()

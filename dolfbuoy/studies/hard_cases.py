@@ -9,13 +9,14 @@ import inspect
 import os
 from contextlib import redirect_stdout
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from ..parallel.cases import evaluate_all
 from ..results.folder import enlist
 from ..results.tables import markdown
 from ..writing import write_text
-from .study import Table
+from .study import Row, Table
 
 TESTS = Path(__file__).parents[2] / "tests" / "robustness"
 COLUMNS = {"name": "case", "asked": "asked", "must_show": "must show", "happened": "happened", "verdict": ""}
@@ -26,13 +27,14 @@ class _Seen:
     """Cases that a run of pytest finds, and their reports."""
 
     def __init__(self) -> None:
-        self.items, self.reports = [], []
+        self.items: list[Any] = []
+        self.reports: list[Any] = []
 
-    def pytest_collection_modifyitems(self, items: list) -> None:
+    def pytest_collection_modifyitems(self, items: list[Any]) -> None:
         """Called by pytest with all tests."""
         self.items += items
 
-    def pytest_runtest_logreport(self, report) -> None:
+    def pytest_runtest_logreport(self, report: Any) -> None:
         """Called by pytest after set-up, call and teardown of a test."""
         self.reports.append(report)
 
@@ -50,7 +52,7 @@ def _pytest(*arguments: object) -> _Seen:
     return seen
 
 
-def cases(only: str | None = None, slow: bool = False) -> list[dict]:
+def cases(only: str | None = None, slow: bool = False) -> list[Row]:
     """Every case; only: whose names begin so, expensive ones included; slow: the expensive ones too."""
     files = sorted(TESTS.glob("test_hard_*.py"))
     if not files:
@@ -71,13 +73,13 @@ def cases(only: str | None = None, slow: bool = False) -> list[dict]:
     ]
 
 
-def _words(item) -> dict[str, str]:
-    asked, _, must_show = " ".join(inspect.getdoc(item.function).split()).partition(" Must show: ")
+def _words(item: Any) -> dict[str, str]:
+    asked, _, must_show = " ".join((inspect.getdoc(item.function) or "").split()).partition(" Must show: ")
     group = item.path.stem.removeprefix("test_hard_")
     return {"group": group, "asked": asked.rstrip("."), "must_show": must_show.rstrip(".")}
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """Outcome of one case: what it measured, whether it passed, and why not."""
     reports = _pytest(TESTS.parents[1] / case["test"]).reports
     crashes = [getattr(report.longrepr, "reprcrash", None) for report in reports if report.failed]

@@ -243,7 +243,7 @@ def test_a_line_that_lies_without_width_is_drawn_aside(lying, pushed):
     )
     rest = Fake(pulls=np.zeros((1, 3)), lying=[lying])
     found = _drawn_apart(Fake(scene=Fake(current=None)), network, rest)
-    assert found.joints[1].push.tolist() == ([NUDGE * 200.0, 0.0, 0.0] if pushed else [0.0, 0.0, 0.0])
+    assert found[1].push.tolist() == ([NUDGE * 200.0, 0.0, 0.0] if pushed else [0.0, 0.0, 0.0])
 
 
 def test_a_strut_is_propped_at_its_length():
@@ -252,7 +252,7 @@ def test_a_strut_is_propped_at_its_length():
     )
     problem = Fake(law=True, lines=Fake(sections=[Fake(slack="compressive")]))
     rest = Fake(positions=np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 4.0]]))
-    prop = _propped(problem, network, rest).joints[1]
+    prop = _propped(problem, network, rest)[1]
     reach = (1 - NUDGE) * 10
     np.testing.assert_allclose(prop.position, [math.sqrt(reach**2 - 16), 0.0, 4.0], rtol=1e-14, atol=1e-14)
     assert not prop.free

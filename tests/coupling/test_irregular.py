@@ -12,7 +12,7 @@ from alone import simulate
 from dynamics_helpers import merged, running
 
 from dolfbuoy import load_scene
-from dolfbuoy.linear.response import responses
+from dolfbuoy.linear.seaway import responses
 from dolfbuoy.model.airy import components_of
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.sea import elevation_at
@@ -110,7 +110,9 @@ def test_retried_step_is_that_of_who_never_failed(kinematics):
             for _, _ in zip(range(20), simulation.run(), strict=False):
                 pass
         assert one.step(0.05, judge=lambda h, error: False) is None
-        one.newton.age.valid = other.newton.age.valid = False  # the matrix of the step that was given up is newer
+        one.newton.numbers.valid = other.newton.numbers.valid = (
+            False  # the matrix of the step that was given up is newer
+        )
         for simulation in (one, other):
             simulation.step(0.025)
         assert np.array_equal(one.system.u, other.system.u)

@@ -1,6 +1,6 @@
-"""What PETSc calls in C does the same as the Python of `newton.Newton`, to the last bit, and says so when it fails.
+"""What PETSc calls in C does the same as its oracle in Python, to the last bit, and says so when it fails.
 
-Source: the Python functions of the same names.
+Source: tests/support/newton_in_python.py.
 """
 
 import math
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
+from newton_in_python import InPython
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import SolveError
@@ -50,8 +51,8 @@ def numbers(newton):
     """All that Python and C both change, and the counts of Newton itself."""
     names = "valid", "kept", "checked", "assembled_for", "last_increment", "last_norm"
     found = [float(getattr(newton.numbers, name)) for name in names]
-    totals = newton.iterations_total, newton.residuals_total, newton.jacobians_total, newton.fallbacks
-    return [*found, *totals, newton.system.assemblies[0]]
+    totals = newton.numbers.residuals_total, newton.numbers.jacobians_total
+    return [*found, newton.iterations_total, *totals, newton.fallbacks, newton.numbers.assembled]
 
 
 def trajectory(scene, steps=STEPS):
@@ -66,15 +67,16 @@ def trajectory(scene, steps=STEPS):
 
 
 def both(monkeypatch, make):
-    """What `make` makes in C, and in Python: which of the two ran is seen by the calls of the latter."""
-    called, converged = [], Newton.converged
-    monkeypatch.setattr(Newton, "converged", lambda *args: (called.append(True), converged(*args))[1])
-    results = []
-    for in_c in (True, False):
-        monkeypatch.setattr(Newton, "in_c", in_c)
-        called.clear()
-        results.append(make())
-        assert bool(called) is not in_c
+    """What `make` makes in C, and in Python, whose calls are counted."""
+    made, begin, oracles = make(), Newton.__init__, []
+
+    def begin_in_python(self, *arguments, **options):
+        begin(self, *arguments, **options)
+        oracles.append(InPython(self))
+
+    monkeypatch.setattr(Newton, "__init__", begin_in_python)
+    results = [made, make()]
+    assert sum(oracle.calls for oracle in oracles) > 0
     return results
 
 
@@ -145,14 +147,14 @@ def test_a_matrix_that_somebody_else_has_used_is_new(driven):
     """And one that nobody has touched is kept."""
     simulation, march = driven
     newton = simulation.newton
-    while not newton.age.valid:
+    while not newton.numbers.valid:
         next(march)
     made = []
     for touch in (lambda: None, simulation.system.assemble_jacobian):
         touch()
-        before = newton.jacobians_total
+        before = newton.numbers.jacobians_total
         newton.solve()
-        made.append(newton.jacobians_total - before)
+        made.append(newton.numbers.jacobians_total - before)
     assert made[0] == 0 < made[1]
 
 
@@ -162,7 +164,7 @@ def test_what_a_hook_raises_ends_the_solve(driven, error, evaluation):
     """In a residual and in a Jacobian, at once; the next solve knows nothing of it."""
     simulation, _ = driven
     newton, system, calls = simulation.newton, simulation.system, []
-    newton.age.valid = False  # residual, Jacobian, residual
+    newton.numbers.valid = False  # residual, Jacobian, residual
     start = system.u.copy()
 
     def bad(values):

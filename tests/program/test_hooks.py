@@ -44,7 +44,7 @@ def test_every_evaluation_calls_the_hooks(problem):
     problem.buoy.relaxation.value = 1.0
     calls.clear()
     problem.newton.solve()
-    assert len(calls) == problem.newton.residuals_total + problem.newton.jacobians_total > 2
+    assert len(calls) == problem.newton.numbers.residuals_total + problem.newton.numbers.jacobians_total > 2
 
 
 def test_what_a_hook_raises_is_raised(problem):

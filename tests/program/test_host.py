@@ -10,7 +10,7 @@ import sys
 import pytest
 
 HOST = """
-import logging, os, signal, sys
+import gc, logging, os, signal, sys
 
 def state():
     import dolfinx.jit, ffcx, ffcx.codegeneration.jit, ufl
@@ -27,14 +27,28 @@ def state():
         "logging": logging.root.manager.disable,
         "signals": [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)],
         "folder": os.getcwd(),
+        "garbage": [gc.isenabled(), gc.get_threshold(), gc.get_freeze_count()],
+        "symbols": sys.getdlopenflags(),
         "arguments": list(sys.argv),
         "environment": dict(os.environ),
     }
 
+def compiled():
+    # name in the cache, made of text and options, of a form of the host's own
+    import dolfinx.jit, ufl
+    from dolfinx import fem, mesh
+    from mpi4py import MPI
+    space = getattr(fem, "functionspace", None) or fem.FunctionSpace
+    V = space(mesh.create_unit_interval(MPI.COMM_SELF, 2), ("Lagrange", 1))
+    u, v = ufl.TrialFunction(V), ufl.TestFunction(V)
+    k = [fem.Constant(V.mesh, 1.0) for _ in range(2)]
+    form = ufl.inner(k[0] * ufl.grad(u), ufl.grad(v)) * ufl.dx + k[1] * u * v * ufl.dx
+    return dolfinx.jit.ffcx_jit(MPI.COMM_SELF, form)[1].__name__
+
 first = sys.argv.pop(1)
 if first == "host":
     import dolfinx
-    before = state()
+    own, before = compiled(), state()
     import dolfbuoy
     assert state() == before
 else:
@@ -45,7 +59,9 @@ else:
 dolfbuoy.simulate("driven", **{"time.end": 0.1})
 if first == "host":
     after = state()
+    assert after["counter"] == before["counter"]
     assert after == before, {name for name in before if before[name] != after[name]}
+    assert compiled() == own
 else:
     assert dict(os.environ) == environment
     assert "pkg_resources" not in sys.modules

@@ -105,7 +105,7 @@ def _seconds(work, count=1):
 
 
 def _counts(newton):
-    return newton.iterations_total, newton.residuals_total, newton.jacobians_total
+    return newton.iterations_total, newton.numbers.residuals_total, newton.numbers.jacobians_total
 
 
 def _split(groups, factorisation, solve, steps):
