@@ -294,7 +294,7 @@ class Scene(Section):
         names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
         section = self.network.pieces[self.network.first_of(cable)].section
         whole = _without_none(section.model_dump(include=names)) | table
-        return {name: whole[name] for name in Line.model_fields if name in whole}
+        return {name: whole[name] for name in type(self.cables[cable]).model_fields if name in whole}
 
     def to_toml(self) -> str:
         """The complete scene as a scene file."""
