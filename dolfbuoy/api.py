@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from .elsewhere import MPI
 from .errors import InputError, NoResult, NotAccurate, SolveError
-from .model.components import components_of
+from .model.airy import components_of
 from .model.prescribed_ends import adrift_nowhere
 from .motion.periodic import Cycle, in_equal_steps
 from .motion.simulation import Simulation
@@ -243,13 +243,24 @@ def _with_bars(record, scene, folder, comm):
         return record
     from .accuracy import bars, companion
 
-    coarse = None
+    if scene.accuracy.estimate == "time":
+        coarse, events = None, {}
+    else:
+        coarse = _tried(companion.companion_of(scene), comm)
+        windows = bcast(comm, companion.events_of(scene, record) if comm.rank == 0 else None)
+        found = {window: _tried(companion.companion_around(scene, window), comm) for window in windows}
+        events = {window: one for window, one in found.items() if not isinstance(one, Exception)}
+    if comm.rank != 0:
+        return record
+    return _put(record, bars.bars_of(record, scene, coarse, events=events), scene, folder)
+
+
+def _tried(scene, comm):
+    """The record of a run that is only compared with, or why it failed."""
     try:
-        if scene.accuracy.estimate != "time":
-            coarse = _quietly(companion.companion_of(scene), comm)
+        return _quietly(scene, comm)
     except (SolveError, NoResult) as error:
-        coarse = error
-    return _put(record, bars.bars_of(record, scene, coarse), scene, folder) if comm.rank == 0 else record
+        return error
 
 
 def _accurate(scene, folder, comm, progress):
@@ -265,6 +276,7 @@ def _accurate(scene, folder, comm, progress):
     record = _put(found.record, (found.bars, found.sentences), found.scene, folder)
     if found.worst > target.ENOUGH:
         raise NotAccurate(target.sentence_of(found), record)
+    folders.finish(folder, "run", requested=scene)
     return record
 
 

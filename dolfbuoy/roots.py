@@ -4,11 +4,15 @@ Importing scipy.optimize takes longer than most starts have left to do.  Source:
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 RTOL = 4 * 2.0**-52
 
 
-def brentq(f, a, b, xtol=2e-12, rtol=RTOL, maxiter=100) -> float:
+def brentq(
+    f: Callable[[float], Any], a: float, b: float, xtol: float = 2e-12, rtol: float = RTOL, maxiter: int = 100
+) -> float:
     """The root of f between a and b, where its signs differ, to xtol + rtol |root|.
 
     Raises ValueError for equal signs or a value that is NaN, RuntimeError after `maxiter` iterations.
@@ -39,7 +43,18 @@ def brentq(f, a, b, xtol=2e-12, rtol=RTOL, maxiter=100) -> float:
     raise RuntimeError(f"Failed to converge after {maxiter} iterations.")
 
 
-def _next(x_pre, f_pre, x, f_x, x_other, f_other, step_pre, step, delta, half):
+def _next(
+    x_pre: float,
+    f_pre: float,
+    x: float,
+    f_x: float,
+    x_other: float,
+    f_other: float,
+    step_pre: float,
+    step: float,
+    delta: float,
+    half: float,
+) -> tuple[float, float]:
     """The last step and the next one: a secant, an inverse parabola, or half of what is left."""
     if abs(step_pre) > delta and abs(f_x) < abs(f_pre):
         try:
@@ -55,11 +70,11 @@ def _next(x_pre, f_pre, x, f_x, x_other, f_other, step_pre, step, delta, half):
     return half, half
 
 
-def _signs_differ(a, b):
+def _signs_differ(a: float, b: float) -> bool:
     return math.copysign(1.0, a) != math.copysign(1.0, b)
 
 
-def _value(f, x):
+def _value(f: Callable[[float], Any], x: float) -> float:
     value = float(f(x))
     if math.isnan(value):
         raise ValueError(f"The function value at x={x} is NaN; solver cannot continue.")

@@ -18,7 +18,11 @@ from ..scene import Scene
 from .outputs import ANCHOR, Output, numbers_of, series_after, unit_of_series
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import xarray as xr
+
+    from .companion import Event
 
 RESOLVED, SUSPECT, NONE = VERDICTS = ("resolved", "suspect", "none")
 #: Least bar of an extreme over the rms difference of the series, divided as the differences are, and of a mean.
@@ -66,12 +70,16 @@ def dataset_of(found: dict[Output, Bar], sentences: list[str], scene: Scene) -> 
 
 
 def bars_of(
-    record: "xr.Dataset", scene: Scene, companion: "xr.Dataset | Exception | None", ratio: float = 2.0
+    record: "xr.Dataset",
+    scene: Scene,
+    companion: "xr.Dataset | Exception | None",
+    ratio: float = 2.0,
+    events: "Mapping[Event, xr.Dataset] | None" = None,
 ) -> tuple[dict[Output, Bar], list[str]]:
     """(Bar of each output, sentences about all of them).
 
     companion: record of a coarser run, why it failed, or None where the steps' part alone is asked for.
-    ratio: of its steps and elements to the run's.
+    ratio: of its steps and elements to the run's.  events: records of companions around extremes, in their own times.
     """
     start, end = window_start(scene), scene.time.end
     whole, fine, corrected = series_after(record, start), {}, series_after(corrected_of(record), start)
@@ -83,18 +91,19 @@ def bars_of(
         end = min(end, float(companion.time[-1]))
         fine, coarse = series_after(record, start, end), series_after(companion, start, end)
         reason = _cut(record, companion) or _rings(fine)
+    irregular = scene.waves is not None and scene.waves.irregular
     second = ratio**2 - 1
     first, sentences = second / 2, [] if reason is None else [reason]
     factor = second if _smooth(scene) and scene.time.scheme != "backward-euler" else first
     if not _smooth(scene):
         sentences.append("Lines go slack or lie on a bed: bars are orders of magnitude.")
     if end < scene.time.end:
-        later = "; extremes of a sea after it are suspect" if scene.waves is not None and scene.waves.irregular else ""
+        later = "; extremes of a sea are those of runs around them, or suspect" if irregular else ""
         sentences.append(
             f"Bars are those of the run until {end:g} s, in proportion to the range of each series{later}."
         )
     found, far = {}, []
-    irregular = scene.waves is not None and scene.waves.irregular
+    around = {event: _around(record, event, other) for event, other in (events or {}).items()}
     for (name, part), series in whole.items():
         both = (fine.get((name, part)), coarse.get((name, part)))
         divided = first if name == "tension_anchor" and _of_elements(scene) else factor
@@ -104,10 +113,15 @@ def bars_of(
         newton, chance = _newton(scene, series), _chance(scene, series)
         for number, value in numbers_of(series).items():
             bar, of_steps = max(abs(total[number]), FLOOR[number] * rms / divided), abs(steps[number])
-            unseen = irregular and end < _instant(series, number)
+            unseen, error = irregular and end < (t := _instant(series, number)), total[number]
+            if unseen and (event := next((e for e in around if e.settled <= t <= e.end), None)) is not None:
+                both = (all_of[name, part] for all_of in around[event])
+                error, of_event, astray = _compared(series, *both, divided, whole=True)
+                error, unseen = error[number], astray
+                bar = max(abs(error), of_event / divided)
             bar = of_steps if of_steps > bar else bar
             verdict = _verdict(bar, size, reason, doubtful or unseen, series.noise)
-            parts = of_steps, abs(total[number] - steps[number]), newton, chance.get(number, math.nan)
+            parts = of_steps, abs(error - steps[number]), newton, chance.get(number, math.nan)
             found[Output(name, number, part)] = Bar(value, bar, verdict, *parts)
         far += [series.label] * lost
     if far and reason is None:
@@ -115,11 +129,20 @@ def bars_of(
     return found, sentences
 
 
-def _compared(series, fine, coarse, factor):
-    """({number: its error}, rms difference, True if the companion goes another way); fine, coarse: until one time."""
+def _around(record, event, companion):
+    """Series of a record and of the companion around an event, from where that has settled."""
+    companion = companion.assign_coords(time=companion.time.values + event.begin)
+    return [series_after(one, event.settled, event.end) for one in (record, companion)]
+
+
+def _compared(series, fine, coarse, factor, whole=False):
+    """({number: its error}, rms difference, True if the companion goes another way) of a series.
+
+    fine, coarse: in one window, which stands for all of the series by the range in it, unless it is the `whole` matter.
+    """
     x = np.interp(coarse.t, fine.t, fine.x)
     rms = math.sqrt(np.mean((x - coarse.x) ** 2))
-    share = np.ptp(series.x) / np.ptp(fine.x) if np.ptp(fine.x) > 0 else 1.0
+    share = np.ptp(series.x) / np.ptp(fine.x) if np.ptp(fine.x) > 0 and not whole else 1.0
     one, other = numbers_of(fine), numbers_of(coarse)
     lost = bool(rms > LOST * fine.standard_deviation and rms > 100 * series.noise)
     return {n: share * (other[n] - one[n]) / factor for n in FLOOR}, share * rms, lost

@@ -1,15 +1,39 @@
-"""The companion of a run: the same scene with steps twice as long and half as many elements."""
+"""Companions of a run: the same scene with steps twice as long and half as many elements, whole or around events."""
 
+import math
 from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
+from ..model.airy import components_of, propagation
 from ..results.measured import window_start
 from ..scene import Scene, load_scene
 from ..scene.settings import fitting, period_of, ramp_of, space_of, stepping_of, with_settings
+from .outputs import ANCHOR, series_after
 
-#: A run of more periods than MANY after its ramp has a companion of the ramp and PERIODS, or a SHARE of the rest.
-MANY, PERIODS, SHARE = 10, 4, 0.1
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: A run of more periods than these after its ramp, driven by one period or by an irregular sea, has a companion of its
+#: beginning: the ramp and PERIODS, or in waves a TENTH of the rest.
+MANY, MANY_OF_A_SEA, PERIODS, TENTH = 10, 20, 4, 0.1
+#: Periods of a companion around an event: growth of the sea from rest, until it has forgotten that, after the event.
+GROWTH, FORGETTING, AFTER = 2, 5, 1
+#: Part of a run that all its companions cover.
+SHARE = 0.5
+#: Series whose extremes are events, in the order of their importance.
+EVENTS = ("tension_top", ANCHOR, "cone_angle", "buoy_position_z")
 #: Order in time of the local error of each scheme: tolerances grow with its steps to this power.
 LOCAL_ORDER = {"backward-euler": 2, "bdf2": 3, "generalized-alpha": 3}
+
+
+class Event(NamedTuple):
+    """A companion around an extreme starts from rest at `begin`, counts from `settled` on and ends at `end` [s]."""
+
+    begin: float
+    settled: float
+    end: float
 
 
 def companion_of(scene: Scene) -> Scene:
@@ -17,25 +41,68 @@ def companion_of(scene: Scene) -> Scene:
 
     Every piece of line keeps at least one element.  Of long runs the beginning alone: see `covered`.
     """
+    return load_scene(_coarser(scene), **{"time.end": covered(scene), "accuracy": None})
+
+
+def _coarser(scene):
     space, stepping = space_of(scene), stepping_of(scene)
     if space.mu:
         space = fitting(scene, replace(space, cells=max(1, space.cells // 2)))
     stepping = replace(stepping, step=2 * stepping.step)
-    if stepping.tolerance is not None:
-        tolerance = min(stepping.tolerance * 2 ** LOCAL_ORDER[stepping.scheme], 0.5)
-        stepping = replace(stepping, tolerance=tolerance, largest=None)
-    coarse = with_settings(scene, space, stepping)
-    changes = {"time.end": covered(scene), "accuracy": None}
-    if stepping.tolerance is not None:
-        limits = {"time.min_step": scene.time.min_step, "time.max_step": scene.time.max_step}
-        changes |= {key: 2 * value for key, value in limits.items() if value is not None}
-    return load_scene(coarse, **changes)
+    if stepping.tolerance is None:
+        return with_settings(scene, space, stepping)
+    tolerance = min(stepping.tolerance * 2 ** LOCAL_ORDER[stepping.scheme], 0.5)
+    coarse = with_settings(scene, space, replace(stepping, tolerance=tolerance, largest=None))
+    limits = {"time.min_step": scene.time.min_step, "time.max_step": scene.time.max_step}
+    return load_scene(coarse, **{key: 2 * value for key, value in limits.items() if value is not None})
 
 
 def covered(scene: Scene) -> float:
     """Until when the companion runs [s]."""
     start, end, period = window_start(scene), scene.time.end, period_of(scene)
-    if period is None or end - start <= MANY * period:
+    many = MANY_OF_A_SEA if _is_a_sea(scene) else MANY
+    if period is None or end - start <= many * period:
         return end
     rest = end - ramp_of(scene)
-    return min(end, ramp_of(scene) + max(PERIODS * period, SHARE * rest if scene.waves else 0.0))
+    return min(end, ramp_of(scene) + max(PERIODS * period, TENTH * rest if scene.waves else 0.0))
+
+
+def _is_a_sea(scene):
+    return scene.waves is not None and scene.waves.irregular
+
+
+def events_of(scene: Scene, record: "xr.Dataset") -> list[Event]:
+    """Times around extremes of EVENTS after `covered`, as many as there is room for, the more important ones first.
+
+    None where a start from rest is not that of the scene, or more than the sea depends on time.
+    """
+    least, end = covered(scene), scene.time.end
+    ends = [end for piece in scene.network.pieces for end in piece.ends if end.top is not None]
+    parts = any(piece.section.fails_at for piece in scene.network.pieces)
+    if least >= end or not _is_a_sea(scene) or parts or any(one.kind != "fixed" for one in ends):
+        return []
+    period, found, room = period_of(scene), [], SHARE * end - least
+    series = series_after(record, window_start(scene))
+    for name in EVENTS:
+        for one in (one for (series_name, _), one in series.items() if series_name == name):
+            instants = [one.t[one.x.argmax()], *([one.t[one.x.argmin()]] if name == EVENTS[-1] else [])]
+            for t in (t for t in instants if t > least and not any(e.settled <= t <= e.end for e in found)):
+                begin = max(math.floor((t - (GROWTH + FORGETTING) * period) / scene.time.step) * scene.time.step, 0.0)
+                event = Event(begin, begin + (GROWTH + FORGETTING - 1) * period, min(t + AFTER * period, end))
+                room -= event.end - event.begin
+                if room >= 0:
+                    found.append(event)
+    return found
+
+
+def companion_around(scene: Scene, event: Event) -> Scene:
+    """The coarser scene from rest at the beginning of an event on, in the same sea; its times count from there."""
+    waves, components = scene.waves, components_of(scene.waves)
+    rows = components.as_rows()
+    at_ground = np.array([propagation(scene, period, way).at_ground for _, period, way, _ in rows])
+    rows[:, 3] = np.degrees(np.mod(components.phase - at_ground * event.begin, 2 * math.pi))
+    keys = ("stretching", "period_seen_from", "kinematics")
+    kept = {key: value for key in keys if (value := getattr(waves, key)) is not None}
+    sea = kept | {"components": rows.tolist(), "ramp": GROWTH * period_of(scene)}
+    changes = {"time.end": event.end - event.begin, "accuracy": None}
+    return load_scene(_coarser(scene).to_dict() | {"waves": sea}, **changes)

@@ -1,4 +1,4 @@
-"""What an engineer looks at before a run: derived numbers of a scene, and where its model leaves its range."""
+"""Derived numbers of a scene before a run, and warnings where its model leaves its range."""
 
 import sys
 from types import ModuleType

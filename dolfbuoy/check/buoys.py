@@ -1,43 +1,153 @@
-"""What `check` says of buoys: mass, draft and metacentre, free and under the pull of their lines, and their rest."""
+"""Buoys: mass, draft and metacentre, free and under the pull of their lines, and places at rest."""
 
 import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
+from ..meshes import HullShape
+from ..model.feasible import hanging_weight, shape_and_mass
+from ..model.problem import Problem
+from ..model.rigid import Floating, MassProperties, float_upright, weight_per_length
 from ..parallel.ranks import bcast
+from ..roots import brentq
+from ..scene import Scene
+from ..scene.buoy import Buoy
+from ..scene.cable import Cable
 from ..scene.network import attached_ends
+from ..scene.stiffness import secant
+
+if TYPE_CHECKING:
+    from .report import Report
 
 
-def of_buoys(scene, buoys, report) -> None:
+@dataclass(frozen=True)
+class Upright:
+    """An upright buoy in still water; name: "" if there is no other.
+
+    pull: of its lines, downwards [N], at a height above the keel [m]; how: words for it, "" if nothing is known of one.
+    righted: True if lines off its axis right it too.
+    """
+
+    name: str
+    section: Buoy
+    shape: HullShape
+    mass: MassProperties
+    density: float
+    gravity: float
+    pull: float = 0.0
+    height: float = 0.0
+    how: str = ""
+    righted: bool = False
+
+    @property
+    def spare(self) -> float:
+        """Buoyancy less weight when it is drowned [N]."""
+        return float((self.density * self.shape.volume() - self.mass.mass) * self.gravity)
+
+    @property
+    def drowned(self) -> bool:
+        """True if its lines hold all of it under water."""
+        return bool(self.how) and self.pull >= self.spare * (1 - 1e-9)
+
+    def under(self, pull: float) -> Floating:
+        """Upright hydrostatics under a pull [N].  Raises InputError if it sinks."""
+        return float_upright(self.shape, self.mass, self.density, self.gravity, pull, self.height)
+
+    @property
+    def GM(self) -> float:
+        """Restoring lever per weight under the pull [m]."""
+        if not self.drowned:
+            return self.under(self.pull).GM
+        arm = self.density * self.shape.volume() * (self.shape.centroid() - self.height)
+        return float(arm / self.mass.mass - (self.mass.height - self.height))
+
+
+def buoys_of(scene: Scene, rest: Problem | None = None) -> list[Upright]:
+    """The buoys of a scene with water; rest: its equilibrium, a solved static Problem, if it is known."""
+    network, found = scene.network, []
+    if scene.sea is None:
+        return []
+    for name, section in network.buoys.items():
+        called = name if len(network.buoys) > 1 else ""
+        free = Upright(called, section, *shape_and_mass(section), scene.sea.density, scene.gravity)
+        found.append(_moored(scene, name, free, rest) if scene.gravity else free)
+    return found
+
+
+def _moored(scene: Scene, name: str, buoy: Upright, rest: Problem | None) -> Upright:
+    """The buoy under the pull of its lines: of one that hangs straight down, else at rest if that is known."""
+    network = scene.network
+    ends: list[Any] = [(network.pieces[k], k, i) for k, i in attached_ends(network)]
+    ends = [(piece, k, i) for piece, k, i in ends if piece.ends[i].name == name]
+    fairleads, known = [piece.ends[i].fairlead for piece, _, i in ends], buoy.section.fairleads or {}
+    places = [known[f] if f else (0.0, 0.0, buoy.section.mooring_height) for f in fairleads]
+    buoy = replace(buoy, righted=any(x or y for x, y, _ in places))
+    if len(ends) == 1 and not buoy.righted and (far := ends[0][0].ends[1 - ends[0][2]]).held:
+        line = ends[0][0].section, far.top.position[2], hanging_weight(scene, name)
+        return _above(scene, *line, replace(buoy, height=places[0][2]))
+    if rest is None or not ends:
+        return buoy
+    pulls = [float(rest.end_force(k, i)[2]) for _, k, i in ends]
+    if sum(pulls) <= -buoy.mass.mass * buoy.gravity:  # they hold it up, out of the water
+        return buoy
+    height = sum(pull * z for pull, (_, _, z) in zip(pulls, places, strict=True)) / (sum(pulls) or math.inf)
+    return replace(buoy, pull=sum(pulls), height=height, how="with the pull of its lines")
+
+
+def _above(scene: Scene, c: Cable, bottom: float, hanging: float, buoy: Upright) -> Upright:
+    """The buoy straight above the lower end of a line: with its hanging weight, or drawn down by it."""
+    w, most = weight_per_length(scene, c), buoy.spare * (1 - 1e-12)
+
+    def room(pull: float) -> float:
+        """Length of the stretched line less the height of the mooring point above its lower end [m]."""
+        middle = pull - w * c.length / 2
+        stretched = c.length * (1 + middle / secant(c.axial_stiffness, middle))
+        return float(stretched - (buoy.height - buoy.under(pull).draft - bottom))
+
+    if room(hanging) >= 0:
+        return replace(buoy, pull=hanging, how="with the weight of the cable")
+    pull = most if room(most) < 0 else float(brentq(room, hanging, most))
+    return replace(buoy, pull=pull, how="on its taut cable")
+
+
+# -- rows --------------------------------------------------------------------------------------------------------------
+
+
+def of_buoys(depth: float, buoys: Iterable[Upright], report: "Report") -> None:
     """Add masses, drafts and metacentric heights to the Report of `check`."""
     for buoy in buoys:
-        said, free, lever = report.about(buoy.name), buoy.under(0.0), "restoring lever per weight of the buoy"
-        said.add("buoy mass with point masses", buoy.mass.mass, "kg")
-        said.add("centre of mass C above keel", buoy.mass.height, "m")
-        said.add("draft, free", free.draft, "m")
-        said.add("GM, free", free.GM, "m")
+        about, free, lever = report.about(buoy.name), buoy.under(0.0), "restoring lever per weight of the buoy"
+        about.add("buoy mass with point masses", buoy.mass.mass, "kg")
+        about.add("centre of mass C above keel", buoy.mass.height, "m")
+        about.add("draft, free", free.draft, "m")
+        about.add("GM, free", free.GM, "m")
         if buoy.drowned:
-            said.add("the cable holds the buoy under water: pull", buoy.spare, "N", "all of its spare buoyancy")
-            said.warn(
-                f"All of the hull is under water, held there with {buoy.spare:.4g} N: its lines are too short or too "
-                f"heavy for {scene.sea.depth:.4g} m of water."
-            )
-            said.add("GM under water", buoy.GM, "m", lever)
+            about.add("the cable holds the buoy under water: pull", buoy.spare, "N", "all of its spare buoyancy")
+            about.add("GM under water", buoy.GM, "m", lever)
         elif buoy.how:
-            said.add(f"draft {buoy.how}", buoy.under(buoy.pull).draft, "m")
-            said.add(f"GM {buoy.how}", buoy.GM, "m", lever)
-        if buoy.GM <= 0:
-            heels = "only its lines right it" if buoy.righted else "the upright buoy is unstable and heels over"
-            said.warn(f"GM = {buoy.GM:.3g} m is not positive: {heels}.")
+            about.add(f"draft {buoy.how}", buoy.under(buoy.pull).draft, "m")
+            about.add(f"GM {buoy.how}", buoy.GM, "m", lever)
+        about.warn(
+            buoy.drowned,
+            f"All of the hull is under water, held there with {buoy.spare:.4g} N: its lines are too short or too "
+            f"heavy for {depth:.4g} m of water.",
+        )
+        heels = "only its lines right it" if buoy.righted else "the upright buoy is unstable and heels over"
+        about.warn(buoy.GM <= 0, f"GM = {buoy.GM:.3g} m is not positive: {heels}.")
 
 
-def buoys_at_rest(problem, report) -> None:
-    """Add where moored buoys rest to the Report of `check`; collective."""
+def buoys_at_rest(problem: Problem, report: "Report") -> None:
+    """Add places of moored buoys at rest to the Report of `check`; collective."""
     network = problem.network
     for name, rank in problem.buoy_ranks.items():
         buoy, of = problem.buoys.get(name), f" of {name}" if len(network.buoys) > 1 else ""
         x, y, z = bcast(problem.comm, buoy and buoy.fields.of(problem.system.u[buoy.part.slice]).position, rank)
         ends = [(network.pieces[k], i) for k, i in attached_ends(network)]
         cables = [(piece.cable, i) for piece, i in ends if piece.ends[i].name == name]
-        far = [network.pieces[network.first_of(c) if i else network.last_of(c)].ends[1 - i] for c, i in cables]
+        far: list[Any] = [
+            network.pieces[network.first_of(c) if i else network.last_of(c)].ends[1 - i] for c, i in cables
+        ]
         if far and all(end.held for end in far):
             middle = [sum(end.top.position[axis] for end in far) / len(far) for axis in (0, 1)]
             what = "the anchor" if len(far) == 1 else "the middle of its anchors"

@@ -1,22 +1,28 @@
-"""What `check` says of lines: weights, periods and steps, and how they hang at rest."""
+"""Lines: weights, periods, steps and snaps; tensions, strength and heights at rest, and lengths on the bed."""
 
 import math
 from itertools import groupby
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..elsewhere import MPI
 from ..meshes import cable_nodes
 from ..model.effects import called_by
+from ..model.problem import Problem
 from ..model.rigid import cross_section, weight_per_length
+from ..model.seabed import has_friction, stick_length
 from ..model.surfacing import surfacing
+from ..results.snaps import PULSES
 from ..results.summary import UNSEEN
 from ..results.utilisation import Utilisation, never_parted, stressed
+from ..scene import Scene
 from ..scene.cable import Cable
+from ..scene.network import Network
 from ..solver import compat
-from .bed import on_the_bed
-from .snaps import of_snaps
+
+if TYPE_CHECKING:
+    from .report import Report
 
 #: A cable with less tension than this part of the forces of its scene is taken for slack.
 LEAST_TENSION = 1e-4
@@ -26,6 +32,14 @@ ROUNDING = 1e-9
 RISE = 1e-3
 #: Keys by which pieces of a cable differ.
 MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass", "damping", "slack")
+#: Steps in which an elastic wave runs along a line and back for the peak of a snap (12 gave 6 % less than 25, 6 gave
+#: 18 % less), without damping, with which a run makes its steps small enough by itself.
+STEPS_OF_A_WAVE = 10
+#: Length of the elements at the touchdown over T/w, the radius of the bend there, for 1 % in the top tension; of degree
+#: 1, and of higher ones (tests/verification/touchdown.py).
+LONGEST_AT_TOUCHDOWN = 0.3, 0.45
+#: Lines sink less than this into the bed [m].
+DEEPEST_SAG = 0.01
 
 
 class Line(NamedTuple):
@@ -37,10 +51,10 @@ class Line(NamedTuple):
     length: float
 
 
-def lines_of(network) -> list[Line]:
+def lines_of(network: Network) -> list[Line]:
     """The cables of a network; of several materials their parts."""
 
-    def kind(k):
+    def kind(k: int) -> tuple[int, str]:
         return network.pieces[k].cable, repr([getattr(network.pieces[k].section, key) for key in MATERIAL])
 
     found = []
@@ -52,56 +66,97 @@ def lines_of(network) -> list[Line]:
     return found if len(found) > 1 else [line._replace(name="") for line in found]
 
 
-def of_lines(scene, network, report) -> None:
+def of_lines(scene: Scene, network: Network, report: "Report") -> None:
     """Add weights, axial periods and limits of explicit steps to the Report of `check`."""
     for sentence in never_parted(scene):
-        report.warn(sentence)
+        report.warn(True, sentence)
     for line in lines_of(network):
-        c, said, where = line.material, report.about(line.name), "in water" if scene.sea else "in air"
+        c, about, where = line.material, report.about(line.name), "in water" if scene.sea else "in air"
         w, slowness = weight_per_length(scene, c), math.sqrt(c.line_density / c.axial_stiffness)
-        said.add(f"cable weight {where} per metre", w, "N/m")
-        said.add(f"cable weight {where}", w * line.length, "N")
+        about.add(f"cable weight {where} per metre", w, "N/m")
+        about.add(f"cable weight {where}", w * line.length, "N")
         remark = "C = 1; for P1, smaller for higher degrees" if c.position_degree > 1 else "C = 1"
-        if slowness:
-            report.periods[f"{line.name or 'cable'}, first axial (fixed ends)"] = 2 * line.length * slowness
         sizes = [(s.length, s.elements, s.grading) for s in (network.pieces[k].section for k in line.pieces)]
         h = min(np.diff(cable_nodes(*size)).min() for size in sizes)
         limit, none = h / (2 * math.sqrt(3)) * slowness, "inextensible: no explicit step at all"
-        said.add("explicit step limit of Eq. (24)", limit, "s", remark if slowness else none)
+        about.add("explicit step limit of Eq. (24)", limit, "s", remark if slowness else none)
         if slowness:
-            of_snaps(scene, c, line.length, said)
+            report.periods[f"{line.name or 'cable'}, first axial (fixed ends)"] = 2 * line.length * slowness
+            _snaps(scene, c, line.length, about)
 
 
-def lines_at_rest(problem, report) -> None:
-    """Add tensions, strength, what lies and what hangs, and transverse periods to the Report of `check`; collective."""
-    network = problem.network
-    for cable in range(len(network.cables)):
+def _snaps(scene: Scene, material: Cable, length: float, report: "Report") -> None:
+    """Add damping and the pull of a snap of an elastic line to the Report of `check`.
+
+    A line that moves by v along itself until it is taut pulls by Z v at an end that holds it, Z = sqrt(EA rho0), and by
+    half of that where it meets line at rest: exactly without damping, and until the elastic wave is back.
+    """
+    tau = material.damping / material.axial_stiffness
+    report.add("cable internal damping", material.damping, "N s", f"c/EA = {tau:.4g} s" if tau else "none")
+    if material.slack != "tension-only":
+        return
+    travel = 2 * length * math.sqrt(material.line_density / material.axial_stiffness)
+    pull = math.sqrt(material.line_density * material.axial_stiffness)
+    report.add("pull of a snap at a held end per m/s", pull, "N", f"without damping, for {travel:.3g} s at most")
+    _undamped(scene, material, report)
+    time, longest = scene.time, f"{travel / STEPS_OF_A_WAVE:.2g}"
+    if time and not tau and time.tolerance is None:
+        report.warn(
+            time.step > float(longest),
+            f"Where the cable comes taut, steps of {time.step:g} s hide the peak: it needs {longest} s, or "
+            "cable.damping, with which a run makes its steps smaller there.",
+        )
+
+
+def _undamped(scene: Scene, material: Cable, report: "Report") -> None:
+    """Warn of an elastic line in motion without damping, which can come taut or lies on a bed."""
+    elastic = np.isfinite(material.axial_stiffness)
+    report.warn(scene.time and not material.damping and elastic, f"The cable has {PULSES}")
+
+
+# -- at rest -----------------------------------------------------------------------------------------------------------
+
+
+def lines_at_rest(problem: Problem, report: "Report") -> None:
+    """Add tensions, strength, lying and hanging parts, and transverse periods to the Report of `check`; collective."""
+    network, scene, several = problem.network, problem.scene, len(problem.network.cables) > 1
+    abouts = [report.about(name if several else "") for name in network.cables]
+    for cable, about in enumerate(abouts):
         _forces(problem, report, cable)
-        _rising(problem, report.about(network.cables[cable] if len(network.cables) > 1 else ""), cable)
-    if problem.scene.sea:
+        _rising(problem, about, cable)
+    if scene.sea:
         _above_water(problem, report)
-    _strength(problem, report)
+    names, use = stressed(network), Utilisation(problem)
+    if names:
+        use.note()
+    for name, value in zip(names, use.values if names else (), strict=True):
+        of = f" of {name}" if len(network.pieces) > 1 else ""
+        report.add(f"equilibrium: largest tension over breaking load{of}", value)
+        report.warn(value > 1, f"The equilibrium is above the breaking load of {name}.")
     smallest = problem.smallest_tension()
-    if smallest < -ROUNDING * problem.typical_force:  # a slack rope has none
-        report.warn(f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).")
+    report.warn(  # a slack rope has none
+        smallest < -ROUNDING * problem.typical_force,
+        f"The equilibrium has compressed elements (smallest tension {smallest:.4g} N).",
+    )
     if problem.lines.bed is not None:
-        on_the_bed(problem, report)
-    elif problem.scene.sea:
-        for cable, name in enumerate(network.cables):
-            _hanging(problem, report.about(name if len(network.cables) > 1 else ""), cable)
+        _on_bed(problem, report)
+    elif scene.sea:
+        for cable, about in enumerate(abouts):
+            _hanging(problem, about, cable, scene.sea.depth)
     for line in [] if network.buoys else lines_of(network):
         _transverse(problem, report, line)
 
 
-def _forces(problem, report, cable):
-    """At the ends of a cable, and what marine growth adds to its weight."""
-    network, held, name = problem.network, problem.anchor_force(cable=cable), problem.network.cables[cable]
+def _forces(problem: Problem, report: "Report", cable: int) -> None:
+    """Forces at the ends of a cable, and the weight that marine growth adds."""
+    network, name = problem.network, problem.network.cables[cable]
+    pulls: Any = problem.anchor_force(cable=cable), problem.end_tension(cable=cable)
     (low, high), alone = network.ends_of(cable), len(network.cables) == 1
     high = "the top" if alone and network.pieces[-1].ends[1].kind == "buoy" else high
     of, to = ("", "") if alone else (f" of {name}", f" to {name}")
-    report.add(f"equilibrium: tension{of} at {high}", np.linalg.norm(problem.end_tension(cable=cable)), "N")
-    report.add(f"equilibrium: force{of} at {low}", np.linalg.norm(held), "N")
-    report.add(f"equilibrium: uplift{of} at {low}", -held[2], "N", "the part that pulls it up")
+    report.add(f"equilibrium: tension{of} at {high}", float(np.linalg.norm(pulls[1])), "N")
+    report.add(f"equilibrium: force{of} at {low}", float(np.linalg.norm(pulls[0])), "N")
+    report.add(f"equilibrium: uplift{of} at {low}", -pulls[0][2], "N", "the part that pulls it up")
     grown = [problem.lines.holder(k) for k in network.pieces_of(cable) if network.pieces[k].section.marine_growth]
     if grown and problem.scene.sea:
         found = [(lines.growth, lines.line_of_cell == k) for lines, k in grown]
@@ -112,8 +167,8 @@ def _forces(problem, report, cable):
         report.add(f"marine growth adds in water{to}", weight, "N", remark)
 
 
-def _rising(problem, report, cable):
-    """A cable that is lighter than water as a whole, and how far it stands above its ends."""
+def _rising(problem: Problem, report: "Report", cable: int) -> None:
+    """Warn of a cable that is lighter than water as a whole and stands above its ends."""
     network, lines, scene = problem.network, problem.lines, problem.scene
     sections = [network.pieces[k].section for k in network.pieces_of(cable)]
     weight, length = sum(weight_per_length(scene, c) * c.length for c in sections), sum(c.length for c in sections)
@@ -123,13 +178,14 @@ def _rising(problem, report, cable):
     ends = lines.end_dofs[network.first_of(cable)][0][2:], lines.end_dofs[network.last_of(cable)][1][2:]
     heights = [problem.system.u[dofs] for dofs in (lines.node_dofs[mine, 2], np.concatenate(ends))]
     highest, end = (problem.comm.allreduce(z.max(initial=-math.inf), op=MPI.MAX) for z in heights)
-    rise = highest - end
-    if rise > RISE * length:
-        report.warn(f"The cable is lighter than water, by {-weight:.4g} N: it floats up, {rise:.3g} m above its ends.")
+    report.warn(
+        highest - end > RISE * length,
+        f"The cable is lighter than water, by {-weight:.4g} N: it floats up, {highest - end:.3g} m above its ends.",
+    )
 
 
-def _above_water(problem, report):
-    """What of each cable is out of the water, or may get there."""
+def _above_water(problem: Problem, report: "Report") -> None:
+    """Length of each cable that is out of the water, or may get there."""
     network, may, above = problem.network, surfacing(problem.scene), np.zeros(len(problem.network.cables))
     for lines in problem.lines.groups:
         ends = compat.cell_dofs(lines.positions)[:, :2]  # the ends of a cell are its first nodes
@@ -145,47 +201,41 @@ def _above_water(problem, report):
             report.add(
                 f"equilibrium: length above the water{of}", length, "m", "dry there, in waves above their surface"
             )
-        elif length > RISE * sum(network.pieces[k].section.length for k in network.pieces_of(cable)):
-            report.warn(f"{length:.4g} m{of or ' of the cable'} are above the water, {UNSEEN}")
+        else:
+            least = RISE * sum(network.pieces[k].section.length for k in network.pieces_of(cable))
+            report.warn(length > least, f"{length:.4g} m{of or ' of the cable'} are above the water, {UNSEEN}")
 
 
-def _strength(problem, report):
-    """How near lines are to breaking."""
-    if names := stressed(problem.network):
-        use, several = Utilisation(problem), len(problem.network.pieces) > 1
-        use.note()
-        for name, value in zip(names, use.values, strict=True):
-            report.add(f"equilibrium: largest tension over breaking load{f' of {name}' if several else ''}", value)
-            if value > 1:
-                report.warn(f"The equilibrium is above the breaking load of {name}.")
-
-
-def _hanging(problem, report, cable):
-    """Where a cable hangs below a bed that does not carry it, or would without load."""
-    network, lines, depth = problem.network, problem.lines, problem.scene.sea.depth
+def _hanging(problem: Problem, report: "Report", cable: int, depth: float) -> None:
+    """Warn of a cable that hangs below a bed that does not carry it, or would without load."""
+    network, lines = problem.network, problem.lines
     pieces, z = [network.pieces[k] for k in network.pieces_of(cable)], problem.system.u[lines.node_dofs[:, 2]]
     length = sum(piece.section.length for piece in pieces)
     mine = np.isin(lines.line_of_node, network.pieces_of(cable))
     below = problem.comm.allreduce(-depth - z[mine].min(initial=math.inf), op=MPI.MAX)
     ends = [pieces[0].ends[0], pieces[-1].ends[1]]
-    held, buoys = [end for end in ends if end.held], [end.name for end in ends if end.kind == "buoy"]
+    tops: list[Any] = [end.top for end in ends if end.held]
+    buoys = [end.name for end in ends if end.kind == "buoy"]
     on_buoys = [end.name for piece in network.pieces for end in piece.ends if end.kind == "buoy"]
-    slack = length - abs(held[0].top.position[2]) if held and buoys and on_buoys.count(buoys[0]) == 1 else 0.0
-    if below > 1e-6 * length:
-        report.warn(f"At rest the cable hangs up to {below:.3g} m below the sea bed: there is no [seabed] to carry it.")
-    elif slack > 0:
-        beyond = f"{slack:.3g} m longer than the water is deep"
-        report.warn(f"The cable is {beyond}: without load it hangs below its anchor.")
+    slack = length - abs(tops[0].position[2]) if tops and buoys and on_buoys.count(buoys[0]) == 1 else 0.0
+    hangs = below > 1e-6 * length
+    report.warn(
+        hangs, f"At rest the cable hangs up to {below:.3g} m below the sea bed: there is no [seabed] to carry it."
+    )
+    report.warn(
+        slack > 0 and not hangs,
+        f"The cable is {slack:.3g} m longer than the water is deep: without load it hangs below its anchor.",
+    )
 
 
-def _transverse(problem, report, line):
-    """Transverse modes of a taut line, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
+def _transverse(problem: Problem, report: "Report", line: Line) -> None:
+    """Add the transverse modes of a taut line, T_n = 2/n int sqrt(m/T) ds, with the equilibrium's tension."""
     c, scene, comm, least, travel = line.material, problem.scene, problem.comm, math.inf, 0.0
-    added = scene.sea.density * cross_section(c) * c.added_mass if scene.sea else 0.0
+    added = scene.sea.density * (cross_section(c) or 0.0) * c.added_mass if scene.sea else 0.0
     for lines, k in map(problem.lines.holder, line.pieces):
         u, swings = problem.system.u, lines.line_of_cell == k
         if lines.bed is not None:  # what lies does not swing
-            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.lying(u, k).s
+            swings &= lines.cell_ends[:, 0] >= lines.begins[k] + lines.grounded(u, k).s
         T, h = lines.mean_tension(u)[swings], np.diff(lines.cell_ends[swings], axis=1)[:, 0]
         thicker, heavier = lines.growth.factors[swings].T if lines.growth is not None else np.ones((2, len(T)))
         least = min(least, T.min(initial=math.inf))
@@ -195,3 +245,54 @@ def _transverse(problem, report, line):
     taut = travel and least > LEAST_TENSION * problem.typical_force  # a slack one has no such modes
     for n in (1, 2) if taut else ():
         report.periods[f"{line.name or 'cable'}, transverse {n} (taut, fixed ends)"] = 2 * travel / n
+
+
+def _on_bed(problem: Problem, report: "Report") -> None:
+    """Add the lying part of every piece of line of a solved static Problem to the Report of `check`."""
+    scene, network, lines = problem.scene, problem.network, problem.lines
+    several, friction = len(network.pieces) > 1, scene.seabed.friction if scene.seabed else 0.0
+    below: dict[Any, float] = {}
+    for k, piece in enumerate(network.pieces):
+        lies, held = lines.grounded(problem.system.u, k), piece.ends[0].held
+        places: list[Any] = [end.top and end.top.position for end in piece.ends]
+        of, about = (f" of {network.name_of(k)}", report.about(network.name_of(k))) if several else ("", report)
+        ends = zip(places, piece.ends, strict=True)
+        below |= {place: -float(lines.bed.gap(np.array(place))) for place, end in ends if end.held}
+        if lies.length or not several:
+            report.add(f"equilibrium: length on the sea bed{of}", lies.length, "m")
+        if not lies.length:
+            continue
+        T = problem.tension_at(lies.s, k)
+        if held:
+            away = math.dist(lies.touchdown, places[0])
+            report.add(f"equilibrium: touchdown{of} from {network.ends_of(piece.cable)[0]}", away, "m")
+        report.add(f"equilibrium: deepest sag{of} into the bed", lies.sag, "m")
+        if held and friction and not has_friction(scene, dynamic=False):
+            most = friction * abs(lines.weight_of(k)) * lies.length
+            slip = f"once it has slipped by {stick_length(scene):.3g} m; seabed.start = 'pulled' has it at rest"
+            name = f"equilibrium: tension that friction could carry{of}"
+            report.add(name, min(most, max(T, 0.0)), "N", slip)
+        _touchdown_elements(problem, about, k, lies.s, T / abs(lines.weight_of(k)))
+        if piece.section.slack != "tension-only":
+            _undamped(scene, piece.section, about)
+    for position, depth in below.items():
+        what = f"The end at {list(position)}" if several else "The anchor"
+        report.warn(
+            depth > DEEPEST_SAG, f"{what} is {depth:.3g} m below the sea bed, which presses the cable up there."
+        )
+
+
+def _touchdown_elements(problem: Problem, report: "Report", piece: int, s: float, radius: float) -> None:
+    """The touchdown is a jump of curvature that no degree resolves: elements there must be short against T/w."""
+    lines = problem.lines
+    begins, ends = (lines.cell_ends - lines.begins[piece]).T
+    here = (lines.line_of_cell == piece) & (begins <= s) & (s <= ends)
+    h = problem.comm.allreduce(float((ends - begins)[here].max(initial=0.0)), op=MPI.MAX)
+    most = LONGEST_AT_TOUCHDOWN[problem.network.pieces[piece].section.position_degree > 1] * radius
+    if not report.prefix:
+        report.add("equilibrium: elements at the touchdown", h, "m", f"for 1 % in the top tension {most:.4g} m at most")
+    report.warn(
+        h > most,
+        f"The elements at the touchdown are {h:.3g} m long where the cable bends with a radius of "
+        f"{radius:.3g} m: tensions may be more than 1 % wrong; take {most:.2g} m there.",
+    )

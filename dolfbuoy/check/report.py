@@ -1,8 +1,9 @@
-"""What a naval engineer looks at before a run: derived numbers of a scene, and where its model leaves its range."""
+"""Report of `check`: effects, derived numbers, periods and warnings of a scene."""
 
 import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,12 +11,14 @@ from ..elsewhere import MPI
 from ..model.effects import names as effects_of
 from ..model.feasible import check_feasible
 from ..model.prescribed_ends import overshoot
+from ..model.problem import Problem
 from ..scene import Scene, load_scene
+from ..scene.cable import Top
+from ..scene.network import Network
 from ..statics.equilibrium import solve_equilibrium
 from ..statics.first_shape import check_first_shape
-from .buoys import buoys_at_rest, of_buoys
+from .buoys import buoys_at_rest, buoys_of, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
-from .upright import buoys_of
 from .waves import in_waves
 
 #: Part of its range by which a motion along rows may go beyond them without a word.
@@ -26,7 +29,7 @@ JUMP = 0.5, 5
 
 @dataclass
 class Report:
-    """effects: what is compiled.  numbers: (name, value, unit, remark).  periods: name -> s.  warnings: sentences.
+    """effects: compiled ones.  numbers: (name, value, unit, remark).  periods: name -> s.  warnings: sentences.
 
     prefix: goes before the names of numbers and before sentences that are added.
     """
@@ -41,16 +44,17 @@ class Report:
         """The same report, to which rows and sentences about a line or buoy of this name are added; "": without it."""
         return replace(self, prefix=f"{name}: " if name else "")
 
-    def add(self, name, value, unit="", remark=""):
+    def add(self, name: str, value: float, unit: str = "", remark: str = "") -> None:
         """Add a number."""
         self.numbers.append((self.prefix + name, float(value), unit, remark))
 
-    def warn(self, sentence):
-        """Add a warning."""
-        self.warnings.append(self.prefix + sentence)
+    def warn(self, when: object, sentence: str) -> None:
+        """Add a warning if `when` is true."""
+        if when:
+            self.warnings.append(self.prefix + sentence)
 
 
-def check(scene: Scene | str | Path | dict, comm=MPI.COMM_WORLD, **overrides) -> Report:
+def check(scene: Scene | str | Path | dict[str, Any], comm: Any = MPI.COMM_WORLD, **overrides: Any) -> Report:
     """Derived numbers and warnings; solves for the equilibrium if the scene starts from it, collectively.
 
     overrides: see load_scene.
@@ -68,7 +72,7 @@ def check(scene: Scene | str | Path | dict, comm=MPI.COMM_WORLD, **overrides) ->
     return report
 
 
-def derived(scene, rest=None) -> Report:
+def derived(scene: Scene, rest: Problem | None = None) -> Report:
     """Numbers and warnings of lines, buoys and waves; rest: the equilibrium, a solved static Problem, if it is known.
 
     Raises InputError for a buoy that sinks.
@@ -76,36 +80,35 @@ def derived(scene, rest=None) -> Report:
     report, network, buoys = Report(effects_of(scene)), scene.network, buoys_of(scene, rest)
     _motions(network, report)
     of_lines(scene, network, report)
-    of_buoys(scene, buoys if scene.gravity else [], report)
+    if scene.sea and scene.gravity:
+        of_buoys(scene.sea.depth, buoys, report)
     for name, material in (scene.material or {}).items():
         if material.source is not None:
             report.add(f"breaking load of {name}", material.breaking_load or math.nan, "N", material.source)
-    if scene.waves:
-        in_waves(scene, lines_of(network), buoys, report)
+    in_waves(scene, lines_of(network), buoys, report)
     return report
 
 
-def _motions(network, report):
-    """Ends that are moved along rows, whose spline swings beyond them."""
-    ends = {end.name or network.ends_of(p.cable)[k]: end for p in network.pieces for k, end in enumerate(p.ends)}
-    for name, end in ends.items():
-        if end.top is None or not end.top.motion:
+def _motions(network: Network, report: Report) -> None:
+    """Add warnings on ends that are moved along rows: overshoot of the spline, jumps of the velocity."""
+    ends = {end.name or network.ends_of(p.cable)[k]: end.top for p in network.pieces for k, end in enumerate(p.ends)}
+    for name, top in ends.items():
+        if top is None or not top.motion:
             continue
-        beyond = overshoot(end.top.motion)
-        if beyond > OVERSHOOT:
-            report.warn(
-                f"The motion of {name} goes {100 * beyond:.2g} % of its range beyond its rows, which a cubic spline "
-                "joins: give more rows where it turns."
-            )
-        jump, t = _jump(end.top)
-        if jump:
-            report.warn(
-                f"The velocity of {name} jumps by {jump:.3g} m/s from one row of its motion to the next at "
-                f"t = {t:g} s: lines feel that as a blow."
-            )
+        beyond, (jump, t) = overshoot(top.motion), _jump(top)
+        report.warn(
+            beyond > OVERSHOOT,
+            f"The motion of {name} goes {100 * beyond:.2g} % of its range beyond its rows, which a cubic spline "
+            "joins: give more rows where it turns.",
+        )
+        report.warn(
+            jump,
+            f"The velocity of {name} jumps by {jump:.3g} m/s from one row of its motion to the next at "
+            f"t = {t:g} s: lines feel that as a blow.",
+        )
 
 
-def _jump(top):
+def _jump(top: Top) -> tuple[float, float]:
     """(size [m/s], time [s]) of the largest jump of the velocity along rows; (0, 0) if there is none.
 
     An end rests before the first row, unless a ramp lets it go, and after the last one.
@@ -119,8 +122,8 @@ def _jump(top):
     return (jumps[k], rows[k, 0]) if jumps[k] > max(part * speed, times * np.median(jumps)) else (0.0, 0.0)
 
 
-def _at_rest(problem, report):
-    """Add what an equilibrium says: forces, shapes and places, periods of small motions, and Newton's tolerances."""
+def _at_rest(problem: Problem, report: Report) -> None:
+    """Add forces, shapes and places at rest, periods of small motions, and Newton's tolerances."""
     scene, tolerance = problem.scene, problem.scene.solver.step_tolerance
     if problem.lines:
         lines_at_rest(problem, report)

@@ -3,13 +3,16 @@
 A module adds its commands by `@app.command()`; nothing else has to name it.
 """
 
+import itertools
 import pkgutil
 from importlib import import_module
+from typing import Any, get_args, get_type_hints
 
 import typer
 from typer.core import TyperGroup
 from typer.main import get_group
 
+from ..errors import InputError
 from ..parallel import interruption
 from .shared import Interrupted
 
@@ -17,29 +20,38 @@ from .shared import Interrupted
 STARTING = ("entry", "main")
 
 
-class _Group(TyperGroup):
+class Checked(TyperGroup):
+    """Commands whose options are neither empty nor numbers that nobody means."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, command, rest = super().resolve_command(ctx, args)
+        _check_options(command, rest)
+        return name, command, rest
+
+
+class _Group(Checked):
     """Imports the modules of this folder when a command of theirs is requested: a start pays for its own command only.
 
     It ends an interruption itself; typer's word for that would be "Aborted".
     """
 
-    def list_commands(self, ctx):
+    def list_commands(self, ctx: Any) -> list[str]:
         self._import(_modules())
         return super().list_commands(ctx)
 
-    def get_command(self, ctx, cmd_name):
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
         if cmd_name not in self.commands:
             self._import([name for name in _modules() if name == cmd_name])
         if cmd_name not in self.commands:  # in a module with several commands, or misspelt
             self._import(_modules())
         return super().get_command(ctx, cmd_name)
 
-    def _import(self, names):
+    def _import(self, names: list[str]) -> None:
         for name in names:
             import_module(f".{name}", __package__)
-        self.commands |= get_group(app).commands
+        self.commands.update(get_group(app).commands)
 
-    def invoke(self, ctx):
+    def invoke(self, ctx: Any) -> Any:
         try:
             return super().invoke(ctx)
         except Interrupted:
@@ -50,9 +62,28 @@ class _Group(TyperGroup):
             raise
 
 
+def _check_options(command: Any, arguments: list[str]) -> None:
+    """Refuse an option with nothing in it, mostly a variable of a shell that is not set (a path of no name is the
+    folder that one is in), and a number that Python reads but nobody means: 1_0, or digits of another script."""
+    types = get_type_hints(command.callback) if command.callback else {}  # none of a group
+    numbers = {
+        option
+        for one in command.params
+        if {float, int} & {types.get(one.name), *get_args(types.get(one.name))}
+        for option in one.opts
+    }
+    for option, value in itertools.pairwise([*arguments, "-"]):
+        name, equals, given = option.partition("=")
+        value = given if equals else value
+        if name.startswith("--") and not value.strip():
+            raise InputError(f"{name} '': must not be empty.")
+        if name in numbers and ("_" in value or not value.isascii()):
+            raise InputError(f"{name} {value}: must be a number in plain digits, such as 10 or 0.5.")
+
+
 def _modules() -> list[str]:
     """Names of the modules of this folder that may have commands."""
-    folders = import_module(__package__).__path__
+    folders = import_module(str(__package__)).__path__
     return sorted(module.name for module in pkgutil.iter_modules(folders) if module.name not in STARTING)
 
 

@@ -5,12 +5,13 @@ import os
 import shutil
 import subprocess
 import sys
+from types import ModuleType
 
 from ..errors import OF_THE_SYSTEM, InputError
 
 
-def installed():
-    """The module of the versions of what the system has to bring.  Raises InputError if some of it is missing."""
+def installed() -> ModuleType:
+    """The module of the versions of packages of the system.  Raises InputError if some of them are missing."""
     absent = [name for name in OF_THE_SYSTEM if importlib.util.find_spec(name) is None]
     if absent:
         raise InputError(
@@ -23,7 +24,7 @@ def installed():
 
 
 def examine() -> list[tuple[str, bool, str]]:
-    """(what was checked, passed, what was found), in the order of the checks."""
+    """Name of every check, True if it passed, and the result."""
     found = [_version()]
     for name, probe in (("compile a form and solve with SNES", _solve), ("start MPI on two ranks", _mpi)):
         try:
@@ -33,13 +34,13 @@ def examine() -> list[tuple[str, bool, str]]:
     return found
 
 
-def _version():
+def _version() -> tuple[str, bool, str]:
     compat = installed()
     wanted = ", ".join(f"{major}.{minor} ({debian})" for (major, minor), debian in compat.SUPPORTED.items())
     return "dolfinx version", compat.supported(), f"found {compat.versions()['dolfinx']}, supported: {wanted}"
 
 
-def _solve():
+def _solve() -> str:
     from ..api import solve_static
     from ..elsewhere import MPI
 
@@ -53,7 +54,7 @@ def _solve():
     return f"a catenary in {int(record.newton_iterations)} iterations"
 
 
-def _mpi():
+def _mpi() -> str:
     mpirun = shutil.which("mpirun")
     if mpirun is None:
         raise RuntimeError("mpirun is not on the PATH")

@@ -7,7 +7,7 @@ import sys
 from ..parallel import interruption
 
 
-def main():
+def main() -> None:
     """The command line from the first moment to the last."""
     gc.set_threshold(300_000)  # what imports and forms make stays: looking for garbage in it is a tenth of a start
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # there are none: it asks all installed packages for them
@@ -29,8 +29,8 @@ def main():
         interruption.ignore()  # what still comes is the end of Python and of MPI
 
 
-def _open_streams():
-    """Standard streams are there, or the next file that is opened would take their numbers, and what C prints; a
+def _open_streams() -> None:
+    """Open standard streams, or the next file that is opened would take their numbers, and what C prints; a
     character that the terminal's locale does not have is shown as an escape."""
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is None:
@@ -43,7 +43,7 @@ def _open_streams():
             stream.reconfigure(errors="backslashreplace")
 
 
-def _opened(number):
+def _opened(number: int) -> int:
     """The null device under this number."""
     null = os.open(os.devnull, os.O_RDWR)
     if null != number:

@@ -1,19 +1,24 @@
-"""Moorings in the files of other programs, and a scene beside MoorDyn, on the command line."""
+"""Moorings in the files of other programs, and comparisons with MoorDyn, on the command line."""
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..errors import InputError
+from ..parallel.ranks import rank
 from ..writing import refuse_present, write_text
 from .app import app
-from .shared import OverwriteOption, SceneArgument, SetOption, default_folder, err, finite, load, out, out_option, rank
+from .shared import OverwriteOption, SceneArgument, SetOption, err, folder_of, load, number, out_option, say
+
+if TYPE_CHECKING:
+    from ..scene import Scene
 
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of MoorDyn, or YAML of MoorPy or RAFT.")]
 FormatArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn, moorpy or raft.")]
 PeerArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn.")]
+OutOption = Annotated[Path | None, out_option("results/moordyn-NAME")]
 COLUMNS = {
     "quantity": "quantity",
     "unit": "unit",
@@ -35,7 +40,7 @@ def import_(
     kind: FormatArgument,
     file: FileArgument,
     target: Annotated[Path | None, typer.Option("--out", help="Scene file \\[default: FILE's name, .toml].")] = None,
-):
+) -> None:
     """A mooring of another program as a scene.  Example: dolfbuoy import moordyn lines.txt --out mine.toml"""
     from ..formats.files import as_toml, read
 
@@ -48,27 +53,23 @@ def import_(
         raise InputError(f"--out {target}: must be a new file; this one exists and is left as it is.") from None
     except OSError as error:
         raise InputError(f"--out {target}: cannot be written ({error.strerror}).") from None
-    for note in notes:
-        _say(f"{file.name}, {note}" if note.line else f"{file.name}: {note}")
-    _say(f"{target}: check it with dolfbuoy check {target}")
+    say(*(f"{file.name}, {note}" if note.line else f"{file.name}: {note}" for note in notes))
+    say(f"{target}: check it with dolfbuoy check {target}")
 
 
 @app.command()
 def export(
     kind: PeerArgument,
     scene: SceneArgument,
-    folder: out_option("results/moordyn-NAME") = None,
+    folder: OutOption = None,
     assign: SetOption = None,
     overwrite: OverwriteOption = False,
-):
+) -> None:
     """A scene as input of MoorDyn 2.  Example: dolfbuoy export moordyn three-legs --out harbour"""
     from ..formats.to_moordyn import export as write
     from ..studies.peer import beginning
 
-    _only_moordyn(kind)
-    loaded = load(scene, assign)
-    _needs_cable(loaded)
-    folder = default_folder(folder, f"moordyn-{Path(scene).stem}")
+    loaded, folder = _of_lines(kind, scene, assign), folder_of(scene, folder, "moordyn")
     written = write(loaded, beginning(loaded))
     if rank() != 0:
         return
@@ -76,68 +77,56 @@ def export(
     _make(folder)
     for name, text in written.files.items():
         write_text(folder / name, text)
-    for note in written.notes:
-        _say(str(note))
+    say(*map(str, written.notes))
     if written.driven:
-        _say("Coupled points are moved by the program that calls MoorDyn: their motion is in none of these files")
-    _say(f"{', '.join(written.files)} in {folder}")
+        say("Coupled points are moved by the program that calls MoorDyn: their motion is in none of these files")
+    say(f"{', '.join(written.files)} in {folder}")
 
 
 @app.command()
 def compare(
     kind: PeerArgument,
     scene: SceneArgument,
-    end: Annotated[
-        float | None, typer.Option("--t-end", min=1e-3, callback=finite, help="End of both runs \\[s].")
-    ] = None,
+    end: Annotated[float | None, number("--t-end", "End of both runs \\[s].", min=1e-3)] = None,
     segments: Annotated[
         int, typer.Option("--segments", min=1, max=100, help="Of MoorDyn for each element of a line.")
     ] = 1,
-    folder: out_option("results/moordyn-NAME") = None,
+    folder: OutOption = None,
     assign: SetOption = None,
     overwrite: OverwriteOption = False,
-):
+) -> None:
     """A scene run by dolfbuoy and by MoorDyn, side by side.  Example: dolfbuoy compare moordyn bridle --t-end 30"""
     from ..results.style import files_of
+    from ..results.tables import show
     from ..studies import peer
 
-    _only_moordyn(kind)
-    loaded = load(scene, assign)
-    _needs_cable(loaded)
-    folder = default_folder(folder, f"moordyn-{Path(scene).stem}")
+    loaded, folder = _of_lines(kind, scene, assign), folder_of(scene, folder, "moordyn")
     refuse_present([folder / "comparison.json", *files_of(folder / "comparison")], overwrite)
     _make(folder)
     found = peer.compare(loaded, end, segments)
     if rank() != 0:
         return
-    from ..results.tables import show
-
     for note in found.notes:
         err.print(f"MoorDyn: {note}", soft_wrap=True, markup=False, highlight=False)
     rows = [row | {"percent": 100 * row["relative"]} for row in found.rows]
     show("Second half of both runs", rows, COLUMNS)
     write_text(folder / "comparison.json", json.dumps({"rows": found.rows, "notes": found.notes}, indent=1) + "\n")
     peer.draw(found, folder)
-    _say(f"comparison.json and its figure in {folder}")
+    say(f"comparison.json and its figure in {folder}")
 
 
-def _only_moordyn(kind):
+def _of_lines(kind: str, scene: str, assignments: list[str] | None) -> "Scene":
+    """The scene of a command line that is about MoorDyn.  Raises InputError for another format, or without a line."""
     if kind != "moordyn":
         raise InputError(f"FORMAT = {kind!r}: must be moordyn.")
-
-
-def _needs_cable(scene):
-    if scene.cable is None:
+    loaded = load(scene, assignments)
+    if loaded.cable is None:
         raise InputError("SCENE: must have a [cable]: MoorDyn's input is of lines.")
+    return loaded
 
 
-def _make(folder):
+def _make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"--out {folder}: cannot be made ({error.strerror}).") from None
-
-
-def _say(text):
-    if rank() == 0:
-        out.print(text, soft_wrap=True, markup=False, highlight=False)

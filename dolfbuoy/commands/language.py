@@ -1,4 +1,4 @@
-"""The scene language on the command line: its keys, its schema, and a new scene."""
+"""The scene language on the command line: its keys, its schema, and new scenes."""
 
 import contextlib
 from pathlib import Path
@@ -9,12 +9,13 @@ import typer
 from ..errors import InputError
 from ..results.tables import out, table
 from .app import app
+from .shared import say
 
 
 @app.command()
 def keys(
     section: Annotated[str | None, typer.Argument(metavar="SECTION", help="Such as cable or cable.top.")] = None,
-):
+) -> None:
     """Keys of a scene: unit, default, range, meaning.  Example: dolfbuoy keys cable"""
     from ..scene.keys import keys_of
 
@@ -25,7 +26,7 @@ def keys(
 
 
 @app.command()
-def schema():
+def schema() -> None:
     """JSON Schema of a scene, for editors.  Example: dolfbuoy schema > schema.json"""
     from ..scene.schema import as_text
 
@@ -36,15 +37,15 @@ def schema():
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the scene; its file is NAME.toml.")],
     like: Annotated[str, typer.Option("--like", metavar="SCENE", help="Scene whose values it begins with.")] = "short",
-):
+) -> None:
     """A commented scene with every key, and schema.json for editors.  Example: dolfbuoy new mine --like free-buoy"""
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     write_new(path, like)
-    out.print(f"{path}: check it with dolfbuoy check {path}", soft_wrap=True, markup=False, highlight=False)
+    say(f"{path}: check it with dolfbuoy check {path}")
 
 
 def write_new(path: Path, like: str) -> None:
-    """Write a commented scene with the values of another, and beside it the schema that it names, for editors; never
+    """Write a commented scene with the values of another, and next to it the schema that it names, for editors; never
     over a file.  Raises InputError."""
     from ..scene import load_scene
     from ..scene.schema import FILE, as_text

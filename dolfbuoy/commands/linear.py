@@ -1,49 +1,50 @@
-"""About an equilibrium, on the command line: small motions, stiffness, and how far loads push it."""
+"""Small motions, stiffness and offsets about an equilibrium, on the command line."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 
 from ..errors import InputError
+from ..parallel.ranks import rank
 from ..results.tables import force_unit
 from .app import app
 from .shared import (
     OutOption,
+    PlotOption,
     SceneArgument,
     SetOption,
     draw_into,
-    finite,
     folder_of,
     load,
-    out,
+    number,
     page_of,
     print_table,
-    rank,
+    say,
     say_warnings,
-    table_of,
 )
 
-DirectionOption = Annotated[
-    float, typer.Option("--direction", callback=finite, help="Of surge and of the figures' plane, from x \\[deg].")
-]
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
 #: Damping ratios below this are rounding.
 NO_DAMPING = 1e-9
 #: Part of the largest stiffness that is shown as 0.
 ROUNDING = 1e-10
-PlotOption = Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures.")]
 
 
 @app.command()
 def modes(
     scene: SceneArgument,
-    number: Annotated[int, typer.Option("--number", help="Of modes, the slowest first, 1 to 500.")] = 10,
-    direction: DirectionOption = 0.0,
+    count: Annotated[int, typer.Option("--number", help="Of modes, the slowest first, 1 to 500.")] = 10,
+    direction: Annotated[float, number("--direction", "Of surge and of the figures' plane, from x \\[deg].")] = 0.0,
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
     paraview: Annotated[bool, typer.Option("--paraview", help="Write the shapes, moving, for ParaView.")] = False,
-):
+) -> None:
     """Natural periods, damping and shapes about the equilibrium.  Example: dolfbuoy modes short --number 10"""
     from ..linear_api import modes as find
     from ..results.mode_figures import draw_modes
@@ -51,31 +52,29 @@ def modes(
     from ..results.stiffness_record import on_friction
 
     loaded, folder = load(scene, assign), folder_of(scene, folder)
-    found = find(loaded, number, folder, direction_deg=direction)
+    found = find(loaded, count, folder, direction_deg=direction)
     if rank() != 0:
         return
-    title = f"Modes of {loaded.title or scene}, {folder / 'modes.nc'}"
-    shown = table_of(title, "", "what moves", "period [s]", "omega [rad/s]", "damping ratio", "residual", "")
+    rows = []
     for i in range(found.sizes["mode"]):
         mode = found.isel(mode=i)
         numbers = [_number_of(mode[name].item()) for name in ("period", "omega", "damping_ratio")]
-        shown.add_row(str(i + 1), mode.name.item(), *numbers, f"{mode.residual.item():.0e}", KINDS[mode.kind.item()])
-    out.print(shown)
-    for note in on_friction(loaded):
-        out.print(note, soft_wrap=True)
+        rows.append([str(i + 1), mode.name.item(), *numbers, f"{mode.residual.item():.0e}", KINDS[mode.kind.item()]])
+    headings = ("", "what moves", "period [s]", "omega [rad/s]", "damping ratio", "residual", "")
+    print_table(f"Modes of {loaded.title or scene}, {folder / 'modes.nc'}", headings, rows)
+    say(*on_friction(loaded))
     if plot:
-        drawn = draw_modes(folder, found, loaded, paraview, direction)
-        out.print(f"{len(drawn)} files in {folder}", soft_wrap=True)
+        say(f"{len(draw_modes(folder, found, loaded, paraview, direction))} files in {folder}")
         page_of("modes.nc", folder)
 
 
-def _number_of(value):
-    """A number of a mode; damping that is rounding is none."""
+def _number_of(value: float) -> str:
+    """A number of a mode; damping that is rounding is 0."""
     return "-" if np.isnan(value) else f"{value:.5g}" if abs(value) > NO_DAMPING else "0"
 
 
 @app.command()
-def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None):
+def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None) -> None:
     """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
     from ..linear_api import stiffness as find
     from ..results.response_record import each_buoy
@@ -87,31 +86,25 @@ def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption 
         return
     for of_buoy, one in each_buoy(found):
         _show_stiffness(of_buoy, one)
-    for note in notes(found, loaded):
-        out.print(note, soft_wrap=True)
+    say(*notes(found, loaded))
 
 
-def _show_stiffness(of_buoy, found):
-    """Matrices of a buoy, and the eigenvalues of their symmetric parts."""
+def _show_stiffness(of_buoy: str, found: "xr.Dataset") -> None:
+    """Print matrices of a buoy, and the eigenvalues of their symmetric parts."""
+    rows = []
     for name in ("mooring", "hull", "total"):
         title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
-        rows = zip(found.reaction.values.tolist(), _without_rounding(found[name].values), strict=True)
-        rows = [(row, *map(_stiffness_text, values)) for row, values in rows]
-        print_table(f"\n{title}", ("", *found.motion.values.tolist()), rows)
+        matrix = zip(found.reaction.values.tolist(), _stiffness_texts(found[name].values), strict=True)
+        print_table(f"\n{title}", ("", *found.motion.values.tolist()), ([first, *texts] for first, texts in matrix))
+        rows.append([name, *_stiffness_texts(found[f"{name}_eigenvalue"].values[None])[0]])
     title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
-    values = {name: _without_rounding(found[f"{name}_eigenvalue"].values) for name in ("mooring", "hull", "total")}
-    rows = [(name, *map(_stiffness_text, row)) for name, row in values.items()]
     print_table(title, ("", *map(str, range(1, 7))), rows)
 
 
-def _without_rounding(values):
-    """0 for what is very small beside the largest number."""
-    largest = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-    return np.where(np.abs(values) < ROUNDING * largest, 0.0, values)
-
-
-def _stiffness_text(value):
-    return f"{value:.5g}" if np.isfinite(value) else "rigid" if value > 0 else "-rigid"
+def _stiffness_texts(values: "NDArray[Any]") -> list[list[str]]:
+    """Texts of a matrix; 0 for what is very small compared with the largest number."""
+    values = np.where(np.abs(values) < ROUNDING * np.abs(values[np.isfinite(values)]).max(initial=0.0), 0.0, values)
+    return [[f"{x:.5g}" if np.isfinite(x) else "rigid" if x > 0 else "-rigid" for x in row] for row in values]
 
 
 @app.command()
@@ -126,15 +119,17 @@ def offsets(
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
-):
+) -> None:
     """Offsets and tensions under loads from many sides.  Example: dolfbuoy offsets short --force 0:5000:500"""
     from ..api import offsets as find
+    from ..results.offset_figures import offset_curves
     from ..results.offset_record import sentences
     from ..scene.variants import numbers_of
 
-    if (force is None) == (current is None):
+    given = [(name, text) for name, text in (("force", force), ("current", current)) if text is not None]
+    if len(given) != 1:
         raise InputError("--force: must be given, or --current, and not both.")
-    what, text = ("force", force) if force is not None else ("current", current)
+    ((what, text),) = given
     sizes = numbers_of(f"--{what}", text)
     if min(sizes) < 0:
         raise InputError(f"--{what} {min(sizes):g}: must not be negative; --directions turns the load round.")
@@ -148,21 +143,19 @@ def offsets(
     _show_offsets(found, what, folder)
     say_warnings(sentences(found))
     if plot:
-        _draw_offsets(found, loaded, folder)
+        tops = [end.top for piece in loaded.network.pieces for end in piece.ends if end.held]
+        held = [top.position[:2] for top in tops if top and top.position]
+        draw_into(folder, "offsets", offsets=offset_curves(found, held))
+        say(f"figure: {folder / 'figures' / 'offsets'}.png")
 
 
-def _show_offsets(found, what, folder):
-    """Largest offset along the load and tension of each direction, and the watch circle of the largest load."""
+def _show_offsets(found: "xr.Dataset", what: str, folder: Path) -> None:
+    """Print the largest offset along the load and tension towards each side, and watch circles of the largest load."""
     from ..results.offset_record import top_tension
     from ..results.response_record import each_buoy
 
     unit, factor = force_unit(found.tension_top.values)
-    title, buoys = (
-        f"Largest offset along the load and tension towards each side, {folder / 'offsets.nc'}",
-        each_buoy(found),
-    )
-    offsets = [f"offset{of_buoy} [m]" for of_buoy, _ in buoys]
-    shown = table_of(title, "direction [deg]", f"at {what}", *offsets, f"tension at the top [{unit}]")
+    buoys, rows = each_buoy(found), []
     for direction in found.direction.values:
         one = found.sel(direction=direction)
         if not one.found.any():
@@ -171,20 +164,14 @@ def _show_offsets(found, what, folder):
         row = int(np.nanargmax(np.max(moved, axis=0))) if moved else -1
         texts = [f"{values.values[row]:.5g}" for values in moved] or ["-"] * len(buoys)
         tension = f"{factor * top_tension(one).max().item():.5g}"
-        shown.add_row(f"{direction:g}", f"{one[what].values[row]:g}", *texts, tension)
-    out.print(shown)
+        rows.append([f"{direction:g}", f"{one[what].values[row]:g}", *texts, tension])
+    title = f"Largest offset along the load and tension towards each side, {folder / 'offsets.nc'}"
+    names = [f"offset{of_buoy} [m]" for of_buoy, _ in buoys]
+    print_table(title, ("direction [deg]", f"at {what}", *names, f"tension at the top [{unit}]"), rows)
     for of_buoy, one in buoys if found.sizes["direction"] > 2 else ():
         last = one.isel({what: -1})
         x, y = np.round(last.watch_centre.values, 9) + 0.0
-        words = f"the watch circle{of_buoy} has a radius of {last.watch_radius.item():.4g} m about ({x:.4g}, {y:.4g})"
         if np.isfinite(x):
             size = f"{last[what].item():g} {'N' if what == 'force' else 'm/s'}"
-            out.print(f"At {size} {words}.", soft_wrap=True)
-
-
-def _draw_offsets(found, scene, folder):
-    from ..results.offset_figures import offset_curves
-
-    held = [end.top.position[:2] for piece in scene.network.pieces for end in piece.ends if end.held]
-    target = draw_into(folder, "offsets", "offsets", offset_curves(found, held))
-    out.print(f"figure: {target}.png", soft_wrap=True)
+            circle = f"a radius of {last.watch_radius.item():.4g} m about ({x:.4g}, {y:.4g})"
+            say(f"At {size} the watch circle{of_buoy} has {circle}.")

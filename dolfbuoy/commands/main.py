@@ -1,6 +1,5 @@
 """Command line: parse, call, print."""
 
-import itertools
 import os
 import sys
 import traceback
@@ -13,7 +12,8 @@ from rich.markup import escape
 from .. import __version__
 from ..errors import InputError, NotAccurate, SolveError, missing, printable
 from ..parallel import interruption, ranks
-from ..results.tables import unit_of
+from ..parallel.ranks import rank
+from ..results.tables import out, unit_of
 from ..writing import refuse_present
 from .app import app
 from .run import draw, run
@@ -23,25 +23,21 @@ from .shared import (
     OutOption,
     OverwriteOption,
     ParaviewOption,
-    QuantityOption,
     SceneArgument,
     SetOption,
-    default_folder,
     err,
     folder_of,
     load,
-    out,
     out_option,
     page_of,
     print_table,
-    rank,
+    say,
     say_warnings,
-    table_of,
 )
 
 
-def _print_version(wanted):
-    if wanted:
+def _print_version(requested: bool) -> None:
+    if requested:
         out.print(f"dolfbuoy {__version__}", highlight=False)
         raise typer.Exit
 
@@ -51,12 +47,12 @@ def options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
-):
+) -> None:
     """Options that go before a command."""
 
 
 @app.command("list")
-def list_scenes():
+def list_scenes() -> None:
     """Shipped scenes.  Example: dolfbuoy list"""
     from ..scene import load_scene, shipped_scenes
 
@@ -64,19 +60,19 @@ def list_scenes():
 
 
 @app.command()
-def check(scene: SceneArgument, assign: SetOption = None):
+def check(scene: SceneArgument, assign: SetOption = None) -> None:
     """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
-    loaded = load(scene, assign)  # before the imports: what is wrong with a scene is said without dolfinx too
+    loaded = load(scene, assign)  # before the imports: a fault of the scene is shown without dolfinx too
     from ..check import check as examine
     from ..results.summary import remaining_amplitude
 
     report = examine(loaded)
     out.print(f"[bold]{escape(loaded.title or printable(scene))}[/bold]\neffects: {', '.join(report.effects)}\n")
-    shown = table_of("Derived numbers", "quantity", "value", "unit", "remark")
+    rows = []
     for name, value, unit, remark in report.numbers:
         unit, factor = unit_of(value, unit)
-        shown.add_row(name, f"{factor * value:.5g}", unit, remark)
-    out.print(shown)
+        rows.append([name, f"{factor * value:.5g}", unit, remark])
+    print_table("Derived numbers", ("quantity", "value", "unit", "remark"), rows)
     if report.periods:
         columns = ["period", "value", "unit"] + (["after the run"] if loaded.time else [])
         rows = [[name, f"{period:.5g}", "s"] for name, period in report.periods.items()]
@@ -89,7 +85,7 @@ def check(scene: SceneArgument, assign: SetOption = None):
 @app.command()
 def static(
     scene: SceneArgument, folder: OutOption = None, assign: SetOption = None, overwrite: OverwriteOption = False
-):
+) -> None:
     """Equilibrium without waves, written to static.nc.  Example: dolfbuoy static short --out calm"""
     from ..api import solve_static
     from ..results.summary import static_rows, static_warnings
@@ -108,13 +104,15 @@ app.command()(run)
 @app.command()
 def advise(
     scene: SceneArgument,
-    quantity: QuantityOption = "tension_top",
+    quantity: Annotated[
+        str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
+    ] = "tension_top",
     accuracy: Annotated[str, typer.Option("--accuracy", help="For example 1% or 0.01.")] = "1%",
     write: Annotated[Path | None, typer.Option("--write", metavar="FILE", help="Save the advised scene.")] = None,
-    folder: out_option("results/advise-NAME") = None,
+    folder: Annotated[Path | None, out_option("results/advise-NAME")] = None,
     assign: SetOption = None,
     overwrite: OverwriteOption = False,
-):
+) -> None:
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
     from ..elsewhere import MPI
@@ -125,18 +123,14 @@ def advise(
 
     loaded = load(scene, assign)
     check_feasible(loaded)
-    folder = default_folder(folder, f"advise-{Path(scene).stem}")
+    folder = folder_of(scene, folder, "advise")
     if write is not None and not write.is_dir():
         refuse_present([write], overwrite)
     if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
         raise InputError(f"--write {write}: must be a file, not a folder, where one can be written.")
-
-    def say(text):
-        out.print(text, soft_wrap=True, highlight=False, markup=False)
-
     with claimed(folder, MPI.COMM_WORLD):
         found = study.advise_all(loaded, quantity, parse_accuracy(accuracy), say)
-        if rank() == 0:
+        if isinstance(found, study.Advice):  # on rank 0
             study.report(found, folder, write)
 
 
@@ -144,7 +138,7 @@ def advise(
 def report(
     folder: Annotated[Path, typer.Option("--out", help="Folder of the report.")] = Path("results/report"),
     quick: Annotated[bool, typer.Option("--quick", help="A trial of some minutes; not to be quoted.")] = False,
-):
+) -> None:
     """The price of accuracy: figures, tables, recommendations.  Example: dolfbuoy report --out results/report"""
     from ..elsewhere import MPI
     from ..results.folder import claimed
@@ -159,7 +153,7 @@ def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
     paraview: ParaviewOption = True,
     instants: InstantsOption = 50,
-):
+) -> None:
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     from ..results.checkpoint import read_scene
     from ..results.folder import is_edited
@@ -174,19 +168,19 @@ def plot(
 @app.command()
 def page(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run, of modes, a sweep or a study.")],
-):
+) -> None:
     """One HTML file to look at and to send, of a run, modes, sweep or study.  Example: dolfbuoy page results/short"""
     page_of(None, folder)
 
 
 @app.command()
-def doctor():
+def doctor() -> None:
     """Versions, and whether forms compile, SNES solves and MPI starts.  Example: dolfbuoy doctor"""
     from .doctor import examine, installed
 
     compat = installed()
     print_table("Versions", ("package", "version"), compat.versions().items())
-    out.print(f"compiled forms are kept in {compat.jit_cache()}\n", soft_wrap=True)
+    say(f"compiled forms are kept in {compat.jit_cache()}\n")
     results = examine()
     for name, passed, found in results:
         out.print(f"{'[green]ok[/green]    ' if passed else '[red]FAILED[/red]'} {name}: {found}", soft_wrap=True)
@@ -194,12 +188,11 @@ def doctor():
         raise typer.Exit(1)
 
 
-def main():
+def main() -> None:
     """Entry point: every way to end, and its exit code."""
     interruption.listen()
     try:
         ranks.only_first_speaks()
-        _check_options(sys.argv[1:])
         app(standalone_mode=True)
     except InputError as error:
         _fail(f"Error: {error}", 2)
@@ -217,7 +210,7 @@ def main():
     except Interrupted as stop:
         _fail(str(stop), 130)
     except SystemExit:
-        if interruption.received():  # typer, interrupted while it reads the command line, says nothing
+        if interruption.received():  # typer, interrupted while it reads the command line, prints nothing
             _fail("Interrupted.", 130)
         raise
     except KeyboardInterrupt:
@@ -236,33 +229,7 @@ def main():
         _fail(f"{traceback.format_exc()}Error on rank {rank()}; this is a fault of the program.", 1)
 
 
-def _check_options(arguments):
-    """Refuse an option with nothing in it, mostly a variable of a shell that is not set (a path of no name is the
-    folder that one is in), and a number that nobody means.  Raises InputError."""
-    for option, value in itertools.pairwise([*arguments, "-"]):
-        name, equals, given = option.partition("=")
-        if name.startswith("--") and not (given if equals else value).strip():
-            raise InputError(f"{name} '': must not be empty.")
-        if name.startswith("--") and name not in TEXTS and _is_odd_number(given if equals else value):
-            raise InputError(
-                f"{name} {given if equals else value}: must be a number in plain digits, such as 10 or 0.5."
-            )
-
-
-#: Options whose values are names or lists, and not numbers.
-TEXTS = ("--out", "--write", "--table", "--scatter", "--resume", "--like", "--set", "--vary", "--buoy")
-
-
-def _is_odd_number(text):
-    """True if Python reads it as a number that nobody means: 1_0, or digits of another script."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return "_" in text or not text.isascii()
-
-
-def _fail(message, code):
+def _fail(message: str, code: int) -> None:
     ranks.end(lambda: err.print(message, soft_wrap=True, highlight=False, markup=False), code)
 
 

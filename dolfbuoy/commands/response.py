@@ -1,38 +1,46 @@
-"""The linear response to waves on the command line, and runs in time beside it."""
+"""The linear response to waves on the command line, and runs in time to compare with."""
 
 import time
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 
 from ..errors import InputError
+from ..parallel.ranks import rank
 from .app import app
-from .linear import PlotOption
 from .shared import (
     OutOption,
+    PlotOption,
     SceneArgument,
     SetOption,
     draw_into,
-    finite,
     folder_of,
     load,
-    out,
+    number,
     print_table,
-    rank,
+    say,
     say_warnings,
-    table_of,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene import Scene
+    from ..scene.waves import Waves
 
 #: Motions that are shown, factor, unit.
 MOTIONS = [(name, 1.0, "m") for name in ("surge", "sway", "heave")]
 MOTIONS += [(name, float(np.degrees(1)), "deg") for name in ("roll", "pitch")]
-#: Amplitude of the runs beside small waves [m].
+#: Amplitude of runs in small waves [m].
 SMALL = 1e-3
 #: Part of its amplitudes by which those of a run may change in the end without a word.
 UNSETTLED = 0.01
 #: Periods of a table [s], of many.
 SHOWN = (2, 3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 25, 30)
+
+Number = float | None
 
 
 @app.command()
@@ -40,29 +48,15 @@ def response(
     scene: SceneArgument,
     periods: Annotated[str | None, typer.Option("--periods", help="\\[s], a,b,c or start:stop:step.")] = None,
     height: Annotated[
-        float | None,
-        typer.Option(
-            "--height", min=0, callback=finite, help="Regular waves, for the drag \\[m, default: the scene's]."
-        ),
+        Number, number("--height", "Regular waves, for the drag \\[m, default: the scene's].", min=0)
     ] = None,
-    significant: Annotated[
-        float | None,
-        typer.Option("--significant-height", min=0, callback=finite, help="Of an irregular sea \\[m]."),
-    ] = None,
-    peak: Annotated[
-        float | None, typer.Option("--peak-period", min=0.1, callback=finite, help="Of an irregular sea \\[s].")
-    ] = None,
-    gamma: Annotated[float, typer.Option("--gamma", min=1, callback=finite, help="Of its peak.")] = 3.3,
+    significant: Annotated[Number, number("--significant-height", "Of an irregular sea \\[m].", min=0)] = None,
+    peak: Annotated[Number, number("--peak-period", "Of an irregular sea \\[s].", min=0.1)] = None,
+    gamma: Annotated[float, number("--gamma", "Of its peak.", min=1)] = 3.3,
     spreading: Annotated[
-        float | None,
-        typer.Option(
-            "--spreading", min=0, callback=finite, help="s of its cos^2s of half the angle \\[default: none]."
-        ),
+        Number, number("--spreading", "s of its cos^2s of half the angle \\[default: none].", min=0)
     ] = None,
-    direction: Annotated[
-        float | None,
-        typer.Option("--direction", callback=finite, help="Of the waves \\[deg, default: the scene's]."),
-    ] = None,
+    direction: Annotated[Number, number("--direction", "Of the waves \\[deg, default: the scene's].")] = None,
     verify: Annotated[
         str | None,
         typer.Option("--verify", metavar="PERIODS", help="Runs in time beside it, at these periods \\[s], or 'sea'."),
@@ -70,7 +64,7 @@ def response(
     folder: OutOption = None,
     assign: SetOption = None,
     plot: PlotOption = True,
-):
+) -> None:
     """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8
 
     --verify runs in time beside it: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' both.
@@ -104,42 +98,42 @@ def response(
         return
     seconds = time.monotonic() - began
     _show_response(found, folder)
-    out.print(f"{LINEAR}  {len(requested)} periods took {seconds:.2g} s.", soft_wrap=True)
+    say(f"{LINEAR}  {len(requested)} periods took {seconds:.2g} s.")
     if any(end.kind == "prescribed" for piece in loaded.network.pieces for end in piece.ends):
-        out.print(HELD, soft_wrap=True)
+        say(HELD)
     say_warnings(warnings(found))
     runs = _verified(found, loaded, checked, height)
-    if in_sea:
+    if in_sea and waves is not None:
         _verify_in_sea(loaded, waves)
     if plot:
         _draw_response(found, runs, folder)
 
 
-def _show_response(found, folder):
-    """Amplitudes at a few periods, and standard deviations."""
+def _show_response(found: "xr.Dataset", folder: Path) -> None:
+    """Print amplitudes at a few periods, and standard deviations."""
     from ..results.response_record import each_buoy, each_tension
 
     few = _few_periods(found)
     for key, words in (("rao", "small waves"), ("rao_drag", f"waves of {found.attrs.get('height_m', 0):g} m")):
-        if f"{key}_tension" not in found:
-            continue
-        title = f"\n{folder / 'response.nc'}, amplitudes per metre in {words}"
-        for what, amplitudes in _amplitudes(few, key):
-            rows = zip(few.period.values, *amplitudes.values(), strict=True)
-            rows = [(f"{T:g}", *(f"{value:.4g}" for value in values)) for T, *values in rows]
-            print_table(f"{title}{what}", ("period [s]", *amplitudes), rows)
+        for what, sizes in _amplitudes(few, key).items() if f"{key}_tension" in found else ():
+            table = np.column_stack(list(sizes.values()))
+            rows = [[f"{T:g}", *(f"{x:.4g}" for x in row)] for T, row in zip(few.period.values, table, strict=True)]
+            title = f"\n{folder / 'response.nc'}, amplitudes per metre in {words}{what}"
+            print_table(title, ("period [s]", *sizes), rows)
     if "tension_std" in found:
-        shown = table_of("\nStandard deviations in the irregular sea", "", "standard deviation", "mean", "unit")
+        rows = []
         for of_buoy, one in each_buoy(found) if "motion_std" in found else ():
             for name, factor, unit in MOTIONS:
-                shown.add_row(f"{name}{of_buoy}", f"{factor * one.motion_std.sel(motion=name).item():.4g}", "", unit)
+                deviation = factor * one.motion_std.sel(motion=name).item()
+                rows.append([f"{name}{of_buoy}", f"{deviation:.4g}", "", unit])
         for name, one in each_tension(found):
-            shown.add_row(name, f"{one.tension_std.item():.5g}", f"{one.tension_mean.item():.5g}", "N")
-        out.print(shown)
+            rows.append([name, f"{one.tension_std.item():.5g}", f"{one.tension_mean.item():.5g}", "N"])
+        title = "\nStandard deviations in the irregular sea"
+        print_table(title, ("", "standard deviation", "mean", "unit"), rows)
 
 
-def _few_periods(found):
-    """All if they are not many, else some of SHOWN, or some evenly spread."""
+def _few_periods(found: "xr.Dataset") -> "xr.Dataset":
+    """All periods if they are not many, else some of SHOWN, or some evenly spread."""
     T = found.period.values
     if len(T) <= len(SHOWN):
         return found
@@ -147,34 +141,34 @@ def _few_periods(found):
     return found.isel(period=chosen if len(chosen) > 4 else np.linspace(0, len(T) - 1, len(SHOWN)).round().astype(int))
 
 
-def _amplitudes(found, key):
-    """[(what, name -> amplitudes over the periods)] of tables: one, or of a network of each buoy, tops and anchors."""
+def _amplitudes(found: "xr.Dataset", key: str) -> dict[str, dict[str, Any]]:
+    """End of a title -> name -> amplitudes over the periods: one table, or of each buoy, tops and anchors."""
     from ..results.labelled import complex_of
     from ..results.response_record import each_buoy, each_tension
 
-    tables, tensions = [], each_tension(found)
+    tables, tensions = {}, each_tension(found)
     for of_buoy, one in each_buoy(found) if key in found else ():
         sizes = {name: factor * np.abs(complex_of(one[key].sel(motion=name))) for name, factor, _ in MOTIONS}
-        tables.append((f"{of_buoy.replace(' of ', ', ')} [m, deg]", sizes))
+        tables[f"{of_buoy.replace(' of ', ', ')} [m, deg]"] = sizes
     pulls = {name: np.abs(complex_of(one[f"{key}_tension"])) for name, one in tensions}
     if len(tables) <= 1 and len(tensions) <= 2:
-        return [(" [m, deg, N]", {name: values for _, one in tables for name, values in one.items()} | pulls)]
+        return {" [m, deg, N]": {name: values for one in tables.values() for name, values in one.items()} | pulls}
     for end in ("tension_top", "tension_anchor"):
         of_end = {name.removeprefix(f"{end}_"): values for name, values in pulls.items() if name.startswith(end)}
-        tables += [(f", {end} [N]", of_end)] if of_end else []
+        tables |= {f", {end} [N]": of_end} if of_end else {}
     return tables
 
 
-def _to_verify(text):
-    """(periods [s], whether the irregular sea) of the option --verify."""
+def _to_verify(text: str | None) -> tuple[list[float], bool]:
+    """Periods [s] of the option --verify, and True if it names the irregular sea."""
     from ..scene.settings import parse_numbers
 
     words = [word.strip() for word in text.split(",")] if text else []
     numbers = ",".join(word for word in words if word != "sea")
-    return (parse_numbers("--verify", numbers) if numbers else []), "sea" in words
+    return (parse_numbers("--verify", numbers) or [] if numbers else []), "sea" in words
 
 
-def _verified(found, scene, periods, height):
+def _verified(found: "xr.Dataset", scene: "Scene", periods: list[float], height: float | None) -> list[dict[str, Any]]:
     """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
     from ..results.labelled import complex_of
     from ..results.response_record import each_buoy, each_tension
@@ -182,42 +176,36 @@ def _verified(found, scene, periods, height):
 
     runs, key = [], "rao_drag" if "rao_drag_tension" in found else "rao"
     for T in periods:
-        one, own = found.sel(period=T), {}
+        one, own = found.sel(period=T), dict[str, Any]()
         for of_buoy, part in each_buoy(one) if key in one else ():
             own |= {f"{n}{of_buoy}": complex_of(part[key].sel(motion=n)) for n in part.motion.values.tolist()}
         own |= {name: complex_of(part[f"{key}_tension"]) for name, part in each_tension(one)}
-        run = measured(scene, T, found.attrs["direction_deg"], height / 2 if height else SMALL)
-        out.print(
-            f"{T:g} s against a run of {run['seconds']:.2g} s: {_differences(compared(own, run))}", soft_wrap=True
-        )
+        run: dict[str, Any] = measured(scene, T, found.attrs["direction_deg"], height / 2 if height else SMALL)
+        say(f"{T:g} s against a run of {run['seconds']:.2g} s: {_differences(compared(own, run))}")
         if run["unsettled"] > UNSETTLED:
-            words = (
-                f"its amplitudes still change by up to {100 * run['unsettled']:.2g} %: in still water little damps it."
-            )
-            say_warnings([f"The run of {T:g} s waves has not settled, {words}"])
+            change = f"its amplitudes still change by up to {100 * run['unsettled']:.2g} %"
+            say_warnings([f"The run of {T:g} s waves has not settled, {change}: in still water little damps it."])
         runs.append({"period": T} | run)
     return runs
 
 
-def _verify_in_sea(scene, waves):
+def _verify_in_sea(scene: "Scene", waves: "Waves") -> None:
     """A run in the irregular sea, and how far the linear standard deviations are from its own."""
     from ..studies.physics.response_runs import compared, measured_in_sea
 
     own, run = measured_in_sea(scene, waves)
     words = f"a run of {run['seconds']:.2g} s in {run['time']:.4g} s of it, both in the same components"
-    out.print(
-        f"The sea, in {own['seconds']:.2g} s, against {words}: {_differences(compared(own, run))}", soft_wrap=True
-    )
+    say(f"The sea, in {own['seconds']:.2g} s, against {words}: {_differences(compared(own, run))}")
 
 
-def _differences(found):
+def _differences(found: dict[str, float]) -> str:
     return ", ".join(f"{name} {value:+.1f} %" for name, value in found.items())
 
 
-def _draw_response(found, runs, folder):
+def _draw_response(found: "xr.Dataset", runs: list[dict[str, Any]], folder: Path) -> None:
     from ..results.response_figures import amplitudes, spectra
 
-    figures = {"amplitudes": amplitudes(found, runs)} | ({"spectra": spectra(found)} if "tension_std" in found else {})
-    for name, figure in figures.items():
-        draw_into(folder, "response", f"response_{name}", figure)
-    out.print(f"{2 * len(figures)} figures in {folder / 'figures'}", soft_wrap=True)
+    figures = {"response_amplitudes": amplitudes(found, runs)}
+    figures |= {"response_spectra": spectra(found)} if "tension_std" in found else {}
+    draw_into(folder, "response", **figures)
+    say(f"{2 * len(figures)} figures in {folder / 'figures'}")

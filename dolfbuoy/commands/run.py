@@ -3,15 +3,17 @@
 import shlex
 import time as clock
 import warnings
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ..errors import InputError, NoResult, NotAccurate
 from ..parallel import interruption
+from ..parallel.ranks import rank
 from .shared import (
     InstantsOption,
     Interrupted,
@@ -22,12 +24,17 @@ from .shared import (
     err,
     folder_of,
     load,
-    out,
     page_of,
     print_table,
-    rank,
+    say,
     say_warnings,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..motion.simulation import Simulation
+    from ..scene import Scene
 
 
 def run(
@@ -54,15 +61,15 @@ def run(
         Path | None, typer.Option("--resume", metavar="DIR", help="Go on with a run that was stopped, or lengthen it.")
     ] = None,
     overwrite: OverwriteOption = False,
-):
+) -> None:
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from ..model.feasible import check_feasible
     from ..scene.settings import check_time
 
     if (scene is None) == (resume is None):
         raise InputError("SCENE: must be given, or --resume DIR, and not both.")
-    end = {} if t_end is None else {"time.end": t_end}
-    requested = {"accuracy.estimate": "both"} if bars or accuracy is not None else {}
+    end: dict[str, Any] = {} if t_end is None else {"time.end": t_end}
+    requested: dict[str, Any] = {"accuracy.estimate": "both"} if bars or accuracy is not None else {}
     if accuracy is not None:
         from ..results.compare import parse_accuracy
 
@@ -71,7 +78,9 @@ def run(
         if accuracy is None:
             raise InputError(f"--of {of}: goes with --accuracy, of whose outputs it is.")
         requested["accuracy.of"] = of.split(",")
-    shows = {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
+    shows: dict[str, Callable[[Path], None]] = (
+        {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
+    )
     shows |= {"page.html": partial(page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
         if folder is not None or assign or requested or overwrite:
@@ -81,8 +90,9 @@ def run(
             )
         loaded = _to_be_resumed(resume, end)
         if loaded is not None:
-            _compute(loaded, resume, shows, {"resume": resume, **end})
+            _compute(loaded, resume, shows, {"resume": resume} | end)
         return
+    scene = scene or ""  # it is given, as there is no run to go on with
     loaded, folder = load(scene, assign, **end, **requested), folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
@@ -96,8 +106,8 @@ def run(
         _compute(loaded, folder, shows, {"scene": loaded, "out": folder, "overwrite": overwrite})
 
 
-def _to_be_resumed(folder, end):
-    """The scene of a stopped run; None, said so, when it is complete."""
+def _to_be_resumed(folder: Path, end: dict[str, Any]) -> "Scene | None":
+    """The scene of a stopped run; None, and a sentence, when it is complete."""
     from ..api import simulate
     from ..elsewhere import MPI
     from ..results.checkpoint import load as load_checkpoint
@@ -108,12 +118,11 @@ def _to_be_resumed(folder, end):
     if not point.complete:
         return point.scene
     simulate(resume=folder, **end)  # notes that it is
-    if rank() == 0:
-        out.print(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.", soft_wrap=True)
+    say(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.")
     return None
 
 
-def _is_there(folder, scene, overwrite):
+def _is_there(folder: Path, scene: "Scene", overwrite: bool) -> bool:
     """True if the finished run of the scene is in the folder."""
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
     from ..elsewhere import MPI
@@ -123,13 +132,13 @@ def _is_there(folder, scene, overwrite):
         return holds(folder, "run", scene, overwrite, MPI.COMM_WORLD)
 
 
-def _show_again(scene, folder, shows):
+def _show_again(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], None]]) -> None:
     from ..results.record import read
     from ..results.retried import refused
 
     if rank() != 0:
         return
-    out.print(f"The run in {folder} is complete already; --overwrite computes it again.", soft_wrap=True)
+    say(f"The run in {folder} is complete already; --overwrite computes it again.")
     record = read(folder / "results.nc")
     _print_summary(record, scene, folder)
     for name, show in shows.items():
@@ -139,17 +148,21 @@ def _show_again(scene, folder, shows):
         raise error
 
 
-def _compute(scene, folder, shows, source):
+def _compute(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], None]], source: dict[str, Any]) -> None:
     """Simulate, and print and show what came of it."""
     from ..api import simulate
     from ..check import derived
+    from ..elsewhere import MPI
     from ..results.after_ramp import scene_of
+    from ..results.summary import sharing_note
 
     say_warnings(derived(scene).warnings)
-    _say_if_one_rank_is_faster(scene)
+    if rank() == 0 and (note := sharing_note(scene, MPI.COMM_WORLD.size)):
+        err.print(note, soft_wrap=True, highlight=False)
+    record: Any
     bar, unsound = _Bar(scene), None
     try:
-        with bar, warnings.catch_warnings(action="ignore", category=UserWarning):  # the summary says it
+        with bar, warnings.catch_warnings(action="ignore", category=UserWarning):  # the summary has it
             record = simulate(progress=bar.update, **source)
     except (NoResult, NotAccurate) as error:
         record, unsound = error.record, error
@@ -166,7 +179,7 @@ def _compute(scene, folder, shows, source):
         raise unsound
 
 
-def _left(scene, folder):
+def _left(scene: "Scene", folder: Path) -> str:
     """A sentence on what is left of a run that was interrupted."""
     from ..results.folder import can_resume
 
@@ -176,32 +189,22 @@ def _left(scene, folder):
     return f"Interrupted; what was computed until now is in {folder}, and {again} goes on."
 
 
-def _say_if_one_rank_is_faster(scene):
-    from ..elsewhere import MPI
-    from ..results.summary import sharing_note
-
-    note = sharing_note(scene, MPI.COMM_WORLD.size)
-    if note and rank() == 0:
-        err.print(note, soft_wrap=True, highlight=False)
-
-
-def draw(folder, paraview=True, instants=50):
-    """Figures and, if they are wanted, ParaView files of a run; says which figures it is too short for."""
+def draw(folder: Path, paraview: bool = True, instants: int = 50) -> None:
+    """Figures and, if they are wanted, ParaView files of a run; a sentence on figures that it is too short for."""
     from ..results.figures import draw_all
     from ..results.paraview import export
 
-    figures = draw_all(folder, lambda sentence: out.print(sentence, soft_wrap=True, highlight=False))
+    figures = draw_all(folder, say)
     exported = export(folder, instants) if paraview else []
     places = f"{folder / 'figures'} and {folder / 'paraview'}" if exported else f"{folder / 'figures'}"
-    out.print(f"{len(figures) + len(exported)} files in {places}")
+    say(f"{len(figures) + len(exported)} files in {places}")
 
 
 class _Bar:
     """Progress of a run on rank 0: simulated time, speed against real time, Newton iterations per step."""
 
-    def __init__(self, scene):
+    def __init__(self, scene: "Scene"):
         self.end = scene.time.end if scene.time else 0.0
-        self.visible = rank() == 0
         self.steps = self.iterations = 0
         self._next = 0.0  # when to show again
         self.progress = Progress(
@@ -210,15 +213,15 @@ class _Bar:
             TextColumn("{task.fields[speed]:.1f} x real time, {task.fields[newton]:.2f} Newton/step"),
             TimeRemainingColumn(compact=True),
             console=err,
-            disable=not self.visible,
+            disable=rank() != 0,
         )
 
-    def __enter__(self):
+    def __enter__(self) -> "_Bar":
         self.progress.__enter__()
         self.task = self.progress.add_task("", total=self.end, speed=0.0, newton=0.0)
         return self
 
-    def update(self, simulation, iterations):
+    def update(self, simulation: "Simulation", iterations: int) -> None:
         self.steps += 1
         self.iterations += iterations
         now = clock.monotonic()
@@ -230,11 +233,11 @@ class _Bar:
         newton = self.iterations / self.steps
         self.progress.update(self.task, completed=simulation.t, speed=speed, newton=newton)
 
-    def __exit__(self, *exception):
-        return self.progress.__exit__(*exception)
+    def __exit__(self, *exception: Any) -> None:
+        self.progress.__exit__(*exception)
 
 
-def _print_summary(record, scene, folder):
+def _print_summary(record: "xr.Dataset", scene: "Scene", folder: Path) -> None:
     from ..results import summary as results
 
     title = f"\n{scene.title or 'Run'}, {folder / 'results.nc'}"

@@ -1,8 +1,9 @@
 """`dolfbuoy statistics`: statistics of runs, their ramps left out."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -10,51 +11,55 @@ import typer
 from ..errors import InputError
 from ..parallel.ranks import rank
 from .app import app
-from .shared import OverwriteOption, default_folder, finite, out, out_option, table_of
+from .shared import OverwriteOption, default_folder, number, out_option, print_table, say
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Sets that are printed; netCDF has them all.
 MOST_SETS = 20
 FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of runs or sweeps.")]
-StartOption = Annotated[
-    float | None,
-    typer.Option(
-        "--from", callback=finite, help="What comes before does not count \\[s; default: the end of the ramp]."
-    ),
-]
 PointOption = Annotated[
     str | None,
     typer.Option("--point", metavar="X,Y", help="Where the water is looked at \\[m; default: the buoy's start]."),
-]
-ExponentOption = Annotated[float, typer.Option("--exponent", help="m of the S-N curve N = K S^-m.")]
-ConstantOption = Annotated[
-    float | None,
-    typer.Option("--constant", help="K of the S-N curve, S the range of the tension in N; for Miner sums."),
 ]
 ScatterOption = Annotated[
     Path | None,
     typer.Option("--scatter", help="CSV of a sweep's keys and probability: fatigue and extremes of a life."),
 ]
-YearsOption = Annotated[float, typer.Option("--years", help="In which the largest value of --scatter occurs once.")]
-FrequencyOption = Annotated[float, typer.Option("--frequency", help="Cycles of the equivalent load per second \\[Hz].")]
+#: Label, name and numbers of a series.
+Series = tuple[str, str, "xr.Dataset"]
+#: Title, headings and rows of a table.
+Shown = tuple[str, list[str], list[list[str]]]
 
 
 @app.command()
 def statistics(
     folders: FoldersArgument,
-    start: StartOption = None,
+    start: Annotated[
+        float | None, number("--from", "What comes before does not count \\[s; default: the end of the ramp].")
+    ] = None,
     point: PointOption = None,
-    exponent: ExponentOption = 3.0,
-    constant: ConstantOption = None,
-    frequency: FrequencyOption = 1.0,
+    exponent: Annotated[float, typer.Option("--exponent", help="m of the S-N curve N = K S^-m.")] = 3.0,
+    constant: Annotated[
+        float | None,
+        typer.Option("--constant", help="K of the S-N curve, S the range of the tension in N; for Miner sums."),
+    ] = None,
+    frequency: Annotated[
+        float, typer.Option("--frequency", help="Cycles of the equivalent load per second \\[Hz].")
+    ] = 1.0,
     scatter: ScatterOption = None,
-    years: YearsOption = 50.0,
-    folder: out_option("results/statistics-NAME") = None,
+    years: Annotated[
+        float, typer.Option("--years", help="In which the largest value of --scatter occurs once.")
+    ] = 50.0,
+    folder: Annotated[Path | None, out_option("results/statistics-NAME")] = None,
     overwrite: OverwriteOption = False,
-):
+) -> None:
     """Spectral moments, peaks, cycles and extremes of runs.  Example: dolfbuoy statistics results/short"""
     from ..elsewhere import MPI
     from ..results.folder import claimed
-    from ..results.statistics import Fatigue, lifetime, runs_of, together
+    from ..results.sample import Fatigue
+    from ..results.statistics import lifetime, runs_of, together
     from ..results.statistics_figures import FIGURES, draw_all
     from ..results.style import files_of
     from ..writing import refuse_present, replacing
@@ -68,20 +73,17 @@ def statistics(
         refuse_present([*(folder / name for name in names), *figures], overwrite)
         fatigue = Fatigue(exponent, constant, frequency)
         runs = runs_of(folders, start, _point(point))
-        found = together(runs, fatigue)
-        life = None if scatter is None else lifetime(runs, scatter, fatigue, years)
-        with replacing(folder / "statistics.nc") as part:
-            found.to_netcdf(part, engine="netcdf4")
-        if life is not None:
-            with replacing(folder / "lifetime.nc") as part:
-                life.to_netcdf(part, engine="netcdf4")
-        draw_all(found, folder)
-    show(found, folder)
-    if life is not None:
+        made = [together(runs, fatigue), *([lifetime(runs, scatter, fatigue, years)] if scatter else [])]
+        for name, dataset in zip(names, made, strict=True):
+            with replacing(folder / name) as part:
+                dataset.to_netcdf(part, engine="netcdf4")
+        draw_all(made[0], folder)
+    show(made[0], folder)
+    for life in made[1:]:
         _show_life(life, folder)
 
 
-def _point(text):
+def _point(text: str | None) -> tuple[float, float] | None:
     from ..scene.quantities import number_of
 
     if text is None:
@@ -89,174 +91,147 @@ def _point(text):
     try:
         x, y = (number_of(part) for part in text.split(","))
     except ValueError:
-        x = y = np.nan
-    if not np.isfinite([x, y]).all():
-        raise InputError(f"--point {text}: must be X,Y in metres.")
+        raise InputError(f"--point {text}: must be X,Y in metres.") from None
     return x, y
 
 
-def show(found, folder):
-    """The tables of every set."""
+def show(found: "xr.Dataset", folder: Path) -> None:
+    """Print the tables of every set."""
     from ..results.quantities import shown_in
     from ..results.series import each_series
 
     for k in range(min(found.sizes["set"], MOST_SETS)):
         mine = found.isel(run=found.set_of_run.values == k, set=k)
         series = each_series(mine, "mean", shown_in("statistics"))
-        out.print(_numbers(series, _title(mine, found, folder)))
-        fatigue, extremes = _fatigue(series, found.attrs), _extremes(series)
-        for table in (_sea(series), fatigue, extremes, _certainty(series), *_circles(mine)):
-            if table is not None:
-                out.print(table)
+        tables = [_numbers(series, _title(mine, found, folder)), _sea(series), _fatigue(series, found.attrs)]
+        for title, headings, rows in (*tables, _extremes(series), _certainty(series), *_circles(mine)):
+            if rows:
+                print_table(title, headings, rows)
     if found.sizes["set"] > MOST_SETS:
-        out.print(f"... and {found.sizes['set'] - MOST_SETS} sets more", highlight=False)
-    for note in filter(None, found.attrs["notes"].split("\n")):
-        out.print(note, soft_wrap=True, markup=False, highlight=False)
+        say(f"... and {found.sizes['set'] - MOST_SETS} sets more")
+    say(*filter(None, found.attrs["notes"].split("\n")))
 
 
-def _title(mine, found, folder):
+def _title(mine: "xr.Dataset", found: "xr.Dataset", folder: Path) -> str:
     runs = f"{mine.run.values[0]}" if mine.sizes["run"] == 1 else f"{mine.sizes['run']} runs"
     which = f"set {int(mine.set)}: " if found.sizes["set"] > 1 else ""
     length = f"{float(mine.duration.mean()):g} s from t = {float(mine.start.mean()):g} s on"
     return f"{which}{runs}, {length}, {folder / 'statistics.nc'}"
 
 
-def _unit(mine, name):
+def _unit(mine: "xr.Dataset", name: str) -> tuple[str, float]:
     from ..results.tables import unit_of
 
     sizes = [mine[f"{name}_{part}"].values for part in ("minimum", "maximum")]
     return unit_of(np.array(sizes), mine[f"{name}_mean"].attrs["units"])
 
 
-def _numbers(series, title):
+def _numbers(series: list[Series], title: str) -> Shown:
     """Means over the runs, extremes of all."""
-    table = table_of(
-        title, "series", "unit", "mean", "deviation", "skewness", "minimum", "maximum", "period [s]", "peaks"
-    )
-    for said, name, mine in series:
+    rows = []
+    for label, name, mine in series:
         unit, factor = _unit(mine, name)
-        how = {"mean": np.mean, "standard_deviation": np.mean, "minimum": np.min, "maximum": np.max}
+        how: dict[str, Any] = {"mean": np.mean, "standard_deviation": np.mean, "minimum": np.min, "maximum": np.max}
         mean, deviation, low, high = (factor * f(mine[f"{name}_{part}"].values) for part, f in how.items())
         mean = mean if abs(mean) > 1e-9 * max(abs(low), abs(high)) else 0.0  # no rounding noise
         skewness, period = (float(mine[f"{name}_{part}"].mean()) for part in ("skewness", "period"))
-        peaks = f"{_count(mine, name):g}" if f"{name}_peak" in mine else ""
+        has_peaks = f"{name}_peak" in mine
+        peaks = f"{int((mine[f'{name}_peak_set'].values == int(mine.set)).sum()):g}" if has_peaks else ""
         row = [f"{mean:.4g}", f"{deviation:.4g}", f"{skewness:.2f}", f"{low:.4g}", f"{high:.4g}", f"{period:.4g}"]
-        table.add_row(said.replace("_", " "), unit, *row, peaks)
-    return table
+        rows.append([label.replace("_", " "), unit, *row, peaks])
+    names = ["series", "unit", "mean", "deviation", "skewness", "minimum", "maximum", "period [s]", "peaks"]
+    return title, names, rows
 
 
-def _count(mine, name):
-    return int((mine[f"{name}_peak_set"].values == int(mine.set)).sum())
-
-
-def _sea(series):
+def _sea(series: list[Series]) -> Shown:
     from ..results.quantities import QUANTITIES
 
-    series = [(said, name, mine) for said, name, mine in series if f"{name}_m0" in mine]
-    if not series:
-        return None
-    table = table_of("\nThe sea, mean over the runs", "where", "m0 [m²]", "Hs [m]", "Tz [s]")
-    for said, name, mine in series:
-        where = said.replace(name, QUANTITIES[name].place)
-        table.add_row(where, *(f"{float(mine[f'{name}_{part}'].mean()):.5g}" for part in ("m0", "Hs", "period")))
-    return table
+    rows = []
+    for label, name, mine in _having(series, "m0"):
+        values = (float(mine[f"{name}_{part}"].mean()) for part in ("m0", "Hs", "period"))
+        rows.append([label.replace(name, QUANTITIES[name].place), *(f"{value:.5g}" for value in values)])
+    return "\nThe sea, mean over the runs", ["where", "m0 [m²]", "Hs [m]", "Tz [s]"], rows
 
 
-def _fatigue(series, how):
+def _having(series: list[Series], number: str) -> list[Series]:
+    """The series that have a number."""
+    return [one for one in series if f"{one[1]}_{number}" in one[2]]
+
+
+def _fatigue(series: list[Series], how: dict[Any, Any]) -> Shown:
     from ..results.statistics import YEAR
 
-    series = [(said, name, mine) for said, name, mine in series if f"{name}_equivalent_load" in mine]
-    if not series:
-        return None
-    damaged = "constant" in how
-    title = f"\nFatigue, m = {how['exponent']:g}, equivalent load at {how['frequency_Hz']:g} Hz"
-    table = table_of(title, "series", "equivalent load", *(["Miner sum per year"] if damaged else []))
-    for said, name, mine in series:
+    rows, damaged = [], "constant" in how
+    for label, name, mine in _having(series, "equivalent_load"):
         unit, factor = _unit(mine, name)
         load = (mine[f"{name}_equivalent_load"].values ** how["exponent"]).mean() ** (1 / how["exponent"])
-        row = [f"{factor * load:.4g} {unit}"]
+        rows.append([label.replace("_", " "), f"{factor * load:.4g} {unit}"])
         if damaged:
-            row.append(f"{float(mine[f'{name}_damage'].sum() / mine.duration.sum()) * YEAR:.4g}")
-        table.add_row(said.replace("_", " "), *row)
-    return table
+            rows[-1].append(f"{float(mine[f'{name}_damage'].sum() / mine.duration.sum()) * YEAR:.4g}")
+    title = f"\nFatigue, m = {how['exponent']:g}, equivalent load at {how['frequency_Hz']:g} Hz"
+    return title, ["series", "equivalent load", *(["Miner sum per year"] if damaged else [])], rows
 
 
-def _extremes(series):
-    series = [one for one in series if f"{one[1]}_most_probable" in one[2]]
-    series = [(said, n, mine) for said, n, mine in series if np.isfinite(mine[f"{n}_most_probable"][0])]
-    if not series:
-        return None
-    table = table_of("\nMost probable maximum of 3 h, and its 95 % interval", "series", "unit", "maximum", "from", "to")
-    for said, name, mine in series:
+def _extremes(series: list[Series]) -> Shown:
+    rows = []
+    for label, name, mine in _having(series, "most_probable"):
+        values = mine[f"{name}_most_probable"].values
         unit, factor = _unit(mine, name)
-        values = (f"{factor * value:.4g}" for value in mine[f"{name}_most_probable"].values)
-        table.add_row(said.replace("_", " "), unit, *values)
-    return table
+        if np.isfinite(values[0]):
+            rows.append([label.replace("_", " "), unit, *(f"{factor * value:.4g}" for value in values)])
+    return "\nMost probable maximum of 3 h, and its 95 % interval", ["series", "unit", "maximum", "from", "to"], rows
 
 
-def _certainty(series):
+def _certainty(series: list[Series]) -> Shown:
     """Error of deviations and extremes from these runs, and the number of runs for extremes to 5 % above the mean."""
     from ..results.compare import duration
     from ..results.extremes import Gumbel, deviation_uncertainty
 
-    series = [(said, name, mine) for said, name, mine in series if np.isfinite(mine[f"{name}_memory"]).any()]
-    if not series:
-        return None
-    mine = series[0][2]
-    runs, length, each = mine.sizes["run"], float(mine.duration.mean()), float(mine.seconds.mean())
-    times = mine.attrs["hours"] * 3600 / length
-    table = table_of(
-        "\nHow well they are known, 19 times in 20",
-        *("series", "deviation", "maximum of 3 h, above the mean", "runs for 5 % of it", "computing"),
-    )
-    for said, name, mine in series:
-        row = [
-            f"+- {100 * deviation_uncertainty(float(mine[f'{name}_memory'].mean()), runs * length):.2g} %",
-            "",
-            "",
-            "",
-        ]
+    rows = []
+    for label, name, mine in series:
+        if not np.isfinite(mine[f"{name}_memory"]).any():
+            continue
+        runs, length, each = mine.sizes["run"], float(mine.duration.mean()), float(mine.seconds.mean())
+        times = mine.attrs["hours"] * 3600 / length
+        error = deviation_uncertainty(float(mine[f"{name}_memory"].mean()), runs * length)
+        row = [f"+- {100 * error:.2g} %", "", "", ""]
         if f"{name}_gumbel_scale" in mine and np.isfinite(mine[f"{name}_gumbel_scale"]):
             largest = Gumbel(float(mine[f"{name}_gumbel_location"]), float(mine[f"{name}_gumbel_scale"]), runs)
             mean = float(mine[f"{name}_mean"].mean())
             needed = largest.runs_needed(0.05, times, mean)
             row[1:] = f"+- {100 * largest.uncertainty(runs, times, mean):.2g} %", f"{needed}", duration(needed * each)
-        table.add_row(said.replace("_", " "), *row)
-    return table
+        rows.append([label.replace("_", " "), *row])
+    names = ["series", "deviation", "maximum of 3 h, above the mean", "runs for 5 % of it", "computing"]
+    return "\nHow well they are known, 19 times in 20", names, rows
 
 
-def _show_life(life, folder):
-    """A row of each series."""
-    from ..results.tables import unit_of
-
-    title = f"\nA life in these seas, {100 * life.attrs['probability']:.4g} % of the time, {folder / 'lifetime.nc'}"
-    once = f"once in {life.attrs['years']:g} years"
-    table = table_of(title, "series", "Miner sum per year", "life [years]", "equivalent load", once)
-    series, parts = life.series.values.tolist(), life.part.values.tolist()
-    for k, (name, part) in enumerate(zip(series, parts, strict=True)):
-        damage, years, load, largest = (
-            float(life[n][k]) for n in ("damage_per_year", "life", "equivalent_load", "largest")
-        )
-        if not np.isfinite([damage, load, largest]).any():
-            continue  # no cycles damage it, and its seeds are too few
-        unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
-        forces = (f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest))
-        said = f"{name} of {part}" if series.count(name) > 1 else name
-        table.add_row(
-            said.replace("_", " "), *(f"{x:.4g}" if np.isfinite(x) else "-" for x in (damage, years)), *forces
-        )
-    out.print(table)
-    if life.attrs["notes"]:
-        out.print(life.attrs["notes"], soft_wrap=True, markup=False, highlight=False)
-
-
-def _circles(mine):
+def _circles(mine: "xr.Dataset") -> Iterator[Shown]:
     """A table of each buoy."""
     for buoy in mine.buoy.values.tolist() if "circle_radius" in mine else ():
         one, of = mine.sel(buoy=buoy), f" of {buoy}" if mine.sizes["buoy"] > 1 else ""
-        title = f"\nOffsets: the smallest circle that holds the track of C{of}"
-        table = table_of(title, "middle", "x [m]", "y [m]", "radius [m]")
-        table.add_row("anywhere", *(f"{float(one[f'circle_{part}']):.4g}" for part in ("x", "y", "radius")))
+        rows = [["anywhere", *(f"{float(one[f'circle_{part}']):.4g}" for part in ("x", "y", "radius"))]]
         if np.isfinite(one.watch_circle_radius):
-            table.add_row("the anchor", "", "", f"{float(one.watch_circle_radius):.4g}")
-        yield table
+            rows.append(["the anchor", "", "", f"{float(one.watch_circle_radius):.4g}"])
+        title = f"\nOffsets: the smallest circle that holds the track of C{of}"
+        yield title, ["middle", "x [m]", "y [m]", "radius [m]"], rows
+
+
+def _show_life(life: "xr.Dataset", folder: Path) -> None:
+    """Print a row of each series, and notes."""
+    from ..results.tables import unit_of
+
+    rows, series, parts = [], life.series.values.tolist(), life.part.values.tolist()
+    for k, (name, part) in enumerate(zip(series, parts, strict=True)):
+        numbers = ("damage_per_year", "life", "equivalent_load", "largest")
+        damage, years, load, largest = (float(life[number][k]) for number in numbers)
+        if not np.isfinite([damage, load, largest]).any():
+            continue  # no cycles damage it, and its seeds are too few
+        unit, factor = unit_of([x for x in (load, largest) if np.isfinite(x)], str(life.unit[k].item()))
+        label = f"{name} of {part}" if series.count(name) > 1 else name
+        texts = [f"{x:.4g}" if np.isfinite(x) else "-" for x in (damage, years)]
+        texts += [f"{factor * x:.4g} {unit}" if np.isfinite(x) else "-" for x in (load, largest)]
+        rows.append([label.replace("_", " "), *texts])
+    title = f"\nA life in these seas, {100 * life.attrs['probability']:.4g} % of the time, {folder / 'lifetime.nc'}"
+    once = f"once in {life.attrs['years']:g} years"
+    print_table(title, ["series", "Miner sum per year", "life [years]", "equivalent load", once], rows)
+    say(*filter(None, [life.attrs["notes"]]))

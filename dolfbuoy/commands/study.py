@@ -2,21 +2,28 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from .app import app
+from .app import Checked, app
 from .shared import SceneArgument, out_option
 
-studies = typer.Typer(no_args_is_help=True, help="Studies.  Example: mpirun -n 2 dolfbuoy study convergence")
+studies = typer.Typer(
+    cls=Checked, no_args_is_help=True, help="Studies.  Example: mpirun -n 2 dolfbuoy study convergence"
+)
 app.add_typer(studies, name="study")
 
-Out = out_option("results/study-NAME")
-TEnd = Annotated[float | None, typer.Option("--t-end", help="End of the runs \\[s].")]
+Out = Annotated[Path | None, out_option("results/study-NAME")]
+Text = str | None
 
 
-def _run(name: str, study: Callable, out: Path | None, **options) -> None:
+def _end_of_runs(periods: int) -> Any:
+    """The option --t-end, by default so many periods after the ramp."""
+    return typer.Option("--t-end", help=f"End of the runs \\[default: ramp + {periods} periods].")
+
+
+def _run(name: str, study: Callable[..., Any], out: Path | None, **options: Any) -> None:
     """Run a study in its folder; exit code 1 if it does not pass."""
     from ..studies.study import run_command
 
@@ -60,13 +67,11 @@ def hard_cases(
 @studies.command("work-precision")
 def work_precision(
     scene: SceneArgument,
-    t_end: Annotated[
-        float | None, typer.Option("--t-end", help="End of the runs \\[default: ramp + 4 periods].")
-    ] = None,
-    pairs: Annotated[str | None, typer.Option(help="\\[default: 1-0,2-1,3-2]")] = None,
-    cells: Annotated[str | None, typer.Option(help="\\[default: 1/4, 1/2 and all of the scene's]")] = None,
-    schemes: Annotated[str | None, typer.Option(help="\\[default: all three]")] = None,
-    steps: Annotated[str | None, typer.Option(help="\\[default: period / 500, 250, 100, 50]")] = None,
+    t_end: Annotated[float | None, _end_of_runs(4)] = None,
+    pairs: Annotated[Text, typer.Option(help="\\[default: 1-0,2-1,3-2]")] = None,
+    cells: Annotated[Text, typer.Option(help="\\[default: 1/4, 1/2 and all of the scene's]")] = None,
+    schemes: Annotated[Text, typer.Option(help="\\[default: all three]")] = None,
+    steps: Annotated[Text, typer.Option(help="\\[default: period / 500, 250, 100, 50]")] = None,
     tolerances: Annotated[str, typer.Option(help="Of adaptive steps, or none.")] = "1e-3,1e-4,1e-5",
     newton: Annotated[str, typer.Option(help="Newton's tolerances.")] = "1e-9,1e-5",
     repeats: Annotated[int, typer.Option(min=1, max=100, help="The median of their times counts.")] = 3,
@@ -82,9 +87,7 @@ def work_precision(
 @studies.command()
 def effects(
     scene: SceneArgument,
-    t_end: Annotated[
-        float | None, typer.Option("--t-end", help="End of the runs \\[default: ramp + 2 periods].")
-    ] = None,
+    t_end: Annotated[float | None, _end_of_runs(2)] = None,
     threshold: Annotated[str, typer.Option(help="Change below which an effect is in vain.")] = "1%",
     out: Out = None,
 ) -> None:
@@ -97,7 +100,7 @@ def effects(
 @studies.command()
 def energy(
     scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Default: driven and short.")] = None,
-    t_end: TEnd = None,
+    t_end: Annotated[float | None, typer.Option("--t-end", help="End of the runs \\[s].")] = None,
     steps: Annotated[str | None, typer.Option(help="\\[default: 0.04,0.02,0.01]")] = None,
     out: Out = None,
 ) -> None:
@@ -115,8 +118,7 @@ def hull(
         str, typer.Option(help="Periods \\[s] at which runs in time check the response; or none.")
     ] = "4,6,9,14",
     direction: Annotated[
-        float | None,
-        typer.Option(help="Towards which the waves run, from x \\[deg; default: as in the scene]."),
+        float | None, typer.Option(help="Towards which the waves run, from x \\[deg; default: as in the scene].")
     ] = None,
     capytaine: Annotated[
         Path | None, typer.Option(metavar="FILE", help="netCDF file of Capytaine, of the free buoy about C.")

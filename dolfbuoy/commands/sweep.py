@@ -2,27 +2,29 @@
 
 import shlex
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from ..errors import InputError
 from ..parallel import interruption, ranks
+from ..parallel.ranks import rank
 from ..results.tables import unit_of
 from .app import app
 from .shared import (
     Interrupted,
     SceneArgument,
     SetOption,
-    default_folder,
+    folder_of,
     load,
-    out,
     out_option,
     print_table,
-    rank,
+    say,
     say_warnings,
-    table_of,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 VaryOption = Annotated[list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")]
 TableOption = Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")]
@@ -55,14 +57,14 @@ def sweep(
     table: TableOption = None,
     seeds: SeedsOption = None,
     latin: LatinOption = None,
-    folder: out_option("results/sweep-NAME") = None,
+    folder: Annotated[Path | None, out_option("results/sweep-NAME")] = None,
     part: PartOption = None,
     status: StatusOption = False,
     collect: CollectOption = False,
     retry: RetryOption = None,
     limit: LimitOption = None,
     keep: KeepOption = False,
-):
+) -> None:
     """Many variants of a scene.  Example: mpirun -n 2 dolfbuoy sweep short --vary waves.amplitude=0.5:1.5:0.5"""
     if status and collect:
         raise InputError("--status: shows how far the sweep is, --collect writes what is there: give one of them.")
@@ -71,7 +73,7 @@ def sweep(
     loaded = load(scene, assign)
     from ..studies import sweep as study
 
-    folder = default_folder(folder, f"sweep-{Path(scene).stem}")
+    folder = folder_of(scene, folder, "sweep")
     chosen = None if part is None else study.Part.parse(part)
     wanted = (loaded, vary or [], table)
     source = shlex.join([str(scene), *(word for text in assign or [] for word in ("--set", text))])
@@ -82,7 +84,7 @@ def sweep(
     if collect:
         _end(study.collected(planned, folder) if rank() == 0 else None, folder)
         return
-    how = {"say": say_warnings, "retry": retry is not None, "limit": limit, "keep": keep}
+    how: dict[str, Any] = {"say": say_warnings, "retry": retry is not None, "limit": limit, "keep": keep}
     try:
         if chosen is None:
             dataset = study.sweep(*wanted, folder, seeds=seeds, latin=latin, source=source, **how)
@@ -100,12 +102,12 @@ def sweep(
         _show_status(study.status(planned, folder, chosen), folder, chosen)
 
 
-def _what_is_left(folder):
+def _what_is_left(folder: Path) -> str:
     left = any((folder / "cases").rglob("*.jsonl"))
     return f"{f'finished cases are in {folder}, and ' if left else ''}the same command goes on."
 
 
-def _end(dataset, folder):
+def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
     """Show the cases; exit code 1 if none is done."""
     from ..elsewhere import MPI
 
@@ -117,7 +119,7 @@ def _end(dataset, folder):
         raise typer.Exit(1)
 
 
-def _doubts(dataset):
+def _doubts(dataset: "xr.Dataset") -> list[str]:
     """A sentence about cases whose steps were often retried."""
     from ..results.retried import OFTEN
 
@@ -129,8 +131,8 @@ def _doubts(dataset):
     ][: often > 0]
 
 
-def _show(dataset, folder):
-    """Its cases and the largest of their main quantities."""
+def _show(dataset: "xr.Dataset", folder: Path) -> None:
+    """Print its cases and the largest of their main quantities."""
     from ..results.quantities import shown_in
     from ..results.series import each_series
 
@@ -140,35 +142,33 @@ def _show(dataset, folder):
     units = [unit_of(values.values, values.attrs["units"]) for _, values in shown]
     titles = [f"{n.replace('_', ' ')} max [{unit}]" for (n, _), (unit, _) in zip(shown, units, strict=True)]
     names = [key.replace("_", " ") for key in keys]  # words may be wrapped
-    result = table_of(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", *names, *titles, "status")
+    rows = []
     for i in range(min(dataset.sizes["case"], MOST_ROWS)):
         row = dataset.isel(case=i)
         values = [f"{factor * of[i].item():.5g}" for (_, of), (_, factor) in zip(shown, units, strict=True)]
-        result.add_row(*(str(row[k].item()) for k in keys), *values, row.status.item())
-    out.print(result)
+        rows.append([*(str(row[k].item()) for k in keys), *values, row.status.item()])
+    print_table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", [*names, *titles, "status"], rows)
     if dataset.sizes["case"] > MOST_ROWS:
-        out.print(f"... and {dataset.sizes['case'] - MOST_ROWS} more", highlight=False)
+        say(f"... and {dataset.sizes['case'] - MOST_ROWS} more")
 
 
 #: Cases that are printed.
 MOST_ROWS = 1000
 
 
-def _show_status(found, folder, part):
-    """Numbers of cases, what failed, and how long the rest takes."""
-    shown = table_of(f"{folder}{f', {part}' if part else ''}", "cases", "number", "remark")
-    shown.add_row("all", str(found["cases"]), "")
-    shown.add_row("done", str(found["done"]), f"{found['seconds']:.3g} s each" if found["done"] else "")
-    shown.add_row("failed", str(found["failed"]), "run again with --retry failed" if found["failed"] else "")
+def _show_status(found: dict[str, Any], folder: Path, part: Any) -> None:
+    """Print numbers of cases, what failed, and how long the rest takes."""
     left = found["missing"] * found["seconds"] / 3600
     begun = f"{found['begun']} of the sweep have begun; " if found["begun"] else ""
     rest = f"about {left:.2g} h of one core" if found["done"] and found["missing"] else ""
-    shown.add_row("missing", str(found["missing"]), f"{begun}{rest}")
-    out.print(shown)
+    remarks = {"cases": "", "done": f"{found['seconds']:.3g} s each" if found["done"] else ""}
+    remarks |= {"failed": "run again with --retry failed" if found["failed"] else "", "missing": f"{begun}{rest}"}
+    rows = [("all" if name == "cases" else name, str(found[name]), remark) for name, remark in remarks.items()]
+    print_table(f"{folder}{f', {part}' if part else ''}", ("cases", "number", "remark"), rows)
     if found["reasons"]:
         reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
-        rows = [(str(number), reason) for reason, number in reasons]
-        print_table("\nWhy cases failed", ("number", "status of them"), rows)
+        headings = ("number", "status of them")
+        print_table("\nWhy cases failed", headings, [(str(number), reason) for reason, number in reasons])
     say_warnings(found["damaged"])
     if found["foreign"]:
         say_warnings([f"{found['foreign']} results are of another version of dolfbuoy, and do not count."])

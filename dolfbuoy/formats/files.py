@@ -1,6 +1,7 @@
 """Reading moorings of other programs, and writing what became of them as a scene file."""
 
 from pathlib import Path
+from typing import Any
 
 import tomli_w
 
@@ -14,7 +15,7 @@ from .notes import Note
 READERS = {"moordyn": from_moordyn.scene_of, "moorpy": from_yaml.scene_of, "raft": from_yaml.scene_of}
 
 
-def read(kind: str, path: Path) -> tuple[dict, list[Note]]:
+def read(kind: str, path: Path) -> tuple[dict[str, Any], list[Note]]:
     """The scene of a mooring in a file, as its sections and keys, and what could not be carried over.
 
     kind: one of READERS.  Raises InputError for a file that cannot be read, or that makes no scene.
@@ -40,7 +41,7 @@ def read(kind: str, path: Path) -> tuple[dict, list[Note]]:
     return scene, notes
 
 
-def as_toml(scene: dict, notes: list[Note], source: str) -> str:
+def as_toml(scene: dict[str, Any], notes: list[Note], source: str) -> str:
     """A scene file; what was not carried over stands at its top."""
-    said = [f"Carried over from {source}.", *map(str, notes)]
-    return "".join(f"# {printable(text)}\n" for text in said) + "\n" + tomli_w.dumps(scene)
+    lines = [f"Carried over from {source}.", *map(str, notes)]
+    return "".join(f"# {printable(text)}\n" for text in lines) + "\n" + tomli_w.dumps(scene)

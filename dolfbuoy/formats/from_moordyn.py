@@ -11,17 +11,23 @@ What has another meaning there, and how it is carried over:
 - a coupled point or body is moved by the program that calls MoorDyn: here it is held where it stands.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..scene.quantities import number_of
-from .moordyn_body import buoy_of, is_free, placed
+from .moordyn_body import BodyOf, buoy_of, is_free, placed
 from .moordyn_text import Row, Tables, canonical, is_number, parse
 from .moordyn_world import world
 from .names import Names
 from .notes import Note
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 #: What the columns of version 1 are called, in the order of its files.
 FIRST_VERSION = ("Can", "Cat", "Cdn", "Cdt")
@@ -37,7 +43,7 @@ WANTED = {
 }
 
 
-def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
+def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
     """The scene of an input file, as its sections and keys, and what could not be carried over, line by line.
 
     Raises InputError for a file that is none, or a row that cannot be read.
@@ -46,12 +52,16 @@ def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
 
 
 class _Reader:
-    def __init__(self, tables: Tables, title):
-        self.tables, self.title, self.notes = tables, title, []
-        self.places, self.ends, self.joints, self.buoys, self.used = {}, {}, {}, {}, set()
+    def __init__(self, tables: Tables, title: str):
+        self.tables, self.title, self.notes = tables, title, list[Note]()
+        self.places: dict[str, tuple[Row, str, list[float]]] = {}
+        self.ends: dict[str, Any] = {}
+        self.joints: dict[str, dict[str, Any]] = {}
+        self.buoys: dict[str, BodyOf] = {}
+        self.used: set[str] = set()
         self.names = Names("type", lambda text: self.note(None, f"line types: {text}"))
 
-    def scene(self):
+    def scene(self) -> tuple[Any, list[Note]]:
         self._headers()
         self._check_names()
         materials = {row["name"]: self._material(row) for row in self.tables.of("line types")}
@@ -62,7 +72,7 @@ class _Reader:
         self._left_out()
         used = {row["type"] for row in self.tables.of("lines")}
         places = [(row.line, at[2], kind) for row, kind, at in self.places.values()]
-        scene = {"title": self.title} if self.title else {}
+        scene: dict[str, Any] = {"title": self.title} if self.title else {}
         scene |= world(self.tables, places, self.note)
         scene["material"] = {self.names.of(name): keys for name, keys in materials.items() if name in used}
         scene["cable"] = cables
@@ -73,12 +83,12 @@ class _Reader:
         self.note(None, "the file says nothing about the length of a run: time.end and time.step are a proposal")
         return scene, sorted(self.notes, key=lambda note: note.line or 0)
 
-    def note(self, line, text):
+    def note(self, line: int | None, text: str) -> None:
         self.notes.append(Note(text, line))
 
     # -- what the columns are ------------------------------------------------------------------------------------------
 
-    def _headers(self):
+    def _headers(self) -> None:
         """Columns of version 1, which version 2 of MoorDyn would read by their places, and wrongly."""
         line, columns = self.tables.columns.get("line types", (0, []))
         if [column for column in columns if column in FIRST_VERSION]:
@@ -88,8 +98,8 @@ class _Reader:
                 "by their places, and would take them for EI or Cd, Ca, CdAx, CaAx",
             )
 
-    def _check_names(self):
-        """Each name once; a column that is missing counts as 0, and is said to."""
+    def _check_names(self) -> None:
+        """Refuse a name that is given twice; note columns that are missing, which count as 0."""
         for section, column in (("line types", "name"), ("rod types", "name"), *((s, "id") for s in NUMBERED)):
             seen = set()
             for row in self.tables.of(section):
@@ -103,15 +113,15 @@ class _Reader:
                 if name not in names:
                     self.note(line, f"{section.upper()} has no column {name}: {wanted[name]} is taken")
 
-    def _left_out(self):
+    def _left_out(self) -> None:
         """Columns and sections that are not known, each once by its name."""
         for section in ("line types", "rod types", "bodies", "rods", "points", "lines"):
             line, columns = self.tables.columns.get(section, (0, []))
             for column in columns:
                 values = [row.other.get(column, "-") for row in self.tables.of(section)]
-                if said := sorted({value for value in values if not _is_nothing(value)}):
+                if given := sorted({value for value in values if not _is_nothing(value)}):
                     what = f"the column {column} of {section.upper()} is not carried over"
-                    self.note(line, f"{what}: {', '.join(said[:5])}")
+                    self.note(line, f"{what}: {', '.join(given[:5])}")
         for number, heading in self.tables.unknown:
             self.note(number, f"the section {heading!r} is not known and was left out")
         for name in ("failure", "control", "external loads"):
@@ -123,7 +133,7 @@ class _Reader:
 
     # -- lines --------------------------------------------------------------------------------------------------------
 
-    def _material(self, row: Row):
+    def _material(self, row: Row) -> dict[str, float]:
         found = {"line_density": row.number("mass_density"), "diameter": row.number("diameter")}
         static, *more = row["EA"].split("|")
         if not is_number(static):
@@ -143,15 +153,15 @@ class _Reader:
             self.note(row.line, f"CaAx = {row['CaAx']}: there is no added mass along a line here")
         return found
 
-    def _viscoelastic(self, row):
-        """Two springs in series, each with a damper: of both dampers none acts beside the static stiffness."""
+    def _viscoelastic(self, row: Row) -> None:
+        """Two springs in series, each with a damper: of both dampers none acts next to the static stiffness."""
         self.note(
             row.line,
             f"EA = {row['EA']} with BA = {row.values.get('BA', '0')} is viscoelastic: of these the static stiffness, "
             "the first of EA, is taken, and damping = 0; for motions in waves put the dynamic one in its place",
         )
 
-    def _damping(self, row, found):
+    def _damping(self, row: Row, found: dict[str, float]) -> None:
         text = row.values.get("BA", "0")
         if not is_number(text):
             self.note(row.line, f"BA = {text} is no single number, and is not read: damping = 0")
@@ -163,7 +173,7 @@ class _Reader:
                 f"BA = {text} is a share of critical damping of a segment: numerical, for explicit steps; damping = 0",
             )
 
-    def _area_of_damping(self, row):
+    def _area_of_damping(self, row: Row) -> float:
         """Area [m^2] by which a damping in Pa s, as early files call cIntDamp, is one in N s; else 1."""
         columns = [column.lower() for column in self.tables.columns["line types"][1]]
         if "cintdamp" not in columns:
@@ -174,13 +184,13 @@ class _Reader:
         self.note(row.line, f"cIntDamp = {row['BA']} Pa s: damping is it times pi Diam^2/4")
         return math.pi * row.number("diameter") ** 2 / 4
 
-    def _cable(self, row, materials):
+    def _cable(self, row: Row, materials: dict[str, dict[str, float]]) -> dict[str, Any]:
         material = row["type"]
         if material not in materials:
             raise InputError(
                 f"line {row.line}: LineType {material!r} is none of the LINE TYPES: {', '.join(materials)}."
             )
-        found = {"name": f"line{row.values.get('id', row.line)}", "material": self.names.of(material)}
+        found: dict[str, Any] = {"name": f"line{row.values.get('id', row.line)}", "material": self.names.of(material)}
         found |= {"from": self._end(row, "A"), "to": self._end(row, "B")}
         if row["A"] == row["B"]:
             raise InputError(f"line {row.line}: both ends are on point {row['A']}: must be two.")
@@ -190,7 +200,7 @@ class _Reader:
         found |= {"length": self._length(row), "elements": round(segments)}
         return found | {"slack": "tension-only"}
 
-    def _length(self, row):
+    def _length(self, row: Row) -> float:
         length = row.number("length")
         if length >= 0:
             return length
@@ -199,7 +209,7 @@ class _Reader:
         self.note(row.line, f"UnstrLen = {length:g} is that multiple of the distance between the ends: {found:g} m")
         return found
 
-    def _end(self, row, column):
+    def _end(self, row: Row, column: str) -> Any:
         place = row[column]
         if not place.isdigit():
             raise InputError(f"line {row.line}: an end on {place!r} is not carried over: lines end on points here.")
@@ -211,7 +221,7 @@ class _Reader:
 
     # -- points -------------------------------------------------------------------------------------------------------
 
-    def _point(self, row):
+    def _point(self, row: Row) -> None:
         kind, name = row["attachment"].lower(), row["id"]
         place = np.array([row.number(axis) for axis in "xyz"])
         if kind.startswith(("fix", "anch")):
@@ -228,19 +238,19 @@ class _Reader:
         else:
             raise InputError(f"line {row.line}: the attachment {row['attachment']!r} of a point is not known.")
 
-    def _put(self, row, kind, place, end):
+    def _put(self, row: Row, kind: str, place: NDArray[Any], end: list[float] | str) -> None:
         """Remember where a point stands, and what a cable that ends on it names."""
         self.places[row["id"]] = row, kind, place.tolist()
         self.ends[row["id"]] = end
 
-    def _hold(self, row, place, why):
+    def _hold(self, row: Row, place: NDArray[Any], why: str) -> None:
         name = f"point{row['id']}"
         self.joints[row["id"]] = {"name": name, "position": place.tolist()}
         self._put(row, "moved", place, name)
         self.note(row.line, why)
 
-    def _free(self, row, place):
-        joint = {"name": f"point{row['id']}"}
+    def _free(self, row: Row, place: NDArray[Any]) -> None:
+        joint: dict[str, Any] = {"name": f"point{row['id']}"}
         for key, column in (("mass", "mass"), ("volume", "volume"), ("drag_area", "CdA"), ("added_mass", "Ca")):
             if value := row.number(column, 0.0):
                 joint[key] = value
@@ -249,7 +259,7 @@ class _Reader:
         self.joints[row["id"]] = joint
         self._put(row, "free", place, joint["name"])
 
-    def _on_body(self, row, name, kind, place):
+    def _on_body(self, row: Row, name: str, kind: str, place: NDArray[Any]) -> None:
         number = "".join(c for c in kind if c.isdigit())
         body = next((b for b in self.tables.of("bodies") if b["id"] == number), None)
         if body is None:
@@ -262,7 +272,7 @@ class _Reader:
         if own := [column for column in ("mass", "volume", "CdA") if row.number(column, 0.0)]:
             self.note(row.line, f"{', '.join(own)} of point {name} on body {number} is not carried over")
 
-    def _rods(self):
+    def _rods(self) -> None:
         """Free bodies with an upright rod become buoys; all others cannot."""
         types = {row["name"]: row for row in self.tables.of("rod types")}
         rods = self.tables.of("rods")
@@ -276,5 +286,5 @@ class _Reader:
             self.note(rod.line, f"rod {rod.values.get('id', '')} is not carried over")
 
 
-def _is_nothing(text):
+def _is_nothing(text: str) -> bool:
     return text in ("-", "#") or (is_number(text) and number_of(text) == 0)

@@ -6,13 +6,17 @@
         lines:      [{name, endA, endB, type, length}, ...]
         line_types: [{name, diameter, mass_density, stiffness, breaking_load, transverse_drag, ...}, ...]
 
-A design of RAFT has beside it a site, with water_depth, rho_water and g.
+A design of RAFT also has a site, with water_depth, rho_water and g.
 
 The tangential drag refers to the surface pi d l there and to the diameter d l here; lines carry no compression; the bed
 is there, and has no stiffness of its own.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterator
+from typing import Any
 
 from ..errors import InputError, missing
 from ..scene.quantities import number_of
@@ -35,17 +39,17 @@ SITE, WORDS = ("water_depth", "rho_water", "g"), ("type", "name", "comments")
 ELEMENTS = 20
 
 
-def read_yaml(text: str):
+def read_yaml(text: str) -> Any:
     """The values of a YAML file, which can run nothing and repeat nothing.  Raises InputError for anything else."""
     try:
         import yaml
     except ImportError as error:
         raise InputError(missing(error) or "PyYAML is not installed: pip install pyyaml") from None
 
-    class Plain(yaml.SafeLoader):
+    class Plain(yaml.SafeLoader):  # type: ignore[misc]  # yaml has no types
         """Without aliases, by which a small file grows without bounds."""
 
-        def compose_node(self, parent, index):
+        def compose_node(self, parent: Any, index: Any) -> Any:
             if self.check_event(yaml.events.AliasEvent):
                 raise InputError(f"line {self.peek_event().start_mark.line + 1}: aliases (*name) are not read.")
             return super().compose_node(parent, index)
@@ -60,7 +64,7 @@ def read_yaml(text: str):
         raise InputError("this YAML is nested too deeply.") from None
 
 
-def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
+def scene_of(text: str, title: str = "") -> tuple[dict[str, Any], list[Note]]:
     """The scene of a mooring in YAML, as its sections and keys, and what could not be carried over.
 
     Raises InputError for a file without points, lines and line types, or a value that cannot be read.
@@ -80,13 +84,14 @@ def scene_of(text: str, title: str = "") -> tuple[dict, list[Note]]:
 
 
 class _Reader:
-    def __init__(self, mooring, design, title):
-        self.mooring, self.title, self.notes = mooring, title, []
-        self.design, self.site = design, design.get("site") if isinstance(design.get("site"), dict) else {}
+    def __init__(self, mooring: dict[str, Any], design: dict[str, Any], title: str):
+        self.mooring, self.title, self.notes = mooring, title, list[Note]()
+        site = design.get("site")
+        self.design, self.site = design, site if isinstance(site, dict) else {}
         self.types = Names("type", lambda text: self.note(f"line_types: {text}"))
         self.parts = Names("part", lambda text: self.note(f"points and lines: {text}"))
 
-    def scene(self):
+    def scene(self) -> tuple[Any, list[Note]]:
         for section in ("points", "lines", "line_types"):
             names = [str(row.get("name")) for row in self._rows(section)]
             if twice := {name for name in names if names.count(name) > 1}:
@@ -96,7 +101,7 @@ class _Reader:
         cables = [self._cable(row, materials, places) for row in self._rows("lines")]
         used = {_text(row, "type", "lines") for row in self._rows("lines")}
         self._left_out()
-        scene = {"title": self.title} if self.title else {}
+        scene: dict[str, Any] = {"title": self.title} if self.title else {}
         scene |= self._world(places)
         scene["material"] = {self.types.of(name): keys for name, keys in materials.items() if name in used}
         scene["cable"] = cables
@@ -105,10 +110,10 @@ class _Reader:
             scene["joint"] = kept
         return scene | {"time": {"end": 60.0, "step": 0.05, "scheme": "bdf2"}}, self.notes
 
-    def note(self, text):
+    def note(self, text: str) -> None:
         self.notes.append(Note(text))
 
-    def _left_out(self):
+    def _left_out(self) -> None:
         """Keys that are not known, each once by its name."""
         if left := [key for key in self.design if key not in ("mooring", "site", *WORDS)]:
             self.note(f"of this design only mooring is carried over, and not {', '.join(map(str, left))}")
@@ -122,7 +127,7 @@ class _Reader:
                 self.note(f"{section}: {key} is not carried over")
         self.note("the file says nothing about the length of a run: time.end and time.step are a proposal")
 
-    def _rows(self, name):
+    def _rows(self, name: str) -> Iterator[dict[str, Any]]:
         for row in self.mooring[name]:
             if not isinstance(row, dict):
                 raise InputError(f"{name}: {row!r} is no table of keys.")
@@ -130,10 +135,10 @@ class _Reader:
 
     # -- the world ----------------------------------------------------------------------------------------------------
 
-    def _world(self, places):
+    def _world(self, places: dict[str, tuple[Any, list[float], str]]) -> dict[str, Any]:
         gravity = self._given("g")
         density = self._given("rho", "water_density", "rho_water")
-        found = {} if gravity is None else {"gravity": gravity}
+        found: dict[str, Any] = {} if gravity is None else {"gravity": gravity}
         if density == 0:
             self.note("the density of the water is 0: there is none here, and no bed, which belongs to a sea")
             return found
@@ -143,7 +148,7 @@ class _Reader:
             return found
         return found | {"seabed": {}}
 
-    def _given(self, *names):
+    def _given(self, *names: Any) -> float | None:
         """A number of the mooring, or of the site of a design; None if neither gives it."""
         for where, section in (("mooring", self.mooring), ("site", self.site)):
             for name in names:
@@ -151,7 +156,7 @@ class _Reader:
                     return _number(section[name], f"{where}.{name}")
         return None
 
-    def _depth(self, places):
+    def _depth(self, places: dict[str, tuple[Any, list[float], str]]) -> float:
         depth = self._given("water_depth")
         heights = {name: place[2] for name, (_, place, kind) in places.items() if kind != "free"}
         if depth is None:
@@ -167,7 +172,7 @@ class _Reader:
 
     # -- parts --------------------------------------------------------------------------------------------------------
 
-    def _material(self, row):
+    def _material(self, row: dict[str, float | str]) -> dict[str, float]:
         name = _text(row, "name", "line_types")
         found = {}
         for key, (own, factor) in LINE_TYPE.items():
@@ -182,9 +187,10 @@ class _Reader:
                 self.note(f"line_types, {name}: {key} = {value} is not carried over")
         return found
 
-    def _points(self):
+    def _points(self) -> tuple[dict[str, tuple[Any, list[float], str]], list[dict[str, Any]]]:
         """Place and kind ("fixed", "moved" or "free") of each end, by name; and the joints."""
-        places, joints = {}, []
+        places: dict[str, tuple[Any, list[float], str]] = {}
+        joints: list[dict[str, Any]] = []
         for row in self._rows("points"):
             name, kind = _text(row, "name", "points"), _text(row, "type", "points").lower()
             place = row.get("location")
@@ -206,7 +212,12 @@ class _Reader:
             places[name] = own, place, "moved" if "position" in joints[-1] else "free"
         return places, joints
 
-    def _cable(self, row, materials, places):
+    def _cable(
+        self,
+        row: dict[str, Any],
+        materials: dict[str, dict[str, float]],
+        places: dict[str, tuple[Any, list[float], str]],
+    ) -> dict[str, Any]:
         name, material = _text(row, "name", "lines"), _text(row, "type", "lines")
         if material not in materials:
             raise InputError(f"lines, {name}: type {material!r} is none of the line_types: {', '.join(materials)}.")
@@ -216,20 +227,20 @@ class _Reader:
                 raise InputError(f"lines, {name}: {key} = {end!r} is none of the points: {', '.join(places)}.")
         if ends[0] == ends[1]:
             raise InputError(f"lines, {name}: endA and endB are both {ends[0]!r}: must be two points.")
-        found = {"name": self.parts.of(name), "material": self.types.of(material)}
+        found: dict[str, Any] = {"name": self.parts.of(name), "material": self.types.of(material)}
         found |= {"from": places[ends[0]][0], "to": places[ends[1]][0]}
         found["length"] = _number(row.get("length"), f"lines, {name}: length")
         return found | {"elements": ELEMENTS, "slack": "tension-only"}
 
 
-def _text(row, key, place):
+def _text(row: dict[str, Any], key: str, place: str) -> str:
     value = row.get(key)
     if value is None:
         raise InputError(f"{place}: {key} is missing.")
     return str(value)
 
 
-def _number(value, place):
+def _number(value: Any, place: str) -> float:
     try:
         found = number_of(value) if isinstance(value, str) else math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError, OverflowError):

@@ -3,14 +3,21 @@
 A rod there is a cylinder that floats; a body gives it mass and inertia [about the centre of mass, as here].
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..scene.quantities import number_of
 from .moordyn_text import Row
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 _CLOSE = 1e-6  # m
 
@@ -19,10 +26,10 @@ _CLOSE = 1e-6  # m
 class BodyOf:
     """A buoy made of a body: its section, where the keel is in the body's frame, and the names of its points."""
 
-    section: dict
-    keel: np.ndarray
+    section: dict[str, Any]
+    keel: NDArray[Any]
 
-    def fairlead(self, point: str, place: np.ndarray) -> str:
+    def fairlead(self, point: str, place: NDArray[Any]) -> str:
         """The end of a cable on this body.  place: in the body's frame [m]."""
         own = place - self.keel
         self.section.setdefault("fairleads", {})[f"point{point}"] = own.tolist()
@@ -34,12 +41,12 @@ def is_free(body: Row) -> bool:
     return body.values.get("attachment", "free").lower().startswith("free")
 
 
-def placed(body: Row, place: np.ndarray) -> np.ndarray:
+def placed(body: Row, place: NDArray[Any]) -> NDArray[Any]:
     """A point of a body in space [m]: at rest, turned by roll, pitch and yaw (about z, y, x in turn) as it starts."""
-    return np.array([body.number(axis, 0.0) for axis in "xyz"]) + _rotation(body) @ place
+    return np.asarray(np.array([body.number(axis, 0.0) for axis in "xyz"]) + _rotation(body) @ place)
 
 
-def _rotation(body):
+def _rotation(body: Row) -> Any:
     (cx, sx), (cy, sy), (cz, sz) = (
         (np.cos(angle), np.sin(angle))
         for angle in np.radians([body.number(name, 0.0) for name in ("roll", "pitch", "yaw")])
@@ -50,8 +57,8 @@ def _rotation(body):
     return about_x @ about_y @ about_z
 
 
-def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note) -> BodyOf | None:
-    """The buoy that a free body with these rods is; None, said to `note`(line, text), if it is none.
+def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> BodyOf | None:
+    """The buoy that a free body with these rods is; None, and a `note`(line, text), if it is none.
 
     Raises InputError for a rod of no type.
     """
@@ -79,13 +86,13 @@ def buoy_of(body: Row, rods: list[Row], types: dict[str, Row], note) -> BodyOf |
     return BodyOf(section, keel)
 
 
-def _ends(rod):
+def _ends(rod: Row) -> list[NDArray[Any]]:
     """The lower and the upper end of a rod [m], which is the same upside down."""
     ends = [np.array([rod.number(f"{axis}{end}") for axis in "xyz"]) for end in "ab"]
     return sorted(ends, key=lambda end: end[2])
 
 
-def _why_not(rods):
+def _why_not(rods: list[Row]) -> str:
     """Why rods are no hull; empty if they are."""
     if not rods:
         return "has no rod, so that nothing floats it"
@@ -100,7 +107,9 @@ def _why_not(rods):
     return ""
 
 
-def _masses(body, rods, types, keel, note):
+def _masses(
+    body: Row, rods: list[Row], types: dict[str, Row], keel: NDArray[Any], note: Callable[..., Any]
+) -> dict[str, float | list[float]]:
     """Mass, height of its centre and moments about it, of body and rods together."""
     center = _numbers(body, "CG", (1, 3))
     center = center if len(center) == 3 else center[0] * np.array([0.0, 0.0, 1.0])
@@ -118,14 +127,14 @@ def _masses(body, rods, types, keel, note):
         raise InputError(f"line {body.line}: the centre of mass of a body off its rods' axis is not carried over.")
     height = sum(mass * center[2] for mass, center, _ in parts) / total
     moments = sum(own + mass * (center[2] - height) ** 2 * np.array([1.0, 1.0, 0.0]) for mass, center, own in parts)
-    found = {"mass": float(total), "center_of_mass": float(height)}
+    found: dict[str, Any] = {"mass": float(total), "center_of_mass": float(height)}
     if moments.min() > 0:
         return found | {"inertia": moments.tolist()}
     note(body.line, f"body {body['id']} has no inertia: that of its mass spread over the hull is taken")
     return found
 
 
-def _numbers(body, column, counts=(1, 2, 3, 6)):
+def _numbers(body: Row, column: str, counts: tuple[Any, ...] = (1, 2, 3, 6)) -> NDArray[Any]:
     """Numbers a|b|c, so many of them."""
     text = body.values.get(column, "0")
     try:
@@ -138,7 +147,7 @@ def _numbers(body, column, counts=(1, 2, 3, 6)):
     return values
 
 
-def _say_rest(body, rods, types, note):
+def _say_rest(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> None:
     """Quantities of a body that a buoy has no place for."""
     for column, what in (("volume", "a volume beside its rods'"), ("CdA", "drag beside its rods'")):
         if _numbers(body, column).any():

@@ -1,18 +1,25 @@
 """Running MoorDyn on a scene that was exported: tensions and motions over time."""
 
+from __future__ import annotations
+
 import math
 import os
 import tempfile
 import time as clock
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..model.lines import top_position
 from .to_moordyn import Export
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 #: Steps of MoorDyn in a call: within it driven ends keep their speed, and the jumps between make stiff lines ring.
 PER_CALL = 10
@@ -25,14 +32,14 @@ class Series:
     """Times t [s]; tension (t, line, end: 0 lower, 1 upper) [N]; body (t, body, 3): places of bodies' keels [m]; force
     (t, 3 driven ends): what holds these [N]; seconds on the processor of MoorDyn's steps and of reading them."""
 
-    t: np.ndarray
-    tension: np.ndarray
-    body: np.ndarray
-    force: np.ndarray
+    t: NDArray[Any]
+    tension: NDArray[Any]
+    body: NDArray[Any]
+    force: NDArray[Any]
     seconds: float
 
 
-def moordyn_module():
+def moordyn_module() -> Any:
     """MoorDyn's Python module.  Raises InputError where it is not installed."""
     try:
         import moordyn
@@ -52,7 +59,7 @@ def run(export: Export, end: float, most: int = 50_000, per_call: int | None = N
     steps = math.ceil(end / step - 1e-9)
     every = -(-steps // most)
     t = np.arange(steps + 1) * step
-    places = np.array([np.concatenate([top_position(top, at) for top in export.driven] or [[]]) for at in t])
+    places = np.array([np.concatenate([top_position(top, at) for top in export.driven] or [np.zeros(0)]) for at in t])
     speeds = np.diff(places, axis=0) / step
     with tempfile.TemporaryDirectory() as folder, silent():
         for name, text in export.files.items():
@@ -82,7 +89,7 @@ def run(export: Export, end: float, most: int = 50_000, per_call: int | None = N
     return found if np.isfinite(found.tension).all() and np.isfinite(found.body).all() else None
 
 
-def _ends(moordyn, line):
+def _ends(moordyn: Any, line: Any) -> tuple[float, float]:
     last = moordyn.GetLineN(line)
     sizes = {
         node: math.hypot(*moordyn.GetLineNodeTen(line, node)) for node in {1, min(2, last), last - 1, max(last - 2, 0)}
@@ -92,12 +99,12 @@ def _ends(moordyn, line):
     return low, high
 
 
-def _place(moordyn, body):
+def _place(moordyn: Any, body: Any) -> Any:
     return np.array(moordyn.GetBodyState(body)[0][:3])
 
 
 @contextmanager
-def silent():
+def silent() -> Iterator[Any]:
     """MoorDyn greets on the standard output of the process, not of Python."""
     saved, null = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)

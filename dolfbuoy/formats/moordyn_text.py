@@ -5,6 +5,8 @@ because the two versions order them differently.  What stands in front of the fi
 begin a comment.
 """
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass, field
 
@@ -89,12 +91,12 @@ class Row:
         if text is None and default is not None:
             return default
         try:
-            return number_of(text)
-        except (AttributeError, ValueError):
+            return number_of(text or "")
+        except ValueError:
             what = f"is {text!r}, which is no number" if text is not None else "is missing"
             raise InputError(f"line {self.line}: {column} {what}.") from None
 
-    def __getitem__(self, column):
+    def __getitem__(self, column: str) -> str:
         if column not in self.values:
             raise InputError(f"line {self.line}: {column} is missing.")
         return self.values[column]
@@ -144,7 +146,7 @@ def parse(text: str) -> Tables:
     return tables
 
 
-def _begun(tables, number, line):
+def _begun(tables: Tables, number: int, line: str) -> str | None:
     """The section that a heading begins, None for one that is not known, or for a title."""
     heading = " ".join(re.sub(r"[^A-Z ]", " ", line.upper()).split())
     first = not tables.columns
@@ -156,7 +158,7 @@ def _begun(tables, number, line):
     return None
 
 
-def _option(tables, number, line):
+def _option(tables: Tables, number: int, line: str) -> None:
     parts = line.split()
     if len(parts) < 2 or is_number(parts[1]):
         raise InputError(f"line {number}: {line.strip()!r} is no option: a value and then its name.")
@@ -167,7 +169,7 @@ def _option(tables, number, line):
         tables.options[name] = number, value
 
 
-def _same(one, other):
+def _same(one: str, other: str) -> bool:
     return one == other or (is_number(one) and is_number(other) and number_of(one) == number_of(other))
 
 
@@ -180,13 +182,13 @@ NEEDED = {
     "points": ("id", "attachment", "x", "y", "z"),
     "lines": ("type", "A", "B", "length"),
 }
-#: Units in which no file of MoorDyn is, which takes all numbers for m, kg, s and N; it says kN of forces in columns
+#: Units in which no file of MoorDyn is, which takes all numbers for m, kg, s and N; forces are in kN in columns
 #: that are not carried over.
 FOREIGN = {"ft", "feet", "in", "lb", "lbs", "lbf", "kip", "kips", "slug", "slugs"}
 FOREIGN |= {"mm", "cm", "km", "kn", "mn", "gn", "t", "te", "ton", "tonne", "g"}
 
 
-def _check_header(section, number, line):
+def _check_header(section: str, number: int, line: str) -> None:
     if section not in NEEDED:
         return
     names = [canonical(section, column) for column in line.split()]
@@ -200,7 +202,7 @@ def _check_header(section, number, line):
         raise InputError(f"line {number}: two columns of {section.upper()} mean {min(twice)}: {line.strip()!r}.")
 
 
-def _check_units(tables, section, number):
+def _check_units(tables: Tables, section: str, number: int) -> None:
     for column, unit in zip(tables.columns[section][1], tables.units[section], strict=False):
         found = FOREIGN & set(re.split(r"[^a-z]+", unit.lower()))
         if found and canonical(section, column) not in ("fx", "fy", "fz"):
@@ -218,7 +220,7 @@ def canonical(section: str, column: str) -> str | None:
     return next((key for key, names in COLUMNS.items() if name in names), None)
 
 
-def _row(tables, section, number, line):
+def _row(tables: Tables, section: str, number: int, line: str) -> None:
     _, columns = tables.columns[section]
     names = [canonical(section, column) for column in columns]
     if section == "bodies":  # two columns are called y0: the second is a yaw
@@ -244,6 +246,6 @@ def is_number(text: str) -> bool:
     return True
 
 
-def _bodies(names):
+def _bodies(names: list[str | None]) -> list[str | None]:
     seen = names.index("y") + 1 if "y" in names else len(names)
     return names[:seen] + ["yaw" if name == "y" else name for name in names[seen:]]

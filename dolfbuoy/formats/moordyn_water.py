@@ -1,25 +1,34 @@
 """Sea, bed, wave and current of a scene in MoorDyn's files.
 
 A regular wave is a spectrum of one component on MoorDyn's table in space and time (`WaveKin 2`): its sum of components
-(`WaveKin 7`) knows no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
+(`WaveKin 7`) has no pressure and leaves a floating body where it is.  MoorDyn stretches the table as Wheeler did.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..model.sea import heading, main_propagation, velocity_at
 
+if TYPE_CHECKING:
+    from ..scene.network import Network
+    from ..scene.sections import Current, Scene
+    from ..scene.waves import Waves
+
 #: Points of the table to a wave length, and to a period; MoorDyn interpolates linearly between them.
 PER_WAVE = 64
 #: Depth of a scene without water [m], and how many depths down MoorDyn's bed is put where the scene has none.
 DRY, FAR_DOWN = 1e4, 10.0
-#: Wave periods that the table lasts, unless a run says how long it is.
+#: Wave periods that the table lasts, unless the scene has a time of its own.
 PERIODS = 40
 
 
-def options(scene, network, note) -> tuple[dict, dict]:
-    """MoorDyn's options, and the files beside its input by name; note(text) of what is not carried over."""
+def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """MoorDyn's options, and the files that go with its input, by name; note(text) of what is not carried over."""
     found = {"g": scene.gravity, "rho": scene.sea.density if scene.sea else 0.0}
     depth = scene.sea.depth if scene.sea else DRY
     far = FAR_DOWN if scene.sea and not (scene.waves or scene.seabed) else 1.0  # waves need the true depth
@@ -28,30 +37,33 @@ def options(scene, network, note) -> tuple[dict, dict]:
         note(f"sea.depth: WtrDpth is {far:g} times it, which keeps MoorDyn's bed away from the lines")
     found |= _bed(scene, network, note)
     found |= {"TmaxIC": 0, "disableOutput": 1, "disableOutTime": 1}
-    files = {}
+    files: dict[str, str] = {}
     if scene.waves and scene.waves.irregular:
         note("[waves]: of an irregular sea nothing is carried over")
     elif scene.waves:
         found["WaveKin"] = 2
-        files |= {"wave_frequencies.txt": _wave(scene), "water_grid.txt": _grid(scene, network)}
+        files |= {
+            "wave_frequencies.txt": _wave(scene, scene.waves),
+            "water_grid.txt": _grid(scene, network, scene.waves, depth),
+        }
         note("waves.ramp: MoorDyn's wave is there at once, at its full height")
         if scene.waves.stretching != "wheeler":
             note("waves.stretching: MoorDyn stretches its table as wheeler does")
     if scene.current:
         found["Currents"] = 1
-        files["current_profile.txt"] = _current(scene)
+        files["current_profile.txt"] = _current(scene, scene.current, depth)
     return found, files
 
 
-def _bed(scene, network, note):
+def _bed(scene: Scene, network: Network, note: Callable[..., Any]) -> dict[str, Any]:
     if scene.seabed is None:
         return {"kBot": 0, "cBot": 0}
-    from ..model.seabed import grip_of_line, hardness
+    from ..model.seabed import hardness, parameters_of_line
 
     sections = [piece.section for piece in network.pieces]
     k_b = hardness(scene, sections)
-    grips = [(grip_of_line(scene, section, k_b), section) for section in sections]
-    damping = max(grip.damping / section.diameter for grip, section in grips)
+    grips = [(parameters_of_line(scene, section, k_b), section) for section in sections]
+    damping = max(grip.damping / (section.diameter or math.nan) for grip, section in grips)
     note("seabed.damping_ratio: MoorDyn's damping of the bed acts at once on contact and not with the penetration")
     found = {"kBot": float(k_b), "cBot": float(damping)}
     if scene.seabed.friction:
@@ -62,16 +74,16 @@ def _bed(scene, network, note):
     return found
 
 
-def _wave(scene):
+def _wave(scene: Scene, waves: Waves) -> str:
     """The component, and empty ones: their spacing is the length of the table in time, the last one its steps.
 
     The table is longer than the run, because MoorDyn reads a wrong value where it begins again, and the cable rings.
     """
-    w, frequency = scene.waves, main_propagation(scene).at_ground
+    frequency = main_propagation(scene).at_ground
     end = scene.time.end if scene.time else PERIODS * 2 * math.pi / frequency
     periods = math.ceil(end * frequency / (2 * math.pi)) + 1
-    phase = math.radians(w.phase_deg)  # MoorDyn wants the real and the imaginary part of a exp(-i phase)
-    wave = (w.size * math.cos(phase), -w.size * math.sin(phase), math.radians(w.direction_deg))
+    phase = math.radians(waves.phase_deg)  # MoorDyn wants the real and the imaginary part of a exp(-i phase)
+    wave = (waves.size * math.cos(phase), -waves.size * math.sin(phase), math.radians(waves.direction_deg))
     rows = []
     for i in range(periods * PER_WAVE // 2 + 1):
         row = wave if i == periods else (0.0, 0.0, 0.0)
@@ -79,20 +91,22 @@ def _wave(scene):
     return "\n".join(rows) + "\n"
 
 
-def _grid(scene, network):
+def _grid(scene: Scene, network: Network, waves: Waves, depth: float) -> str:
     """Points of the table in space: PER_WAVE to a wave length along it and, near the surface, down z.
 
     It reaches half a wave length beyond what the scene holds at the start, of lines to a buoy beyond their parts that
     are not half a wave length down; where a line goes beyond, no wave is felt.
     """
-    wave, depth = 2 * math.pi / main_propagation(scene).wavenumber, scene.sea.depth
-    places = [np.array(end.top.position) for piece in network.pieces for end in piece.ends if end.held]
-    buoys = [np.array(buoy.initial.buoy_position) for buoy in network.buoys.values() if buoy.initial.buoy_position]
+    wave = 2 * math.pi / main_propagation(scene).wavenumber
+    tops = [end.top for piece in network.pieces for end in piece.ends if end.held]
+    places = [np.array(top.position) for top in tops if top]
+    starts = [buoy.initial for buoy in network.buoys.values()]
+    buoys = [np.array(start.buoy_position) for start in starts if start and start.buoy_position]
     if buoys:
         near = [[min(1.0, wave / 2 / max(-place[2], 1e-9)) * (place - buoy) for place in places] for buoy in buoys]
         places = [buoy + way for buoy, ways in zip(buoys, near, strict=True) for way in (np.zeros(3), *ways)]
     low, high = np.min(places, axis=0), np.max(places, axis=0)
-    along = np.abs(heading(scene.waves.direction_deg))
+    along = np.abs(heading(waves.direction_deg))
     axes = []
     for axis in (0, 1):
         if along[axis] < 1e-9:
@@ -107,9 +121,8 @@ def _grid(scene, network):
     return "waves\nx, y, z\nkind of list, values\n" + "\n".join(lists) + "\n"
 
 
-def _current(scene):
-    depth, still = scene.sea.depth, scene.model_copy(update={"waves": None})
-    profile = scene.current.profile
+def _current(scene: Scene, current: Current, depth: float) -> str:
+    still, profile = scene.model_copy(update={"waves": None}), current.profile
     z = [row[0] for row in profile] if isinstance(profile, list) else np.linspace(-depth, 0.0, 21).tolist()
     speeds = velocity_at(still, 0.0, np.array([[0.0, 0.0, at] for at in z]))
     rows = [(at, *map(float, speed)) for at, speed in zip(z, speeds, strict=True)]

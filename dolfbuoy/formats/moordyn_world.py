@@ -3,6 +3,11 @@
 Its bed is everywhere, of the stiffness kBot at the depth WtrDpth; without water or gravity nothing lies on one here.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
 from ..errors import InputError
 from ..scene.quantities import number_of
 from .moordyn_text import Tables, is_number
@@ -20,7 +25,7 @@ NUMERICAL = {
     "dtic", "tmaxic", "cdscaleic", "threshic", "icgendynamic", "icdfac", "icdt", "ictmax", "icthresh",
     "inertialf", "inertialf_rampt", "dtwave", "unifycurrentgrid",
 }  # fmt: skip
-#: Options that name files beside the input, and the section of a scene in their place.
+#: Options that name other files than the input, and the section of a scene in their place.
 ELSEWHERE = {
     "wavekin": "waves are in files of their own and are not carried over; add [waves]",
     "currents": "they are in files of their own and are not carried over; add [current]",
@@ -30,14 +35,14 @@ ELSEWHERE = {
 KBOT = 3e6
 
 
-def world(tables: Tables, places: list, note) -> dict:
+def world(tables: Tables, places: list[Any], note: Callable[..., Any]) -> dict[str, Any]:
     """The sections that options make.  places: (line, z [m], "fixed", "moved" or "free") of points; note.
 
     Raises InputError for numbers that are none, and for a depth that neither an option nor an anchor gives.
     """
     _say_others(tables, note)
     line, gravity = _number(tables, *GRAVITY)
-    found = {} if gravity is None else {"gravity": gravity}
+    found: dict[str, Any] = {} if gravity is None else {"gravity": gravity}
     wet, density = _number(tables, *DENSITY)
     if density == 0:
         note(wet, "the density of the water is 0: there is none here, and no bed, which belongs to a sea")
@@ -52,7 +57,7 @@ def world(tables: Tables, places: list, note) -> dict:
     return found
 
 
-def _number(tables, *names, default=None):
+def _number(tables: Tables, *names: str, default: Any = None) -> tuple[int | None, Any]:
     """Line and value of an option; None and the default without it."""
     line, text = tables.option(*names) or (None, None)
     if text is None:
@@ -62,7 +67,7 @@ def _number(tables, *names, default=None):
     return line, number_of(text)
 
 
-def _depth(tables, places, note):
+def _depth(tables: Tables, places: list[tuple[int, float, str]], note: Callable[..., Any]) -> float:
     line, text = tables.option(*DEPTH) or (None, None)
     if text is None or not is_number(text):
         depth = _deepest(places, f"line {line}: WtrDpth is the file {text}" if text else "there is no WtrDpth")
@@ -77,7 +82,7 @@ def _depth(tables, places, note):
     return depth
 
 
-def _deepest(places, why):
+def _deepest(places: list[tuple[int, float, str]], why: str) -> float:
     """Depth [m] of the deepest point, if that is an anchor."""
     low = min((z for _, z, _ in places), default=0.0)
     if low >= 0 or (low, "fixed") not in [(z, kind) for _, z, kind in places]:
@@ -85,11 +90,11 @@ def _deepest(places, why):
     return -low
 
 
-def _bed(tables, note):
-    _, stiffness = _number(tables, *STIFFNESS, default=KBOT)
+def _bed(tables: Tables, note: Callable[..., Any]) -> dict[str, float]:
+    where, stiffness = _number(tables, *STIFFNESS, default=KBOT)
     line, friction = _friction(tables, note)
     if stiffness < 0:
-        raise InputError(f"line {tables.option(*STIFFNESS)[0]}: kBot is {stiffness:g}: must be 0 or above.")
+        raise InputError(f"line {where}: kBot is {stiffness:g}: must be 0 or above.")
     if stiffness == 0:
         if friction:
             note(line, "there is no bed (kBot = 0), and no friction on it")
@@ -97,7 +102,7 @@ def _bed(tables, note):
     return {"stiffness": stiffness} | ({"friction": friction} if friction else {})
 
 
-def _friction(tables, note):
+def _friction(tables: Tables, note: Callable[..., Any]) -> tuple[int | None, float]:
     line, friction = _number(tables, *FRICTION)
     if friction is not None:
         return line, friction
@@ -112,7 +117,7 @@ def _friction(tables, note):
     return other or line, along
 
 
-def _say_others(tables, note):
+def _say_others(tables: Tables, note: Callable[..., Any]) -> None:
     for name, (line, value) in tables.options.items():
         if name in ELSEWHERE:
             if not (is_number(value) and float(value) == 0):

@@ -1,6 +1,10 @@
 """Names of another program's parts, as a scene allows them."""
 
+from __future__ import annotations
+
 import re
+from collections.abc import Callable
+from typing import Any
 
 LONGEST = 50
 
@@ -8,8 +12,8 @@ LONGEST = 50
 class Names:
     """Names of one kind, each once: letters, digits, _ and -, a letter first; note(text) of those that change."""
 
-    def __init__(self, what: str, note):
-        self.what, self.note, self.found = what, note, {}
+    def __init__(self, what: str, note: Callable[..., Any]):
+        self.what, self.note, self.found = what, note, dict[str, str]()
 
     def of(self, name: str) -> str:
         """The name in the scene."""
@@ -17,9 +21,9 @@ class Names:
             self.found[name] = self._fresh(name)
             if self.found[name] != name:
                 self.note(f"{self.what} {name!r} is called {self.found[name]} here")
-        return self.found[name]
+        return str(self.found[name])
 
-    def _fresh(self, name):
+    def _fresh(self, name: str) -> str:
         own = re.sub(r"[^0-9A-Za-z_-]", "_", name)
         own = (own if own[:1].isalpha() else f"{self.what}{own}")[:LONGEST]
         taken = set(self.found.values())

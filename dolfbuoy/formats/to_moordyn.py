@@ -9,9 +9,12 @@ What has another meaning there, and how it is carried over (MoorDyn's manual, "L
 - the hull is made of cylinders (rods) on a body without rods' mass; added mass and drag of faces are those of its ends.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +23,15 @@ from ..scene.network import Network
 from ..scene.stiffness import TensionTable
 from . import moordyn_water
 from .notes import Note
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.buoy import Buoy
+    from ..scene.cable import Cable, Top
+    from ..scene.network import End, Piece
+    from ..scene.sections import Scene
 
 #: Parts of each cone of a hull, each a cylinder of its volume.
 CONE_PARTS = 4
@@ -44,8 +56,8 @@ class Numerics:
 class Start:
     """Positions of free joints and centres of buoys at the start [m], by name."""
 
-    joints: dict[str, np.ndarray] = field(default_factory=dict)
-    buoys: dict[str, np.ndarray] = field(default_factory=dict)
+    joints: dict[str, NDArray[Any]] = field(default_factory=dict)
+    buoys: dict[str, NDArray[Any]] = field(default_factory=dict)
 
 
 @dataclass
@@ -56,10 +68,10 @@ class Export:
     files: dict[str, str]
     notes: list[Note]
     step: float
-    driven: list
+    driven: list[Any]
 
 
-def start_of(record) -> Start:
+def start_of(record: xr.Dataset) -> Start:
     """The start that an equilibrium of the scene is (`dolfbuoy.solve_static`), or an instant of a run."""
     found = Start()
     if "joint_position" in record:
@@ -69,23 +81,27 @@ def start_of(record) -> Start:
     return found
 
 
-def export(scene, start: Start | None = None, numerics: Numerics | None = None) -> Export:
+def export(scene: Scene, start: Start | None = None, numerics: Numerics | None = None) -> Export:
     """MoorDyn's input for a scene with a cable.  start: of what is free; absent: the scene's own, or the origin."""
     return _Writer(scene, start or Start(), numerics or Numerics()).export()
 
 
 class _Writer:
-    def __init__(self, scene, start, numerics):
+    def __init__(self, scene: Scene, start: Start, numerics: Numerics):
         self.scene, self.start, self.numerics = scene, start, numerics
         self.network: Network = scene.network
-        self.notes, self.points, self.lines, self.driven = [], [], [], []
-        self.types, self.joints = {}, {}
+        self.notes: list[Note] = []
+        self.points: list[tuple[Any, ...]] = []
+        self.lines: list[tuple[Any, ...]] = []
+        self.driven: list[Top] = []
+        self.types: dict[tuple[str, ...], tuple[Any, ...]] = {}
+        self.joints: dict[Any, int] = {}
 
-    def note(self, text):
+    def note(self, text: str) -> None:
         if text not in [note.text for note in self.notes]:
             self.notes.append(Note(text))
 
-    def export(self):
+    def export(self) -> Export:
         bodies, rod_types, rods = self._bodies()
         for number, piece in enumerate(self.network.pieces, 1):
             name, segments = self._type(piece), self.numerics.segments * _elements(piece.section)
@@ -110,7 +126,7 @@ class _Writer:
 
     # -- lines --------------------------------------------------------------------------------------------------------
 
-    def _type(self, piece):
+    def _type(self, piece: Piece) -> Any:
         c = piece.section
         key = tuple(str(getattr(c, name)) for name in _OF_A_TYPE)
         if key in self.types:
@@ -128,23 +144,24 @@ class _Writer:
             self.note("BA = -1: critical damping of each segment's shortest vibration, which this scene does not have")
         return name
 
-    def _stiffness(self, c):
-        if isinstance(c.axial_stiffness, TensionTable):
+    def _stiffness(self, c: Cable) -> Any:
+        own: Any = c.axial_stiffness
+        if isinstance(own, TensionTable):
             self.note("axial_stiffness: of a table only the slope at 0 is carried over")
-        elif math.isinf(c.axial_stiffness):
+        elif math.isinf(own):
             EA = STIFF * c.line_density * max(self.scene.gravity, 1.0) * c.length
             self.note(f"axial_stiffness: MoorDyn has no inextensible line: EA = {STIFF:g} times the line's weight")
             return EA
-        return float(c.axial_stiffness)
+        return float(own)
 
-    def _axial(self, piece):
+    def _axial(self, piece: Piece) -> Any:
         """1/omega of the shortest axial vibration of a segment [s]."""
         c = piece.section
         return c.length / (self.numerics.segments * _elements(c)) * math.sqrt(c.line_density / self._stiffness(c)) / 2
 
     # -- ends ---------------------------------------------------------------------------------------------------------
 
-    def _point(self, section, end):
+    def _point(self, section: Cable, end: End) -> Any:
         key = end.name if end.kind != "buoy" else (end.name, end.fairlead, section.length)
         if end.name is not None and key in self.joints:
             return self.joints[key]
@@ -154,39 +171,38 @@ class _Writer:
             self.joints[key] = number
         return number
 
-    def _place(self, end):
+    def _place(self, end: End) -> tuple[float | str, ...]:
         none = (0.0,) * 4
-        if end.kind == "fixed":
-            return ("Fixed", *end.top.position, *none)
-        if end.kind == "prescribed":
-            self.driven.append(end.top)
-            return ("Coupled", *end.top.position, *none)
+        name, top = end.name or "", end.top
+        if top is not None and end.kind in ("fixed", "prescribed"):
+            if end.kind == "prescribed":
+                self.driven.append(top)
+            return ("Fixed" if end.kind == "fixed" else "Coupled", *(top.position or ()), *none)
         if end.kind == "buoy":
-            buoy = self.network.buoys[end.name]
+            buoy = self.network.buoys[name]
             place = (buoy.fairleads or {})[end.fairlead] if end.fairlead else (0.0, 0.0, buoy.mooring_height)
-            return (f"Body{list(self.network.buoys).index(end.name) + 1}", *place, *none)
+            return (f"Body{list(self.network.buoys).index(name) + 1}", *place, *none)
         if end.kind == "free":
-            if any(end.top.force):
+            if top is not None and any(top.force):
                 self.note("cable.top.force is not carried over")
             return ("Free", 0.0, 0.0, 0.0, *none)
-        body = self.network.bodies.get(end.name)
-        place = self.start.joints.get(end.name, np.zeros(3)).tolist()
-        return ("Free", *place, *((body.mass, body.volume, body.drag_area, body.added_mass) if body else none))
+        body, at = self.network.bodies.get(name), self.start.joints.get(name, np.zeros(3)).tolist()
+        return ("Free", *at, *((body.mass, body.volume, body.drag_area, body.added_mass) if body else none))
 
     # -- bodies -------------------------------------------------------------------------------------------------------
 
-    def _bodies(self):
-        bodies, types, rods = [], [], []
+    def _bodies(self) -> tuple[list[Any], list[Any], list[Any]]:
+        bodies, types, rods = list[Any](), list[Any](), list[Any]()
         for number, (name, buoy) in enumerate(self.network.buoys.items(), 1):
             own = mass_properties(buoy)
-            center = self.start.buoys.get(name)
-            if center is None:
-                center = buoy.initial.buoy_position or (0.0, 0.0, 0.0)
+            begins = buoy.initial.buoy_position if buoy.initial else None
+            center = self.start.buoys.get(name, np.array(begins or (0.0, 0.0, 0.0)))
             place = (center[0], center[1], center[2] - own.height)
             inertia = "|".join(f"{value:.14g}" for value in own.inertia)
             bodies.append(
                 (number, "Free", *place, 0.0, 0.0, 0.0, own.mass, f"0|0|{own.height:.14g}", inertia, 0.0, 0.0, 0.0)
             )
+            shape: Any = buoy.hull
             for low, high, diameter in self._cylinders(buoy):
                 kind = f"rod{len(types) + 1}"
                 drag = self._ends_share(buoy, 2), self._ends_share(buoy, 3)
@@ -194,14 +210,14 @@ class _Writer:
                     (kind, diameter, 0.0, buoy.normal_drag, buoy.added_mass)
                     + (buoy.axial_drag * drag[0], buoy.axial_added_mass * drag[1])
                 )
-                segments = max(2, round(ROD_SEGMENTS * (high - low) / buoy.hull[-1][0]))
+                segments = max(2, round(ROD_SEGMENTS * (high - low) / shape[-1][0]))
                 rods.append((len(rods) + 1, kind, f"Body{number}", 0.0, 0.0, low, 0.0, 0.0, high, segments, "-"))
         return bodies, types, rods
 
-    def _cylinders(self, buoy):
+    def _cylinders(self, buoy: Buoy) -> list[tuple[float, float, float]]:
         """(low, high, diameter) of the hull from the keel up."""
-        found = []
-        for (low, d0), (high, d1) in pairwise(buoy.hull or []):
+        found, stations = list[tuple[float, float, float]](), np.array(buoy.hull or [], dtype=float).tolist()
+        for (low, d0), (high, d1) in pairwise(stations):
             if high <= low:
                 continue
             if d0 == d1:
@@ -215,7 +231,7 @@ class _Writer:
                 found.append((float(low + a * (high - low)), float(low + b * (high - low)), mean))
         return found
 
-    def _ends_share(self, buoy, power):
+    def _ends_share(self, buoy: Buoy, power: int) -> float:
         """Faces of the hull over ends of its rods, by this power of the diameter: what coefficients of ends take up."""
         cylinders = self._cylinders(buoy)
         diameters = [0.0, *(d for _, _, d in cylinders), 0.0]
@@ -228,7 +244,7 @@ class _Writer:
 
     # -- what has no place --------------------------------------------------------------------------------------------
 
-    def _left_out(self):
+    def _left_out(self) -> None:
         scene = self.scene
         for name in ("wind", "external_force"):
             if getattr(scene, name) is not None or any(getattr(b, name, None) for b in self.network.buoys.values()):
@@ -252,29 +268,21 @@ class _Writer:
                 self.note("tangential_froude_krylov: MoorDyn's lines feel it always")
 
 
-_OF_A_TYPE = (
-    "line_density",
-    "diameter",
-    "area",
-    "axial_stiffness",
-    "added_mass",
-    "normal_drag",
-    "tangential_drag",
-    "damping",
-)
+_OF_A_TYPE = ["line_density", "diameter", "area", "axial_stiffness", "damping"]
+_OF_A_TYPE += ["added_mass", "normal_drag", "tangential_drag"]
 
 
-def _elements(section):
-    counts = section.elements
+def _elements(section: Cable) -> int:
+    counts: Any = section.elements
     total = counts if isinstance(counts, int) else sum(int(count) for _, count in counts)
     return max(2, total)  # MoorDyn's lines have two segments at least
 
 
-def _table(name, columns, *rows):
+def _table(name: str, columns: str, *rows: Any) -> str:
     lines = [f"--- {name} ---", columns, " ".join("(-)" for _ in columns.split())]
     lines += [" ".join(map(_word, row)) for row in rows]
     return "\n".join(lines) + "\n"
 
 
-def _word(value):
+def _word(value: float | str) -> str:
     return f"{value:.14g}" if isinstance(value, float) else str(value)

@@ -11,10 +11,13 @@ E over samples of the velocity, for every term with a velocity in it, and no law
   every ellipse of velocities without a mean (|v| v is homogeneous of degree 2); so amplitudes are counted 2/3.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, diags
 from scipy.stats import norm, qmc
 
@@ -36,8 +39,8 @@ class Sea:
     at_nodes: one array (n, 3) for each line.  on_hulls: (6,) for each body, of C and about it.
     """
 
-    at_nodes: list[np.ndarray]
-    on_hulls: list[np.ndarray]
+    at_nodes: list[NDArray[Any]]
+    on_hulls: list[NDArray[Any]]
 
 
 class Velocities:
@@ -47,19 +50,19 @@ class Velocities:
         self.found = found
         self._axes = [_WetAxis(body, found.problem.buoys[body.name]) for body in found.bodies]
 
-    def of_water(self, velocity) -> Sea:
+    def of_water(self, velocity: Callable[..., Any]) -> Sea:
         """Velocities of the water, a function of points (n, 3)."""
         at_nodes = [velocity(line.positions) for line in self.found.lines]
         return Sea(at_nodes, [axis.fit @ velocity(axis.points).ravel() for axis in self._axes])
 
-    def relative(self, X, omega, water: Sea) -> Sea:
+    def relative(self, X: NDArray[Any], omega: float, water: Sea) -> Sea:
         """Relative velocities of what moves with Re[X exp(-i omega t)]: its own less the water's."""
         found = self.found
         at_nodes = [-1j * omega * line.moved(X) - u for line, u in zip(found.lines, water.at_nodes, strict=True)]
         on_hulls = [-1j * omega * body.motion(X) - u for body, u in zip(found.bodies, water.on_hulls, strict=True)]
         return Sea(at_nodes, on_hulls)
 
-    def as_rates(self, velocity: Sea):
+    def as_rates(self, velocity: Sea) -> tuple[NDArray[Any], NDArray[Any]]:
         """(rates of the lines' unknowns, state of the buoys) with these velocities, each of the local unknowns."""
         problem = self.found.problem
         kind = np.result_type(*velocity.at_nodes, *velocity.on_hulls, float)
@@ -72,7 +75,7 @@ class Velocities:
             state[problem.system.order[body.at.angular_momentum]] = body.inertia @ values[3:]
         return rates, state
 
-    def _tie(self, rates):
+    def _tie(self, rates: NDArray[Any]) -> None:
         """At joints one of the unknowns that are one has been given its rate, which is that of all."""
         index, given = self.found.problem.system.numbering.global_index, np.zeros(len(rates), dtype=bool)
         for dofs in self._nodes:
@@ -82,8 +85,8 @@ class Velocities:
         rates[free] = shared[index[free]]
 
     @cached_property
-    def _nodes(self):
-        lines = self.found.problem.lines
+    def _nodes(self) -> list[NDArray[Any]]:
+        lines: Any = self.found.problem.lines
         return [] if lines is None else nodes_of(lines)
 
 
@@ -93,8 +96,9 @@ class _WetAxis:
     Across the axis: the rigid motion that is nearest (least squares).  Along it: the mean over the wet faces.
     """
 
-    def __init__(self, body: Body, buoy):
-        d, x = rotation_of(body.orientation)[:, 2], np.polynomial.legendre.leggauss(8)[0]
+    def __init__(self, body: Body, buoy: Any):
+        legendre: Any = np.polynomial.legendre
+        d, x = rotation_of(body.orientation)[:, 2], legendre.leggauss(8)[0]
         shape, center = buoy.shape, buoy.mass.height
         surface = center - body.position[2] / d[2] if abs(d[2]) > 1e-6 else shape.height
         low, high = (0.0, min(surface, shape.height)) if d[2] > 0 else (max(surface, 0.0), shape.height)
@@ -111,7 +115,7 @@ class _WetAxis:
         self.fit = np.hstack([nearest, mean])
 
 
-def _faces(shape):
+def _faces(shape: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """Heights and areas of what a hull turns along its axis: its ends, steps and cones."""
     z, R = np.array(shape.stations, dtype=float).T
     squares = (R / 2) ** 2
@@ -119,7 +123,7 @@ def _faces(shape):
     return heights, np.concatenate([squares[:1], np.abs(np.diff(squares)), squares[-1:]])
 
 
-def _crossing(v):
+def _crossing(v: NDArray[Any]) -> NDArray[Any]:
     """Matrix of v x."""
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
@@ -131,12 +135,12 @@ class LinearDrag:
         self.velocities, self.found, self.equations = velocities, velocities.found, equations
         self.forget()
 
-    def forget(self):
+    def forget(self) -> None:
         """As in small waves."""
         self.dK = self.dE = csr_matrix(self.equations.K.shape)
-        self._sums = None
+        self._sums: tuple[Any, Any] | None = None
 
-    def in_cycle(self, relative: Sea, amplitude, share=1.0):
+    def in_cycle(self, relative: Sea, amplitude: float, share: float = 1.0) -> None:
         """Average in regular waves, from the relative velocities per metre.  share: of the new drag, the rest stays."""
         phases = CYCLE * amplitude * np.exp(-2j * np.pi * (np.arange(PHASES) + 0.5) / PHASES)
         samples = (
@@ -144,7 +148,7 @@ class LinearDrag:
         )
         self._average(samples, share)
 
-    def in_sea(self, relatives: list[Sea], energies, share=1.0):
+    def in_sea(self, relatives: list[Sea], energies: NDArray[Any] | list[float], share: float = 1.0) -> None:
         """Average in a Gaussian sea; energies: S dw [m^2] of the velocities' frequencies.  share: see above."""
         nodes = [_roots(np.array(v), energies) for v in zip(*(r.at_nodes for r in relatives), strict=True)]
         hulls = [_roots(np.array(v), energies) for v in zip(*(r.on_hulls for r in relatives), strict=True)]
@@ -156,12 +160,12 @@ class LinearDrag:
         self._average(samples, share)
 
     @cached_property
-    def _normal(self):
+    def _normal(self) -> Any:
         """Nine normal numbers, PAIRS times: evenly spread, with the variance 1."""
         numbers = norm.ppf(qmc.Sobol(9, scramble=True, seed=0).random(PAIRS))
         return numbers / np.sqrt((numbers**2).mean(axis=0))
 
-    def _average(self, samples, share):
+    def _average(self, samples: Iterator[Any], share: float) -> None:
         found, problem = self.found, self.found.problem
         K, E, count = 0, 0, 0
         for sample in samples:
@@ -179,26 +183,26 @@ class LinearDrag:
         self._sums = None
 
     @cached_property
-    def _momenta(self):
+    def _momenta(self) -> Any:
         """Keeps the columns in which velocities of the buoys stand: what else waves change in K is no damping."""
         kept = np.zeros(self.equations.size)
         for body in self.found.bodies:
             kept[[*body.at.momentum, *body.at.angular_momentum]] = 1.0
         return diags(kept)
 
-    def matrices(self):
+    def matrices(self) -> tuple[Any, Any]:
         """K and E with it."""
         if self._sums is None:
             self._sums = self.equations.K + self.dK, self.equations.E + self.dE
         return self._sums
 
-    def force(self, water: Sea):
+    def force(self, water: Sea) -> NDArray[Any]:
         """Part of the drag in the slope of the residual in the amplitude."""
         rates, state = (values[self.found.problem.system.order] for values in self.velocities.as_rates(water))
-        return -(self.dE @ rates + self.dK @ state)
+        return np.asarray(-(self.dE @ rates + self.dK @ state))
 
 
-def _roots(velocities, energies):
+def _roots(velocities: NDArray[Any], energies: NDArray[Any] | list[float]) -> Any:
     """Symmetric roots (..., d, d) of the covariances of complex velocities (frequencies, ..., d)."""
     covariance = np.einsum("n,n...i,n...j->...ij", energies, velocities, velocities.conj()).real
     values, vectors = np.linalg.eigh(covariance)

@@ -5,7 +5,10 @@ takes one solve with K + sigma E + sigma^2 M: unknowns without mass and constrai
 go to mu = 0.  With a buoy K is singular (|q|, yaw, the place of a free buoy), so no shift may be 0.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import diags
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 
@@ -18,7 +21,7 @@ DENSE = 500
 RESTARTS = 60
 
 
-def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarray, np.ndarray]:
+def modes_near(found: Linearisation, shift: complex, count: int = 20) -> tuple[NDArray[Any], NDArray[Any]]:
     """Eigenvalues next to a shift, the nearest first, and their vectors (unknowns of `system.order`, modes), physical.
 
     At least `count` of them if there are as many; sum of squares of a vector in the system's scales is 1.
@@ -31,7 +34,7 @@ def modes_near(found: Linearisation, shift: complex, count=20) -> tuple[np.ndarr
     except RuntimeError:
         raise SolveError(f"no modes next to {shift:.3g}/s: the linearised equations are singular there") from None
 
-    def invert(v):
+    def invert(v: NDArray[Any]) -> NDArray[Any]:
         """(C - shift B)^-1 B v of the companion form in (x, lambda x)."""
         x, y = v[:n], v[n:]
         first = -solve(E @ x + shift * (M @ x) + M @ y)

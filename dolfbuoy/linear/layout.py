@@ -1,11 +1,13 @@
 """Places of buoys and lines among all unknowns of a linearised scene; the same on all ranks."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION
+from ..model.problem import Problem
 from ..model.rigid import rotation_of
 
 
@@ -13,31 +15,31 @@ class Body(NamedTuple):
     """A buoy: its 13 places, and C [m], unit quaternion, mass [kg], inertia about C in world axes [kg m^2] at rest."""
 
     name: str
-    places: np.ndarray
-    position: np.ndarray
-    orientation: np.ndarray
+    places: NDArray[Any]
+    position: NDArray[Any]
+    orientation: NDArray[Any]
     mass: float
-    inertia: np.ndarray
+    inertia: NDArray[Any]
 
     @property
-    def at(self):
+    def at(self) -> Any:
         """Places by the names of the state."""
         return MOTION.of(self.places)
 
     @property
-    def arms(self) -> np.ndarray:
+    def arms(self) -> NDArray[Any]:
         """(6,): 1, and of turns one over the radius of gyration [1/m]."""
         return np.array([1.0] * 3 + [np.sqrt(self.mass / np.trace(self.inertia))] * 3)
 
-    def scaled(self, block) -> np.ndarray:
+    def scaled(self, block: NDArray[Any]) -> NDArray[Any]:
         """Symmetric part (6, 6) of a stiffness [N/m], turns at the radius of gyration."""
-        return (self.arms[:, None] * (block + block.T) * self.arms) / 2
+        return np.asarray((self.arms[:, None] * (block + block.T) * self.arms) / 2)
 
-    def motion(self, x) -> np.ndarray:
+    def motion(self, x: NDArray[Any]) -> NDArray[Any]:
         """Change of C and rotation vector (6, ...) in a vector, or columns, of all unknowns."""
         return np.concatenate([x[self.at.position], 4 * half_turns(self.orientation).T @ x[self.at.orientation]])
 
-    def poses(self) -> np.ndarray:
+    def poses(self) -> NDArray[Any]:
         """Columns (13, 6): changes of the state by the six motions of C and about it, momenta of speeds as large."""
         columns = np.zeros((13, 6))
         columns[MOTION.slices["position"], :3] = np.eye(3)
@@ -54,36 +56,36 @@ class Hold(NamedTuple):
     body: str
     cable: int
     is_top: bool
-    lever: np.ndarray
-    force: np.ndarray
-    force_places: np.ndarray
+    lever: NDArray[Any]
+    force: NDArray[Any]
+    force_places: NDArray[Any]
 
 
 class LineNodes(NamedTuple):
     """Nodes of a line in order: arc length [m], positions (n, 3) at rest [m], their places (n, 3), -1 where held."""
 
     name: str
-    s: np.ndarray
-    positions: np.ndarray
-    places: np.ndarray
+    s: NDArray[Any]
+    positions: NDArray[Any]
+    places: NDArray[Any]
 
-    def moved(self, x) -> np.ndarray:
+    def moved(self, x: NDArray[Any]) -> NDArray[Any]:
         """Changes of the positions (n, 3) in a vector of all unknowns."""
         return np.where(self.places >= 0, x[self.places], 0.0)
 
     @property
-    def tangents(self) -> np.ndarray:
+    def tangents(self) -> NDArray[Any]:
         """Unit vectors (n - 1, 3) of the pieces between the nodes; upwards where two nodes are one."""
         return _units(np.diff(self.positions, axis=0), [0.0, 0.0, 1.0])
 
     @property
-    def heading(self) -> np.ndarray | None:
+    def heading(self) -> NDArray[Any] | None:
         """Horizontal unit vector from the first node to the last; None if one is above the other."""
         chord = (self.positions[-1] - self.positions[0]) * [1.0, 1.0, 0.0]
         length = np.linalg.norm(chord)
         return chord / length if length > 1e-3 * self.s[-1] else None
 
-    def directions(self, ahead) -> np.ndarray:
+    def directions(self, ahead: NDArray[Any]) -> NDArray[Any]:
         """Unit vectors (3, n, 3) at the nodes: along the line, across it in its vertical plane, and out of that.
 
         ahead: of that plane, where the line is vertical.
@@ -96,21 +98,22 @@ class LineNodes(NamedTuple):
         return np.stack([t, np.cross(out, t), out])
 
 
-def _units(vectors, otherwise) -> np.ndarray:
+def _units(vectors: NDArray[Any], otherwise: NDArray[Any] | list[float]) -> NDArray[Any]:
     """Vectors (n, 3) with a length of 1, others in place of those that have none."""
     sizes = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(sizes > 1e-9, vectors / np.maximum(sizes, 1e-9), otherwise)
 
 
-def half_turns(q4) -> np.ndarray:
+def half_turns(q4: NDArray[Any]) -> NDArray[Any]:
     """Columns (4, 3): change of a unit quaternion by a small turn about each axis of the world, 1/2 (0, e_i) o q_4."""
     w, v = q4[0], np.asarray(q4[1:])
     return 0.5 * np.column_stack([np.concatenate([[-v @ e], w * e + np.cross(e, v)]) for e in np.eye(3)])
 
 
-def bodies_of(problem, u) -> list[Body]:
+def bodies_of(problem: Problem, u: NDArray[Any]) -> list[Body]:
     """The buoys of a dynamic Problem, whose local unknowns at rest are u."""
     number, mine = problem.system.numbering.global_index, []
+    buoy: Any
     for name, buoy in problem.buoys.items():
         state = MOTION.of(u[buoy.part.slice])
         R = rotation_of(state.orientation)
@@ -121,9 +124,10 @@ def bodies_of(problem, u) -> list[Body]:
     return sorted(found, key=lambda body: body.places[0])
 
 
-def holds_of(problem, u) -> list[Hold]:
+def holds_of(problem: Problem, u: NDArray[Any]) -> list[Hold]:
     """Points at which lines hold on buoys."""
     mine, names = [], {id(buoy): name for name, buoy in problem.buoys.items()}
+    attachment: Any
     for attachment in (attachment for attachment in problem.attachments if attachment.buoy):
         at = attachment.of(u)
         lever = at.point - MOTION.of(u[attachment.buoy.part.slice]).position
@@ -135,9 +139,10 @@ def holds_of(problem, u) -> list[Hold]:
     return [hold for holds in problem.comm.allgather(mine) for hold in holds]
 
 
-def lines_of(problem, u) -> list[LineNodes]:
+def lines_of(problem: Problem, u: NDArray[Any]) -> list[LineNodes]:
     """The cables of a Problem, whose local unknowns at rest are u."""
-    lines, number = problem.lines, problem.system.numbering.global_index
+    lines: Any = problem.lines
+    number = problem.system.numbering.global_index
     if lines is None:
         return []
     mine = slice(lines.owned_nodes)
@@ -149,38 +154,39 @@ def lines_of(problem, u) -> list[LineNodes]:
     return [LineNodes(name, s[r], positions[r], places[r]) for name, r in zip(names, rows, strict=True)]
 
 
-def inextensible_tensions(problem) -> tuple[np.ndarray, np.ndarray]:
+def inextensible_tensions(problem: Problem) -> tuple[NDArray[Any], NDArray[Any]]:
     """Places of the tensions of inextensible elements among all unknowns, and the length that each stands for [m]."""
     if problem.lines is None:
         return np.zeros(0, dtype=int), np.zeros(0)
     found = [_inextensible_tensions(lines, problem.system.numbering.global_index) for lines in problem.lines.groups]
     every = [mine for of_rank in problem.comm.allgather(found) for mine in of_rank]
-    return tuple(np.concatenate(part) for part in zip(*every, strict=True))
+    places, sizes = (np.concatenate(part) for part in zip(*every, strict=True))
+    return places, sizes
 
 
-def _inextensible_tensions(lines, number):
+def _inextensible_tensions(lines: Any, number: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     dofs = lines.T_dofs[~lines.stretches] + lines.part.offset
     sizes = np.diff(lines.cell_ends, axis=1)[~lines.stretches] / dofs.shape[1] * np.ones(dofs.shape)
     return number[dofs].ravel().astype(int), sizes.ravel()
 
 
-def nodes_of(lines) -> list[np.ndarray]:
+def nodes_of(lines: Any) -> list[NDArray[Any]]:
     """Local unknowns (n, 3) of the nodes of each cable, held ends included, as in `lines_of`; on one rank alone."""
     cable, s = _along(lines)
     return [lines.node_dofs[_in_order(cable, s, k)] for k in range(len(lines.network.cables))]
 
 
-def _along(lines):
+def _along(lines: Any) -> tuple[NDArray[Any], NDArray[Any]]:
     """Cable of the owned nodes, and arc length on it, over all of its pieces [m]."""
     pieces, before = lines.pieces, []
     for k, piece in enumerate(pieces):
         before.append(sum(other.section.length for other in pieces[:k] if other.cable == piece.cable))
-    piece = lines.line_of_node[: lines.owned_nodes]
-    s = lines.node_s[: lines.owned_nodes] - np.asarray(lines.begins)[piece] + np.array(before)[piece]
-    return np.array([p.cable for p in pieces])[piece], s
+    of_node = lines.line_of_node[: lines.owned_nodes]
+    s = lines.node_s[: lines.owned_nodes] - np.asarray(lines.begins)[of_node] + np.array(before)[of_node]
+    return np.array([piece.cable for piece in pieces])[of_node], s
 
 
-def _in_order(cable, s, k):
+def _in_order(cable: NDArray[Any], s: NDArray[Any], k: int) -> Any:
     """Rows of a cable's nodes from s = 0 on; where two pieces meet, one of the two that are one."""
     rows = np.flatnonzero(cable == k)
     rows = rows[np.argsort(s[rows], kind="stable")]

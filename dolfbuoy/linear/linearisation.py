@@ -5,18 +5,23 @@ K + gamma_v E + gamma_a M exactly.  With histories that make all rates zero, thr
 The state of a buoy is of first order in time: its inertia stands in E, that of lines in M.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_matrix, vstack
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_matrix, diags, vstack
+from scipy.sparse.linalg import splu
 
 from ..elsewhere import MPI
 from ..errors import InputError
 from ..model.prescribed_ends import adrift_nowhere
 from ..model.problem import Problem
 from ..motion.start import initial_state, start_from
-from ..scene.sections import Initial
+from ..scene.sections import Initial, Scene
+from ..scene.waves import Waves
 from .layout import Body, Hold, LineNodes, bodies_of, holds_of, lines_of
 
 
@@ -29,7 +34,7 @@ class Linearisation:
     """
 
     problem: Problem
-    u: np.ndarray
+    u: NDArray[Any]
     K: csr_matrix
     E: csr_matrix
     M: csr_matrix
@@ -57,18 +62,17 @@ class Linearisation:
         """The lines, on every rank; collective at first use."""
         return lines_of(self.problem, self.u)
 
-    def destroy(self):
+    def destroy(self) -> None:
         """Give PETSc's objects back."""
         self.problem.destroy()
 
 
-#: What would carry a buoy without cable away for ever: it is looked at where it floats in still water.
-
-
-def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisation:
+def linearise(
+    scene: Scene, comm: Any = MPI.COMM_WORLD, waves: Waves | None = None, rest: Problem | None = None
+) -> Linearisation:
     """Linearise about the equilibrium in the mean current, wind and external force, without waves.
 
-    A buoy without cable: in still water.  waves: a section [waves], of which the problem then knows all but the height,
+    A buoy without cable: in still water.  waves: a section [waves], of which the problem then has all but the height,
     which is 0.  rest: the equilibrium, a solved static Problem on the same ranks, if it is known.  Raises InputError
     for a scene that has no equilibrium, SolveError if it is not found.
     """
@@ -86,7 +90,7 @@ def linearise(scene, comm=MPI.COMM_WORLD, waves=None, rest=None) -> Linearisatio
     return Linearisation(problem, u, K, jacobian(problem, 1.0, 0.0) - K, jacobian(problem, 0.0, 1.0) - K)
 
 
-def _refuse_tow(scene):
+def _refuse_tow(scene: Scene) -> None:
     """A tow moves steadily: it has no rest to move about."""
     for piece in scene.network.pieces:
         for end in piece.ends:
@@ -98,30 +102,40 @@ def _refuse_tow(scene):
                 )
 
 
-def without_rates(problem) -> None:
+def without_rates(problem: Problem) -> None:
     """All rates of a Problem become zero, whatever its unknowns are."""
     for evolution in problem.evolutions():
         for level in range(evolution.order):
             evolution.hand_out(level, 0.0, 0.0)
 
 
-def free_rows(problem, residual) -> np.ndarray:
+def free_rows(problem: Problem, residual: NDArray[Any]) -> NDArray[Any]:
     """Rows of the free unknowns of a local residual, those of unknowns that are tied added up; on one rank alone."""
     numbering, total = problem.system.numbering, residual.copy()
     np.add.at(total, numbering.visible[numbering.tied_to], residual[numbering.tied])
-    return total[problem.system.order]
+    return np.asarray(total[problem.system.order])
 
 
-def jacobian(problem, gamma_v, gamma_a, velocities=None):
+def jacobian(problem: Problem, gamma_v: float, gamma_a: float, velocities: NDArray[Any] | None = None) -> Any:
     """K + gamma_v E + gamma_a M at the unknowns at hand, whose rates are zero.
 
     velocities: local unknowns; of those of second order (lines) the first rates instead.
     """
+    system: Any = problem.system
     for evolution in problem.evolutions():
-        values = evolution.values(problem.system.u)
+        values = evolution.values(system.u)
         for level, gamma in enumerate((gamma_v, gamma_a)[: evolution.order]):
-            moves = level == 0 and evolution.order == 2 and velocities is not None
-            evolution.hand_out(level, gamma, (evolution.values(velocities) if moves else 0.0) - gamma * values)
-    problem.system.assemble_jacobian()
-    rows, columns, values = problem.system.A.getValuesCSR()
-    return csr_matrix((values.copy(), columns.copy(), rows.copy()), shape=(len(rows) - 1, problem.system.unknowns))
+            moves = velocities if level == 0 and evolution.order == 2 else None
+            evolution.hand_out(level, gamma, (0.0 if moves is None else evolution.values(moves)) - gamma * values)
+    system.assemble_jacobian()
+    rows, columns, values = system.A.getValuesCSR()
+    return csr_matrix((values.copy(), columns.copy(), rows.copy()), shape=(len(rows) - 1, system.unknowns))
+
+
+def equilibrated(A: Any) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    """Solver of A x = b, columns b, with rows and columns of A scaled to 1.  Raises RuntimeError for a singular one."""
+    rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
+    A = diags(rows) @ A
+    columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
+    solve = splu(csc_matrix(A @ diags(columns))).solve
+    return lambda b: np.asarray(columns[:, None] * solve(rows[:, None] * b))

@@ -1,8 +1,9 @@
 """The six motions of a buoy: surge, sway, heave, roll, pitch, yaw."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.sea import heading
 
@@ -21,19 +22,13 @@ class Motions(NamedTuple):
     yaw: complex
 
 
-def motions(at_rest, change, direction_deg=0.0) -> Motions:
-    """Motions of a small change of a buoy's state; both with its fields `position` and `orientation`."""
-    axes = axes_along(direction_deg)
-    return Motions(*axes @ change.position, *axes @ turn(at_rest.orientation, change.orientation))
-
-
-def axes_along(direction_deg) -> np.ndarray:
+def axes_along(direction_deg: float) -> NDArray[Any]:
     """Rows: unit vectors along a direction, to its left, and up."""
     ahead = heading(direction_deg)
     return np.array([ahead, np.cross([0.0, 0.0, 1.0], ahead), [0.0, 0.0, 1.0]])
 
 
-def turn(q4, change) -> np.ndarray:
+def turn(q4: NDArray[Any], change: NDArray[Any]) -> NDArray[Any]:
     """Rotation vector (world frame) of a small change of the unit quaternion q4, which may be complex."""
     w, v = change[0], np.asarray(change[1:])
-    return 2 * (q4[0] * v - w * q4[1:] - np.cross(v, q4[1:]))
+    return np.asarray(2 * (q4[0] * v - w * q4[1:] - np.cross(v, q4[1:])))

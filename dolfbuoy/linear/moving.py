@@ -1,7 +1,11 @@
 """Moving parts of a mode: shares of its kinetic energy, added mass included, and names from them."""
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from .layout import Body, LineNodes
 from .linearisation import Linearisation
 from .motions import Motions, axes_along
 
@@ -16,59 +20,55 @@ LEAST_WAVE = 0.02
 class Moving:
     """Energies of vectors of all unknowns; direction_deg: of surge and roll, from x."""
 
-    def __init__(self, found: Linearisation, direction_deg=0.0):
+    def __init__(self, found: Linearisation, direction_deg: float = 0.0):
         self.bodies, self.lines = found.bodies, found.lines
         _, self.E, self.M = found.whole
         self.axes = axes_along(direction_deg)
 
-    def sized(self, x):
+    def sized(self, x: NDArray[Any]) -> NDArray[Any]:
         """The vector with its largest displacement 1 m, or turn 1 rad, and real there."""
         changes = [body.motion(x) for body in self.bodies] + [line.moved(x).ravel() for line in self.lines]
         changes = np.concatenate(changes)
-        return x / changes[np.abs(changes).argmax()]
+        return np.asarray(x / changes[np.abs(changes).argmax()])
 
-    def motions(self, vectors):
+    def motions(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Displacements and turns, at the radius of gyration [m], of all buoys (6 b, k) in columns of all unknowns."""
         arms = [np.sqrt(np.trace(body.inertia) / body.mass) for body in self.bodies]
-        parts = [
-            np.array([[1.0]] * 3 + [[arm]] * 3) * body.motion(vectors)
-            for body, arm in zip(self.bodies, arms, strict=True)
-        ]
+        scales = (np.array([[1.0]] * 3 + [[arm]] * 3) for arm in arms)
+        parts = [scale * body.motion(vectors) for body, scale in zip(self.bodies, scales, strict=True)]
         return np.concatenate(parts) if parts else vectors[:0]
 
-    def at_rest(self, vectors):
+    def at_rest(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """The columns without momenta."""
         vectors = vectors.copy()
         for body in self.bodies:
             vectors[[*body.at.momentum, *body.at.angular_momentum]] = 0.0
         return vectors
 
-    def separated(self, vectors):
+    def separated(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Combinations of vectors of one eigenvalue: first what moves most in the vertical plane, last what least."""
-        moved = [
-            np.concatenate([self._displacements(x, slice(None)), self.motions(x[:, None])[:, 0]]) for x in vectors.T
-        ]
-        moved = np.array(moved).T
-        triangle = np.linalg.qr(moved, mode="r")
+        every = slice(None)
+        moved = [np.concatenate([self._displacements(x, every), self.motions(x[:, None])[:, 0]]) for x in vectors.T]
+        triangle = np.linalg.qr(np.array(moved).T, mode="r")
         if np.linalg.cond(triangle) > 1e6:  # they move alike
             return vectors
         vectors = vectors @ np.linalg.inv(triangle)  # now of displacements that are orthonormal
         inside = np.array([self._displacements(x, slice(2)) for x in vectors.T]).T
-        return vectors @ np.linalg.svd(inside, full_matrices=False)[2].conj().T
+        return np.asarray(vectors @ np.linalg.svd(inside, full_matrices=False)[2].conj().T)
 
-    def _displacements(self, x, ways):
+    def _displacements(self, x: NDArray[Any], ways: slice) -> NDArray[Any]:
         """Displacements of all buoys and lines in the directions (ahead or along, up or across, aside)."""
         parts = [self.axes[[0, 2, 1]][ways] @ body.motion(x)[:3] for body in self.bodies]
         for line in self.lines:
             parts += [(d * line.moved(x)).sum(axis=1) for d in line.directions(self.axes[0])[ways]]
         return np.concatenate(parts)
 
-    def shares(self, x) -> dict[str, float]:
+    def shares(self, x: NDArray[Any]) -> dict[str, float]:
         """Part of each motion in the kinetic energy; their sum is 1.
 
         All unknowns move in one phase of the mode, so that velocities are counted as displacements: of what drifts too.
         """
-        energies = {}
+        energies: dict[str, float] = {}
         for body in self.bodies:
             energies |= self._of_body(body, x)
         momenta = self.M @ x
@@ -77,12 +77,12 @@ class Moving:
         total = sum(energies.values())
         return {name: energy / total for name, energy in energies.items()}
 
-    def names_of(self, body) -> list[str]:
+    def names_of(self, body: Body) -> list[str]:
         """Names of the six motions of a buoy, with its own name if there are several."""
         prefix = f"{body.name} " if len(self.bodies) > 1 else ""
         return [f"{prefix}{name}" for name in Motions._fields]
 
-    def _of_body(self, body, x):
+    def _of_body(self, body: Body, x: NDArray[Any]) -> dict[str, float]:
         """Its velocities and, by the inertia in the rows of its momenta, effective momenta, along the axes."""
         motion, moved = body.motion(x), np.zeros(len(x), dtype=complex)
         moved[body.places] = body.poses() @ motion
@@ -91,7 +91,7 @@ class Moving:
         energies = np.concatenate([(v.conj() * p).real for v, p in pairs])
         return dict(zip(self.names_of(body), energies, strict=True))
 
-    def _of_line(self, line, moved, momenta):
+    def _of_line(self, line: LineNodes, moved: NDArray[Any], momenta: NDArray[Any]) -> dict[str, float]:
         directions = line.directions(self.axes[0])
         along = [(d * moved).sum(axis=1).conj() @ (d * momenta).sum(axis=1) for d in directions]
         axial, inside, outside = (float(energy.real) for energy in along)
@@ -100,7 +100,7 @@ class Moving:
         names = (f"{line.name} {way}" for way in (ALONG, IN_PLANE, OUT_OF_PLANE))
         return dict(zip(names, (axial, inside, outside), strict=True))
 
-    def half_waves(self, x) -> dict[str, int]:
+    def half_waves(self, x: NDArray[Any]) -> dict[str, int]:
         """Name of each motion of a line -> half waves along it."""
         found = {}
         for line in self.lines:
@@ -112,15 +112,15 @@ class Moving:
         return found
 
 
-def _changes_of_sign(values):
+def _changes_of_sign(values: NDArray[Any]) -> int:
     """Number of changes of sign of complex displacements at the phase in which they are largest."""
     largest = values[np.abs(values).argmax()]
     real = (values / largest).real if largest else np.zeros(1)
     return int(np.count_nonzero(np.diff(np.sign(real[np.abs(real) > LEAST_WAVE]))))
 
 
-def named(shares, half_waves) -> str:
+def named(shares: dict[str, float], half_waves: dict[str, int]) -> str:
     """The largest share, and the second if it is large too, lines with their number of half waves."""
-    first, *others = sorted(shares, key=shares.get, reverse=True)
+    first, *others = sorted(shares, key=lambda name: shares[name], reverse=True)
     names = [first] + [name for name in others[:1] if shares[name] >= NAMED]
     return " + ".join(f"{name} {half_waves[name]}" if name in half_waves else name for name in names)

@@ -1,8 +1,10 @@
 """Natural modes of a scene about its equilibrium, the slowest first, each named by what moves in it."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from ..errors import InputError
@@ -31,7 +33,7 @@ class Mode:
     """
 
     root: complex
-    vector: np.ndarray
+    vector: NDArray[Any]
     residual: float
     kind: str
     shares: dict[str, float]
@@ -53,7 +55,9 @@ class Mode:
         return 2 * np.pi / abs(self.root) if self.root.imag else np.nan
 
 
-def lowest_modes(found: Linearisation, number=10, direction_deg=0.0, restarts=RESTARTS) -> list[Mode]:
+def lowest_modes(
+    found: Linearisation, number: int = 10, direction_deg: float = 0.0, restarts: int = RESTARTS
+) -> list[Mode]:
     """The `number` modes of smallest |lambda|, or all that there are; collective, the same on all ranks.
 
     direction_deg: of surge and roll, from x.  restarts: see `Quadratic`.  Raises InputError for a state about which
@@ -63,8 +67,8 @@ def lowest_modes(found: Linearisation, number=10, direction_deg=0.0, restarts=RE
     comm = found.problem.comm
     quaternions = UnitQuaternions(found.bodies, found.K.shape[1])
     first = comm.exscan(found.K.shape[0]) or 0
-    matrices = quaternions.without_lengths(first, found.K, found.E, found.M)
-    pairs = lowest_pairs(comm, *matrices, number + 6 * len(found.bodies), restarts)
+    K, E, M = quaternions.without_lengths(first, found.K, found.E, found.M)
+    pairs = lowest_pairs(comm, K, E, M, number + 6 * len(found.bodies), restarts)
     moving = Moving(found, direction_deg)
     drifting = _drifting(moving, quaternions.as_they_were(pairs.at_zero()))
     unheld = pairs.residuals_at_zero(quaternions.exchanged(drifting))
@@ -78,7 +82,7 @@ def lowest_modes(found: Linearisation, number=10, direction_deg=0.0, restarts=RE
     return modes[:number]
 
 
-def _drifting(moving, vectors):
+def _drifting(moving: Moving, vectors: NDArray[Any]) -> Any:
     """Columns of one drift each, from the vectors with lambda = 0: what nothing holds has two, which are one."""
     vectors = moving.at_rest(np.hstack([vectors.real, vectors.imag]))
     motions = moving.motions(vectors)
@@ -90,19 +94,19 @@ def _drifting(moving, vectors):
     return vectors @ (right[:count].T / values[:count]) @ np.linalg.inv(left[leading, :count])
 
 
-def _clusters(roots):
+def _clusters(roots: NDArray[Any]) -> list[NDArray[Any]]:
     """Ranges of consecutive roots that are one."""
     apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
     return [rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1]
 
 
-def _mode(moving, root, vector, residual):
+def _mode(moving: Moving, root: complex, vector: NDArray[Any], residual: float) -> Mode:
     vector = moving.sized(vector)
     shares = moving.shares(vector)
     return Mode(root, vector, float(residual), _kind(root), shares, named(shares, moving.half_waves(vector)))
 
 
-def _kind(root):
+def _kind(root: complex) -> str:
     if root.imag == 0:
         return "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
     return "grows" if root.real > ROUNDING * abs(root) else "oscillates"

@@ -1,12 +1,17 @@
 """Natural periods: of buoys as their scene holds them, the mode that moves one most in heave, and so on; of lines."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from operator import itemgetter
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
+from ..model.problem import Problem
+from ..scene.sections import Scene
 from ..solver.quadratic import FEW
 from .eigenvalues import DENSE, modes_near
 from .linearisation import Linearisation, linearise
@@ -21,7 +26,7 @@ SHORTEST, LONGEST = 0.01, 1000.0
 
 #: A mode with less than this part of its kinetic energy in a motion is none of that motion.
 LEAST_SHARE = 0.1
-#: Slow modes of lines of which something is said.
+#: Slow modes of lines whose periods are shown.
 SLOWEST = 4
 
 
@@ -33,7 +38,9 @@ class NaturalPeriod(NamedTuple):
     share: float
 
 
-def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0, rest=None) -> dict[str, NaturalPeriod]:
+def buoy_periods(
+    scene: Scene, comm: Any = MPI.COMM_SELF, direction_deg: float = 0.0, rest: Problem | None = None
+) -> dict[str, NaturalPeriod]:
     """Natural periods of the scene's buoys: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
     Of several buoys with their names, "left surge".  Those of small motions about the equilibrium in current, wind and
@@ -50,7 +57,7 @@ def buoy_periods(scene, comm=MPI.COMM_SELF, direction_deg=0.0, rest=None) -> dic
         found.destroy()
 
 
-def moored_periods(scene, rest=None) -> dict[str, float]:
+def moored_periods(scene: Scene, rest: Problem | None = None) -> dict[str, float]:
     """[s], of the buoys as in `buoy_periods` and of the slowest modes of each line, "cable in plane 1"; on one rank."""
     _check_floating(scene)
     found = linearise(scene, MPI.COMM_SELF, scene.waves, rest)
@@ -62,14 +69,14 @@ def moored_periods(scene, rest=None) -> dict[str, float]:
         found.destroy()
 
 
-def _check_floating(scene):
+def _check_floating(scene: Scene) -> None:
     if not scene.buoys or scene.sea is None or not scene.gravity:
         raise InputError("Natural periods are those of a floating buoy: they need [buoy], [sea] and gravity.")
 
 
-def natural_periods(found: Linearisation, direction_deg=0.0) -> dict[str, NaturalPeriod]:
+def natural_periods(found: Linearisation, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
     """`buoy_periods` of a scene that is linearised, on one rank."""
-    best, moving = {}, Moving(found, direction_deg)
+    best, moving = dict[str, NaturalPeriod](), Moving(found, direction_deg)
     names = [name for body in found.bodies for name in moving.names_of(body)]
     for root, vector in _oscillations(found):
         shares = moving.shares(vector)
@@ -79,7 +86,7 @@ def natural_periods(found: Linearisation, direction_deg=0.0) -> dict[str, Natura
     return {name: best[name] for name in names if name in best}
 
 
-def _oscillations(found):
+def _oscillations(found: Linearisation) -> Iterator[tuple[complex, NDArray[Any]]]:
     """(lambda, vector) with Im(lambda) > 0 of all modes near the FREQUENCIES; some may come twice."""
     small = 2 * len(found.problem.system.order) <= DENSE  # all come at once
     for omega in [1.0] if small else FREQUENCIES:
@@ -88,7 +95,7 @@ def _oscillations(found):
                 yield root, vector
 
 
-def _of_lines(found):
+def _of_lines(found: Linearisation) -> dict[str, float]:
     """Periods of slow modes that are a line's more than anything else, by their names; none of slack lines."""
     try:
         modes = lowest_modes(found, SLOWEST + 6 * len(found.bodies), restarts=FEW) if found.lines else []
@@ -96,8 +103,8 @@ def _of_lines(found):
         return {}
     moving = Moving(found)
     of_buoys = {name for body in found.bodies for name in moving.names_of(body)}
-    own = [m for m in modes if m.kind == "oscillates" and max(m.shares, key=m.shares.get) not in of_buoys]
-    found = {}
+    own = [m for m in modes if m.kind == "oscillates" and max(m.shares.items(), key=itemgetter(1))[0] not in of_buoys]
+    periods: dict[str, float] = {}
     for mode in own[:SLOWEST]:
-        found.setdefault(mode.name, mode.period)  # of one name the slowest
-    return found
+        periods.setdefault(mode.name, mode.period)  # of one name the slowest
+    return periods

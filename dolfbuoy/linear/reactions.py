@@ -4,7 +4,10 @@ What holds a line on a buoy is an unknown.  At an end that is given, or at a joi
 that line there, which is no equation of the system: its slopes stand in rows of their own.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
 from .linearisation import Linearisation, free_rows, jacobian, without_rates
@@ -17,8 +20,9 @@ class WithReactions:
     """
 
     def __init__(self, found: Linearisation):
-        self.found, problem = found, found.problem
-        self.size, self._dofs, self.ends = found.K.shape[1], np.zeros(0, dtype=int), {}
+        problem: Any = found.problem
+        self.found = found
+        self.size, self._dofs, self.ends = found.K.shape[1], np.zeros(0, dtype=int), dict[int, Any]()
         without_rates(problem)
         residual = problem.system.evaluate()
         for cable in range(len(problem.network.cables)):
@@ -27,20 +31,20 @@ class WithReactions:
                 dofs = problem.lines.top_dofs(piece)
                 self.ends[cable] = residual[dofs].copy(), self.size + len(self._dofs) + np.arange(3)
                 self._dofs = np.concatenate([self._dofs, dofs])
-        self._rows = problem.system.rows_of_jacobian(self._dofs) if self.ends else None
+        self._rows: Any = problem.system.rows_of_jacobian(self._dofs) if self.ends else None
         self.K = self.jacobian(0.0, 0.0)
         self.E, self.M = self.jacobian(1.0, 0.0) - self.K, self.jacobian(0.0, 1.0) - self.K
 
     @property
     def rows(self) -> int:
         """Equations and reactions."""
-        return self.size + len(self._dofs)
+        return int(self.size + len(self._dofs))
 
-    def jacobian(self, gamma_v, gamma_a, velocities=None) -> csr_matrix:
+    def jacobian(self, gamma_v: float, gamma_a: float, velocities: NDArray[Any] | None = None) -> csr_matrix:
         """K + gamma_v E + gamma_a M, as `linearisation.jacobian`."""
         inner = jacobian(self.found.problem, gamma_v, gamma_a, velocities)
         return csr_matrix(vstack([inner, self._rows()])) if self.ends else inner
 
-    def of_residual(self, residual) -> np.ndarray:
+    def of_residual(self, residual: NDArray[Any]) -> NDArray[Any]:
         """Its rows of a local residual."""
         return np.concatenate([free_rows(self.found.problem, residual), residual[self._dofs]])

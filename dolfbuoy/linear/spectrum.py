@@ -1,11 +1,14 @@
 """An irregular sea for the linear response: its energy by frequency and direction."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model.components import band_of, components_of, directions_at, is_spread, spectrum_of
+from ..model.airy import Components, band_of, components_of, directions_at, is_spread, spectrum_of
+from ..scene.sections import Scene
 from ..scene.sentences import made
 from ..scene.waves import Waves
 
@@ -22,24 +25,27 @@ class Bins:
     """omega (n,): rising frequencies of `waves.period`, width (n,) [rad/s]; and what runs in one direction each, (k,):
     number of its frequency, direction [deg], energy S dw [m^2]."""
 
-    omega: np.ndarray
-    width: np.ndarray
-    number: np.ndarray
-    direction_deg: np.ndarray
-    energy: np.ndarray
+    omega: NDArray[Any]
+    width: NDArray[Any]
+    number: NDArray[Any]
+    direction_deg: NDArray[Any]
+    energy: NDArray[Any]
 
-    def pairs(self):
+    def pairs(self) -> Any:
         """(omega, direction [deg]) of all that runs in one direction."""
         return zip(self.omega[self.number], self.direction_deg, strict=True)
 
-    def density(self, values=1.0) -> np.ndarray:
+    def density(self, values: Any = 1.0) -> NDArray[Any]:
         """Spectral density (..., n) of what has the energies values (..., k) per m^2 of the waves."""
         sums = np.zeros((*np.shape(values)[:-1], len(self.omega)))
-        np.add.at(sums, (..., self.number), values * self.energy)
-        return sums / self.width
+        places: Any = (..., self.number)
+        np.add.at(sums, places, values * self.energy)
+        return np.asarray(sums / self.width)
 
 
-def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
+def irregular_waves(
+    scene: Scene, sea: tuple[Any, ...] | None = None, direction_deg: float | None = None
+) -> Waves | None:
     """The irregular sea that is requested: (significant height [m], peak period [s], gamma, s of its spreading or
     None), else the scene's, or None.
 
@@ -47,14 +53,16 @@ def irregular_waves(scene, sea=None, direction_deg=None) -> Waves | None:
     """
     if sea is None:
         return scene.waves if scene.waves and scene.waves.irregular else None
-    height, period, gamma, spreading = (*sea, *(3.3, None)[len(sea) - 2 :])
+    given: tuple[Any, ...] = (*sea, *(3.3, None)[len(sea) - 2 :])
+    height, period, gamma, spreading = given
     if not (height > 0 and period > 0 and gamma >= 1 and (spreading is None or spreading > 0)):
         raise InputError(
             f"sea = {tuple(sea)}: must be a height and a period above 0, gamma from 1, and a spreading above 0."
         )
     direction = direction_deg if direction_deg is not None else scene.waves.direction_deg if scene.waves else 0.0
     requested = {"spectrum": "jonswap", "significant_height": height, "peak_period": period, "gamma": gamma}
-    return made(Waves, direction_deg=direction, spreading=spreading, **requested)
+    waves: Waves = made(Waves, direction_deg=direction, spreading=spreading, **requested)
+    return waves
 
 
 def bins_of(waves: Waves) -> Bins:
@@ -75,7 +83,7 @@ def bins_of(waves: Waves) -> Bins:
     return Bins(omega, width, number, turned, energies[number] / DIRECTIONS)
 
 
-def _of_components(sea, main_deg):
+def _of_components(sea: Components, main_deg: float) -> Bins:
     """Each by itself; of very many those next to each other in frequency, and of these in direction, together."""
     energy = sea.amplitude**2 / 2
     if len(energy) <= MOST:

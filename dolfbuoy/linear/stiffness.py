@@ -4,19 +4,20 @@ K of the linearised equations has in the rows of the momenta minus the forces an
 follow the buoys' poses: S = K_bb - K_bi K_ii^-1 K_ib.
 
 An inextensible line that is taut lets its buoy not move along it: K_ii is singular, and S infinite in that direction.
-With a very small compliance in its place S is as large as that makes it, which tells those directions; across them it
+With a very small compliance in its place S is as large as that makes it, which shows those directions; across them it
 is what it is without.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix, diags
-from scipy.sparse.linalg import splu
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_matrix
 
 from ..errors import SolveError
 from .layout import Body, inextensible_tensions
-from .linearisation import Linearisation
+from .linearisation import Linearisation, equilibrated
 
 #: Axial stiffness in the place of an infinite one, in typical forces of the scene; twice, and by how much directions
 #: that are rigid become stiffer, of what could be ten times.  Part of that of a line below which nothing is rigid.
@@ -32,8 +33,8 @@ class Condensed:
     """
 
     bodies: list[Body]
-    stiffness: np.ndarray
-    followers: np.ndarray
+    stiffness: NDArray[Any]
+    followers: NDArray[Any]
 
 
 @dataclass
@@ -44,9 +45,9 @@ class Restoring:
     """
 
     bodies: list[Body]
-    mooring: np.ndarray
-    hull: np.ndarray
-    rigid: list[np.ndarray]
+    mooring: NDArray[Any]
+    hull: NDArray[Any]
+    rigid: list[NDArray[Any]]
 
 
 def restoring(found: Linearisation) -> Restoring:
@@ -57,11 +58,11 @@ def restoring(found: Linearisation) -> Restoring:
         shape, force = 2 * (found.K.shape[1],), found.problem.typical_force
         soft, hard = (condensed(found, csr_matrix((-(sizes / (EA * force)), (places, places)), shape)) for EA in STIFF)
         moorings = [mooring_stiffness(found, every) for every in (soft, hard)]
-        least = LEAST * STIFF[1] * found.problem.typical_force / found.problem.lines.longest
-        rigid = [
-            _rigid(body, *(m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings), least)
-            for i, body in enumerate(found.bodies)
-        ]
+        lines: Any = found.problem.lines
+        least = LEAST * STIFF[1] * force / lines.longest
+        for i, body in enumerate(found.bodies):
+            before, after = (m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings)
+            rigid[i] = _rigid(body, before, after, least)
     if any(directions.shape[1] for directions in rigid):
         every, mooring = hard, moorings[1]
     else:
@@ -70,13 +71,13 @@ def restoring(found: Linearisation) -> Restoring:
     return Restoring(every.bodies, mooring, every.stiffness - mooring, rigid)
 
 
-def _rigid(body, soft, hard, least):
+def _rigid(body: Body, soft: NDArray[Any], hard: NDArray[Any], least: float) -> Any:
     """Directions in which one block is as much larger as the compliance in it was smaller, and above rounding."""
     (before, _), (after, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (soft, hard))
     return vectors[:, (after > STIFFER * before) & (after > least)]
 
 
-def condensed(found: Linearisation, more=None) -> Condensed:
+def condensed(found: Linearisation, more: Any = None) -> Condensed:
     """Condensed stiffness of all buoys together; the same on all ranks.  more: a matrix that is added to K.
 
     Raises SolveError if the lines have no stiffness of their own.
@@ -95,13 +96,10 @@ def condensed(found: Linearisation, more=None) -> Condensed:
     return Condensed(bodies, K[np.array(rows, dtype=int)] @ followers, followers)
 
 
-def _solved(A, b):
-    """A^-1 b in equilibrated rows and columns."""
-    rows = 1 / np.maximum(abs(A).max(axis=1).toarray().ravel(), 1e-300)
-    A = diags(rows) @ A
-    columns = 1 / np.maximum(abs(A).max(axis=0).toarray().ravel(), 1e-300)
+def _solved(A: Any, b: NDArray[Any]) -> Any:
+    """A^-1 b."""
     try:
-        x = columns[:, None] * splu(csc_matrix(A @ diags(columns))).solve(rows[:, None] * b)
+        x = equilibrated(A)(b)
     except RuntimeError:
         x = np.full_like(b, np.nan)
     if not np.isfinite(x).all():
@@ -109,7 +107,7 @@ def _solved(A, b):
     return x
 
 
-def mooring_stiffness(found: Linearisation, every: Condensed) -> np.ndarray:
+def mooring_stiffness(found: Linearisation, every: Condensed) -> NDArray[Any]:
     """(6 b, 6 b): the part of the stiffness that lines have, by their forces and by the levers these have about C."""
     total = np.zeros_like(every.stiffness)
     for hold in found.holds:

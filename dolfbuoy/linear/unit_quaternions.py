@@ -5,7 +5,10 @@ rows and columns of (8)_3 along q_4 are orthogonal to those along small turns, a
 those of an infinite eigenvalue.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import block_diag, csr_matrix, diags, identity
 
 from .layout import Body, half_turns
@@ -22,7 +25,7 @@ class UnitQuaternions:
             self._kept[place], done = 0.0, place + 4
         self._turn = csr_matrix(block_diag([*blocks, identity(size - done)]))
 
-    def without_lengths(self, first, *matrices) -> list[csr_matrix]:
+    def without_lengths(self, first: int, *matrices: Any) -> list[csr_matrix]:
         """The rows of a rank, the first of which is given, of K and of what is multiplied with powers of lambda.
 
         The rows of a body are all of one rank.
@@ -32,10 +35,10 @@ class UnitQuaternions:
         K, *others = (left @ A @ self._turn @ kept for A in matrices)
         return [csr_matrix(A) for A in (K + diags(1 - self._kept).tocsr()[rows], *others)]
 
-    def exchanged(self, vectors):
+    def exchanged(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Columns of all unknowns with the exchange."""
-        return self._turn.T @ vectors
+        return np.asarray(self._turn.T @ vectors)
 
-    def as_they_were(self, vectors):
+    def as_they_were(self, vectors: NDArray[Any]) -> NDArray[Any]:
         """Columns of all unknowns without it."""
-        return self._turn @ vectors
+        return np.asarray(self._turn @ vectors)

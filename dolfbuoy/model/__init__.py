@@ -1,3 +1,3 @@
-"""What a scene is made of, as unknowns and forms on meshes."""
+"""Models of the parts of a scene: unknowns and forms on meshes."""
 
 from .. import solver  # noqa: F401  # before dolfinx: it tells PETSc to leave signals alone

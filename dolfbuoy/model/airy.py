@@ -1,16 +1,231 @@
-"""A sum of Airy waves in numbers: elevation, velocity and acceleration at points, with arrays.
+"""Waves in numbers: components of a scene's sea, eta = sum A_n cos(k_n . x - w_n t + phi_n), and their Airy sum.
 
-The oracle of the C code of `kinematics`, and what pictures show.
+The sum, with arrays, is the oracle of the C code of `kinematics`, and what pictures show.
 """
 
 import math
+import operator
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
+from ..roots import brentq
 from ..scene import Scene
-from .components import components_of, propagation
+from ..scene.waves import COMPONENTS, ELEVATION, REGULAR, Waves
+from . import spectra
+
+#: Where the band of a formula begins, in peak frequencies, and the part of m0 at which it ends.
+LOWEST, HIGHEST = 0.5, 0.999
+
+
+@dataclass(frozen=True)
+class Components:
+    """Arrays over the components: amplitudes [m], angular frequencies of `waves.period` [rad/s], directions towards
+    which they run [deg], phases [rad]."""
+
+    amplitude: np.ndarray
+    frequency: np.ndarray
+    direction_deg: np.ndarray
+    phase: np.ndarray
+
+    def __post_init__(self):
+        for array in vars(self).values():
+            array.setflags(write=False)
+
+    def as_rows(self) -> np.ndarray:
+        """[amplitude [m], period [s], direction_deg, phase_deg] of each."""
+        return np.array([self.amplitude, 2 * math.pi / self.frequency, self.direction_deg, np.degrees(self.phase)]).T
+
+    def moment(self, n: float) -> float:
+        """sum w^n A^2/2 [m^2 (rad/s)^n]."""
+        return float(np.sum(self.frequency**n * self.amplitude**2) / 2)
+
+
+def spectrum_of(waves: Waves) -> spectra.Spectrum | None:
+    """The spectrum of a section [waves], over all directions; None if it has none."""
+    if waves.spectrum == "pierson-moskowitz":
+        return spectra.pierson_moskowitz(waves.significant_height, waves.peak_period)
+    if waves.spectrum == "jonswap":
+        return spectra.jonswap(waves.significant_height, waves.peak_period, waves.gamma)
+    if isinstance(waves.spectrum, list):
+        return spectra.tabulated(*np.array(waves.spectrum).T)
+    if waves.spectrum is not None:
+        angles, density = np.array(waves.spectrum.direction_deg), np.array(waves.spectrum.density)
+        around = np.append(angles, angles[0] + 360.0)  # linear between the directions, closed to a circle
+        whole = np.sum(0.5 * (density + np.roll(density, -1, axis=1)) * np.diff(around), axis=1)
+        return spectra.tabulated(waves.spectrum.frequency, whole)
+    return None
+
+
+def band_of(waves: Waves, spectrum: spectra.Spectrum) -> tuple[float, float]:
+    """Lowest and highest frequency [rad/s] of the components of a spectrum."""
+    given = list(waves.band or [])
+    low = given[0] if given else LOWEST if isinstance(waves.spectrum, str) else 0.0
+    if len(given) == 2:
+        return low * spectrum.peak, given[1] * spectrum.peak
+    return low * spectrum.peak, float(spectrum.frequencies_at(np.array([HIGHEST * spectrum.moment(0)]))[0])
+
+
+def components_of(waves: Waves) -> Components:
+    """Components of a section [waves]; a regular wave is one component.
+
+    Random numbers are those of PCG64(seed), phases, directions and amplitudes of a stream of their own each.
+    """
+    return _remembered(partial(_components_of, waves), waves)
+
+
+#: (sections of a scene, which do not change, what was made of them): a run needs the same ones several times.
+_KNOWN: deque[tuple[tuple, Any]] = deque(maxlen=8)
+
+
+def _remembered(make: Callable[[], Any], *sections: Any) -> Any:
+    for known, found in _KNOWN:
+        if len(known) == len(sections) and all(map(operator.is_, known, sections)):
+            return found
+    _KNOWN.append((sections, make()))
+    return _KNOWN[-1][1]
+
+
+def _components_of(waves):
+    if waves.kind == REGULAR:
+        numbers = waves.size, 2 * math.pi / waves.period, waves.direction_deg, math.radians(waves.phase_deg)
+        return Components(*(np.array([x]) for x in numbers))
+    if waves.kind == COMPONENTS:
+        amplitude, period, direction, phase = np.array(waves.components).T
+        return Components(amplitude, 2 * math.pi / period, direction + waves.direction_deg, np.radians(phase))
+    if waves.kind == ELEVATION:
+        amplitude, frequency, phase = spectra.of_record(*np.array(waves.elevation).T)
+        return Components(amplitude, frequency, np.full(len(amplitude), waves.direction_deg), phase)
+    return _of_spectrum(waves)
+
+
+def _of_spectrum(waves):
+    spectrum, count = spectrum_of(waves), waves.components
+    band = band_of(waves, spectrum)
+    if spectrum.moment(0, *band) <= 0:
+        raise InputError(f"waves.band = {waves.band}: the spectrum must have energy in it.")
+    energy, frequency = spectrum.bins(spectrum.band(*band, count))
+    streams = np.random.SeedSequence(waves.seed).spawn(3)
+    phases, directions, sizes = (np.random.Generator(np.random.PCG64(stream)) for stream in streams)
+    amplitude = np.sqrt(2 * energy)
+    if waves.amplitudes == "random":  # Rayleigh: of two Gaussian numbers
+        amplitude = amplitude * np.sqrt(sizes.standard_exponential(count))
+    turned = np.full(count, float(waves.direction_deg))
+    if is_spread(waves):  # the distribution in as many equal parts, dealt out at random
+        turned += directions_at(waves, frequency, (directions.permutation(count) + 0.5) / count)
+    return Components(amplitude, frequency, turned, phases.uniform(0.0, 2 * math.pi, count))
+
+
+def is_spread(waves: Waves) -> bool:
+    """True if the sea of a spectrum has several directions."""
+    return waves.spreading is not None or not isinstance(waves.spectrum, str | list)
+
+
+def directions_at(waves: Waves, frequency: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Angles from `direction_deg` on [deg] below which there are parts of the energy at each frequency [rad/s]."""
+    if waves.spreading is not None:
+        return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
+    w, density = 2 * math.pi * np.array(waves.spectrum.frequency), np.array(waves.spectrum.density)
+    rows = np.array([np.interp(frequency, w, column) for column in density.T]).T
+    return spectra.tabulated_angles(np.array(waves.spectrum.direction_deg), rows, parts)
+
+
+# -- what the water and its current make of a frequency ------------------------------------------------------------
+
+
+def dispersion_wavenumber(period: float, depth: float, gravity: float) -> float:
+    """k [1/m] with omega^2 = g k tanh(k h)."""
+    deep = (2 * math.pi / period) ** 2 / gravity  # kh tanh(kh) = deep h: k is between deep and deep / tanh(deep h)
+    if deep * depth > 30:
+        return deep
+    return brentq(
+        lambda k: gravity * k * math.tanh(k * depth) - deep * gravity,
+        deep,
+        deep / math.tanh(deep * depth) * (1 + 1e-12),
+        xtol=1e-16,
+        rtol=1e-15,
+    )
+
+
+@dataclass(frozen=True)
+class Propagation:
+    """Wavenumber [1/m], intrinsic (in the water) and apparent (at a fixed point) angular frequency [rad/s]."""
+
+    wavenumber: float
+    in_water: float
+    at_ground: float
+
+
+def propagation(scene: Scene, period: float, direction_deg: float) -> Propagation:
+    """Propagation of a wave of this period [s] in a scene, in the frame of its `waves.period_seen_from`.
+
+    In a current U the water sees sigma, sigma^2 = g k tanh(kh), and the ground omega = sigma + k . U.  Without the key
+    both are the same: the current carries no waves.  Raises InputError where the current stops the waves.
+    """
+    frequency, seen = 2 * math.pi / period, scene.waves.period_seen_from if scene.current else None
+    if scene.waves.wavelength is not None:
+        k = 2 * math.pi / scene.waves.wavelength
+    elif seen == "ground":
+        k = _wavenumber_seen_from_ground(scene, period, direction_deg)
+    else:
+        k = dispersion_wavenumber(period, scene.sea.depth, scene.gravity)
+    if seen == "ground":
+        return Propagation(k, frequency - k * current_felt(scene, k, direction_deg), frequency)
+    shift = k * current_felt(scene, k, direction_deg) if seen == "water" else 0.0
+    return Propagation(k, frequency, frequency + shift)
+
+
+def _wavenumber_seen_from_ground(scene, period, direction_deg):
+    """Wavenumber of the longest wave whose crests pass a fixed point with a period."""
+    depth, g = scene.sea.depth, scene.gravity
+
+    def excess(k):
+        in_water = math.sqrt(g * k * math.tanh(k * depth))
+        return in_water + k * current_felt(scene, k, direction_deg) - 2 * math.pi / period
+
+    k = 1e-3 * dispersion_wavenumber(period, depth, g)
+    while excess(1.05 * k) < 0:
+        k *= 1.05
+        if k > 1e6:
+            raise InputError(f"waves.period_seen_from = 'ground': no wave of {period:.3g} s runs against this current.")
+    return brentq(excess, k, 1.05 * k, xtol=1e-300, rtol=1e-14)
+
+
+def current_felt(scene: Scene, k: float, direction_deg: float) -> float:
+    """Speed of the current along a wave, as the wave weighs it over the depth [m/s].
+
+    U = 2k/sinh(2kh) int u(z) cosh(2k(z + h)) dz, the surface's speed if it is uniform (Kirby and Chen 1989).
+    """
+    current, h = scene.current, scene.sea.depth
+    along = math.cos(math.radians(current.direction_deg - direction_deg))
+    if current.profile == "uniform":
+        return current.speed * along
+
+    from scipy.integrate import quad  # 0.1 s of every start
+
+    def weighted(z):
+        return float(current_speed(scene, z)) * (math.exp(2 * k * z) + math.exp(-2 * k * (z + 2 * h)))
+
+    deepest = -min(h, 20 / k)
+    mean = quad(weighted, deepest, 0.0, epsabs=0, epsrel=1e-9, limit=200)[0]
+    return along * mean * 2 * k / -math.expm1(-4 * k * h)
+
+
+def current_speed(scene: Scene, z: np.ndarray | float, least: float = 0.0) -> np.ndarray:
+    """Speed of the current at heights z [m/s]; least: 1 + z/h where a power law ends, as `forms.sea` cuts it off."""
+    current = scene.current
+    if isinstance(current.profile, list):
+        return np.interp(z, *np.array(current.profile).T)
+    power = 0.0 if current.profile == "uniform" else current.exponent
+    return current.speed * np.clip(1 + np.asarray(z) / scene.sea.depth, least, 1.0) ** power
+
+
+# -- the sum -----------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -32,20 +247,15 @@ class AirySum:
 
     @classmethod
     def of(cls, scene: Scene) -> "AirySum":
-        """Of a scene's waves, irregular or not; the latest are remembered, for every part of a scene asks."""
-        sections = scene.waves, scene.sea, scene.current
-        for gravity, known, found in _KNOWN:
-            if gravity == scene.gravity and all(a is b for a, b in zip(known, sections, strict=True)):
-                return found
-        _KNOWN.append((scene.gravity, sections, cls._of(scene)))
-        return _KNOWN[-1][-1]
+        """Sum of a scene's waves, irregular or not."""
+        return _remembered(partial(cls._of, scene), scene.waves, scene.sea, scene.current, scene.gravity)
 
     @classmethod
     def _of(cls, scene):
         c = components_of(scene.waves)
         periods, angles = 2 * math.pi / c.frequency, np.radians(c.direction_deg)
         waves = [propagation(scene, *pair) for pair in zip(periods, c.direction_deg, strict=True)]
-        k, in_water, at_ground = (np.array([getattr(p, n) for p in waves]) for n in _OF_PROPAGATION)
+        k, in_water, at_ground = np.array([(p.wavenumber, p.in_water, p.at_ground) for p in waves]).T
         order = np.argsort(k, kind="stable")
         arrays = (c.amplitude, k, in_water, at_ground, np.cos(angles), np.sin(angles), c.phase)
         return cls(*(a[order] for a in arrays), scene.sea.depth, scene.waves.stretching, scene.waves.ramp)
@@ -98,11 +308,6 @@ class AirySum:
 
     def _vector(self, along, up):
         return np.stack([(along * self.cosine).sum(-1), (along * self.sine).sum(-1), up.sum(-1)], axis=-1)
-
-
-#: (gravity, sections, which do not change, their sum).
-_KNOWN: deque = deque(maxlen=4)
-_OF_PROPAGATION = "wavenumber", "in_water", "at_ground"
 
 
 def ramp(t: float, duration: float) -> float:

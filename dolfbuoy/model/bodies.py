@@ -67,7 +67,6 @@ class Bodies(Masses):
         return self._forces_of_water(self.body, r, form.Point(r_t, r_tt))
 
     def wet_part(self) -> Expr | None:
-        """Part of the bodies that is under water; None where the forces of the water know no surface."""
         if not called_by(self.scene, "joint_wet"):
             return None
         r = self.kinematics()[0]
@@ -99,7 +98,6 @@ class Bodies(Masses):
         return [Evolution(self.part, self.rates, False, [np.full(self.dofs.size, np.inf)] * 2)]
 
     def blocks(self, length: float, force: float) -> list[Block]:
-        """Block of the positions; typical length [m] and force [N] of the lines."""
         dofs = self.part.offset + self.dofs.ravel()
         mass = max(body.mass for body in self.bodies) * length
         return [Block("position of bodies at joints", dofs, length, force, mass, 2)]

@@ -113,7 +113,7 @@ class Buoy(Model):
         self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None
 
     def _waves_at_points(self, first):
-        """Where an irregular sea is wanted besides the hull; first: the cell of the measure `at_once`."""
+        """Points besides the hull where an irregular sea is sampled; first: the cell of the measure `at_once`."""
         self._above.append(self.sea.kinematics.add(on_cells(self.mesh, first)))
         for effect in (e for e in effects.called_by(self.scene, "body", [self.section]) if e.looks_at):
             height = np.array([effect.looks_at(self.section)])
@@ -146,7 +146,6 @@ class Buoy(Model):
         return self._numbers.constant(lambda scene, b: mooring_offset(b, fairlead))
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
         self.scene, self.section = scene, scene.network.buoys[self.name]
         self.mass = mass_properties(self.section)
         self._numbers.change(scene)
@@ -161,7 +160,7 @@ class Buoy(Model):
         return MOTION.split(self.gamma * self.state + self.history)
 
     def kinematics(self) -> body.Body:
-        """Where it is and how it moves; no motion in statics."""
+        """Pose and motion; no motion in statics."""
         y, motion = self.fields.split(self.state), None
         if self.dynamic:
             rates, R = self.rates(), rotation_matrix(y.orientation)
@@ -223,20 +222,9 @@ class Buoy(Model):
         test, reference = REST_ROWS.split(self.part.test), REST.split(self.reference)
         inertia = self._numbers.constant(lambda *_: max(self.mass.inertia))
         gauge = self.gauge = self._numbers.constant(lambda *_: np.prod(self._sizes()[1:3]))
-        tests = test.force, test.norm[0], test.torque
-        pose = reference.position, reference.orientation
-        F = body.equilibrium(
-            state.position,
-            state.quaternion,
-            force,
-            _or_zero(torque),
-            pose,
-            self.M,
-            inertia,
-            self.relaxation,
-            gauge,
-            tests,
-        )
+        loads, tests = (force, _or_zero(torque)), (test.force, test.norm[0], test.torque)
+        numbers = (reference.position, reference.orientation), self.M, inertia, self.relaxation, gauge
+        F = body.equilibrium(state.position, state.quaternion, *loads, *numbers, tests)
         if not attachments:
             F += body.held_horizontally(state.position, reference.position, gauge, test.force)
         return F, test.force, test.torque
@@ -249,12 +237,10 @@ class Buoy(Model):
         return form if eta is None else form + self.one * eta * test[SUBMERGED - 1] * self.at_once
 
     def follow_water(self, system: System) -> None:
-        """The points of the hull follow the state of a System."""
         if self.hull is not None:
             self.hull.follow(system, self.state, self.fields)
 
     def publish_points(self) -> None:
-        """Put the points of the hull where the state's Function says: for forms that no System evaluates."""
         if self.hull is not None:
             self.hull.place_points(self.state, self.fields)
 
@@ -267,7 +253,6 @@ class Buoy(Model):
         return [*found, self.spin] if self.spin else found
 
     def begin(self, u: np.ndarray) -> None:
-        """Memory as at the start of a run."""
         self.memory["quaternion_drift"][:] = 0.0
 
     def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
@@ -309,7 +294,6 @@ class Buoy(Model):
         return max(length, line_length), max(weight, force)
 
     def blocks(self, line_length: float = 0.0, force: float = 0.0) -> list[Block]:
-        """Blocks of the 13 (or 7) numbers."""
         _, _, arm, speed = self._sizes()
         reach, force = self.reach_and_force(line_length, force)
         place = np.arange(self.part.slice.start, self.part.slice.stop)

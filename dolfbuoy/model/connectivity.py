@@ -1,4 +1,4 @@
-"""How the unknowns of a Problem are numbered: elimination order, joints tied by one index, ghosts on other ranks."""
+"""Numbering of the unknowns of a Problem: elimination order, joints tied by one index, ghosts on other ranks."""
 
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,7 @@ class Joining:
         self.groups = self._groups(problem.network.meetings()) if self.lines else []
 
     def _groups(self, meetings):
-        """Of each joint where something is tied: local dofs (3,) of its members on this rank, None for the others."""
+        """Local dofs (3,) of the members of each joint, None for members on other ranks."""
         found = []
         for name, ends in meetings.items():
             members = [self.lines.end_dofs[piece][end] for piece, end in ends]

@@ -89,11 +89,11 @@ class Effect:
         return [value for value in values if value is not None]
 
     def called(self, scene: Scene, part: Any = None) -> bool:
-        """Whether any line, body or buoy of a scene calls for it, or this one does."""
+        """True if any line, body or buoy of a scene calls for it, or this one does."""
         return any(value != self.neutral for value in self.values(scene, part))
 
     def spared(self, scene: Scene) -> bool:
-        """Whether anything in the scene could call for it and does not."""
+        """True if anything in the scene could call for it and does not."""
         return any(value == self.neutral for value in self.values(scene))
 
     def given(self, scene: Scene, section: Any) -> dict[str, Any]:
@@ -175,10 +175,7 @@ EFFECTS: list[Effect] = [
         neutral=None,
         needs=("sea",),
         body=buoy.wave_damping,
-        numbers={
-            "heave": lambda scene, buoy: buoy.wave_damping[0],
-            "pitch": lambda scene, buoy: buoy.wave_damping[1],
-        },
+        numbers={"heave": lambda scene, buoy: buoy.wave_damping[0], "pitch": lambda scene, buoy: buoy.wave_damping[1]},
         account="damping",
     ),
     Effect("disk averages", "buoy.disk_averages", neutral=False, needs=("sea", "waves")),

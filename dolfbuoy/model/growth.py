@@ -1,4 +1,4 @@
-"""Marine growth: how much it adds to diameter and mass of each element of the lines, by the depth where it hangs.
+"""Marine growth: its factors on diameter and mass of each element of the lines, by the depth where it hangs.
 
 A section [cable] has a table [[z, factor of the diameter, factor of the mass], ...], linear between its rows and
 constant beyond them.  Growth sits on the line and not in the water: each element has the mean of the table over the
@@ -63,7 +63,7 @@ class Growth:
         return found
 
     def begin(self, u: np.ndarray) -> None:
-        """What belongs to the first positions of a run."""
+        """Take the factors that belong to the first positions of a run."""
         self.factors = self.at(u)
 
     @property

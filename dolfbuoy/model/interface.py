@@ -1,4 +1,4 @@
-"""What a model tells a Problem and time stepping: which unknowns have rates, what a step leaves behind."""
+"""Interface of a model to a Problem and to time stepping: unknowns with rates, memory of accepted steps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -36,7 +36,6 @@ class Evolution:
 
     @property
     def size(self) -> int:
-        """Number of entries."""
         return self.part.size
 
     def values(self, u: np.ndarray) -> np.ndarray:
@@ -44,7 +43,7 @@ class Evolution:
         return u[self.part.slice]
 
     def reader(self, u: np.ndarray, out: np.ndarray) -> Any:
-        """What puts them into the array `out`: it and the view to be copied there, or a function; u stays in place."""
+        """(`out`, the view to be copied there), or a function that puts them into `out`; u stays in place."""
         return out, self.values(u)
 
     def hand_out(self, level: int, gamma: float, history: np.ndarray | float) -> None:
@@ -82,7 +81,7 @@ class Model(Protocol):
         ...
 
     def places(self) -> np.ndarray:
-        """Where its unknowns sit, by which a numbering is known again; none if they belong to no place."""
+        """Places of its unknowns, by which a numbering is recognised; empty if they belong to no place."""
         return np.zeros(0)
 
     def force_dofs(self) -> np.ndarray:

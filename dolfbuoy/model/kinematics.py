@@ -56,7 +56,8 @@ def on_line(mesh: Any, degree: int, source: fem.Function, nodes: tuple[np.ndarra
     dofs, s = nodes
     found = fem.Function(compat.function_space(mesh, compat.quadrature_element(mesh, degree, SMALL)))
     at = compat.interval_quadrature(degree)[0]
-    shape = lagrange(_reference(mesh, s[:1])[0], at) if len(s) else np.zeros((len(at), dofs.shape[1]))
+    low, high = compat.cell_coordinates(mesh)[0, [0, 3]] if len(s) else (0.0, 1.0)  # of the first cell: all are alike
+    shape = lagrange((s[0] - low) / (high - low), at) if len(s) else np.zeros((len(at), dofs.shape[1]))
     return Points(ON_LINE, found, np.arange(len(dofs)), shape, source, dofs)
 
 
@@ -67,7 +68,7 @@ def on_points(mesh: Any, source: fem.Function, dofs: np.ndarray) -> Points:
 
 
 def on_axis(group: Any) -> Points:
-    """Those of a `hull_points.PointGroup`."""
+    """Those of a `wet_hull.PointGroup`."""
     return on_cells(group.mesh, group.cells, group.coefficient, group.places, radius=1)
 
 
@@ -95,12 +96,6 @@ def lagrange(nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
             if a != b:
                 found[:, a] *= (x - there) / (here - there)
     return found
-
-
-def _reference(mesh, s):
-    """Coordinates between 0 and 1 on the first cells of a mesh."""
-    ends = compat.cell_coordinates(mesh)[: len(s)].reshape(len(s), 2, 3)[:, :, 0]
-    return (s - ends[:, :1]) / (ends[:, 1:] - ends[:, :1])
 
 
 class Kinematics:
@@ -152,7 +147,7 @@ class Kinematics:
         return points
 
     def samples(self, points: Points, depth: Expr) -> Samples:
-        """What a form reads at the points."""
+        """Coefficients that a form reads at the points."""
         return Samples(points.coefficient, depth, self._airy.stretching)
 
     def follow(self, system: System, body: tuple | None = None) -> None:

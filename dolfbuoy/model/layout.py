@@ -1,4 +1,4 @@
-"""Where lines lie: a mesh of disjoint intervals, its spaces, and which unknown sits where."""
+"""Layout of lines: a mesh of disjoint intervals, its spaces, and the places of the unknowns."""
 
 import heapq
 from collections.abc import Callable, Sequence
@@ -20,13 +20,13 @@ _NONE = np.zeros(0, dtype=int)
 
 
 def laid_out(sections: list[Cable]) -> np.ndarray:
-    """Where pieces begin that lie one after the other, apart from each other by a tenth of the longest [m]."""
+    """Beginnings of pieces that lie one after the other, apart from each other by a tenth of the longest [m]."""
     lengths = np.array([c.length for c in sections])
     return np.concatenate([[0.0], np.cumsum(lengths + 0.1 * lengths.max())])[:-1]
 
 
 class Pieces:
-    """What is known of the pieces of line of a `network`, be they of one `Layout` or of several.
+    """Pieces of line of a `network`, of one `Layout` or of several.
 
     begins: where each begins on its mesh [m]; slip: how far apart places of one are there.  end_dofs: dofs of r at
     s = 0 and s = L of each, empty where another rank has them.
@@ -49,7 +49,7 @@ class Pieces:
 
     @property
     def section(self) -> Cable:
-        """That of the first piece."""
+        """Section of the first piece."""
         return self.pieces[0].section
 
     @property
@@ -72,7 +72,7 @@ class Pieces:
 
     @cached_property
     def turns(self) -> tuple[np.ndarray, np.ndarray, dict[str, float]]:
-        """(turn of each piece, whether it goes backwards, turn of each joint by name) in the elimination."""
+        """(turn of each piece, mask of those that go backwards, turn of each joint by name) in the elimination."""
         return order_of_pieces(self.pieces)
 
     def elimination_order(self) -> tuple[np.ndarray, np.ndarray]:
@@ -119,7 +119,7 @@ class Layout(Pieces):
         return compat.mixed_element(elements)
 
     def _numbering(self, averaged):
-        """Where the dofs of w sit on the mesh: nodes of r, cells of T."""
+        """Find the places of the dofs of w on the mesh: nodes of r, cells of T."""
         V, r_dofs = compat.collapse(self.space, 0)
         self.positions = V  #: the space of r
         Q, T_dofs = compat.collapse(self.space, 1)
@@ -150,7 +150,7 @@ class Layout(Pieces):
         return real_space(self.mesh, FIELDS.size)
 
     def _found(self, values, wanted):
-        """Where among mesh coordinates, all different, the wanted ones are; -1: nowhere."""
+        """Places of the wanted ones among mesh coordinates, all different; -1: nowhere."""
         order = np.argsort(values)
         after = np.searchsorted(values[order], wanted - self.slip)
         place = order[np.minimum(after, len(values) - 1)]
@@ -174,7 +174,7 @@ class Layout(Pieces):
         return ufl.Measure("ds", domain=self.mesh, subdomain_data=tags)(1)
 
     def owns_end(self, piece: int, end: int) -> bool:
-        """Whether the cell at an end is one of this rank's, which evaluates what acts there."""
+        """True if the cell at an end is one of this rank's, which evaluates what acts there."""
         return bool(self.end_cells[piece, end] >= 0)
 
     @property
@@ -187,7 +187,6 @@ class Layout(Pieces):
         return self.node_s
 
     def force_dofs(self) -> np.ndarray:
-        """Local unknowns that are tensions."""
         dofs = self.T_dofs.ravel()
         return dofs if self.mean_dofs is None else np.concatenate([dofs, self.mean_dofs])
 
@@ -285,11 +284,6 @@ def order_of_pieces(pieces: Sequence[Piece]) -> tuple[np.ndarray, np.ndarray, di
 
 
 def _best_end(piece, joints):
-    """(what it costs to begin there, the end: 0 or 1)."""
-    return min((_cost(end, joints), i) for i, end in enumerate(piece.ends))
-
-
-def _cost(end, joints):
-    if end.kind == "buoy":
-        return 1
-    return 2 if end.kind == "joint" and end.name not in joints else 0
+    """(what it costs to begin there, the end: 0 or 1): 2 at a joint that has not gone, 1 at a buoy, else nothing."""
+    waits = [end.kind == "joint" and end.name not in joints for end in piece.ends]
+    return min((2 if waits[i] else int(end.kind == "buoy"), i) for i, end in enumerate(piece.ends))

@@ -82,7 +82,7 @@ class LineGroups(Pieces, Model):
     when_accepted, begin, stop = _listed("when_accepted"), _in_each("begin"), _in_each("stop")
     hold, let_go, follow_water = _in_each("hold"), _in_each("let_go"), _in_each("follow_water")
     publish_points, owns_end, set_shape = _in_each("publish_points"), _of_piece("owns_end", 0), _of_piece("set_shape")
-    weight_of, lying, anchor_tension = _of_piece("weight_of"), _of_piece("lying"), _of_piece("anchor_tension")
+    weight_of, grounded, anchor_tension = _of_piece("weight_of"), _of_piece("grounded"), _of_piece("anchor_tension")
     scene = property(lambda self: self.groups[0].scene)
     bed = property(lambda self: self.groups[0].bed)  #: one of several, on the same plane
     elastic = property(lambda self: any(group.elastic for group in self.groups))
@@ -101,11 +101,9 @@ class LineGroups(Pieces, Model):
         self.memory = {f"{name}_{k}": x for k, g in enumerate(self.groups) for name, x in g.memory.items()}
 
     def holder(self, piece: int) -> tuple[Lines, int]:
-        """(the Lines that have a piece of the scene, its number there)."""
         return self._holders[piece]
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
         self.network = scene.network
         for group in self.groups:
             group.change(scene)
@@ -114,13 +112,13 @@ class LineGroups(Pieces, Model):
 
     @property
     def part(self) -> SimpleNamespace:
-        """Where the unknowns of all groups are."""
+        """Place of the unknowns of all groups."""
         parts = [group.part for group in self.groups]
         place = slice(parts[0].offset, parts[-1].slice.stop)
         return SimpleNamespace(parts=parts, offset=place.start, slice=place, size=place.stop - place.start)
 
     def _nodes(self, get):
-        """Of the nodes of all groups, those of this rank first."""
+        """Join arrays over the nodes of all groups, those of this rank first."""
         found = [(get(group), group.owned_nodes) for group in self.groups]
         return np.concatenate([*(x[:n] for x, n in found), *(x[n:] for x, n in found)])
 
@@ -130,7 +128,7 @@ class LineGroups(Pieces, Model):
 
     @property
     def T_dofs(self) -> np.ndarray:
-        """Of each owned cell; a row of fewer tensions than others repeats its last one."""
+        """Dofs of T of each owned cell; a row of fewer tensions than others repeats its last one."""
         most = max(group.T_dofs.shape[1] for group in self.groups)
         rows = [g.T_dofs[:, np.minimum(np.arange(most), g.T_dofs.shape[1] - 1)] + g.part.offset for g in self.groups]
         return np.concatenate(rows)
@@ -142,11 +140,9 @@ class LineGroups(Pieces, Model):
         return [tuple(dofs + group.part.offset for dofs in group.end_dofs[k]) for group, k in found]
 
     def force_dofs(self) -> np.ndarray:
-        """Local unknowns that are tensions."""
         return np.concatenate([group.force_dofs() + group.part.offset for group in self.groups])
 
     def elimination_keys(self) -> tuple[np.ndarray, list[np.ndarray]]:
-        """As of `Lines`, the groups' pieces each in its turn."""
         found = [(dofs + group.part.offset, keys) for group in self.groups for dofs, keys in [group.elimination_keys()]]
         dofs = np.concatenate([dofs for dofs, _ in found])
         return dofs, [np.concatenate(parts) for parts in zip(*(keys for _, keys in found), strict=True)]
@@ -154,11 +150,9 @@ class LineGroups(Pieces, Model):
     # -- numbers ------------------------------------------------------------------------------------------------------
 
     def smallest_stretch(self, u: np.ndarray) -> float:
-        """Smallest 1 + T/EA of the owned cells that may be turned inside out."""
         return min(group.smallest_stretch(u) for group in self.groups)
 
     def one_sided_rows(self, force: float) -> OneSidedRows:
-        """Rows of the tension for the tension-only law; `force` is a typical tension [N]."""
         found = [(group, group.one_sided_rows(force)) for group in self.groups]
         parts = {name: [getattr(one, name) for _, one in found] for name in OneSidedRows.__dataclass_fields__}
         parts["rows"] = [one.rows + group.part.offset for group, one in found]
@@ -182,7 +176,6 @@ class _Growths:
 
     @property
     def factors(self) -> np.ndarray:
-        """(diameter, mass) of each owned element."""
         return np.concatenate([growth.factors for growth in self.groups])
 
     @factors.setter

@@ -28,7 +28,7 @@ from .masses import Masses
 from .parting import Parting
 from .prescribed_ends import held, motion_of
 from .rigid import cross_section, weight_per_length
-from .seabed import Lying, Seabed
+from .seabed import GroundedLength, Seabed
 
 
 def top_position(top: Top, t: float) -> np.ndarray:
@@ -37,7 +37,7 @@ def top_position(top: Top, t: float) -> np.ndarray:
 
 
 def is_averaged(section: Cable) -> bool:
-    """Whether the strain is its average on each element (the paper's Sect. 3.3.2); all pieces share that."""
+    """True if the strain is its average on each element (the paper's Sect. 3.3.2); all pieces share that."""
     return section.strain == "element-average"
 
 
@@ -68,7 +68,9 @@ class Lines(Layout, Masses):
         super().__init__(comm, network, self.elastic and is_averaged(network.pieces[0].section), begins)
         self._equip(scene, dynamic)
         self.stopped = None  #: the time at which ends that are moved have stopped, an array (1,)
-        self._measure()
+        mu = self.section.position_degree
+        self._degree = scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
+        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
         grown = scene.sea is not None and any(piece.section.marine_growth for piece in scene.network.pieces)
         self.growth = Growth(self) if grown else None
         self.memory |= self.growth.memory if self.growth else {}
@@ -76,9 +78,13 @@ class Lines(Layout, Masses):
         self.parting = Parting(self) if dynamic and any(c.fails_at for c in self.sections) else None
         self.memory |= self.parting.memory if self.parting else {}
         self._sampled = self._waves_at_points()
-        self._lay_on_bed()
+        if scene.seabed:
+            self.bed = Seabed(self)
+            self.memory |= self.bed.memory
         if dynamic:
             self._move()
+        else:  # what holds lines in the damped motion of statics
+            self.relaxation, self.reference = compat.constant(self.mesh, 0.0), fem.Function(self.space)
 
     # -- set-up -----------------------------------------------------------------------------------------------------
 
@@ -107,7 +113,7 @@ class Lines(Layout, Masses):
 
     @property
     def turnable(self) -> np.ndarray:
-        """Whether each piece may be compressed until it is turned inside out: its tension says what its stretch is."""
+        """Mask of the pieces that may be compressed until an element is inverted: their tension gives their stretch."""
         found = [c.slack == "compressive" and not (self.dynamic and c.damping) for c in self.sections]
         return np.isfinite([c.axial_stiffness for c in self.sections]) & found
 
@@ -124,11 +130,6 @@ class Lines(Layout, Masses):
         if isinstance(number, fem.Constant):
             return number.value
         return number.x.array[compat.cell_dofs(number.function_space)[:, 0]]
-
-    def _measure(self):
-        mu = self.section.position_degree
-        self._degree = self.scene.solver.quadrature_degree or max(2 * mu + 1, 3 * mu - 3)
-        self.dx = ufl.Measure("dx", domain=self.mesh, metadata={"quadrature_degree": self._degree})
 
     def _material(self):
         dry = not self.section.diameter
@@ -169,16 +170,7 @@ class Lines(Layout, Masses):
             for k in range(most)
         ]
 
-    def _lay_on_bed(self):
-        """The sea bed, and what holds lines in the damped motion of statics."""
-        if self.scene.seabed:
-            self.bed = Seabed(self)
-            self.memory |= self.bed.memory
-        if not self.dynamic:
-            self.relaxation, self.reference = compat.constant(self.mesh, 0.0), fem.Function(self.space)
-
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
         self.network, self.stopped = self._part_of(scene), None
         super().change(scene)
 
@@ -210,7 +202,7 @@ class Lines(Layout, Masses):
         return form.weight(self.cable, self.gravity, self.sea.density, self.wet_part())
 
     def _waves_at_points(self):
-        """Where an irregular sea is wanted; empty without one."""
+        """Points where an irregular sea is sampled; empty without one."""
         if self.sea.kinematics is None:
             return []
         cells = self.mesh.topology.index_map(1).size_local
@@ -289,18 +281,17 @@ class Lines(Layout, Masses):
 
     def clock(self, time: np.ndarray, u: np.ndarray) -> list[Callable]:
         """Functions that bring the sea, and in u the ends that are held, to time[0]."""
-        ends = [(dofs, _motion(self.pieces[k].ends[i].top)) for k, i, dofs in self.held_ends() if len(dofs)]
+        tops = [(dofs, self.pieces[k].ends[i].top) for k, i, dofs in self.held_ends() if len(dofs)]
+        ends = [(dofs, motion_of(top) if top.kind == "prescribed" else top.position) for dofs, top in tops]
         now = time if self.stopped is None else self.stopped
         return [*self.sea.clock(time), *held(ends, now, u[self.part.slice])]
 
     def begin(self, u: np.ndarray) -> None:
-        """Memory as at the start of a run."""
         if self.growth is not None:
             self.growth.begin(u)
         super().begin(u)
 
     def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
-        """Functions that are called when a step to time[0] was taken; whether the equations are others now."""
         found = super().when_accepted(time, u)
         return found + ([lambda: self.parting.accept(u, time.item())] if self.parting is not None else [])
 
@@ -318,15 +309,14 @@ class Lines(Layout, Masses):
 
     @property
     def parted_at(self) -> np.ndarray:
-        """When this rank's elements have parted [s]; nan for those that are whole."""
+        """Times at which this rank's elements have parted [s]; nan for those that are whole."""
         return np.full(len(self.line_of_cell), np.nan) if self.parting is None else self.parting.of_elements
 
-    def lying(self, u: np.ndarray, line: int = 0) -> Lying:
-        """What of a piece lies on the bed, on every rank."""
-        return self.bed.lying(u, line)
+    def grounded(self, u: np.ndarray, line: int = 0) -> GroundedLength:
+        """Grounded length of a piece, on every rank."""
+        return self.bed.grounded(u, line)
 
     def blocks(self, length: float, force: float) -> list[Block]:
-        """Blocks of w; `force` is a typical tension [N]."""
         L, h, first = self.longest, self.smallest_cell, self.part.offset
         moving = max(c.line_density for c in self.sections) * h * L
         blocks = [
@@ -354,8 +344,3 @@ class Lines(Layout, Masses):
             compliance=1 / stiffness[mine],
             rest=1 / np.minimum(stiffness[mine], 0.1 * force),  # measured: the fewest iterations
         )
-
-
-def _motion(top):
-    """Of an end that is held, or its position [m]."""
-    return motion_of(top) if top.kind == "prescribed" else top.position

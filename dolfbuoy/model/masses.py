@@ -1,4 +1,4 @@
-"""What lines and bodies at joints share: masses in water and on a sea bed, whose positions are of second order."""
+"""Common base of lines and bodies at joints: masses in water and on a sea bed, whose positions are of second order."""
 
 from typing import Any
 
@@ -49,7 +49,6 @@ class Masses(Model):
         return [(e, self.constants.of(e)) for e in effects.called_by(self.scene, where, self.constants.sections)]
 
     def change(self, scene: Scene) -> None:
-        """Take the numbers of another scene of the same structure."""
         self.scene = scene
         self.constants.change(scene)
         self.sea.change(scene)
@@ -65,10 +64,8 @@ class Masses(Model):
         return [(effect, force if wet is None else wet * force) for effect, force in found if force is not None]
 
     def begin(self, u: np.ndarray) -> None:
-        """Memory as at the start of a run."""
         if self.bed is not None:
             self.bed.begin(u)
 
     def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list:
-        """Functions that are called when a step to time[0] was taken."""
         return [lambda: self.bed.accept(u)] if self.bed is not None else []

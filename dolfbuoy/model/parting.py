@@ -33,7 +33,7 @@ class Parting:
 
     @property
     def of_elements(self) -> np.ndarray:
-        """When this rank's elements have parted [s], in their order; nan for those that are whole."""
+        """Times at which this rank's elements have parted [s], in their order; nan for those that are whole."""
         return np.where(self.parted.x.array > 0, self.memory["parted_at"], np.nan)[self._dofs]
 
     def strain_equation(self, equation: Expr, T: Expr, q: Expr) -> Expr:
@@ -42,20 +42,16 @@ class Parting:
         return (1 - self.parted) * equation + self.parted * (T / weight) * q
 
     def accept(self, u: np.ndarray, t: float) -> bool:
-        """Part what has reached its time or its tension in an accepted step; whether anything has parted now."""
-        found = [self._part(pieces, rule, u, t) for (_, rule), pieces in self._rules().items()]
+        """Part what has reached its time or its tension in an accepted step; True if anything has parted."""
+        rules = {}  # by cable: what a cable gives all its segments parts it once
+        for k, piece in enumerate(self.lines.pieces):
+            if piece.section.fails_at is not None:
+                rules.setdefault((piece.cable, piece.section.fails_at), []).append(k)
+        found = [self._part(pieces, rule, u, t) for (_, rule), pieces in rules.items()]
         if not any(found):
             return False
         compat.scatter_forward(self.parted)
         return True
-
-    def _rules(self):
-        """Numbers of the pieces by cable and rule: what a cable gives all its segments parts it once."""
-        found = {}
-        for k, piece in enumerate(self.lines.pieces):
-            if piece.section.fails_at is not None:
-                found.setdefault((piece.cable, piece.section.fails_at), []).append(k)
-        return found
 
     def _part(self, pieces, rule, u, t):
         """Pieces that follow one another part once, at one place."""

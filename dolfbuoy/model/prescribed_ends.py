@@ -97,15 +97,12 @@ def held(ends: list[tuple[np.ndarray, Any]], time: np.ndarray, u: np.ndarray) ->
     """
     places = np.zeros((len(ends), 3))
     dofs = np.array([dofs for dofs, _ in ends], dtype=int).ravel()
-    moved = [_mover(motion, time, place) for place, (_, motion) in zip(places, ends, strict=True) if callable(motion)]
+    moved: list[Callable] = []
     for place, (_, motion) in zip(places, ends, strict=True):
-        if not callable(motion):
+        if isinstance(motion, Swing):
+            moved.append(work("advance_swing", "swing", {"t": time, **asdict(motion), "out": place}))
+        elif callable(motion):
+            moved.append(lambda place=place, motion=motion: place.__setitem__(slice(None), motion(time.item())))
+        else:
             place[:] = motion
     return [*moved, copies([(u[dof:][:1], x) for dof, x in zip(dofs, places.reshape(-1, 1), strict=True)])]
-
-
-def _mover(motion, time, place):
-    """A function that puts the place at time[0] of an end into an array."""
-    if isinstance(motion, Swing):
-        return work("advance_swing", "swing", {"t": time, **asdict(motion), "out": place})
-    return lambda: place.__setitem__(slice(None), motion(time.item()))

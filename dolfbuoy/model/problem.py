@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import ufl
@@ -22,10 +23,10 @@ from .attachment import Attachment
 from .bodies import Bodies
 from .buoy import Buoy
 from .connectivity import Joining
+from .feasible import check_size
 from .interface import Evolution
 from .line_groups import lines_of
 from .rigid import weight_per_length
-from .size import check_size
 from .structure import structure_of
 from .wet_hull import SUBMERGED
 
@@ -37,11 +38,18 @@ class Problem:
     if the scene, and for bodies and buoys this rank, has it.  scene: may be changed by `change`.
     """
 
+    lines: Any  #: Lines or LineGroups; None without cables
+    bodies: Any  #: Bodies; None without any, and on all ranks but the first
+    buoys: dict[str, Any]  #: name -> Buoy of this rank
+    attachments: list[Any]  #: one Attachment for each end of a line on a buoy
+    route: str | None  #: how the equilibrium was found
+    iterations: int  #: of Newton, as the statics count them
+
     def __init__(self, scene: Scene, dynamic: bool, comm: MPI.Comm = MPI.COMM_WORLD):
         self.scene, self.dynamic, self.comm = scene, dynamic, comm
         self.network = scene.network
         self.time, self._advance = np.zeros(1), None  #: the time of all that is given as a function of it [s]
-        self.route = None  # how the equilibrium was found
+        self.route = None
         check_size(scene, comm)
         self.lines = lines_of(comm, scene, dynamic)
         comm.barrier()  # forms of the lines are compiled by all ranks together, those of the buoys by one
@@ -74,7 +82,7 @@ class Problem:
 
     @cached_property
     def wet_hulls(self) -> Loop:
-        """What is submerged of each buoy of this rank, and the water above it: numbers of all `Buoy.wet_hull_form`s."""
+        """Submerged part of each buoy of this rank, and the water above it: numbers of all `Buoy.wet_hull_form`s."""
         numbers = [fem.Function(form.arguments()[0].ufl_function_space()) for form in self._wet_forms]
         parts = [Part("wet hull", function, k * SUBMERGED) for k, function in enumerate(numbers)]
         return self.system.functional(zip(self._wet_forms, parts, strict=True))
@@ -82,7 +90,7 @@ class Problem:
     # -- set-up -----------------------------------------------------------------------------------------------------
 
     def _inside_out(self):
-        """What is wrong if 1 + T/EA < 0 somewhere: |r'| = |1 + e| has that root too.  None if nothing is."""
+        """Message if 1 + T/EA < 0 somewhere, a root that |r'| = |1 + e| has too; None if there is no such element."""
         if allreduce(self.comm, self._smallest_tension(), MPI.MIN) >= 0:
             return None
         stretch = allreduce(self.comm, self.lines.smallest_stretch(self.system.u), MPI.MIN)
@@ -143,7 +151,7 @@ class Problem:
         for lines in self.lines.groups if self.lines else ():
             test, r = lines.part.test, lines.kinematics()[0]
             attached = [attachment for attachment in self.attachments if attachment.lines is lines]
-            forces = [attachment.end_force(_positions(test)) for attachment in attached]
+            forces = [attachment.end_force(ufl.split(test)[0]) for attachment in attached]
             found += [(lines.part, form) for form in (lines.residual(test), *forces, *lines.end_residuals(test))]
             found += [(attachment.line_part, attachment.position_equation(r)) for attachment in attached]
         if self.bodies:
@@ -231,11 +239,11 @@ class Problem:
         return [function for model in self.models for function in model.when_accepted(self.time, self.system.u)]
 
     def evolutions(self) -> list[Evolution]:
-        """What the models of this rank tell time stepping, in the order of the unknowns."""
+        """Evolutions of the models of this rank, in the order of the unknowns."""
         return [evolution for model in self.models for evolution in model.evolutions()]
 
     def places(self) -> np.ndarray:
-        """Where the unknowns of this rank sit, by which a state that is taken up again knows its numbering."""
+        """Places of the unknowns of this rank, by which a resumed state recognises its numbering."""
         return np.concatenate([model.places() for model in self.models] or [np.zeros(0)])
 
     def force_dofs(self) -> np.ndarray:
@@ -301,11 +309,6 @@ class Problem:
     def destroy(self) -> None:
         """Give PETSc's objects back."""
         self.newton.destroy()
-
-
-def _positions(test):
-    """The part of a test function of the lines that belongs to positions."""
-    return ufl.split(test)[0]
 
 
 def _stretching_force(piece, weight):

@@ -14,14 +14,13 @@ from ..scene.buoy import Wind
 from ..solver import compat, vector_ops
 from ..solver.system import System
 from ..solver.unknowns import array_of
-from .airy import AirySum
-from .components import Propagation, components_of, current_speed, propagation
+from .airy import AirySum, Propagation, components_of, current_speed, propagation
 from .kinematics import Kinematics
 from .numbers import Numbers
 
 
 def main_propagation(scene: Scene) -> Propagation:
-    """Of the scene's regular wave, or of the main period of its sea."""
+    """Propagation of the scene's regular wave, or of the main period of its sea."""
     return propagation(scene, scene.waves.main_period, scene.waves.direction_deg)
 
 
@@ -133,7 +132,7 @@ class SeaState:
 
     @property
     def has_waves(self) -> bool:
-        """Whether there are any, regular or not."""
+        """True if there are waves, regular or not."""
         return self.wave is not None or self.kinematics is not None
 
     def flow(self, x: Expr, *at) -> sea.Flow:

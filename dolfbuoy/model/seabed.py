@@ -1,4 +1,4 @@
-"""The sea bed under lines and bodies at joints: how hard it is, where friction holds on, and what lies on it."""
+"""The sea bed under lines and bodies at joints: contact parameters, friction, and grounded length."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .masses import Masses
 
 
-class Grip(NamedTuple):
+class ContactParameters(NamedTuple):
     """Numbers of the contact of a metre of a line, or of a body (`forms.seabed.Contact`)."""
 
     stiffness: float  #: k [N/m]
@@ -31,8 +31,8 @@ class Grip(NamedTuple):
     stick: float  #: k_t [N/m]
 
 
-class Lying(NamedTuple):
-    """What of a line lies on the bed."""
+class GroundedLength(NamedTuple):
+    """Grounded part of a line."""
 
     length: float  #: unstretched [m]
     s: float  #: arc length at which it leaves the bed towards s = L [m]; -inf if nothing lies
@@ -56,17 +56,17 @@ def height_of_bed(scene: Scene, points: np.ndarray) -> np.ndarray:
 
 
 def largest_sag(scene: Scene) -> float:
-    """How deep the heaviest line or body may sink under its own weight [m]: it costs 1.2 sag/depth of a tension."""
+    """Largest penetration of a line or body under its own weight [m]: it costs 1.2 sag/depth of a tension."""
     return min(1e-4 * scene.sea.depth, 0.01)
 
 
 def stick_length(scene: Scene) -> float:
-    """Way on which friction builds up [m]."""
+    """Displacement over which Coulomb friction is mobilised [m]."""
     return scene.seabed.stick_length or min(1e-3 * scene.sea.depth, 0.05)
 
 
 def has_friction(scene: Scene, dynamic: bool) -> bool:
-    """Whether there is friction: in statics only where lines are taken as pulled."""
+    """True if there is friction: in statics only where lines are taken as pulled."""
     return scene.seabed.friction > 0 and (dynamic or scene.seabed.start == "pulled")
 
 
@@ -77,26 +77,26 @@ def hardness(scene: Scene, sections: Sequence[Cable]) -> float:
     return max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)
 
 
-def grip_of_line(scene: Scene, section: Cable, k_b: float) -> Grip:
-    """Of a line on a bed of hardness k_b."""
-    return _grip(scene, _load(scene, section), section.line_density, k_b * section.diameter)
+def parameters_of_line(scene: Scene, section: Cable, k_b: float) -> ContactParameters:
+    """Contact parameters of a line on a bed of stiffness k_b [Pa/m]."""
+    return _parameters(scene, _load(scene, section), section.line_density, k_b * section.diameter)
 
 
-def grip_of_body(scene: Scene, mass: float, volume: float) -> Grip:
-    """Of a body at a joint, with its mass [kg] and volume [m^3]."""
+def parameters_of_body(scene: Scene, mass: float, volume: float) -> ContactParameters:
+    """Contact parameters of a body at a joint, with its mass [kg] and volume [m^3]."""
     weight = max(abs(mass - scene.sea.density * volume), 1e-3 * mass) * scene.gravity
-    return _grip(scene, weight, mass, weight / largest_sag(scene))
+    return _parameters(scene, weight, mass, weight / largest_sag(scene))
 
 
 def _load(scene, section):
-    """What a metre of a line presses with [N/m]; not nothing, for what hardly sinks or floats."""
+    """Load of a metre of a line on the bed [N/m]; not 0 for lines that hardly sink or float."""
     return max(abs(weight_per_length(scene, section)), 1e-3 * section.line_density * scene.gravity)
 
 
-def _grip(scene, weight, mass, stiffness):
+def _parameters(scene, weight, mass, stiffness):
     bed = scene.seabed
     damping = 2 * bed.damping_ratio * math.sqrt(stiffness * mass)
-    return Grip(stiffness, damping, weight / stiffness, bed.friction * weight / stick_length(scene))
+    return ContactParameters(stiffness, damping, weight / stiffness, bed.friction * weight / stick_length(scene))
 
 
 class Points:
@@ -140,16 +140,16 @@ class Bed:
         self.model, scene, numbers = model, model.scene, model.constants
         self._known = None
         self.normal, self.level = (numbers.constant(lambda scene, _, i=i: plane(scene)[i]) for i in (0, 1))
-        parts = (lambda section, name=name: getattr(self.grip_of(section), name) for name in Grip._fields)
-        self.grip = Grip(*map(numbers.per_cell, parts))
+        parts = (lambda section, i=i: self.parameters_of(section)[i] for i in range(len(ContactParameters._fields)))
+        self.parameters = ContactParameters(*map(numbers.per_cell, parts))
         self.friction = numbers.constant(lambda scene, _: scene.seabed.friction if model.dynamic else 0.0)
         self.held = fem.Function(space()) if has_friction(scene, model.dynamic) else None
         self.memory = {} if self.held is None else {"bed_holds": self.held.x.array}
         terms = effects.called_by(scene, "bed")
         self.terms = terms if self.held is not None else [e for e in terms if e.bed is not form.friction]
 
-    def grip_of(self, section: Any) -> Grip:
-        """Of a line or a body, in the present scene."""
+    def parameters_of(self, section: Any) -> ContactParameters:
+        """Contact parameters of a line or a body, in the present scene."""
         raise NotImplementedError
 
     def at(self, values: np.ndarray) -> np.ndarray:
@@ -157,7 +157,7 @@ class Bed:
         raise NotImplementedError
 
     def _of_scene(self, find):
-        """What is found once for each scene."""
+        """Result of `find`, evaluated once for each scene."""
         if self._known is None or self._known[0] is not self.model.scene:
             self._known = self.model.scene, find()
         return self._known[1]
@@ -170,7 +170,7 @@ class Bed:
         slide = None if self.held is None else x - self.held
         speed = None if x_t is None else ufl.dot(self.normal, x_t)
         gap = form.gap(self.normal, self.level, x)
-        return form.Contact(self.normal, gap, *self.grip[:3], speed, self.grip.stick, slide)
+        return form.Contact(self.normal, gap, *self.parameters[:3], speed, self.parameters.stick, slide)
 
     def forces(self) -> list[tuple[effects.Effect, Any]]:
         """[(effect, force as UFL)], per unstretched metre of a line [N/m], of a body [N]."""
@@ -209,7 +209,7 @@ class Bed:
         r = self.at(u[model.part.slice])
         if model.dynamic:
             speed = (model.gamma_v.value * r + self.at(model.history_v.x.array)) @ n
-        k, c, sag, stick = self.grips()
+        k, c, sag, stick = self.parameter_values()
         below = np.maximum(-self.gap(r), 0.0)
         p = np.maximum(k * below - c * np.minimum(below / sag, 1.0) * speed, 0.0)
         slide = r - self.holds
@@ -218,7 +218,7 @@ class Bed:
         share = np.minimum(1.0, mu * p / np.maximum(pull, 1e-300))
         self.hold(r - share[..., None] * slide)
 
-    def rub(self) -> None:
+    def enable_friction(self) -> None:
         """Let friction act in statics too."""
         self.friction.value = self.model.scene.seabed.friction
 
@@ -234,16 +234,14 @@ class Landing(Bed):
         super().__init__(bodies, lambda: bodies.space)
         self._place = bodies.dofs
 
-    def grip_of(self, section: Body) -> Grip:
-        """Of a body at a joint."""
-        return grip_of_body(self.model.scene, section.mass, section.volume)
+    def parameters_of(self, section: Body) -> ContactParameters:
+        return parameters_of_body(self.model.scene, section.mass, section.volume)
 
-    def grips(self) -> np.ndarray:
+    def parameter_values(self) -> np.ndarray:
         """Numbers of the contact of every body."""
-        return self._of_scene(lambda: np.array([self.grip_of(body) for body in self.model.bodies]).T)
+        return self._of_scene(lambda: np.array([self.parameters_of(body) for body in self.model.bodies]).T)
 
     def at(self, values: np.ndarray) -> np.ndarray:
-        """Of each body."""
         return values[self.model.dofs]
 
     def hold_body(self, name: str, place: np.ndarray) -> None:
@@ -251,10 +249,10 @@ class Landing(Bed):
         self.held.x.array[self.model.dofs[self.model.names.index(name)]] = place
 
     def pressure(self, name: str, u: np.ndarray) -> float:
-        """What the body at a joint presses on the bed with at rest [N]."""
+        """Force of the body at a joint on the bed at rest [N]."""
         k = self.model.names.index(name)
         depth = -self.gap(self.at(u[self.model.part.slice])[k])
-        return self.grip_of(self.model.bodies[k]).stiffness * max(depth, 0.0)
+        return self.parameters_of(self.model.bodies[k]).stiffness * max(depth, 0.0)
 
 
 class Seabed(Bed):
@@ -279,30 +277,28 @@ class Seabed(Bed):
         cells = cells[np.argsort(at.s[cells, 0])]
         return nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]
 
-    def grip_of(self, section: Cable) -> Grip:
-        """Of a metre of a line."""
+    def parameters_of(self, section: Cable) -> ContactParameters:
         scene = self.model.scene
-        return grip_of_line(scene, section, self._of_scene(self._of_lines)[0])
+        return parameters_of_line(scene, section, self._of_scene(self._of_lines)[0])
 
     def _of_lines(self):
         """(hardness of the bed, numbers of the contact in every cell)."""
         scene = self.model.scene
         hard = hardness(scene, [piece.section for piece in scene.network.pieces])
-        grips = np.array([grip_of_line(scene, section, hard) for section in self.model.sections])
-        return hard, grips[self.model.line_of_cell].T[:, :, None]
+        values = np.array([parameters_of_line(scene, section, hard) for section in self.model.sections])
+        return hard, values[self.model.line_of_cell].T[:, :, None]
 
-    def grips(self) -> np.ndarray:
+    def parameter_values(self) -> np.ndarray:
         """Numbers of the contact in every cell, arrays (cells, 1)."""
         return self._of_scene(self._of_lines)[1]
 
     def at(self, values: np.ndarray) -> np.ndarray:
-        """At the points (cells, points)."""
         return self.points.of(values[self.model.node_dofs])
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
-    def lying(self, u: np.ndarray, line: int = 0) -> Lying:
-        """What of a line lies, on every rank.
+    def grounded(self, u: np.ndarray, line: int = 0) -> GroundedLength:
+        """Grounded length of a line, on every rank.
 
         All lies between two points of the quadrature that touch the bed, if they are of one element or of neighbours:
         what rises there is the element's wave, not the line.  Elsewhere the gap is linear from sounding to sounding.
@@ -313,7 +309,7 @@ class Seabed(Bed):
         share = np.where(bridged, 1.0, _share_below(g[:-1], g[1:]))
         length, sag, lies = float(share @ np.diff(s)), max(-float(g.min()), 0.0), np.flatnonzero(share)
         if not len(lies):
-            return Lying(length, -np.inf, np.full(3, np.nan), sag)
+            return GroundedLength(length, -np.inf, np.full(3, np.nan), sag)
         low, high = lies[0], lies[-1]
 
         def point(k, x):
@@ -322,7 +318,7 @@ class Seabed(Bed):
 
         first, foot = point(low, 0.0 if bridged[low] or g[low] < 0 else 1 - share[low])
         last, touchdown = point(high, 1.0 if bridged[high] or g[high] >= 0 else share[high])
-        return Lying(length, last, touchdown, sag, first, foot)
+        return GroundedLength(length, last, touchdown, sag, first, foot)
 
     def _sound(self, u, line):
         """(s, gap, k -> position of the k-th) at the soundings of a whole line, s and gap of shape (cells, points)."""

@@ -1,4 +1,4 @@
-"""What of a scene decides which forms are compiled and which unknowns there are; the rest are numbers."""
+"""Structure of a scene, which decides the compiled forms and the unknowns; the rest are numbers."""
 
 from ..scene import Scene
 from ..scene.cable import Cable
@@ -26,7 +26,10 @@ def structure_of(scene: Scene) -> tuple:
         tuple(effects.names(scene)),
         *(_of_line(scene, piece.section) for piece in network.pieces),
         *(_called(scene, "joint", body) for body in network.bodies.values()),
-        *(_of_buoy(scene, buoy) for buoy in network.buoys.values()),
+        *(
+            (repr(buoy.hull), buoy.external_force and buoy.external_force.height is None, _called(scene, "buoy", buoy))
+            for buoy in network.buoys.values()
+        ),
         _topology(network),
     )
 
@@ -37,11 +40,6 @@ def _of_line(scene, section):
     return *keys, *kinks, bool(section.diameter), _called(scene, "cable", section)
 
 
-def _of_buoy(scene, buoy):
-    pulled_at_center = buoy.external_force is not None and buoy.external_force.height is None
-    return repr(buoy.hull), pulled_at_center, _called(scene, "buoy", buoy)
-
-
 def _called(scene, kind, part):
     """Names of the effects that a part of the network calls for."""
     own = (kind, *OWN) if kind == "buoy" else (kind,)
@@ -49,14 +47,13 @@ def _called(scene, kind, part):
 
 
 def _topology(network):
-    """What hangs together with what, and which numbers pieces or bodies share: those are constants of the forms."""
-    ends = [[(end.kind, end.name, end.fairlead, _pulled(end)) for end in piece.ends] for piece in network.pieces]
+    """Topology, and which numbers pieces or bodies share: those are constants of the forms."""
+    ends = [
+        [(end.kind, end.name, end.fairlead, end.kind == "free" and any(end.top.force)) for end in piece.ends]
+        for piece in network.pieces
+    ]
     shared = []
     for kind, sections in ((Cable, [piece.section for piece in network.pieces]), (Body, network.bodies.values())):
         values = [{repr(getattr(section, name)) for section in sections} for name in kind.model_fields]
         shared += [len(found) == 1 for found in values]
     return repr((ends, network.cables, list(network.joints), list(network.bodies), list(network.buoys), shared))
-
-
-def _pulled(end):
-    return end.kind == "free" and any(end.top.force)

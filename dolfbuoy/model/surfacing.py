@@ -72,7 +72,7 @@ def _highest(scene, top):
 
 
 def _rises(scene, number, heights, light):
-    """Whether a piece may leave the water; light: whether its cable is lighter than water."""
+    """True if a piece may leave the water; light: its cable is lighter than water."""
     network = scene.network
     piece, least = network.pieces[number], ROUNDING * network.pieces[number].section.length
     highest = [heights.get(_node(network, number, i), math.inf) for i in (0, 1)]
@@ -84,18 +84,13 @@ def _rises(scene, number, heights, light):
             return True
         if end.kind == "buoy" and _is_above_water_line(scene, end):
             return True
-    return light and sum(highest) + _room(piece) > 2 * least
-
-
-def _room(piece):
-    """How far up and down a piece reaches in all: its length, less by what its ends are apart if both are held [m]."""
-    low, high = piece.ends
+    low, high = piece.ends  # vertical reach, up and down: the length, less by the distance of two held ends
     across = math.dist(low.top.position[:2], high.top.position[:2]) if low.held and high.held else 0.0
-    return math.sqrt(max(piece.section.length**2 - across**2, 0.0))
+    return light and sum(highest) + math.sqrt(max(piece.section.length**2 - across**2, 0.0)) > 2 * least
 
 
 def _is_light(scene, cable):
-    """Whether a cable as a whole is lighter than water, and not balanced in it as a streamer is."""
+    """True if a cable as a whole is lighter than water, and not balanced in it as a streamer is."""
     sections = [scene.network.pieces[k].section for k in scene.network.pieces_of(cable)]
     mass, weight = (
         sum(value(c) * c.length for c in sections)
@@ -105,7 +100,7 @@ def _is_light(scene, cable):
 
 
 def _is_above_water_line(scene, end):
-    """Whether a place on a buoy is above its water line when it floats freely: the hull below it displaces more."""
+    """True if a place on a buoy is above its water line when it floats freely: the hull below it displaces more."""
     buoy = scene.network.buoys[end.name]
     shape, density = shape_of(buoy), scene.sea.density
     height = buoy.mooring_height if end.fairlead is None else buoy.fairleads[end.fairlead][2]
@@ -113,7 +108,7 @@ def _is_above_water_line(scene, end):
 
 
 def _is_drawn_above(scene, cable):
-    """Whether the scene gives points of the first shape of a cable that are above the water."""
+    """True if the scene gives points of the first shape of a cable that are above the water."""
     given, name = scene.initial.points, scene.network.cables[cable]
     points = given.get(name) if isinstance(given, dict) else given
     return bool(points) and float(np.max(np.array(points)[:, 2])) > -crest_height(scene)

@@ -1,8 +1,18 @@
-"""The hull of a buoy in water: its strips and faces on the cells of one mesh, and the loads on them."""
+"""The hull of a buoy in water: its strips and faces on the cells of one mesh, and the loads on them.
+
+Quadrature along the axis follows the water plane.  The wet section is smooth along the axis but for the stations of
+the hull and for the two heights at which the surface begins and ends to cut the disks, where the wet area goes like the
+power 3/2 of the distance.  So the intervals between stations are cut there, dry pieces are left out, and on the pieces
+that are cut the angle theta, c = -cos(theta), is the variable of integration: Gauss's points then converge as fast as
+on the others, at any tilt, upright too.
+
+Points are found anew before every evaluation of residual and Jacobian, and stay where they are in differentiation:
+what the integral changes by their motion is the error of the quadrature.  It is done in C, as a hook of the System.
+"""
 
 import itertools
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import ufl
@@ -16,17 +26,46 @@ from ..meshes import HullShape
 from ..scene.buoy import Buoy
 from ..scene.sections import Solver
 from ..solver import compat
-from ..solver.c_code import core
+from ..solver.c_code import address, core
 from ..solver.fields import Fields
 from ..solver.real import real_space
 from ..solver.system import System
 from ..solver.unknowns import array_of
-from .hull_points import LENGTH, RADIUS, TAPER, ZETA, HullPoints, PointGroup
 from .kinematics import on_axis, on_cells, weighted
 from .sea import SeaState
 
 WET, CUT, FACE = 1, 2, 3  #: tags of cells
+ZETA, RADIUS, LENGTH, TAPER = range(4)  #: numbers of a point: on the axis, R, weight [m], |R'|
 SUBMERGED = 7  #: numbers of `WetHull.submerged`
+
+
+class PointGroup:
+    """Points, each on a cell of the length 1 of a mesh: a piece of the axis has those of Gauss's rule of `degree`.
+
+    coefficient: a Function of four numbers, ZETA, RADIUS, LENGTH and TAPER.  To integrate over the axis is to integrate
+    LENGTH over the `cells`, with one point.  (One cell with many points would be the same to FFCx; but cells are done
+    several at a time, `solver.simd`.)
+    """
+
+    def __init__(self, mesh, cells, degree):
+        self.mesh, self.cells = mesh, np.array(cells, dtype=np.int32)
+        space = compat.function_space(mesh, compat.element(mesh, "DG", 0, 4))
+        self.coefficient = fem.Function(space)
+        self.at, self.weights = map(np.ascontiguousarray, compat.interval_quadrature(degree))
+        self.places = np.ascontiguousarray(4 * compat.cell_dofs(space)[self.cells], dtype=np.int32)
+
+    def describe(self, group, out, count):
+        """Fill in C's description.  out: for the numbers of the coefficient, count: of points in use, array of one."""
+        group.points, group.at, group.weights = len(self.at), address(self.at), address(self.weights)
+        group.capacity, group.places = len(self.cells), address(self.places)
+        group.out, group.count = address(out), address(count)
+
+
+class HullPoints(NamedTuple):
+    """The points of a hull: where its disks are all wet, and where the surface cuts them."""
+
+    wet: PointGroup
+    cut: PointGroup
 
 
 class WetHull:
@@ -52,18 +91,18 @@ class WetHull:
         ends = np.cumsum([0, *(len(pieces) * _points(degree) for degree in degrees), len(faces)])
         tags = compat.cell_tags(mesh, dict(zip((WET, CUT, FACE), itertools.pairwise(ends), strict=True)))
         of_tag = ((np.flatnonzero(tags.values == tag), degree) for tag, degree in zip((WET, CUT), degrees, strict=True))
-        wet, cut = (PointGroup(mesh, *group) for group in of_tag)
+        self.points = HullPoints(*(PointGroup(mesh, *group) for group in of_tag))
         self.averaged = buoy.disk_averages and water.has_waves
-        self.points = HullPoints(pieces, wet, cut, self.averaged)
+        self._frusta = np.array(pieces, dtype=np.float64)  #: [(height, height, radius, radius)]
         self.height, self.tapered, self._alive, self._to_coefficients = shape.height, shape.tapered, [], None
         self.face = self._faces(faces, ends[2])
-        self._sampled = self._waves_at_points(wet, cut, np.flatnonzero(tags.values == FACE)) if water.kinematics else {}
+        self._sampled = self._waves_at_points(np.flatnonzero(tags.values == FACE)) if water.kinematics else {}
         dx = ufl.Measure("dx", domain=mesh, subdomain_data=tags, metadata={"quadrature_degree": 0})
         self._dx, self._d_faces = {WET: dx(WET), CUT: dx(CUT)}, dx(FACE)
 
     @staticmethod
     def cells(solver: Solver, shape: HullShape) -> int:
-        """How many cells the mesh must have."""
+        """Number of cells that the mesh must have."""
         pieces, faces = _parts(solver, shape)
         return len(pieces) * sum(map(_points, _degrees(solver))) + len(faces)
 
@@ -78,10 +117,11 @@ class WetHull:
         numbers[places] = np.reshape(faces, (-1, 3))  # a spindle has none
         return function
 
-    def _waves_at_points(self, wet, cut, faces):
+    def _waves_at_points(self, faces):
         """Tag -> where an irregular sea is wanted."""
         places = 3 * compat.cell_dofs(self.face.function_space)[faces]
-        found = {WET: on_axis(wet), CUT: on_axis(cut), FACE: on_cells(self.mesh, faces, self.face, places, radius=2)}
+        found = {WET: on_axis(self.points.wet), CUT: on_axis(self.points.cut)}
+        found[FACE] = on_cells(self.mesh, faces, self.face, places, radius=2)
         found = {tag: weighted(points) if self.averaged else [points] for tag, points in found.items()}
         for points in (points for several in found.values() for points in several):
             self.water.kinematics.add(points)
@@ -91,38 +131,44 @@ class WetHull:
 
     def follow(self, system: System, state: fem.Function, fields: Fields) -> None:
         """Before every evaluation of a System the points go where its state wants them.  state: the Function."""
-        read = system.numbers_of
-        context = self._following(fields.of(read(state)), read, lambda g: system.counts.of(g.mesh, g.cells))
+        count = lambda group: system.counts.of(group.mesh, group.cells)  # noqa: E731
+        context, body = self._following(state, fields, system.numbers_of, count)
         self._alive.append(context)
         system.hooks.add("follow", context)
         if self.water.kinematics:
-            self.water.kinematics.follow(system, self._body(fields.of(read(state)), read))
-
-    def _body(self, u, read):
-        """What an irregular sea has to know of the body: arrays, and the height of the hull."""
-        return u.position, u.orientation, read(self.center), self.height
+            self.water.kinematics.follow(system, body)
 
     def place_points(self, state: fem.Function, fields: Fields) -> None:
         """Write the points for the present values of Functions and Constants into the coefficients."""
         if self._to_coefficients is None:  # made once: records ask for this at every instant
-            counts = {id(g): np.zeros(1, dtype=np.int32) for g in (self.points.wet, self.points.cut)}
-            context = self._following(fields.of(array_of(state)), array_of, lambda g: counts[id(g)])
+            counts = {id(group): np.zeros(1, dtype=np.int32) for group in self.points}
+            context, body = self._following(state, fields, array_of, lambda group: counts[id(group)])
             self._alive.append(counts)
             self._to_coefficients = [partial(core().lib.follow, context, core().ffi.NULL)]
             if self.water.kinematics:
-                body = self._body(fields.of(array_of(state)), array_of)
                 self._to_coefficients.append(self.water.kinematics.into_functions(array_of, body))
         for write in self._to_coefficients:
             write()
 
-    def _following(self, u, read, count):
-        wave = self.water.wave
-        if wave is not None:
-            numbers = wave.amplitude, wave.wavenumber, wave.time_phase, wave.cos_direction, wave.sin_direction
-            wave = [read(number) for number in numbers]
-        out = lambda group: read(group.coefficient)  # noqa: E731
-        sea = self.water.kinematics and self.water.kinematics.of_hull(self._body(u, read))
-        return self.points.following(u.position, u.orientation, read(self.center), wave, out, count, sea)
+    def _following(self, state, fields, read, count):
+        """(C's description of the points that follow a state, arrays of the body and its height for the sea).
+
+        read: Function or Constant -> the array of its numbers, which must live as long as the description.  count:
+        PointGroup -> an array for the number of its points in use.
+        """
+        u, context = fields.of(read(state)), core().ffi.new("hull_points *")
+        body = u.position, u.orientation, read(self.center), self.height
+        context.frusta, context.frustum = len(self._frusta), address(self._frusta)
+        for group, described in zip(self.points, (context.wet, context.cut), strict=True):
+            group.describe(described, read(group.coefficient), count(group))
+        context.position, context.quaternion, context.center = map(address, body[:3])
+        for name in ("amplitude", "wavenumber", "time_phase", "cos_direction", "sin_direction"):
+            if self.water.wave is not None:
+                setattr(context, name, address(read(getattr(self.water.wave, name))))
+        if self.water.kinematics:
+            context.sea = self.water.kinematics.of_hull(body)
+        context.averaged, context.least_tilt = self.averaged, hull.LEAST_TILT
+        return context, body
 
     # -- forms --------------------------------------------------------------------------------------------------------
 
@@ -201,7 +247,7 @@ class WetHull:
 
 
 def _degrees(solver):
-    """Of Gauss's rules on pieces that are wet, and on those that are cut.
+    """Degrees of Gauss's rules on pieces that are wet, and on those that are cut.
 
     A third of the points where nothing is cut: three do for moments of R^2, which is quadratic between stations.
     """

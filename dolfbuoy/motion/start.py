@@ -13,7 +13,6 @@ from ..statics.first_shape import (
     check_first_shape,
     given_pose,
     given_shapes,
-    is_pose_given,
     place_of,
     with_buoys_held,
 )
@@ -71,7 +70,8 @@ def initial_state(scene, comm, make=Problem) -> Start:
     check_feasible(scene)
     check_first_shape(scene)
     network = scene.network
-    if scene.initial.kind == "equilibrium" and not any(is_pose_given(buoy.initial) for buoy in network.buoys.values()):
+    own = (getattr(b.initial, key) for b in network.buoys.values() for key in ("buoy_position", "buoy_orientation"))
+    if scene.initial.kind == "equilibrium" and all(given is None for given in own):
         start = _from_equilibrium(solve_equilibrium(scene, comm, make))
     elif not network.pieces:
         start = _from_equilibrium(solve_equilibrium(scene, comm, make))

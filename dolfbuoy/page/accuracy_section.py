@@ -1,16 +1,26 @@
 """Accuracy of the numbers of a run: scheme, step, what is left of each period, and an error if one is known."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from ..check import check, derived
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..results.bars import rows_of
 from ..results.summary import remaining_amplitude
-from ..scene.settings import SCHEMES, period_of
+from ..scene.sections import SCHEMES
+from ..scene.settings import period_of
 from .document import Markup, tag
 from .html import paragraphs, section, table
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def worth(record, scene) -> Markup:
+    from ..scene.sections import Scene
+
+
+def worth(record: xr.Dataset, scene: Scene) -> Markup:
     """The section: settings, what the scheme leaves of free motions, and error bars if they were estimated."""
     rows = [
         (f"{r.part}: {r.name}" if r.part else r.name, r.value, r.bar, r.step, r.mesh, r.unit, r.verdict, r.chance)
@@ -34,13 +44,15 @@ def worth(record, scene) -> Markup:
     )
 
 
-def settings_of(record, scene) -> list[tuple[str, str]]:
-    """(what, value) of how it was computed."""
+def settings_of(record: xr.Dataset, scene: Scene) -> list[tuple[str, str]]:
+    """Name and value of each setting with which it was computed."""
     time, steps = scene.time, record.time_step.values[1:]
-    said = f"{time.step:g} s" if time.tolerance is None else f"adaptive, local error {time.tolerance:g}"
+    if time is None:  # no run has none
+        return []
+    step = f"{time.step:g} s" if time.tolerance is None else f"adaptive, local error {time.tolerance:g}"
     if time.tolerance is not None and len(steps):
-        said += f": {steps.min():.3g} ... {steps.max():.3g} s"
-    rows = [("scheme", SCHEMES[time.scheme]), ("step", said)]
+        step += f": {steps.min():.3g} ... {steps.max():.3g} s"
+    rows = [("scheme", SCHEMES[time.scheme]), ("step", step)]
     period = period_of(scene)
     if period is not None and time.tolerance is None:
         rows.append(("steps in a period of the drive", f"{period / time.step:.4g}"))
@@ -56,14 +68,14 @@ def settings_of(record, scene) -> list[tuple[str, str]]:
     return rows
 
 
-def _counted(elements):
+def _counted(elements: list[str]) -> str:
     """`20` or `3 x 20` or `64 + 20 + 30`."""
     if len(set(elements)) == 1:
         return elements[0] if len(elements) == 1 else f"{len(elements)} x {elements[0]}"
     return " + ".join(elements)
 
 
-def periods_of(scene) -> dict[str, float]:
+def periods_of(scene: Scene) -> dict[str, float]:
     """Natural and driving periods by name [s]: those of `check`, without its equilibrium where there is none."""
     try:
         return check(scene, MPI.COMM_SELF).periods  # a page is written by one rank
@@ -71,15 +83,15 @@ def periods_of(scene) -> dict[str, float]:
         return derived(scene).periods
 
 
-def _periods(scene):
+def _periods(scene: Scene) -> Markup | None:
     """Table of the part of a free motion's amplitude that the scheme leaves."""
     periods = periods_of(scene)
-    if not periods or not scene.time.end:
+    if not periods or scene.time is None or not scene.time.end:
         return None
     rows = [(name, f"{T:.5g}", _percent(remaining_amplitude(T, scene))) for name, T in periods.items()]
     caption = "What the scheme at its step leaves of the amplitude of a free motion, to the end of the run"
     return table(("period", "s", "left"), rows, caption)
 
 
-def _percent(share):
+def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"

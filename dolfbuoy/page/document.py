@@ -11,24 +11,25 @@ import math
 import re
 from collections.abc import Iterable
 from importlib.resources import files
+from typing import Any
 
 
 class Markup(str):
     """Text that is HTML already."""
 
 
-def tag(name: str, *children, **attributes) -> Markup:
+def tag(name: str, *children: Any, **attributes: Any) -> Markup:
     """An element; children that are not Markup are escaped, attributes too.  class_ is class, a_b is a-b."""
-    said = "".join(f' {key.strip("_").replace("_", "-")}="{html.escape(str(v))}"' for key, v in attributes.items())
-    return Markup(f"<{name}{said}>{joined(children)}</{name}>")
+    given = "".join(f' {key.strip("_").replace("_", "-")}="{html.escape(str(v))}"' for key, v in attributes.items())
+    return Markup(f"<{name}{given}>{joined(children)}</{name}>")
 
 
-def joined(children: Iterable) -> Markup:
+def joined(children: Iterable[Any]) -> Markup:
     """Children one after another."""
     return Markup("".join(c if isinstance(c, Markup) else html.escape(str(c)) for c in children if c is not None))
 
 
-def page(title: str, body: Markup, data: dict, script: str) -> str:
+def page(title: str, body: Markup, data: dict[str, Any], script: str) -> str:
     """The file; script: name of a module in this folder, which comes with those that it imports."""
     style, script, block = _read("page.css"), _with_imports(script), as_json(data)
     policy = (
@@ -45,13 +46,13 @@ def page(title: str, body: Markup, data: dict, script: str) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
 
 
-def as_json(data) -> str:
+def as_json(data: dict[str, Any]) -> str:
     """JSON that may stand inside an HTML element; what is not finite becomes null."""
     text = json.dumps(_finite(data), separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _finite(data):
+def _finite(data: Any) -> Any:
     if isinstance(data, dict):
         return {key: _finite(value) for key, value in data.items()}
     if isinstance(data, list | tuple):
@@ -59,15 +60,15 @@ def _finite(data):
     return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
-def _read(name):
+def _read(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _with_imports(name):
-    """One module of several that import each other's names: each once, behind those that it needs, without imports."""
+def _with_imports(name: str) -> str:
+    """One module of several that import each other's names: each once, after those that it needs, without imports."""
     found = {}
 
-    def add(name):
+    def add(name: str) -> None:
         code = _read(f"{name}.js")
         for other in re.findall(r'^import [^;]* from "\./(\w+)\.js";$', code, re.MULTILINE):
             if other not in found:
@@ -78,7 +79,7 @@ def _with_imports(name):
     return "\n".join(found.values())
 
 
-def _hash(text):
+def _hash(text: str) -> str:
     """As a policy names an inline block."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 

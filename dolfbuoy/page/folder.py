@@ -1,12 +1,23 @@
-"""Pages of what a folder holds: page.html of a run, modes.html, sweep.html, work-precision.html."""
+"""Pages of the results in a folder: page.html of a run, modes.html, sweep.html, work-precision.html."""
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from ..errors import InputError
 from ..results.folder import enlist, remarks
+from ..results.record import fitting, read, undamaged
 from ..writing import write_text
+
+
+class Page(NamedTuple):
+    """Name of a page, the kind of result that it belongs to, and what makes its text from the file of the result."""
+
+    name: str
+    kind: str
+    make: Callable[[Path], str]
 
 
 def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
@@ -14,63 +25,54 @@ def write_pages(folder: str | Path, name: str | None = None) -> list[Path]:
 
     Raises InputError if there is none, or if a file of the user's would be replaced.
     """
-    folder = Path(folder)
-    wanted = PAGES if name is None else [name]
-    found = [PAGES[one](folder) for one in wanted if os.path.isfile(folder / one)]
-    if not found:
+    folder, written = Path(folder), []
+    for result, page in PAGES.items():
+        if name in (None, result) and os.path.isfile(folder / result):
+            text = page.make(folder / result)
+            written.append(folder / page.name)
+            enlist(folder, written[-1:], page.kind)
+            write_text(written[-1], text)
+    if not written:
         raise InputError(f"{folder} holds nothing that has a page: none of {', '.join(PAGES)} is in it.")
-    return found
+    return written
 
 
-def _run(folder):
+def _run(file: Path) -> str:
     from ..results.paraview import read_run
-    from ..results.record import fitting
     from .run_page import run_page
 
-    record, scene = read_run(folder)
-    enlist(folder, [folder / "page.html"])
-    known = remarks(folder, "run")
-    with fitting(folder / "results.nc"):
-        text = run_page(record, scene, known.get("case"))
-    return _written(folder / "page.html", text)
+    record, scene = read_run(file.parent)
+    known = remarks(file.parent, "run")
+    with fitting(file):
+        return run_page(record, scene, known.get("case"))
 
 
-def _modes(folder):
-    from ..results.record import fitting, read
+def _modes(file: Path) -> str:
     from .modes_page import modes_page
 
-    enlist(folder, [folder / "modes.html"], "modes")
-    with fitting(folder / "modes.nc"):
-        text = modes_page(read(folder / "modes.nc"))
-    return _written(folder / "modes.html", text)
+    with fitting(file):
+        return modes_page(read(file))
 
 
-def _sweep(folder):
-    from ..results.record import fitting, read
+def _sweep(file: Path) -> str:
     from .sweep_page import sweep_page
 
-    enlist(folder, [folder / "sweep.html"], "sweep")
-    with fitting(folder / "sweep.nc"):
-        text = sweep_page(read(folder / "sweep.nc"))
-    return _written(folder / "sweep.html", text)
+    with fitting(file):
+        return sweep_page(read(file))
 
 
-def _precision(folder):
-    from ..results.record import undamaged
+def _precision(file: Path) -> str:
     from .precision_page import precision_page
 
-    file = folder / "work-precision.json"
-    enlist(folder, [folder / "work-precision.html"], "study")
     with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
         found = json.loads(file.read_text())
-        text = precision_page(found["rows"], found["notes"], found.get("title", ""))
-    return _written(folder / "work-precision.html", text)
+        return precision_page(found["rows"], found["notes"], found.get("title", ""))
 
 
-def _written(path, text):
-    write_text(path, text)
-    return path
-
-
-#: Name of a result: what writes its page.
-PAGES = {"results.nc": _run, "modes.nc": _modes, "sweep.nc": _sweep, "work-precision.json": _precision}
+#: Page of each result, by the name of its file.
+PAGES = {
+    "results.nc": Page("page.html", "run", _run),
+    "modes.nc": Page("modes.html", "modes", _modes),
+    "sweep.nc": Page("sweep.html", "sweep", _sweep),
+    "work-precision.json": Page("work-precision.html", "study", _precision),
+}

@@ -1,14 +1,13 @@
 """Words and tables of a page, readable without its script."""
 
 from collections.abc import Iterable
+from typing import Any
 
+from . import document
 from .document import Markup, joined, tag
 
-#: The program, as a page names it.
-PROGRAM = "dolfbuoy"
 
-
-def section(name: str, title: str, *children, **attributes) -> Markup:
+def section(name: str, title: str, *children: Any, **attributes: Any) -> Markup:
     """A part of the page with its heading."""
     return tag(
         "section",
@@ -20,7 +19,7 @@ def section(name: str, title: str, *children, **attributes) -> Markup:
     )
 
 
-def table(headings: Iterable[str], rows: Iterable[Iterable], caption: str = "") -> Markup:
+def table(headings: Iterable[str], rows: Iterable[Iterable[Any]], caption: str = "") -> Markup:
     """A table whose first column names its rows."""
     head = tag("thead", tag("tr", *(tag("th", text, scope="col") for text in headings)))
     body = [tag("tr", tag("th", first, scope="row"), *(tag("td", cell) for cell in rest)) for first, *rest in rows]
@@ -42,11 +41,11 @@ def warnings(sentences: list[str]) -> Markup | None:
     return tag("aside", tag("strong", word), body, class_="warnings", id="warnings", aria_label="Warnings")
 
 
-def header(title: str, *lines: str) -> Markup:
-    """Title, what it is, and the button for the colours."""
+def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[str, Any], script: str) -> str:
+    """The file of a page: title, lines below it, the button for the colours, and the parts."""
     button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
-    said = tag("div", tag("h1", title), *(tag("p", line) for line in lines))
-    return tag("header", said, button)
+    top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
+    return document.page(title, joined([top, tag("main", *children)]), data, script)
 
 
 def scene(text: str, command: str = "run", common: bool = False) -> Markup:
@@ -59,12 +58,8 @@ def scene(text: str, command: str = "run", common: bool = False) -> Markup:
     return section("scene", "Scene", tag("p", hint), folded)
 
 
-#: Attributes of a record that are versions begin so.
-_VERSION = "version_"
-
-
-def versions(attributes) -> Markup:
+def versions(attributes: dict[str, Any]) -> Markup:
     """Versions that computed the record, and when."""
-    names = [(key.removeprefix(_VERSION), value) for key, value in attributes.items() if key.startswith(_VERSION)]
+    names = [(key.removeprefix("version_"), value) for key, value in attributes.items() if key.startswith("version_")]
     rows = [("computed", attributes.get("created", "")), *names, ("ranks", attributes.get("ranks", 1))]
-    return section("versions", "Versions", table(("program", "version"), [(k, str(v)) for k, v in rows]))
+    return section("versions", "Versions", table(("program", "version"), rows))

@@ -1,5 +1,9 @@
 """The page of natural modes: a table of them, and each shape moving in space."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..results.after_ramp import scene_of
@@ -7,39 +11,34 @@ from ..results.frame import Frames
 from ..results.mode_record import KINDS, enlargement, moving
 from ..results.tables import unit_of
 from . import html
-from .document import fragment, joined, page, tag
+from .document import fragment, tag
 from .pack import single
 from .view import base_view
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def modes_page(dataset, scene=None) -> str:
+    from ..scene.sections import Scene
+
+
+def modes_page(dataset: xr.Dataset, scene: Scene | None = None) -> str:
     """HTML of modes.nc.  Raises InputError for a dataset without a scene."""
     scene = scene or scene_of(dataset)
-    found = data_of(dataset, scene)
-    said = f"Small motions about the equilibrium of: {dataset.attrs.get('effects', '')}"
+    effects = f"Small motions about the equilibrium of: {dataset.attrs.get('effects', '')}"
     note = "Shapes are enlarged so that they can be seen; their colours are the changes of the tension."
-    body = joined(
-        [
-            html.header(f"Modes of {scene.title or 'a scene'}", said, f"dolfbuoy {dataset.attrs['version_dolfbuoy']}"),
-            tag(
-                "main",
-                fragment("stage", note=note),
-                tag(
-                    "section",
-                    tag("h2", "Modes", id="modes-title"),
-                    tag("div", id="table"),
-                    id="modes",
-                    aria_labelledby="modes-title",
-                ),
-                tag("div", class_="grid", id="charts"),
-                tag("div", html.scene(scene.to_toml(), "modes"), html.versions(dataset.attrs), class_="grid"),
-            ),
-        ]
+    return html.page(
+        f"Modes of {scene.title or 'a scene'}",
+        [effects, f"dolfbuoy {dataset.attrs['version_dolfbuoy']}"],
+        fragment("stage", note=note),
+        html.section("modes", "Modes", tag("div", id="table")),
+        tag("div", class_="grid", id="charts"),
+        tag("div", html.scene(scene.to_toml(), "modes"), html.versions(dataset.attrs), class_="grid"),
+        data=data_of(dataset, scene),
+        script="modes",
     )
-    return page(f"Modes of {scene.title or 'a scene'}", body, found, "modes")
 
 
-def data_of(dataset, scene) -> dict:
+def data_of(dataset: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """Data for the script of the page."""
     frames = Frames(moving(dataset, 1, np.zeros(1), np.zeros(1)), scene)  # at rest
     view = base_view(frames) | {"direction": 0.0}
@@ -52,15 +51,11 @@ def data_of(dataset, scene) -> dict:
     return {"kind": "modes", "view": view, "modes": [_mode(dataset, i) for i in range(dataset.sizes["mode"])]}
 
 
-def _mode(dataset, number):
+def _mode(dataset: xr.Dataset, number: int) -> dict[str, Any]:
     mode = dataset.isel(mode=number)
-    found = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
-    found |= {
-        "name": mode.name.item(),
-        "said": KINDS[mode.kind.item()],
-        "factor": enlargement(dataset, mode),
-        "buoys": [],
-    }
+    found: dict[str, Any] = {name: float(mode[name]) for name in ("period", "omega", "damping_ratio", "residual")}
+    found |= {"name": mode.name.item(), "said": KINDS[mode.kind.item()]}
+    found |= {"factor": enlargement(dataset, mode), "buoys": []}
     if "cable_position" in mode:
         found |= {"position": single(mode.cable_position.values), "tension": single(mode.cable_tension.values)}
         size = found["factor"] * float(np.abs(mode.cable_tension.values).max())

@@ -1,6 +1,14 @@
 """A record in a notebook: its page in a frame of the cell, apart from the notebook's own document."""
 
+from __future__ import annotations
+
 import html
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene import Scene
 
 
 class Shown:
@@ -15,11 +23,11 @@ class Shown:
         look = f"width: 100%; height: {self.height}px; border: 1px solid #d5dce3"
         return f'<iframe srcdoc="{held}" sandbox="allow-scripts" style="{look}" title="dolfbuoy"></iframe>'
 
-    def __repr__(self):
+    def __repr__(self) -> Any:
         return f"<page of {len(self.page) / 1e6:.2g} MB: the last line of a notebook's cell shows it>"
 
 
-def show(record, scene=None, height: int = 820) -> Shown:
+def show(record: xr.Dataset, scene: Scene | None = None, height: int = 820) -> Shown:
     """The page of a record with its replay, in a frame of that height [pixels].
 
     record: of `simulate`, opened with xarray, or of `modes`.  scene: by default the one that the record carries.

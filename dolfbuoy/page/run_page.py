@@ -1,51 +1,70 @@
 """The page of a run: replay, series, envelope, track, spectra, tables, and what the numbers are worth."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..check import derived
 from ..results.after_ramp import scene_of
 from ..results.attitude import length
+from ..results.frame import Frames
 from ..results.parts import parts_of
 from ..results.summary import summary, warnings
 from ..results.tables import unit_of
 from ..results.trajectories import pushes
-from ..scene.settings import SCHEMES, period_of
+from ..scene.sections import SCHEMES
+from ..scene.settings import period_of
 from . import html
 from .accuracy_section import worth
-from .document import fragment, joined, page, tag
+from .document import fragment, tag
 from .pack import chosen_rows, exact
 from .series import columns_of, envelopes, panels, rows_that_fit, spectra
 from .view import view_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
 
-def run_page(record, scene=None, case: str | None = None) -> str:
+    from ..results.parts import Part
+    from ..scene.sections import Scene
+    from .document import Markup
+
+
+def run_page(record: xr.Dataset, scene: Scene | None = None, case: str | None = None) -> str:
     """HTML of a record with its time; case: of a sweep, what varies there.
 
     Raises InputError for a record without a scene.
     """
     scene = scene or scene_of(record)
-    title = scene.title or "Run"
-    found = data_of(record, scene)
-    said = list(dict.fromkeys([*derived(scene).warnings, *warnings(record, scene)]))
-    body = joined(
-        [
-            html.header(title, *([f"case {case}"] if case else []), *_said_of(record, scene)),
-            tag(
-                "main",
-                html.warnings(said),
-                _keys(found["moments"]),
-                fragment("stage", note=_thinned(found)),
-                fragment("series"),
-                _facts(record, scene),
-            ),
-        ]
+    found, count, scheme = data_of(record, scene), record.sizes["time"], scene.time.scheme if scene.time else ""
+    steps = f"{float(record.time[-1]):g} s in {count - 1:,} steps of {SCHEMES[scheme]}"
+    made = f"dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
+    thinned = f"Series are drawn with {found['kept']:,} of {count:,} instants, all peaks among them; tables are of all."
+    matters = html.table(("quantity", "value", "unit"), summary(record, scene))
+    return html.page(
+        scene.title or "Run",
+        [*([f"case {case}"] if case else []), record.attrs.get("effects", ""), f"{steps}; {made}"],
+        html.warnings(list(dict.fromkeys([*derived(scene).warnings, *warnings(record, scene)]))),
+        _keys(found["moments"]),
+        fragment("stage", note="" if found["kept"] == found["every"] else thinned),
+        fragment("series"),
+        tag(
+            "div",
+            html.section("matters", "What matters", matters),
+            worth(record, scene),
+            tag("div", html.scene(scene.to_toml()), html.versions(record.attrs), class_="wide"),
+            class_="grid",
+        ),
+        data=found,
+        script="run",
     )
-    return page(title, body, found, "run")
 
 
-def data_of(record, scene) -> dict:
+def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
     """Data for the script of a run's page."""
-    parts = parts_of(record, "cable", "buoy")
+    frames, parts = Frames(record, scene), parts_of(record, "cable", "buoy")
     columns = columns_of(parts)
     main = [values for *_, curves in columns for _, values in curves]
     count = rows_that_fit(record, parts, columns)
@@ -60,25 +79,10 @@ def data_of(record, scene) -> dict:
         "moments": moments(record, parts),
         "envelopes": envelopes(parts, scene),
         "spectra": spectra(parts, scene),
-        "view": view_of(record, scene, rows),
+        "view": view_of(frames, rows),
         "headings": _headings(scene),
-        "anchors": _anchors(record),
+        "anchors": frames.at(frames.times[0]).x[[span.node.start for span in frames.spans], :2].tolist(),
     }
-
-
-def _said_of(record, scene):
-    """Two lines under the title."""
-    steps = record.sizes["time"] - 1
-    how = f"{float(record.time[-1]):g} s in {steps:,} steps of {SCHEMES[scene.time.scheme]}"
-    made = f"dolfbuoy {record.attrs.get('version_dolfbuoy', '')}, {record.attrs.get('created', '')}"
-    return record.attrs.get("effects", ""), f"{how}; {made}"
-
-
-def _thinned(found):
-    if found["kept"] == found["every"]:
-        return ""
-    share = f"{found['kept']:,} of {found['every']:,} instants"
-    return f"Series are drawn with {share}, all peaks among them; tables are of all."
 
 
 #: Key figures: label, kind of its part, quantity that it needs, unit, and how it follows from the record of a part.
@@ -90,7 +94,7 @@ LARGEST = (
 )
 
 
-def moments(record, parts) -> list[dict]:
+def moments(record: xr.Dataset, parts: list[Part]) -> list[dict[str, Any]]:
     """The largest of each key figure over all parts, with its time: a number, and where to jump."""
     found = []
     for label, kind, quantity, unit, series in LARGEST:
@@ -105,11 +109,11 @@ def moments(record, parts) -> list[dict]:
     return found
 
 
-def _distance(track):
+def _distance(track: NDArray[Any]) -> Any:
     return np.linalg.norm(track - track[0], axis=1)
 
 
-def _keys(moments):
+def _keys(moments: list[dict[str, Any]]) -> Markup | None:
     """Large numbers; each is a button that shows its moment."""
     items = [
         tag(
@@ -124,34 +128,15 @@ def _keys(moments):
         )
         for moment in moments
     ]
-    return (
-        tag("div", *items, class_="keys", role="group", aria_label="Largest values; each shows its moment")
-        if items
-        else None
-    )
+    label = "Largest values; each shows its moment"
+    return tag("div", *items, class_="keys", role="group", aria_label=label) if items else None
 
 
-def _facts(record, scene):
-    """The lower part: tables and words."""
-    rows = html.table(("quantity", "value", "unit"), summary(record, scene))
-    matters = html.section("matters", "What matters", rows)
-    sources = tag("div", html.scene(scene.to_toml()), html.versions(record.attrs), class_="wide")
-    return tag("div", matters, worth(record, scene), sources, class_="grid")
-
-
-def _headings(scene):
-    """(name, [x, y]) of where waves, current, and wind and force on each buoy go."""
-    found, buoys = {}, scene.network.buoys
+def _headings(scene: Scene) -> list[tuple[str, list[float]]]:
+    """Names and horizontal directions [x, y] in which waves, current, and wind and force on each buoy push."""
+    found, buoys = dict[str, list[float]](), scene.network.buoys
     for name in buoys or [None]:
         for what, direction in pushes(scene, name).items():
             own = what in ("wind", "force") and len(buoys) > 1
             found[f"{what} on {name}" if own else what] = direction.tolist()
     return list(found.items())
-
-
-def _anchors(record):
-    """(x, y) of the lower ends of the cables at first."""
-    if "cable_position" not in record:
-        return []
-    first = np.flatnonzero(np.diff(record.cable_of_node.values, prepend=-1))
-    return record.cable_position.values[0, first, :2].tolist()

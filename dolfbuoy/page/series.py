@@ -1,5 +1,10 @@
 """Series of a run as panels of curves, those of a spectrum, of the lines, and of the track from above."""
 
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..results.after_ramp import TooShort, spectra_of, window_of
@@ -9,15 +14,22 @@ from ..results.series import unwrapped
 from ..results.tables import force_unit
 from .pack import single
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..results.parts import Part
+    from ..scene.sections import Scene
+
 #: Rows of the part of the file that holds series: about so many bytes of text.
 MOST_OF_SERIES = 1_250_000
 
 
-class Panel(dict):
+class Panel(dict[str, Any]):
     """A chart over time: {part, title, unit, factor, curves: [{name, values}]}; part: the cable or buoy it is of."""
 
 
-def columns_of(parts) -> list[tuple]:
+def columns_of(parts: list[Part]) -> list[tuple[Any, ...]]:
     """(part, kind, title, unit, factor, [(name, values of all rows), ...]) of every panel of a record's parts."""
     found = []
     for name, record in parts:
@@ -29,9 +41,9 @@ def columns_of(parts) -> list[tuple]:
     return found
 
 
-def _panels_of(record):
+def _panels_of(record: xr.Dataset) -> dict[str, tuple[str, str, list[tuple[Any, ...]]]]:
     """Title -> (kind, unit, curves) of what a part of a record has, as it is declared."""
-    found = {}
+    found: dict[str, tuple[str, str, list[tuple[Any, ...]]]] = {}
     for quantity in QUANTITIES.values():
         for curve in quantity.curves if quantity.name in record else ():
             values = unwrapped(record, quantity.name)
@@ -46,14 +58,14 @@ def _panels_of(record):
 APART = 3.0
 
 
-def _fit(first, *others):
+def _fit(first: list[tuple[str, NDArray[Any]]], *others: Any) -> Any:
     """True if curves can be distinguished on one axis with the first ones."""
     spans = [values for _, values in (*first, *others)]
     whole = max(values.max() for values in spans) - min(values.min() for values in spans)
     return whole <= APART * max(np.ptp(values) for _, values in first)
 
 
-def _split(title, unit, curves):
+def _split(title: str, unit: str, curves: list[Any]) -> list[tuple[str, str, float, list[Any]]]:
     """Panels of curves: one, unless one axis would hide some of them.
 
     Of x and y each then has its own; of the turns, the yaw.
@@ -65,7 +77,7 @@ def _split(title, unit, curves):
     return [(title, unit, 1.0, curves)]
 
 
-def rows_that_fit(record, parts, columns) -> int:
+def rows_that_fit(record: xr.Dataset, parts: list[Part], columns: list[tuple[Any, ...]]) -> int:
     """Number of instants there is room for."""
     bodies = sum("buoy_position" in part.record for part in parts)
     forces = sum(int(np.prod(record[name].shape[1:])) for name in ("mooring_force", "anchor_force") if name in record)
@@ -73,22 +85,16 @@ def rows_that_fit(record, parts, columns) -> int:
     return max(int(MOST_OF_SERIES * 3 / 4 / width), 600)
 
 
-def panels(columns, rows) -> list[Panel]:
+def panels(columns: list[tuple[Any, ...]], rows: NDArray[Any]) -> list[Panel]:
     """The panels with the chosen rows."""
+    names = ("part", "kind", "title", "unit", "factor")
     return [
-        Panel(
-            part=part,
-            kind=kind,
-            title=title,
-            unit=unit,
-            factor=factor,
-            curves=[{"name": name, "values": single(values[rows])} for name, values in curves],
-        )
-        for part, kind, title, unit, factor, curves in columns
+        Panel(zip(names, of, strict=True), curves=[{"name": k, "values": single(values[rows])} for k, values in curves])
+        for *of, curves in columns
     ]
 
 
-def envelopes(parts, scene) -> list[dict]:
+def envelopes(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
     """The `Envelope` of every cable [N], as `figures.envelope` shows it."""
     found = []
     for name, record in parts:
@@ -99,15 +105,13 @@ def envelopes(parts, scene) -> list[dict]:
         except TooShort:
             continue
         unit, factor = force_unit([of.least, of.largest])
-        packed = {"low": single(of.least), "mean": single(of.mean), "high": single(of.largest)}
-        span = {"from": of.begin, "to": of.end, "instants": of.frames}
-        found.append(
-            {"part": name, "s": single(record.s_cell.values), "unit": unit, "factor": factor, **packed, **span}
-        )
+        packed: dict[str, Any] = {"low": single(of.least), "mean": single(of.mean), "high": single(of.largest)}
+        packed |= {"from": of.begin, "to": of.end, "instants": of.frames}
+        found.append({"part": name, "s": single(record.s_cell.values), "unit": unit, "factor": factor} | packed)
     return found
 
 
-def spectra(parts, scene) -> list[dict]:
+def spectra(parts: list[Part], scene: Scene) -> list[dict[str, Any]]:
     """Power spectral densities of tensions and motions, as the figures have them; none of what is too short."""
     found = []
     for name, record in parts:
@@ -120,7 +124,7 @@ def spectra(parts, scene) -> list[dict]:
     return found
 
 
-def _quantities(record):
+def _quantities(record: xr.Dataset) -> Iterator[tuple[str, str, list[tuple[str, NDArray[Any]]]]]:
     found = _panels_of(record)
     if "tension" in found:
         curves = found["tension"][2]
@@ -132,7 +136,9 @@ def _quantities(record):
         yield "angles", *found["angle"][1:]
 
 
-def _spectrum(part, title, unit, densities, period):
+def _spectrum(
+    part: str, title: str, unit: str, densities: list[tuple[str, NDArray[Any], NDArray[Any]]], period: float | None
+) -> dict[str, Any]:
     """A spectrum as the page draws it, cut where nothing is seen any more."""
     f, (end, low, high) = densities[0][1], window_of(densities, period)
     kept = f <= end

@@ -1,14 +1,17 @@
 """The picture in space of a run: lines, buoys, sea, forces, and the box around all of it."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.airy import AirySum
 from ..model.sea import crest_height
-from ..results.frame import Frames
+from ..results.frame import Force, Frames
 from ..results.hulls import Floating
 from ..results.running import maximum
+from ..scene.sections import Scene
 from .pack import coarse, exact, single
 
 #: Bytes of text that frames of the lines may take; of more only every second, third, ... is kept.
@@ -17,9 +20,9 @@ MOST_OF_FRAMES = 1_500_000
 OUTSIDE = 0.005
 
 
-def view_of(record, scene, rows) -> dict:
-    """The view of a record; rows: of the times at which buoys and forces are packed."""
-    frames = Frames(record, scene)
+def view_of(frames: Frames, rows: NDArray[Any]) -> dict[str, Any]:
+    """The view of a run; rows: of the times at which buoys and forces are packed."""
+    record, scene = frames.record, frames.scene
     found = base_view(frames)
     if frames.spans:
         found["lines"] |= _moving_lines(frames)
@@ -35,18 +38,19 @@ def view_of(record, scene, rows) -> dict:
     return found
 
 
-def base_view(frames: Frames) -> dict:
+def base_view(frames: Frames) -> dict[str, Any]:
     """Everything that does not move: the sea, the nodes of each line, buoys upright about C, names and box."""
     scene = frames.scene
     slope = list(scene.seabed.slope) if scene.seabed else [0.0, 0.0]
-    found = {"lines": _lines(frames) if frames.spans else None, "buoys": [], "forces": [], "largestForce": 0.0}
+    found: dict[str, Any] = {"lines": _lines(frames) if frames.spans else None, "buoys": []}
+    found |= {"forces": [], "largestForce": 0.0}
     found["sea"] = {"depth": scene.sea.depth, "slope": slope, "waves": None} if scene.sea else None
     for name, buoy in zip(frames.buoys, frames.at(frames.times[0]).buoys, strict=True):
         found["buoys"].append(_buoy(buoy) | {"name": name, "start": buoy.r_C.tolist()})
     return found | {"box": box_around(frames, found["buoys"]), "labels": labels(frames)}
 
 
-def _buoy(buoy):
+def _buoy(buoy: Floating) -> dict[str, Any]:
     upright = Floating(buoy.buoy, np.zeros(3), np.eye(3))
     return {
         "outline": upright.outline.tolist() if upright.shape else None,
@@ -56,16 +60,16 @@ def _buoy(buoy):
     }
 
 
-def _waves(scene):
+def _waves(scene: Scene) -> dict[str, dict[str, str] | float]:
     w = AirySum.of(scene)
     packed = {"amplitude": w.amplitude, "kx": w.wavenumber * w.cosine, "ky": w.wavenumber * w.sine}
     packed |= {"omega": w.at_ground, "phase": w.phase}
     return {name: exact(values) for name, values in packed.items()} | {"ramp": w.ramp}
 
 
-def _force(force):
+def _force(force: Force) -> dict[str, Any]:
     """Its kind and where it acts."""
-    if force.buoy is None:
+    if force.arm is None:
         return {"kind": force.kind, "node": force.node}
     return {"kind": force.kind, "buoy": force.buoy, "place": force.arm.tolist()}
 
@@ -73,8 +77,8 @@ def _force(force):
 # -- lines -------------------------------------------------------------------------------------------------------------
 
 
-def _lines(frames):
-    """For every cable its name, its first node and element and the ones behind its last, and nodes per element; marks;
+def _lines(frames: Frames) -> dict[str, Any]:
+    """For every cable its name, its first node and element and the ones after its last, and nodes per element; marks;
     ends on buoys; times at which elements parted, by their numbers."""
     cables = [
         {"name": s.name, "node": [s.node.start, s.node.stop], "cell": [s.cell.start, s.cell.stop], "per": s.per}
@@ -82,31 +86,32 @@ def _lines(frames):
     ]
     held = [_force(force) | {"node": force.node} for force in frames.forces if force.kind == "pulls"]
     ends = [{"node": mark.node, "kind": mark.kind} for mark in frames.marks]
-    found = {"cables": cables, "ends": ends, "held": held, "parted": {}}
+    found: dict[str, Any] = {"cables": cables, "ends": ends, "held": held, "parted": {}}
     if "parted_at" in frames.record:
         since = frames.record.parted_at.values
         found["parted"] = {int(cell): float(since[cell]) for cell in np.flatnonzero(np.isfinite(since))}
     return found
 
 
-def _moving_lines(frames):
+def _moving_lines(frames: Frames) -> dict[str, Any]:
     record, times = frames.record, frames.times
     positions, tensions = record.cable_position.values, record.cable_tension.values
     every = math.ceil(positions[0].size * len(times) * 16 / 3 / MOST_OF_FRAMES)
     kept = np.unique([*range(0, len(times), every), len(times) - 1])
-    found = {"time": exact(times[kept]), "position": coarse(positions[kept]), "tension": single(tensions[kept])}
+    found: dict[str, Any] = {"time": exact(times[kept]), "position": coarse(positions[kept])}
+    found["tension"] = single(tensions[kept])
     found["velocity"] = coarse(record.cable_velocity.values[kept]) if "cable_velocity" in record else None
     return found | {"scale": scale_of(tensions), "largest": float(maximum(record, "cable_tension").max())}
 
 
-def scale_of(tensions) -> list[float]:
+def scale_of(tensions: NDArray[Any]) -> list[float]:
     """Least and largest tension of the colours [N]."""
-    return np.quantile(tensions[np.isfinite(tensions)], (OUTSIDE, 1 - OUTSIDE)).tolist()
+    return list(map(float, np.quantile(tensions[np.isfinite(tensions)], (OUTSIDE, 1 - OUTSIDE))))
 
 
-def labels(frames: Frames) -> list[dict]:
+def labels(frames: Frames) -> list[dict[str, Any]]:
     """Names where there are several."""
-    found = []
+    found: list[dict[str, Any]] = []
     if len(frames.spans) > 1:
         found += [{"text": s.name, "node": (s.node.start + s.node.stop) // 2} for s in frames.spans]
     if len(frames.buoys) > 1:
@@ -117,7 +122,7 @@ def labels(frames: Frames) -> list[dict]:
 # -- the frame of the picture ------------------------------------------------------------------------------------------
 
 
-def box_around(frames: Frames, buoys: list[dict]) -> list[list[float]]:
+def box_around(frames: Frames, buoys: list[dict[str, Any]]) -> list[list[float]]:
     """Lower and upper corner of all points and the buoys at them; the water's surface and the bed if they are near."""
     scene, points = frames.scene, frames.places
     low, high = points.min(axis=0), points.max(axis=0)
@@ -133,7 +138,7 @@ def box_around(frames: Frames, buoys: list[dict]) -> list[list[float]]:
     return [low.tolist(), high.tolist()]
 
 
-def _direction(scene, box):
+def _direction(scene: Scene, box: list[list[float]]) -> float:
     """Heading of the plane that is seen from the side [deg]: of what is widest, else of the waves."""
     x, y = np.subtract(box[1], box[0])[:2]
     if max(x, y) > 1.5 * min(x, y):

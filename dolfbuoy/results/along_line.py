@@ -1,6 +1,9 @@
 """Figures along the cable: its shapes, and the range of the tension in it."""
 
+from __future__ import annotations
+
 import itertools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,9 +16,15 @@ from .style import COLORS, COLUMN, Figure, LineCollection, new_figure
 from .tables import force_unit
 from .trajectories import equal_axes, label_axes, panel_height, widest
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+
 
 @figure_of("cable_position", part="cable")
-def shapes(record, scene=None) -> Figure:
+def shapes(record: xr.Dataset, scene: Scene) -> Figure:
     """Shapes of the cable from the side, coloured by time: over the last period, or over the run; water and bed."""
     chosen = _chosen_frames(record.frame.values, period_of(scene))
     t, x = record.frame.values[chosen], record.cable_position.values[chosen]
@@ -32,14 +41,14 @@ def shapes(record, scene=None) -> Figure:
     axes.plot(*curves[0, 0], "s", color=COLORS["ink"], ms=4)
     equal_axes(axes, seen)
     label_axes(axes, "xy"[wide], "z")
-    if _draw_levels(axes, scene, seen, _bed_below(scene, x, wide)):
+    if scene.sea is not None and _draw_levels(axes, seen, *_bed_below(scene, x, wide)):
         legend_above(axes, 2)
     if len(t) > 1:
         figure.colorbar(lines, ax=axes, label="time [s]", shrink=0.9, aspect=25)
     return figure
 
 
-def _levels(scene, curves):
+def _levels(scene: Scene, curves: NDArray[Any]) -> list[list[list[float]]]:
     """Heights of still water and bed, as points of the picture, where they are near enough to the cable to be shown."""
     if scene.sea is None:
         return []
@@ -48,21 +57,17 @@ def _levels(scene, curves):
     return [[[x, z]] for z in (0.0, -scene.sea.depth) if low[1] - room <= z <= high[1] + room]
 
 
-def _bed_below(scene, x, wide):
+def _bed_below(scene: Scene, x: NDArray[Any], wide: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Ends (2,) and heights (2,) of the bed in the picture of the positions x, wide of what they take up."""
-    if scene.sea is None:
-        return None
     ends = np.array([x.reshape(-1, 3).mean(axis=0)] * 2)
     low, high = x[..., wide].min(), x[..., wide].max()
     ends[:, wide] = 2 * low - high, 2 * high - low
     return ends[:, wide], height_of_bed(scene, ends)
 
 
-def _draw_levels(axes, scene, seen, bed):
-    """Still water and bed behind the curves, what is below the bed shaded; returns whether any is in the picture."""
-    if scene.sea is None:
-        return False
-    (low, high), (ends, heights) = (seen[:, 1].min(), seen[:, 1].max()), bed
+def _draw_levels(axes: Any, seen: NDArray[Any], ends: NDArray[Any], heights: NDArray[Any]) -> bool:
+    """Still water and bed below the curves, with the ground shaded; True if any is in the picture."""
+    low, high = seen[:, 1].min(), seen[:, 1].max()
     if high >= 0:
         axes.axhline(0, color=COLORS["sky"], lw=1.2, zorder=1, label="still water")
     if low <= heights.max():
@@ -73,10 +78,10 @@ def _draw_levels(axes, scene, seen, bed):
         else:
             axes.axhline(heights[0], lw=1.2, label="sea bed", **style)
             axes.axhspan(2 * heights[0] - high, heights[0], color=COLORS["sand"], alpha=0.35, lw=0, zorder=0.5)
-    return high >= 0 or low <= heights.max()
+    return bool(high >= 0 or low <= heights.max())
 
 
-def _chosen_frames(frames, period, count=13):
+def _chosen_frames(frames: NDArray[Any], period: float | None, count: int = 13) -> Any:
     """Numbers of about `count` frames, evenly over the last period if there is one, else over the run."""
     first = 0
     if period is not None and frames[-1] - frames[0] > period:
@@ -85,7 +90,7 @@ def _chosen_frames(frames, period, count=13):
 
 
 @figure_of("cable_tension", "cable_tension_maximum", "s_cell", part="cable")
-def envelope(record, scene=None) -> Figure:
+def envelope(record: xr.Dataset, scene: Scene) -> Figure:
     """Least and largest tension along the cable in all steps after the ramp, and the mean of frames, per element."""
     s, found = record.s_cell.values, envelope_of(record, scene)
     unit, factor = force_unit([found.least, found.largest])

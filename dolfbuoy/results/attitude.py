@@ -1,28 +1,30 @@
 """Lengths of vectors, and angles of orientations."""
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 
-def length(vectors):
+def length(vectors: NDArray[Any]) -> NDArray[Any]:
     """Lengths of vectors (..., 3)."""
     x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.sqrt(x * x + y * y + z * z)
+    return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
-def cone_angle(q4):
+def cone_angle(q4: NDArray[Any]) -> NDArray[Any]:
     """Angle between the vertical and the axis R(q4) e3 [deg] for q4 (..., 4), accurate near 0 and 180."""
     a, b, c, d = np.moveaxis(np.asarray(q4), -1, 0)
     across = 2 * np.hypot(b * d + a * c, c * d - a * b)
-    return np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d))
+    return np.asarray(np.degrees(np.arctan2(across, a * a - b * b - c * c + d * d)))
 
 
 #: Distance of the pitch from 90 degrees, halved [rad], below which roll and yaw are one turn.
 LOCKED = 1e-8
 
 
-def roll_pitch_yaw(q4):
+def roll_pitch_yaw(q4: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Turns about e1, e2, e3 of the body [deg] that make orientations (..., 4): first the yaw, the pitch, the roll.
 
     R = R_z(yaw) R_y(pitch) R_x(roll); -180 < roll, yaw <= 180 and -90 <= pitch <= 90.  With the pitch at 90 or -90 only
@@ -43,7 +45,7 @@ def roll_pitch_yaw(q4):
     return roll, np.degrees(pitch), yaw
 
 
-def _one_turn(angle):
+def _one_turn(angle: NDArray[Any]) -> NDArray[Any]:
     """Angles [rad] in degrees, -180 < x <= 180."""
     x = np.degrees(angle)
     x = x - 360 * np.round(x / 360)

@@ -2,20 +2,22 @@
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .style import FixedLocator, matplotlib
+from .style import Figure, FixedLocator, matplotlib
 
 # isort: split
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import PathPatch3D
 
 
-def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None:
+def equal_scale(axes: Any, box: NDArray[Any], elevation: float, azimuth: float) -> None:
     """Show the box (lower corner, upper corner) with one scale for x, y and z, seen from that direction [deg].
 
-    Lengths are the same in front and behind.  The ends of an axis, where it meets the next one, have no number.
+    Lengths are the same near and far.  The ends of an axis, where it meets the next one, have no number.
     """
     span = box[1] - box[0]
     axes.set(xlim=box[:, 0], ylim=box[:, 1], zlim=box[:, 2])
@@ -29,7 +31,7 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
     axes.zaxis.label.set_rotation(90)
     share = span / np.linalg.norm(span) * math.sqrt(3)
     for i, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
-        axis.set_major_locator(FixedLocator(_ticks(*box[:, i], span.max(), upright=i == 2)))
+        axis.set_major_locator(FixedLocator(_ticks(box[0, i], box[1, i], span.max(), upright=i == 2)))
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))
         # matplotlib puts labels off an axis by a part of the *other* spans: make it the same length in any box
         nearer = float(np.clip(1 / np.delete(share, i).max(), 0.4, 2.2))
@@ -38,12 +40,12 @@ def equal_scale(axes, box: np.ndarray, elevation: float, azimuth: float) -> None
 
 
 #: Room at the sides of a panel, with numbers and without, below and above it; of its height the most, and the least
-#: beside another one [inch].
+#: next to another one [inch].
 NUMBERS, BARE, BELOW, ABOVE, HIGHEST, HIGH = 0.66, 0.1, 0.42, 0.3, 3.2, 2.3
 
 
-def side_by_side(figure, above: float, below: float) -> None:
-    """Panels beside each other on one line, as large as they go and of one height unless one is too wide, and so much
+def side_by_side(figure: Figure, above: float, below: float) -> None:
+    """Panels next to each other on one line, as large as they go and of one height unless one is too wide, and so much
     room above and below [inch]; the figure becomes as high as they are.
 
     Of a panel in space its box counts, one in the plane is a square.
@@ -63,7 +65,7 @@ def side_by_side(figure, above: float, below: float) -> None:
         left += wide + NUMBERS + BARE + gap
 
 
-def _extent(axes):
+def _extent(axes: Any) -> NDArray[Any]:
     """Lower left and upper right corner of what is seen of the box of a panel, in shares of the panel."""
     if axes.name != "3d":
         return np.array([[0.0, 0.0], [1.0, 1.0]])
@@ -73,12 +75,12 @@ def _extent(axes):
     return np.array([seen.min(axis=0), seen.max(axis=0)])
 
 
-def _numbers_right(axes):
+def _numbers_right(axes: Any) -> bool:
     """True if the numbers of the vertical axis stand on its right: x runs towards the viewer."""
     return axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0
 
 
-def _ticks(low, high, longest, upright):
+def _ticks(low: float, high: float, longest: float, upright: bool) -> Any:
     """Round numbers on an axis, two to six on the longest one, two on a short one that lies; not at its lower end, nor,
     if it lies, near the upper."""
     top = 0.0 if upright else 1 / 30
@@ -97,13 +99,13 @@ def clear_azimuth(direction_deg: float) -> float:
     return max((-60.0, -120.0, -30.0, -150.0), key=lambda a: round(abs(math.sin(math.radians(a - direction_deg))), 6))
 
 
-def towards_viewer(elevation: float, azimuth: float) -> np.ndarray:
+def towards_viewer(elevation: float, azimuth: float) -> NDArray[Any]:
     """Unit vector from what is seen to who sees it from there [deg]."""
     e, a = math.radians(elevation), math.radians(azimuth)
     return np.array([math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)])
 
 
-def sheet(patches: np.ndarray, viewer: np.ndarray, **look) -> PathPatch3D:
+def sheet(patches: NDArray[Any], viewer: NDArray[Any], **look: Any) -> PathPatch3D:
     """Quadrilaterals (n, 4, 3) as one surface without seams, all of one colour, for one who sees it from there."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
     turned = np.where((normal @ viewer < 0)[:, None, None], patches[:, ::-1], patches)  # else overlaps would be holes

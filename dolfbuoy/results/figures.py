@@ -7,23 +7,26 @@ Each takes a record, from `simulate` or opened with xarray, and perhaps its scen
 It raises InputError where the record lacks what it needs; saving is the caller's.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from pathlib import Path
-
-from ..writing import made
+from typing import TYPE_CHECKING, Any
 
 # Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
 from . import along_line, over_time, spectra, trajectories  # noqa: F401
 from . import snapshot as _snapshot  # noqa: F401
 from .after_ramp import Missing, TooShort
 from .drawing import FIGURES
-from .folder import enlist
 from .over_time import of_quantity
 from .paraview import read_run
 from .parts import names_of
 from .quantities import QUANTITIES
 from .record import fitting
-from .style import files_of, save
+from .style import keep
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [*FIGURES, "draw_all"]
 #: Cables or buoys that have figures of their own: those with the largest value of a quantity.
@@ -31,7 +34,7 @@ MOST_PARTS = 12
 CHOSEN_BY = {"cable": "tension_top", "buoy": "cone_angle"}
 
 
-def __getattr__(name: str) -> Callable:
+def __getattr__(name: str) -> Any:
     """The figure of this name."""
     if name not in FIGURES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -45,43 +48,40 @@ def __dir__() -> list[str]:
 def draw_all(folder: str | Path, say: Callable[[str], None] = lambda sentence: None) -> list[Path]:
     """Draw every figure that the run in `folder` has data for; returns the files in folder/figures/.
 
-    The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name behind that
+    The snapshot is of the whole; of several cables or buoys each has its own of the others, with its name after that
     of the figure; of more than MOST_PARTS those with the largest tension at the top or cone angle.
 
-    say: called with a sentence for what the run is too short for, and if some have no figures.  Raises InputError if
-    the folder holds no run.
+    say: called with a sentence on each figure that the run is too short for, and if some have no figures.  Raises
+    InputError if the folder holds no run.
     """
     record, scene = read_run(folder)
-    target, written, said = Path(folder) / "figures", [], {}
-    chosen = {kind: _largest(record, kind, said) for kind in CHOSEN_BY}
+    folder, written, notes = Path(folder), list[Path](), dict[str, None]()
+    chosen = {kind: _largest(record, kind, notes) for kind in CHOSEN_BY}
     own = {name: of_quantity(one) for name, one in QUANTITIES.items() if one.figure and name not in FIGURES}
     for name, draw in (FIGURES | own).items():
-        parts = chosen[draw.part] if draw.part else []
+        parts: list[str | None] = [*chosen[draw.part]] if draw.part else []
         for part in parts or [None]:
             try:
-                with fitting(Path(folder) / "results.nc"):
+                with fitting(folder / "results.nc"):
                     figure = draw(record, scene, **({draw.part: part} if part else {}))
             except Missing:
                 continue
             except TooShort as reason:
-                said[str(reason)] = None
+                notes[str(reason)] = None
                 continue
-            file = target / (f"{name}_{part.replace('-', '_')}" if len(parts) > 1 else name)
-            made(folder, target.name)
-            enlist(folder, files_of(file))
-            written += save(figure, file)
-    for sentence in said:
+            written += keep(figure, folder, f"{name}_{part.replace('-', '_')}" if part and len(parts) > 1 else name)
+    for sentence in notes:
         say(sentence)
     return written
 
 
-def _largest(record, kind, said):
+def _largest(record: xr.Dataset, kind: str, notes: dict[str, None]) -> list[str]:
     """Names of the cables or buoys of a record that have figures of their own, in their order."""
     names = names_of(record, kind)
     if len(names) <= MOST_PARTS:
         return names
     largest = abs(record[CHOSEN_BY[kind]]).max("time").values
-    said[f"Of {len(names)} {kind}s the {MOST_PARTS} with the largest {CHOSEN_BY[kind]} have figures of their own."] = (
+    notes[f"Of {len(names)} {kind}s the {MOST_PARTS} with the largest {CHOSEN_BY[kind]} have figures of their own."] = (
         None
     )
     return [names[k] for k in sorted(largest.argsort(kind="stable")[-MOST_PARTS:])]

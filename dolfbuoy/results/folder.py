@@ -110,7 +110,7 @@ def _holds(path: Path, kind: str, scene: Scene, overwrite: bool) -> bool:
     entry = _manifest(path).get(kind, {})
     record = path / FILES[kind][0]
     listed = record.name in entry.get("files", ()) and record.exists()
-    same = listed and entry.get("scene") == digest(scene)
+    same = listed and digest(scene) in (entry.get("scene"), entry.get("requested"))
     if same and entry.get("finished") and not overwrite:
         return True
     for name in FILES[kind]:
@@ -180,10 +180,12 @@ def go_on(path: str | Path, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
             _note(path, manifest, "run", scene, (*FILES["run"], *entry.get("files", ())))
 
 
-def finish(path: str | Path, kind: str) -> None:
-    """Note that a result is complete."""
+def finish(path: str | Path, kind: str, requested: Scene | None = None) -> None:
+    """Note that a result is complete; requested: the scene that asked for it, if that is not the one of the result."""
     manifest = _manifest(Path(path))
     manifest[kind]["finished"] = True
+    if requested is not None:
+        manifest[kind]["requested"] = digest(requested)
     _write(Path(path), manifest)
 
 

@@ -1,9 +1,11 @@
 """A run at an instant, for every picture in space: lines in their pieces, hulls, marks, forces, water and bed."""
 
+from __future__ import annotations
+
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +20,10 @@ from .parts import names_of
 
 if TYPE_CHECKING:
     import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.buoy import Wind
+    from ..scene.network import End
 
 
 class Span(NamedTuple):
@@ -30,7 +36,7 @@ class Span(NamedTuple):
     @property
     def per(self) -> int:
         """Straight pieces with which an element is drawn."""
-        return (self.node.stop - self.node.start - 1) // (self.cell.stop - self.cell.start)
+        return int((self.node.stop - self.node.start - 1) // (self.cell.stop - self.cell.start))
 
 
 class Mark(NamedTuple):
@@ -52,13 +58,13 @@ class Force(NamedTuple):
 
     kind: str
     name: str
-    vectors: Callable[[np.ndarray], np.ndarray]
+    vectors: Callable[[NDArray[Any]], NDArray[Any]]
     node: int | None = None
     buoy: int | None = None
-    arm: np.ndarray | None = None
+    arm: NDArray[Any] | None = None
 
 
-def pieces_of(x: np.ndarray, whole: np.ndarray) -> list[np.ndarray]:
+def pieces_of(x: NDArray[Any], whole: NDArray[Any]) -> list[NDArray[Any]]:
     """Nodes (n, 3) of a line with as many straight pieces on each element, apart where an element is not whole."""
     per = (len(x) - 1) // len(whole)
     gone = np.flatnonzero(~whole)
@@ -66,11 +72,11 @@ def pieces_of(x: np.ndarray, whole: np.ndarray) -> list[np.ndarray]:
     return [x[first : last + 1] for first, last in bounds if last > first]
 
 
-def whole_at(record: "xr.Dataset", time: float) -> np.ndarray:
+def whole_at(record: xr.Dataset, time: float) -> NDArray[Any]:
     """Which elements of a record, or of its part of one cable, have not parted at a time."""
     if "parted_at" not in record:
         return np.ones(record.sizes["cell"], dtype=bool)
-    return ~(record.parted_at.values <= time)
+    return np.asarray(~(record.parted_at.values <= time))
 
 
 @dataclass(frozen=True)
@@ -81,19 +87,19 @@ class Frame:
     lines: name of every cable and nodes of its pieces, more than one where it has parted.  buoys: where they are.
     """
 
-    run: "Frames"
+    run: Frames
     number: int
     time: float
     row: int
-    x: np.ndarray
-    tension: np.ndarray
-    whole: np.ndarray
-    lines: list[tuple[str, list[np.ndarray]]]
+    x: NDArray[Any]
+    tension: NDArray[Any]
+    whole: NDArray[Any]
+    lines: list[tuple[str, list[NDArray[Any]]]]
     buoys: list[Floating]
 
     @property
     def scene(self) -> Scene:
-        """Of the run."""
+        """Scene of the run."""
         return self.run.scene
 
     @property
@@ -107,19 +113,19 @@ class Frame:
         return [buoy for buoy in self.buoys if buoy.shape]
 
     @property
-    def points(self) -> np.ndarray:
-        """Of all that is drawn (n, 3) [m]."""
+    def points(self) -> NDArray[Any]:
+        """Points (n, 3) of all that is drawn [m]."""
         return np.array([*self.x, *(buoy.at(height) for buoy in self.buoys for height in buoy.heights)])
 
-    def elevation(self, points: np.ndarray) -> np.ndarray:
-        """Of the water at points (..., 3) [m]."""
+    def elevation(self, points: NDArray[Any]) -> NDArray[Any]:
+        """Height of the water at points (..., 3) [m]."""
         return elevation_at(self.scene, self.time, points)
 
-    def flow(self, points: np.ndarray) -> np.ndarray:
+    def flow(self, points: NDArray[Any]) -> NDArray[Any]:
         """Velocity (..., 3) of the undisturbed water at points (..., 3) [m/s]."""
         return velocity_at(self.scene, self.time, points)
 
-    def on_bed(self, points: np.ndarray) -> np.ndarray:
+    def on_bed(self, points: NDArray[Any]) -> NDArray[Any]:
         """Points (n, 3) of the sea bed below or above points (n, 2 or 3) [m]."""
         return np.column_stack([points[:, :2], height_of_bed(self.scene, points)])
 
@@ -128,23 +134,31 @@ class Frame:
         """Heading of the vertical plane that shows the water's motion; without any, the lines."""
         for section in (self.scene.waves, self.scene.current):
             if section:
-                return section.direction_deg
+                return float(section.direction_deg)
         x, y, _ = self.x[-1] - self.x[0] if len(self.x) else (1.0, 0.0, 0.0)
         return math.degrees(math.atan2(y, x)) if math.hypot(x, y) > 0 else 0.0
 
     @property
+    def bed(self) -> float:
+        """Height of the bed at the origin [m]; -inf without water."""
+        return -self.scene.sea.depth if self.scene.sea else -math.inf
+
+    @property
     def depth_below_bed(self) -> float:
-        """Of the lowest point of the lines [m]; negative over the bed, and for lines that lie on it."""
-        return -1.0 if self.scene.seabed else float(-self.scene.sea.depth - self.x[:, 2].min())
+        """Depth of the lowest point of the lines below the bed [m]; negative over it, and for lines that lie on it."""
+        return -1.0 if self.scene.seabed else float(self.bed - self.x[:, 2].min())
 
-    def in_hull(self, x: np.ndarray) -> np.ndarray:
+    def in_hull(self, x: NDArray[Any]) -> NDArray[Any]:
         """True for points (..., 3) inside any hull."""
-        return np.any([np.zeros(x.shape[:-1], dtype=bool), *(buoy.in_hull(x) for buoy in self.buoys)], axis=0)
+        return np.asarray(
+            np.any([np.zeros(x.shape[:-1], dtype=bool), *(buoy.in_hull(x) for buoy in self.buoys)], axis=0)
+        )
 
-    def arrows(self, kind: str) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    def arrows(self, kind: str) -> list[tuple[str, NDArray[Any], NDArray[Any]]]:
         """(name, where it acts [m], vector [N]) of the forces on buoys of a kind."""
-        row, forces = np.array([self.row]), [force for force in self.run.forces if force.kind == kind]
-        return [(f.name, self.buoys[f.buoy].place(f.arm), f.vectors(row)[0]) for f in forces]
+        row, places = np.array([self.row]), [(f, f.buoy, f.arm) for f in self.run.forces if f.kind == kind]
+        on = [(f, self.buoys[k].place(arm)) for f, k, arm in places if k is not None and arm is not None]
+        return [(f.name, place, f.vectors(row)[0]) for f, place in on]
 
 
 class Frames:
@@ -154,7 +168,7 @@ class Frames:
     the buoys, joints and other ends, in the order of the record.  forces: on buoys and ends.
     """
 
-    def __init__(self, record: "xr.Dataset", scene):
+    def __init__(self, record: xr.Dataset, scene: Scene):
         self.record, self.scene, self.network = record, scene, scene.network
         self.times = (record.frame if "frame" in record else record.time).values
         self.spans = _spans(record) if "cable_position" in record else []
@@ -166,7 +180,12 @@ class Frames:
         """The frame nearest to a time [s]; by default the last."""
         number = len(self.times) - 1 if time is None else int(np.abs(self.times - time).argmin())
         record, time = self.record, float(self.times[number])
-        row, x, tension, whole = int(np.abs(record.time.values - time).argmin()), np.zeros((0, 3)), np.zeros(0), []
+        row, x, tension, whole = (
+            int(np.abs(record.time.values - time).argmin()),
+            np.zeros((0, 3)),
+            np.zeros(0),
+            np.zeros(0, dtype=bool),
+        )
         if self.spans:
             arrays = (record[name].values[number] for name in ("cable_position", "cable_tension"))
             (x, tension), whole = arrays, whole_at(record, time)
@@ -190,8 +209,8 @@ class Frames:
         return [mark for mark in self.marks if mark.name]
 
     @property
-    def places(self) -> np.ndarray:
-        """Of all nodes and centres of mass at all times (n, 3) [m]."""
+    def places(self) -> NDArray[Any]:
+        """Places (n, 3) of all nodes and centres of mass at all times [m]."""
         known = (self.record[name].values for name in ("cable_position", "buoy_position") if name in self.record)
         return np.concatenate([places.reshape(-1, 3) for places in known])
 
@@ -199,15 +218,15 @@ class Frames:
         """Node at an end of a piece of the network."""
         span, number = self.spans[self.network.pieces[piece].cable], self.network.pieces[piece].number
         before = np.searchsorted(self.record.segment_of_cell.values[span.cell], number + end)
-        return span.node.start + span.per * int(before)
+        return int(span.node.start + span.per * int(before))
 
-    def _ends(self):
+    def _ends(self) -> Iterator[tuple[int, int, End]]:
         """(piece, end, End) of all ends of cables."""
         for cable in range(len(self.spans)):
             for piece, end in ((self.network.first_of(cable), 0), (self.network.last_of(cable), 1)):
                 yield piece, end, self.network.pieces[piece].ends[end]
 
-    def _marks(self):
+    def _marks(self) -> Iterator[Mark]:
         """Joints as the record has them, and ends without a name."""
         pieces, density = self.network.pieces, self.scene.sea.density if self.scene.sea else 0.0
         places = {end.name: (k, i) for k, piece in enumerate(pieces) for i, end in enumerate(piece.ends)}
@@ -220,12 +239,13 @@ class Frames:
             if holder.name is None and holder.kind != "buoy":
                 yield Mark("", holder.kind, 0.0, self.node_of(piece, end))
 
-    def _recorded(self):
+    def _recorded(self) -> Iterator[Force]:
         """Forces of lines on buoys, and of what holds their ends."""
         if "mooring_force" in self.record and self.spans and self.buoys:
             for i, (piece, end) in enumerate(attached_ends(self.network)):
                 held, vectors = self.network.pieces[piece].ends[end], self._column("mooring_force", i)
-                arm, buoy = mooring_offset(self.network.buoys[held.name], held.fairlead), self.buoys.index(held.name)
+                name = str(held.name)
+                arm, buoy = mooring_offset(self.network.buoys[name], held.fairlead), self.buoys.index(name)
                 yield Force("pulls", "mooring force", vectors, self.node_of(piece, end), buoy, arm)
         for piece, end, holder in self._ends():
             name = ("anchor_force", "end_tension")[end]
@@ -234,10 +254,10 @@ class Frames:
                     "holds", name, self._column(name, self.network.pieces[piece].cable), self.node_of(piece, end)
                 )
 
-    def _column(self, name, number):
+    def _column(self, name: str, number: int) -> Callable[..., Any]:
         return lambda rows: self.record[name].values[rows, number]
 
-    def _outside(self):
+    def _outside(self) -> Iterator[Force]:
         for number, name in enumerate(self.buoys):
             buoy, upright = self.network.buoys[name], self.buoy(number, 0)
             force, wind = buoy.external_force, buoy.wind
@@ -248,10 +268,10 @@ class Frames:
                 arm = upright.arm(wind.height)
                 yield Force("outside", "wind force", self._wind(number, wind, arm), None, number, arm)
 
-    def _wind(self, number, wind, arm):
+    def _wind(self, number: int, wind: Wind, arm: NDArray[Any]) -> Callable[..., Any]:
         """Wind of a section [wind], at its height over the water; of many instants from a table over that height."""
 
-        def vectors(rows):
+        def vectors(rows: NDArray[Any]) -> NDArray[Any]:
             points = np.array([self.buoy(number, row).place(arm) for row in rows])
             heights = points[:, 2]
             if self.scene.waves:
@@ -264,11 +284,11 @@ class Frames:
         return vectors
 
 
-def _constant(vector):
+def _constant(vector: tuple[float, float, float]) -> Callable[..., Any]:
     return lambda rows: np.tile(vector, (len(rows), 1))
 
 
-def _spans(record):
+def _spans(record: xr.Dataset) -> list[Span]:
     names = names_of(record, "cable")
     of_node, of_cell = (record[f"cable_of_{along}"].values for along in ("node", "cell"))
     nodes, cells = (np.searchsorted(of, np.arange(len(names) + 1)).tolist() for of in (of_node, of_cell))

@@ -2,8 +2,10 @@
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model.rigid import mass_properties, shape_of
 from ..scene.buoy import Buoy
@@ -19,12 +21,12 @@ class Floating:
     """
 
     buoy: Buoy
-    r_C: np.ndarray
-    R: np.ndarray
-    velocity: np.ndarray | None = None
-    spin: np.ndarray | None = None
+    r_C: NDArray[Any]
+    R: NDArray[Any]
+    velocity: NDArray[Any] | None = None
+    spin: NDArray[Any] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         buoy, self.shape = self.buoy, shape_of(self.buoy)
         self.center, masses = mass_properties(buoy).height, [p.height for p in buoy.point_masses]
         top = [0.0, self.shape.height] if self.shape else []
@@ -35,39 +37,39 @@ class Floating:
         foot = self.shape.height if self.shape else buoy.mooring_height
         self.mast = np.array([self.at(foot), self.at(max(self.heights))]) if masses or not self.shape else None
 
-    def arm(self, height: float) -> np.ndarray:
+    def arm(self, height: float) -> NDArray[Any]:
         """From C to the point of the buoy's axis at `height` above the keel, upright (3,) [m]."""
         return np.array([0.0, 0.0, height - self.center])
 
-    def place(self, arm: np.ndarray) -> np.ndarray:
+    def place(self, arm: NDArray[Any]) -> NDArray[Any]:
         """Position of the point of the body at `arm` (3,) from C when upright [m]."""
-        return self.r_C + self.R @ arm
+        return np.asarray(self.r_C + self.R @ arm)
 
-    def at(self, height: float) -> np.ndarray:
+    def at(self, height: float) -> NDArray[Any]:
         """Place of the point of the buoy's axis at `height` above the keel."""
         return self.place(self.arm(height))
 
     @property
-    def outline(self) -> np.ndarray:
+    def outline(self) -> NDArray[Any]:
         """(height over C, radius) (n, 2) of the stations of the hull, or of its axis if there is none [m]."""
         if self.shape:
             return np.column_stack([self.shape.heights - self.center, self.shape.radii])
         return np.array([[self.buoy.mooring_height - self.center, 0.0], [0.0, 0.0]])
 
-    def in_hull(self, x: np.ndarray) -> np.ndarray:
+    def in_hull(self, x: NDArray[Any]) -> NDArray[Any]:
         """True for points (..., 3) inside the hull."""
         if self.shape is None:
             return np.zeros(x.shape[:-1], dtype=bool)
         body = (x - self.r_C) @ self.R
         height = body[..., 2] + self.center
-        return np.hypot(body[..., 0], body[..., 1]) < self.shape.radius(height, height)
+        return np.asarray(np.hypot(body[..., 0], body[..., 1]) < self.shape.radius(height, height))
 
-    def surface(self, around: int = 48, cell: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
+    def surface(self, around: int = 48, cell: float = np.inf) -> tuple[NDArray[Any], NDArray[Any]]:
         """Points (n, 3) and quadrilaterals (m, 4) of the hull, see `surface_of`."""
         points, quads = surface_of(self.outline, around, cell)
         return self.r_C + points @ self.R.T, quads
 
-    def silhouette(self, view: np.ndarray) -> np.ndarray:
+    def silhouette(self, view: NDArray[Any]) -> NDArray[Any]:
         """The outline (n, 2) as it is seen along a horizontal direction."""
         axis, stations = self.R[:, 2], self.outline
         aside = view - (view @ axis) * axis
@@ -78,7 +80,7 @@ class Floating:
         return np.column_stack([points @ view, points[:, 2]])
 
 
-def surface_of(outline: np.ndarray, around: int = 48, cell: float = np.inf) -> tuple[np.ndarray, np.ndarray]:
+def surface_of(outline: NDArray[Any], around: int = 48, cell: float = np.inf) -> tuple[NDArray[Any], NDArray[Any]]:
     """Points (n, 3) and quadrilaterals (m, 4) of the closed surface of revolution of an outline (height, radius), from
     below up.
 
@@ -95,7 +97,7 @@ def surface_of(outline: np.ndarray, around: int = 48, cell: float = np.inf) -> t
     return points.reshape(-1, 3), quads.reshape(-1, 4)
 
 
-def _refined(outline, cell):
+def _refined(outline: NDArray[Any], cell: float) -> NDArray[Any]:
     """The outline with its pieces divided so that none is longer than `cell`; pieces of no length are left out."""
     points = [outline[:1]]
     for a, b in itertools.pairwise(outline):

@@ -1,16 +1,24 @@
 """Figures and ParaView files of natural modes: every shape from the side and from ahead, and moving."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..model.sea import heading
-from ..writing import made
-from .folder import enlist
 from .frame import Frames
 from .mode_record import KINDS, enlargement, moving
 from .paraview import meshes_of, write_series
-from .style import COLORS, PAGE, STYLE, Figure, files_of, legend_below, matplotlib, new_figure, save
+from .style import COLORS, PAGE, STYLE, Figure, keep, legend_below, matplotlib, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+    from .frame import Frame
 
 #: How the phases rest, 0, 180 and 90 degrees are drawn.
 PHASE_STYLES = {
@@ -23,10 +31,10 @@ PHASE_STYLES = {
 PHASES = 16
 
 
-def mode_shape(dataset, number: int, scene, direction_deg=0.0) -> Figure:
+def mode_shape(dataset: xr.Dataset, number: int, scene: Scene, direction_deg: float = 0.0) -> Figure:
     """Shape of mode `number` (from 1) over the rest position: at its largest, half a period later, and in between.
 
-    Left in the vertical plane of a direction [deg], right across it; displacements are enlarged as the title says.
+    Left in the vertical plane of a direction [deg], right across it; displacements are enlarged as in the title.
     """
     mode, phases = dataset.isel(mode=number - 1), np.array([0, 1, -1, 1j])
     frames = Frames(moving(dataset, number, np.arange(4.0), phases), scene)
@@ -53,7 +61,7 @@ def mode_shape(dataset, number: int, scene, direction_deg=0.0) -> Figure:
     return figure
 
 
-def _boxes(seen):
+def _boxes(seen: list[NDArray[Any]]) -> list[tuple[tuple[float, float], tuple[float, float]]]:
     """((left, right), (low, high)) of both views, with the same heights and some room; none is very narrow."""
     points = np.concatenate(seen)
     low, high = points[:, 1].min(), points[:, 1].max()
@@ -65,32 +73,31 @@ def _boxes(seen):
     return boxes
 
 
-def _said(mode):
+def _said(mode: xr.Dataset) -> str:
     if mode.kind.item() == "oscillates":
         return f"period {mode.period.item():.4g} s, damping ratio {mode.damping_ratio.item():.3g}"
     return KINDS[mode.kind.item()]
 
 
-def _curves(frame, view):
+def _curves(frame: Frame, view: NDArray[Any]) -> list[NDArray[Any]]:
     """Lines and silhouettes of a frame as they are seen along a horizontal direction, (n, 2) each."""
     lines = [np.column_stack([x @ view, x[:, 2]]) for _, pieces in frame.lines for x in pieces]
     return lines + [buoy.silhouette(view) for buoy in frame.buoys]
 
 
-def draw_modes(folder, dataset, scene, paraview=True, direction_deg=0.0) -> list[Path]:
+def draw_modes(
+    folder: Path, dataset: xr.Dataset, scene: Scene, paraview: bool = True, direction_deg: float = 0.0
+) -> list[Path]:
     """Figure of each mode in folder/figures, and an animated period in folder/paraview; returns the files."""
     folder, written = Path(folder), []
     for number in dataset.mode.values.tolist():
-        name = folder / "figures" / f"mode_{number:02d}"
-        made(folder, "figures")
-        enlist(folder, files_of(name), "modes")
-        written += save(mode_shape(dataset, number, scene, direction_deg), name)
+        written += keep(mode_shape(dataset, number, scene, direction_deg), folder, f"mode_{number:02d}", "modes")
         if paraview:
             written += _animate(folder, dataset, number, scene)
     return written
 
 
-def _animate(folder, dataset, number, scene):
+def _animate(folder: Path, dataset: xr.Dataset, number: int, scene: Scene) -> list[Path]:
     """A period of the mode as meshes of cables and hulls, over a time of one period, or of 1 s for what has none."""
     period, turns = dataset.period.values[number - 1], np.arange(PHASES) / PHASES
     times = (period if np.isfinite(period) else 1.0) * turns

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..model import effects
+from ..model.airy import components_of
 from ..model.attachment import FIELDS
 from ..model.buoy import MOTION, REST
-from ..model.components import components_of
 from ..model.rigid import mass_properties
 from ..model.wet_hull import SUBMERGED
 from ..scene.network import attached_ends
@@ -210,7 +210,7 @@ class Observer:
         u = self.problem.system.u
         for cable, row in enumerate(self._lying):
             pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)
-            found = [lines.lying(u, piece) for piece in pieces]
+            found = [lines.grounded(u, piece) for piece in pieces]
             last = next((one for one in reversed(found) if one.length > 0), found[-1])
             row[:] = sum(one.length for one in found), *last.touchdown
 

@@ -1,6 +1,10 @@
 """Figure of offset curves: offset and top tension over the load, and where C goes, from above."""
 
+from __future__ import annotations
+
 import itertools
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,13 +13,17 @@ from .response_record import each_buoy
 from .style import COLORS, PAGE, STYLE, Figure, Line2D, legend_below, matplotlib, new_figure
 from .tables import force_unit
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
 #: Lines of several buoys.
 STYLES = ("-", "--", ":", "-.")
 #: How states that are no good are marked.
 MARKS = {"slack": ("x", "line slack"), "under": ("v", "buoy under water")}
 
 
-def offset_curves(dataset, anchors=()) -> Figure:
+def offset_curves(dataset: xr.Dataset, anchors: Iterable[tuple[float, ...]] = ()) -> Figure:
     """Offset along the load and top tension over its size, and the watch circles; slack and drowned states are marked.
 
     anchors: (x, y) of marks in the plan view [m].
@@ -48,14 +56,16 @@ def offset_curves(dataset, anchors=()) -> Figure:
     return figure
 
 
-def _curve(axes, x, y, one, colour, style="-"):
+def _curve(
+    axes: Any, x: NDArray[Any], y: NDArray[Any], one: xr.Dataset, colour: NDArray[Any], style: str = "-"
+) -> None:
     axes.plot(x, y, ".", ls=style, color=colour, ms=3)
     for name, (mark, _) in MARKS.items():
         bad = one[name].values.astype(bool)
         axes.plot(x[bad], y[bad], mark, color=COLORS["red"], ms=5, ls="none")
 
 
-def _plan(axes, dataset, sizes, directions, colours):
+def _plan(axes: Any, dataset: xr.Dataset, sizes: NDArray[Any], directions: NDArray[Any], colours: NDArray[Any]) -> None:
     x, y = (dataset.buoy_position.sel(xyz=name).values for name in "xy")
     whole = len(directions) > 2 and np.ptp(np.diff([*directions, directions[0] + 360])) < 1e-6
     for j in range(len(sizes)):
@@ -65,7 +75,7 @@ def _plan(axes, dataset, sizes, directions, colours):
         axes.plot(x[i], y[i], ".-", color=colour, ms=3)
 
 
-def _legend(dataset, directions, colours):
+def _legend(dataset: xr.Dataset, directions: NDArray[Any], colours: NDArray[Any]) -> list[Any]:
     """Some of the directions, the buoys if there are several, and the marks that there are."""
     shown = range(0, len(directions), -(-len(directions) // 4))
     found = [Line2D([], [], color=colours[i], marker=".", label=f"towards {directions[i]:g}°") for i in shown]

@@ -1,6 +1,8 @@
 """Figures of a run over time, as in Sect. 5 of the paper: tensions, heave, angles."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,12 +13,17 @@ from .series import unwrapped
 from .style import COLORS, COLUMN, Figure, new_figure
 from .tables import force_unit, unit_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene.sections import Scene
+
 #: A run of more periods than this gets an enlarged end.
 MANY_PERIODS = 6
 
 
 @figure_of("tension_top", "tension_anchor", part="cable")
-def tension(record, scene=None) -> Figure:
+def tension(record: xr.Dataset, scene: Scene) -> Figure:
     """Figs. 6 (right) and 9 (left): tension at both ends of the cable."""
     unit, factor = force_unit([record.tension_top, record.tension_anchor])
     errors = [_error(record, name, factor) for name in ("tension_top", "tension_anchor")]
@@ -28,11 +35,11 @@ def tension(record, scene=None) -> Figure:
 
 
 @figure_of("buoy_position", part="buoy")
-def heave(record, scene=None) -> Figure:
+def heave(record: xr.Dataset, scene: Scene) -> Figure:
     """Figs. 7 and 9 (right): height of C and of the water above it, and their difference."""
     z = record.buoy_position.values[:, 2]
     error = _error(record, "buoy_position", (0.0, 0.0, 1.0))
-    curves = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass", error)]
+    curves: list[Any] = [(z, "-", COLORS["blue"], r"$r_{C,z}$, centre of mass", error)]
     if "surface_elevation" not in record:
         return _over_time(record, scene, [("height [m]", curves)])
     water = record.surface_elevation.values
@@ -41,10 +48,10 @@ def heave(record, scene=None) -> Figure:
     return _over_time(record, scene, [("height [m]", curves), (r"$r_{C,z} - z_w$ [m]", difference)])
 
 
-def of_quantity(quantity: Quantity) -> Callable:
+def of_quantity(quantity: Quantity) -> Any:
     """The figure of a scalar quantity of a cable or buoy."""
 
-    def draw(record, scene=None) -> Figure:
+    def draw(record: xr.Dataset, scene: Scene) -> Figure:
         values = record[quantity.name].values
         unit, factor = unit_of(values, quantity.unit.replace("degree", "°"))
         label = f"{quantity.name.replace('_', ' ')} [{unit}]"
@@ -60,7 +67,7 @@ cone_angle = FIGURES["cone_angle"] = of_quantity(QUANTITIES["cone_angle"])
 
 
 @figure_of("roll", "pitch", "yaw", part="buoy")
-def roll_pitch_yaw(record, scene=None) -> Figure:
+def roll_pitch_yaw(record: xr.Dataset, scene: Scene) -> Figure:
     """Turns of the buoy about x, y and z, each in a panel of its own."""
     panels = [
         (f"{name} [°]", [(unwrapped(record, name), "-", COLORS[color], None, _error(record, name))])
@@ -69,7 +76,7 @@ def roll_pitch_yaw(record, scene=None) -> Figure:
     return _over_time(record, scene, panels, height=1.2, enlarge=False)
 
 
-def _error(record, name, factor=1.0):
+def _error(record: xr.Dataset, name: str, factor: Any = 1.0) -> Any:
     """Error of the steps over time, times a factor or one for each component, whose sum it is; None if not known."""
     if name + ERROR not in record:
         return None
@@ -77,7 +84,9 @@ def _error(record, name, factor=1.0):
     return factor * values if np.ndim(factor) == 0 else values @ np.array(factor)
 
 
-def _over_time(record, scene, panels, height=1.65, enlarge=True):
+def _over_time(
+    record: xr.Dataset, scene: Scene, panels: list[tuple[str, list[Any]]], height: float = 1.65, enlarge: bool = True
+) -> Figure:
     """One panel per (label, curves) over the same time; the end of the first one enlarged if there are many periods.
 
     curves: (values, line, color, label), and perhaps the error of the steps, which is a band on one side.
@@ -88,7 +97,8 @@ def _over_time(record, scene, panels, height=1.65, enlarge=True):
     figure = new_figure(COLUMN, 0.5 + height * len(panels))
     rows = figure.subplots(len(panels), squeeze=False)[:, 0]
     for i, (axes, (label, curves)) in enumerate(zip(rows, panels, strict=True)):
-        window = t >= t[-1] - 3 * period if many and i == len(panels) - 1 else np.ones(len(t), dtype=bool)
+        begin = t[-1] - 3 * period if period is not None and many and i == len(panels) - 1 else t[0]
+        window = t >= begin
         for values, line, color, name, *errors in curves:
             for error in (error for error in errors if error is not None):
                 axes.fill_between(t[window], values[window], (values - error)[window], color=color, alpha=0.3, lw=0)

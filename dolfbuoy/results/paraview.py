@@ -1,9 +1,12 @@
 """Files for ParaView: lines, hulls, buoys, joints, water and bed, a mesh of each per instant, and collections with
 times."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import meshio
@@ -19,7 +22,13 @@ from .frame import Frame, Frames
 from .parts import names_of
 from .record import fitting, read
 
-#: Instants that are written unless others are asked for: each is a file of everything that moves.
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+
+#: Instants that are written unless others are requested: each is a file of everything that moves.
 INSTANTS = 50
 #: Collection of all meshes of a run, where there are several cables or buoys.
 NETWORK = "network"
@@ -39,7 +48,9 @@ def export(folder: str | Path, most: int = INSTANTS) -> list[Path]:
     record, scene = read_run(folder)
     with fitting(folder / "results.nc"):
         recorded, frames = instants(record, scene), Frames(record, scene)
-        meshes = {name: partial(_of_record, folder / "results.nc", make) for name, make in meshes_of(frames).items()}
+        meshes: dict[str, Make] = {
+            name: partial(_of_record, folder / "results.nc", make) for name, make in meshes_of(frames).items()
+        }
         chosen = np.linspace(0, len(recorded) - 1, min(most, len(recorded))).round().astype(int)
         shown = [frames.at(time) for time in recorded[chosen]]
     together = NETWORK if max(len(frames.spans), len(frames.buoys)) > 1 else None
@@ -77,24 +88,24 @@ def write_series(
 
 
 def meshes_of(frames: Frames) -> dict[str, Make]:
-    """What a run has: name of files -> what makes their meshes."""
+    """Name of files -> what makes their meshes, of all that a run has."""
     hulls = any(frames.network.buoys[name].hull for name in frames.buoys)
     there = {"cable": frames.spans, "hull": hulls, "buoy": frames.buoys, "joint": frames.joints}
     makes = {"cable": cable_mesh, "hull": hull_mesh, "buoy": buoy_mesh, "joint": joint_mesh}
-    found = {name: makes[name] for name in makes if there[name]}
+    found: dict[str, Make] = {name: makes[name] for name in makes if there[name]}
     if frames.scene.sea is not None:
         grid = water_grid(frames)
         found |= {"water": partial(water_mesh, *grid), "bed": partial(bed_mesh, grid[0])}
     return found
 
 
-def _of_record(file, make, frame):
+def _of_record(file: Path, make: Callable[..., Any], frame: Frame) -> Any:
     """A mesh from a record, which may be damaged."""
     with fitting(file):
         return make(frame)
 
 
-def read_run(folder: str | Path):
+def read_run(folder: str | Path) -> tuple[xr.Dataset, Scene]:
     """(record, scene) of a run's folder.  Raises InputError if there is none, or they are of different runs."""
     folder = Path(folder)
     for name in ("results.nc", "scene.toml"):
@@ -110,20 +121,20 @@ def read_run(folder: str | Path):
     return record, scene
 
 
-def instants(record, scene) -> np.ndarray:
+def instants(record: xr.Dataset, scene: Scene) -> NDArray[Any]:
     """Times [s] of the frames of the cable; without a cable, of the rows that the scene's output interval selects."""
     if "frame" in record:
-        return record.frame.values
+        return np.asarray(record.frame.values)
     times = record.time.values
     interval = times[-1] / 200
     if scene.time is not None and scene.time.output_every:
         interval = scene.time.output_every
     if interval <= 0:
-        return times
+        return np.asarray(times)
     number = np.floor((times - times[0]) / interval * (1 + 1e-9) + 1e-6)
     chosen = np.concatenate([[True], np.diff(number) > 0])
     chosen[-1] = True
-    return times[chosen]
+    return np.asarray(times[chosen])
 
 
 # -- meshes of a frame -------------------------------------------------------------------------------------------------
@@ -164,7 +175,7 @@ def hull_mesh(frame: Frame) -> meshio.Mesh:
     return meshio.Mesh(np.concatenate(points), [("quad", np.concatenate(quads))], fields, cells)
 
 
-def _fields(frame, kind, over):
+def _fields(frame: Frame, kind: str, over: str) -> dict[str, NDArray[Any]]:
     """Values of what is shown of each buoy, cell, ... there: (name of the field with its unit, values)."""
     record, every = frame.run.record, quantities.over(over).values()
     shown = [one for one in every if one.paraview and one.kind == kind and one.name in record]
@@ -180,7 +191,7 @@ def buoy_mesh(frame: Frame) -> meshio.Mesh:
         fields["angular velocity [rad/s]"] = np.array([buoy.spin for buoy in frame.buoys])
     if "mooring_force" in record:
         fields["mooring force [N]"] = pull = np.zeros((count, 3))
-        on = [force.buoy for force in frame.run.forces if force.kind == "pulls"]
+        on = np.array([force.buoy for force in frame.run.forces if force.kind == "pulls"], dtype=int)
         np.add.at(pull, on, record.mooring_force.values[frame.row])
     fields |= _fields(frame, "buoy", "time")
     return meshio.Mesh([buoy.r_C for buoy in frame.buoys], [("vertex", np.arange(count)[:, None])], fields)
@@ -194,14 +205,14 @@ def joint_mesh(frame: Frame) -> meshio.Mesh:
     return meshio.Mesh(frame.x[[mark.node for mark in joints]], [("vertex", numbers[:, None])], fields)
 
 
-def water_mesh(flat: np.ndarray, quads: np.ndarray, frame: Frame) -> meshio.Mesh:
+def water_mesh(flat: NDArray[Any], quads: NDArray[Any], frame: Frame) -> meshio.Mesh:
     """Surface of the water on a `water_grid`, with its elevation and velocity."""
     points = np.column_stack([flat[:, :2], frame.elevation(flat)])
     fields = {"elevation [m]": points[:, 2].copy(), "velocity [m/s]": frame.flow(points)}
     return meshio.Mesh(points, [("quad", quads)], fields)
 
 
-def bed_mesh(flat: np.ndarray, frame: Frame) -> meshio.Mesh:
+def bed_mesh(flat: NDArray[Any], frame: Frame) -> meshio.Mesh:
     """The sea bed below a `water_grid`."""
     corners = flat.reshape(-1, ROWS + 1, 3)[[0, -1, -1, 0], [0, 0, -1, -1]]
     return meshio.Mesh(frame.on_bed(corners), [("quad", [[0, 1, 2, 3]])])
@@ -211,7 +222,7 @@ def bed_mesh(flat: np.ndarray, frame: Frame) -> meshio.Mesh:
 ROWS, PER_WAVELENGTH = 8, 24
 
 
-def water_grid(frames: Frames) -> tuple[np.ndarray, np.ndarray]:
+def water_grid(frames: Frames) -> tuple[NDArray[Any], NDArray[Any]]:
     """Points (n, 3) with z = 0 and quadrilaterals (m, 4): a rectangle along the waves around all that is shown.
 
     It reaches beyond that by a quarter of its extent, at least half a wavelength or five metres.
@@ -232,13 +243,13 @@ def water_grid(frames: Frames) -> tuple[np.ndarray, np.ndarray]:
     return a.reshape(-1, 1) * frame[0] + b.reshape(-1, 1) * frame[1], quads
 
 
-def _write_collection(path, frames, *series):
+def _write_collection(path: Path, frames: list[Frame], *series: Any) -> None:
     """series: lists of files, one for each frame."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
     collection = ElementTree.SubElement(root, "Collection")
     for frame, *files in zip(frames, *series, strict=True):
-        for part, file in enumerate(files):
-            ElementTree.SubElement(collection, "DataSet", timestep=repr(frame.time), part=str(part), file=file.name)
+        for number, file in enumerate(files):
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(frame.time), part=str(number), file=file.name)
     ElementTree.indent(root)
     with replacing(path) as part:
         ElementTree.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)

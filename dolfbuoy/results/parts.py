@@ -1,12 +1,15 @@
 """Parts of a record: the variables of one cable, or of one buoy."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
 from .quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Dimensions of what belongs to a cable, and of what belongs to a buoy.
 OWN = {"cable": {"cable", "segment", "node", "cell"}, "buoy": {"buoy"}}
@@ -18,7 +21,7 @@ class Part(NamedTuple):
     """label: the name, empty for the only one.  record: without the dimension `cable` or `buoy`, which are scalars."""
 
     label: str
-    record: object
+    record: "xr.Dataset"
 
     def named(self, sentences: Iterable[str]) -> list[str]:
         """Sentences about this part, with its name if there are several."""

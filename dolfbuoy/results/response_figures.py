@@ -1,6 +1,9 @@
 """Figures of the linear response: amplitudes over the period, and spectra in an irregular sea."""
 
+from __future__ import annotations
+
 import itertools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,7 +12,10 @@ from .response_record import each_buoy, each_tension
 from .style import COLORS, PAGE, PALETTE, STYLE, Figure, Line2D, legend_below, matplotlib, new_figure
 from .tables import force_unit
 
-#: So many curves of a panel have their names beside them; of more, small in columns above them.
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: So many curves of a panel have their names next to them; of more, small in columns above them.
 FEW = 4
 #: Panels of motions: title, motions, factor, unit.
 PANELS = (
@@ -18,7 +24,7 @@ PANELS = (
 )
 
 
-def amplitudes(dataset, runs=()) -> Figure:
+def amplitudes(dataset: xr.Dataset, runs: list[dict[str, complex]] | tuple[Any, ...] = ()) -> Figure:
     """Amplitude per metre over the period: lines in small waves, dashed in waves of the height, marks from runs.
 
     runs: dicts with "period", and the amplitudes per metre by name.
@@ -42,7 +48,7 @@ def amplitudes(dataset, runs=()) -> Figure:
     return figure
 
 
-def _name(axes):
+def _name(axes: Any) -> None:
     """Names of the curves."""
     labels = [label.replace("_", " ").replace("tension ", "") for label in axes.get_legend_handles_labels()[1]]
     if len(labels) <= FEW:
@@ -53,12 +59,22 @@ def _name(axes):
     axes.legend(labels=labels, loc="upper center", ncols=2, fontsize=6, columnspacing=1.0, handlelength=1.2)
 
 
-def _of_buoys(dataset, names):
+def _of_buoys(dataset: xr.Dataset, names: tuple[Any, ...]) -> list[tuple[str, str, xr.Dataset]]:
     """(motion, " of its buoy", what there is of that buoy) of all buoys."""
     return [(name, of_buoy, one) for of_buoy, one in each_buoy(dataset) for name in names]
 
 
-def _curves(axes, dataset, name, pick, factor, colour, runs, label, ending=""):
+def _curves(
+    axes: Any,
+    dataset: xr.Dataset,
+    name: str,
+    pick: dict[str, str],
+    factor: float,
+    colour: str,
+    runs: list[dict[str, complex]] | tuple[Any, ...],
+    label: str,
+    ending: str = "",
+) -> None:
     T = dataset.period.values
     axes.plot(T, factor * np.abs(complex_of(dataset[f"{name}{ending}"].sel(pick))), color=colour, label=label)
     if f"{name}_drag{ending}" in dataset:
@@ -68,7 +84,7 @@ def _curves(axes, dataset, name, pick, factor, colour, runs, label, ending=""):
         axes.plot(*np.transpose(found), "o", color=colour, ms=3.5, mfc="none")
 
 
-def _styles(dataset, runs):
+def _styles(dataset: xr.Dataset, runs: list[dict[str, complex]] | tuple[Any, ...]) -> list[Any]:
     found = [Line2D([], [], color=COLORS["ink"], label="small waves")]
     if "height_m" in dataset.attrs:
         words = f"height {dataset.attrs['height_m']:g} m, drag linearised"
@@ -78,7 +94,7 @@ def _styles(dataset, runs):
     return found
 
 
-def spectra(dataset) -> Figure:
+def spectra(dataset: xr.Dataset) -> Figure:
     """Spectra of the elevation, the motions and the tensions in an irregular sea, each over its own scale."""
     f = dataset.omega.values / (2 * np.pi)
     with matplotlib.rc_context(STYLE):

@@ -1,8 +1,11 @@
 """A picture of the whole system at one instant: lines, joints, hulls, bed, water and its velocity, forces, masses."""
 
+from __future__ import annotations
+
 import itertools
 import math
 import textwrap
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +20,14 @@ from .tables import force_unit
 from mpl_toolkits.mplot3d import proj3d
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-#: Of several lines, in turn; with more of them than these the legend does not tell which is which.
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+    from .frame import Frame, Mark
+
+#: Of several lines, in turn; with more of them than these the legend does not name them.
 LINES = [COLORS["ink"], COLORS["red"], COLORS["green"], COLORS["blue"], COLORS["purple"]]
 #: Several lines are drawn from above too if they are wider than this share of their length.
 WIDE = 0.02
@@ -26,14 +36,17 @@ ELEVATION = 14
 
 
 @figure_of()
-def snapshot(record, scene=None, time: float | None = None) -> Figure:
+def snapshot(record: xr.Dataset, scene: Scene, time: float | None = None) -> Figure:
     """Figs. 8 (right) and 11: the system at the frame nearest to `time` (default: the last), as a whole and around
     the buoy with the forces on it, several lines from above.  Lengths have equal scale in all directions; over each
     panel an arrow of known speed, in the legend the scale of forces."""
     now = Frames(record, scene).at(time)
     boxes = [box for box in (_whole(now), _detail(now)) if box is not None]
     from_above = len(now.run.spans) > 1 and np.ptp(now.x[:, :2], axis=0).min() > WIDE * np.ptp(now.x, axis=0).max()
-    figure, legend = new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False), {}
+    figure, legend = (
+        new_figure(PAGE if len(boxes) == 2 or from_above else COLUMN, 4.2, constrained=False),
+        dict[Any, Any](),
+    )
     for box in boxes:
         axes = figure.add_axes((0, 0, 1, 1), projection="3d", computed_zorder=False)
         axes.patch.set_visible(False)
@@ -47,11 +60,11 @@ def snapshot(record, scene=None, time: float | None = None) -> Figure:
     return figure
 
 
-def _lay_out(figure, title, time, entries):
+def _lay_out(figure: Figure, title: str, time: float, entries: list[Any]) -> None:
     """Title, panels, legend, from above; the figure becomes as high as they need."""
     columns = _columns([entry.get_label() for entry in entries], figure.get_figwidth())
-    said = [title, f"t\xa0=\xa0{time:.4g}\xa0s"] if title else [f"t\xa0=\xa0{time:.4g}\xa0s"]
-    lines = textwrap.wrap(", ".join(said), int(15 * figure.get_figwidth()))
+    words = [title, f"t\xa0=\xa0{time:.4g}\xa0s"] if title else [f"t\xa0=\xa0{time:.4g}\xa0s"]
+    lines = textwrap.wrap(", ".join(words), int(15 * figure.get_figwidth()))
     above, below = 0.12 + 0.15 * len(lines), 0.08 + 0.17 * math.ceil(len(entries) / columns)
     side_by_side(figure, above, below)
     figure.text(0.5, 1 - 0.08 / figure.get_figheight(), "\n".join(lines), ha="center", va="top", fontsize=9)
@@ -61,7 +74,7 @@ def _lay_out(figure, title, time, entries):
 # -- what is seen ----------------------------------------------------------------------------------------------------
 
 
-def _whole(now):
+def _whole(now: Frame) -> NDArray[Any] | None:
     """Box (2, 3) of lower and upper corner around everything; None of one buoy without a line."""
     if now.alone and not len(now.x):
         return None
@@ -71,7 +84,7 @@ def _whole(now):
     low[2] -= 0.04 * span
     high[2] += 0.06 * span
     if now.scene.sea:
-        crest, bed = crest_height(now.scene), -now.scene.sea.depth
+        crest, bed = crest_height(now.scene), now.bed
         if bed > low[2] - 0.25 * span:
             low[2] = min(bed, low[2])
         if crest > low[2] and high[2] + 0.25 * span > 0:
@@ -81,7 +94,7 @@ def _whole(now):
     return np.array([middle - half, middle + half])
 
 
-def _detail(now):
+def _detail(now: Frame) -> NDArray[Any] | None:
     """Box around the buoy; None without one, or of several lines or buoys."""
     if not now.alone or not now.buoys:
         return None
@@ -94,7 +107,7 @@ def _detail(now):
 # -- parts of the picture ----------------------------------------------------------------------------------------------
 
 
-def _draw(axes, now, box, legend):
+def _draw(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """Everything but forces, from back to front, each with its place in the legend."""
     if now.scene.sea:
         _draw_bed(axes, now, box, legend)
@@ -115,52 +128,52 @@ def _draw(axes, now, box, legend):
 FORCES = {"external force": COLORS["red"], "wind force": COLORS["green"], "mooring force": COLORS["purple"]}
 
 
-def _draw_forces(axes, now, box, legend):
-    """What pushes the buoys, and to a scale of its own what holds one: of several ends of lines the lines tell."""
+def _draw_forces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
+    """Forces that push the buoys, and to a scale of its own the one that holds one; of several only the lines show."""
     pulls = now.arrows("pulls")
     for arrows in (now.arrows("outside"), pulls if len(pulls) == 1 else []):
         largest = max((float(np.linalg.norm(force)) for _, _, force in arrows), default=0.0)
         for name, point, force in (arrow for arrow in arrows if arrow[2].any()):
             scale = nice_scale(largest, 0.3 * (box[1] - box[0]).min())  # the largest is about a quarter of the box
             axes.quiver(*point, *force / scale, color=FORCES[name], lw=1.6, arrow_length_ratio=0.3, zorder=6)
-            legend[name] = _arrow(FORCES[name], _said(name, force, scale, box))
+            legend[name] = _arrow(FORCES[name], _label_of(name, force, scale, box))
 
 
-def _draw_bed(axes, now, box, legend):
+def _draw_bed(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     (x0, y0, _), (x1, y1, _) = box
     plan = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
     corners = now.on_bed(plan)
-    if corners[:, 2].max() < box[0, 2] - 1e-9 * now.scene.sea.depth:
+    if corners[:, 2].max() < box[0, 2] + 1e-9 * now.bed:
         return
-    corners = [np.maximum(corners, [-np.inf, -np.inf, box[0, 2]])]
-    axes.add_collection3d(Poly3DCollection(corners, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
+    seen = [np.maximum(corners, [-np.inf, -np.inf, box[0, 2]])]
+    axes.add_collection3d(Poly3DCollection(seen, facecolor=COLORS["sand"], alpha=0.35, lw=0, zorder=1))
     legend["bed"] = Patch(color=COLORS["sand"], alpha=0.35, label="sea bed")
 
 
-def _colored(now):
+def _colored(now: Frame) -> list[tuple[str, list[NDArray[Any]], str]]:
     """(name, pieces, colour) of the lines."""
     return [(*line, color) for line, color in zip(now.lines, itertools.cycle(LINES), strict=False)]
 
 
-def _draw_lines(axes, now, box, legend):
+def _draw_lines(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
     """The lines, each with its name if there are not too many, dotted where the box cuts them off; what of them is
     below the bed is set off."""
-    told, tension = len(now.run.spans) <= len(LINES), _tension(now)
+    named, tension = len(now.run.spans) <= len(LINES), _tension(now)
     for name, pieces, color in _colored(now):
-        label = f"{name}{tension}" if told else "cables"
-        legend["line", name if told else ""] = Line2D([], [], color=color, lw=1.2, label=label)
+        label = f"{name}{tension}" if named else "cables"
+        legend["line", name if named else ""] = Line2D([], [], color=color, lw=1.2, label=label)
         for nodes in pieces:
             x = _inside(nodes, box)
             cut = 0 if np.array_equal(x[:1], nodes[:1]) else len(x) // 2
             axes.plot(*x[cut:].T, color=color, lw=1.2, zorder=3)
             axes.plot(*x[: cut + 1].T, ":", color=color, lw=1.2, zorder=3)
-            if now.scene.sea is not None and now.depth_below_bed > 0:
+            if now.depth_below_bed > 0:
                 _draw_below_bed(axes, now, x, legend)
 
 
-def _draw_below_bed(axes, now, x, legend):
-    """What of a line is below the bed in red, and down to it a curtain from the bed."""
-    bed = -now.scene.sea.depth
+def _draw_below_bed(axes: Any, now: Frame, x: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
+    """The part of a line below the bed in red, and down to it a curtain from the bed."""
+    bed = now.bed
     x = _crossing(x, bed)
     under = x[:, 2] <= bed
     foot = np.column_stack([x[:, :2], np.full(len(x), bed)])
@@ -183,7 +196,7 @@ JOINTS = {
 }
 
 
-def _draw_marks(axes, now, box, legend):
+def _draw_marks(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
     """Joints, and ends that are held; in the sea those that stay where they are are anchors."""
     for mark, place in _marked(now):
         if ((place > box[0] - 1e-9) & (place < box[1] + 1e-9)).all():
@@ -193,12 +206,12 @@ def _draw_marks(axes, now, box, legend):
             legend[words] = Line2D([], [], color=color, marker=symbol, ms=size, ls="none", label=words)
 
 
-def _marked(now):
+def _marked(now: Frame) -> list[tuple[Mark, NDArray[Any]]]:
     """(mark, place) of what has a symbol; a free end has none."""
     return [(mark, now.x[mark.node]) for mark in now.run.marks if mark.kind in JOINTS]
 
 
-def _draw_plan(axes, now):
+def _draw_plan(axes: Any, now: Frame) -> None:
     """All from above: lines, with their names where the legend leaves them out, joints, hulls."""
     for name, pieces, color in _colored(now):
         for nodes in pieces:
@@ -210,13 +223,13 @@ def _draw_plan(axes, now):
         symbol, size, color, _ = JOINTS[mark.kind]
         axes.plot(*place[:2], symbol, color=color, ms=size)
     for hull in now.hulls:
-        axes.add_patch(Circle(hull.r_C[:2], hull.shape.max_diameter / 2, color=COLORS["orange"], zorder=3))
+        axes.add_patch(Circle(hull.r_C[:2], hull.outline[:, 1].max(), color=COLORS["orange"], zorder=3))
     axes.set(xlabel="x [m]", ylabel="y [m]")
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)
 
 
-def _draw_velocity(axes, now, box, legend):
+def _draw_velocity(axes: Any, now: Frame, box: NDArray[Any], legend: dict[Any, Any]) -> None:
     """Arrows in the vertical plane through the buoy, or the middle of the cable; over the box one of known speed."""
     causes = [name for name in ("waves", "current") if getattr(now.scene, name)]
     if not causes:
@@ -233,7 +246,7 @@ def _draw_velocity(axes, now, box, legend):
     legend["flow"] = _arrow(COLORS["blue"], f"water velocity, {' and '.join(causes)}")
 
 
-def _draw_key(axes, box, along, speed, scale):
+def _draw_key(axes: Any, box: NDArray[Any], along: NDArray[Any], speed: float, scale: float) -> None:
     """An arrow of this speed in the direction of the water's motion, over the wall at the back."""
     span, arrow = np.ptp(box, axis=0).max(), along * speed / scale
     middle = np.array([box[:, 0].mean(), box[1, 1], box[1, 2] + 0.06 * span])
@@ -244,7 +257,7 @@ def _draw_key(axes, box, along, speed, scale):
     axes.text2D(x, y, f"{speed:.3g} m/s", transform=axes.transData, **look)
 
 
-def _plane(now, box, columns=8):
+def _plane(now: Frame, box: NDArray[Any], columns: int = 8) -> tuple[NDArray[Any], float]:
     """Points under water in the plane of the waves through the buoy, and their distance."""
     middle = (box[0] + box[1]) / 2
     through, along = now.buoys[0].r_C if now.alone and now.buoys else middle, heading(now.direction_deg)
@@ -255,7 +268,7 @@ def _plane(now, box, columns=8):
     spacing = 2 * reach / (columns - 1)
     x = base + np.linspace(-reach, reach, columns)[:, None] * along
     top = np.minimum(now.elevation(x), box[1, 2])
-    floor = max(box[0, 2], -now.scene.sea.depth)
+    floor = max(box[0, 2], now.bed)
     rows = max(3, round((top.max() - floor) / (1.1 * spacing)))
     fraction = (np.arange(rows) + 0.3) / rows
     z = top[:, None] - fraction * (top - floor)[:, None]
@@ -263,8 +276,8 @@ def _plane(now, box, columns=8):
     return points[(points[:, 2] > floor) & ~now.in_hull(points)], spacing
 
 
-def _draw_surfaces(axes, now, box, legend):
-    """Water behind the hulls, hulls, water before them."""
+def _draw_surfaces(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
+    """Water beyond the hulls, hulls, water before them."""
     if now.scene.sea and box[0, 2] < now.elevation(box[0]) < box[1, 2]:
         x, viewer = _water_patches(now, box), towards_viewer(ELEVATION, clear_azimuth(now.direction_deg))
         middle = x.mean(axis=1)
@@ -282,7 +295,7 @@ def _draw_surfaces(axes, now, box, legend):
         legend["buoy"] = Patch(color=COLORS["orange"], label="buoy")
 
 
-def _draw_still_water(axes, now, box, legend):
+def _draw_still_water(axes: Any, now: Frame, box: NDArray[Any], legend: dict[str | tuple[str, str], Any]) -> None:
     """A line on the walls at the back."""
     if now.scene.waves and box[0, 2] < 0 < box[1, 2]:
         (x0, y0, _), (x1, y1, _) = box
@@ -292,7 +305,7 @@ def _draw_still_water(axes, now, box, legend):
         legend["still water"] = Line2D([], [], label="still water", **style)
 
 
-def _water_patches(now, box):
+def _water_patches(now: Frame, box: NDArray[Any]) -> Any:
     """Quadrilaterals (n, 4, 3) of the water surface in the box."""
     span = (box[1] - box[0])[:2].max()
     length = 2 * math.pi / wavenumber(now.scene) if now.scene.waves else np.inf
@@ -303,7 +316,7 @@ def _water_patches(now, box):
     return np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _shaded(patches, color):
+def _shaded(patches: NDArray[Any], color: str) -> NDArray[Any]:
     """Colours of the patches in light from above and one side."""
     normal = np.cross(patches[:, 2] - patches[:, 0], patches[:, 3] - patches[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
@@ -313,7 +326,7 @@ def _shaded(patches, color):
     return rgba
 
 
-def _inside(x, box):
+def _inside(x: NDArray[Any], box: NDArray[Any]) -> Any:
     """The part of a polyline inside the box, finely divided."""
     if ((x >= box[0]) & (x <= box[1])).all():
         return x
@@ -321,7 +334,7 @@ def _inside(x, box):
     return fine[((fine >= box[0]) & (fine <= box[1])).all(axis=1)]
 
 
-def _crossing(x, z):
+def _crossing(x: NDArray[Any], z: float) -> NDArray[Any]:
     """A polyline with a node wherever it passes a height."""
     above = x[:, 2] > z
     passed = np.flatnonzero(above[:-1] != above[1:])
@@ -331,7 +344,7 @@ def _crossing(x, z):
     return np.insert(x, passed + 1, between, axis=0)
 
 
-def _divided(x, pieces=200):
+def _divided(x: NDArray[Any], pieces: int = 200) -> NDArray[Any]:
     """A polyline with each piece divided."""
     s = np.linspace(0, len(x) - 1, pieces * (len(x) - 1) + 1)
     return np.stack([np.interp(s, np.arange(len(x)), c) for c in x.T], axis=-1)
@@ -340,7 +353,7 @@ def _divided(x, pieces=200):
 # -- words -------------------------------------------------------------------------------------------------------------
 
 
-def _tension(now):
+def _tension(now: Frame) -> str:
     """Least and largest of the elements of the only cable."""
     if len(now.run.spans) != 1:
         return ""
@@ -349,7 +362,7 @@ def _tension(now):
     return f", tension {least} {unit}" if least == largest else f", tension {least} to {largest} {unit}"
 
 
-def _said(name, force, scale, box):
+def _label_of(name: str, force: NDArray[Any], scale: float, box: NDArray[Any]) -> str:
     """Name, size and scale of a force."""
     size = float(np.linalg.norm(force))
     unit, factor = force_unit(size)
@@ -358,8 +371,8 @@ def _said(name, force, scale, box):
     return f"{name}, {factor * size:.3g} {unit} ({factor * scale:.3g} {unit} per m)"
 
 
-def _columns(labels, width):
-    """Of a legend of that width [inch]: as many as fit, at most three; letters are about 1/18 inch wide."""
+def _columns(labels: list[str], width: float) -> int:
+    """Columns of a legend of that width [inch]: as many as fit, at most three; letters are about 1/18 inch wide."""
     for columns in (3, 2):
         longest = [max(map(len, part), default=0) for part in np.array_split(labels, columns)]
         if sum(longest) + 8 * columns <= 18 * width:
@@ -367,5 +380,5 @@ def _columns(labels, width):
     return 1
 
 
-def _arrow(color, label):
+def _arrow(color: str, label: str) -> Any:
     return Line2D([], [], color=color, marker=r"$\rightarrow$", ms=9, ls="none", label=label)

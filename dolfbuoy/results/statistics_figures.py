@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -28,15 +29,17 @@ def draw_all(statistics: xr.Dataset, folder: Path) -> list[Path]:
     return written
 
 
-def _sets(statistics):
+def _sets(statistics: xr.Dataset) -> Any:
     return range(min(statistics.sizes["set"], MOST_SETS))
 
 
-def _panels(statistics, needs):
+def _panels(statistics: xr.Dataset, needs: str) -> tuple[Figure, list[tuple[Any, str, str, float, xr.Dataset]]]:
     """(figure, [(axes, name, text of the axis, factor to its unit, what there is of it)]) of what is shown, of every
     cable and buoy, if there is what it needs, an ending; (None, []) if there is nothing."""
     series = each_series(statistics, "maximum", shown_in("statistics figure"))
-    series = [(said, name, one) for said, name, one in series if f"{name}{needs}" in one and one[f"{name}{needs}"].size]
+    series = [
+        (label, name, one) for label, name, one in series if f"{name}{needs}" in one and one[f"{name}{needs}"].size
+    ]
     if not series:
         return None, []
     rows = (len(series) + 1) // 2
@@ -45,16 +48,16 @@ def _panels(statistics, needs):
     for spare in grid[len(series) :]:
         spare.remove()
     shown = zip(grid, series, strict=False)
-    return figure, [(axes, name, *_label(said, one[f"{name}_maximum"]), one) for axes, (said, name, one) in shown]
+    return figure, [(axes, name, *_label(label, one[f"{name}_maximum"]), one) for axes, (label, name, one) in shown]
 
 
-def _label(said, largest):
+def _label(series: str, largest: xr.DataArray) -> tuple[str, float]:
     """Name and unit of an axis, and the factor to that unit."""
     unit, factor = unit_of(largest.values, largest.attrs["units"])
-    return f"{said.replace('_', ' ')} [{unit}]", factor
+    return f"{series.replace('_', ' ')} [{unit}]", factor
 
 
-def exceedance(statistics: xr.Dataset) -> Figure | None:
+def exceedance(statistics: xr.Dataset) -> Figure:
     """Probability that a peak is higher, and Rayleigh's of a narrow-banded Gaussian process."""
     figure, panels = _panels(statistics, "_peak")
     for axes, name, text, factor, statistics in panels:
@@ -71,7 +74,7 @@ def exceedance(statistics: xr.Dataset) -> Figure | None:
     return figure
 
 
-def _rayleigh(axes, statistics, name, k, factor, lowest):
+def _rayleigh(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: float, lowest: float) -> None:
     mine = statistics.set_of_run.values == k
     mean = statistics[f"{name}_mean"].values[mine].mean()
     deviation = np.sqrt((statistics[f"{name}_standard_deviation"].values[mine] ** 2).mean())
@@ -88,7 +91,7 @@ def _rayleigh(axes, statistics, name, k, factor, lowest):
     )
 
 
-def cycles(statistics: xr.Dataset) -> Figure | None:
+def cycles(statistics: xr.Dataset) -> Figure:
     """Rainflow ranges: how many cycles per hour are as large or larger."""
     figure, panels = _panels(statistics, "_range")
     for axes, name, text, factor, statistics in panels:
@@ -105,7 +108,7 @@ def cycles(statistics: xr.Dataset) -> Figure | None:
     return figure
 
 
-def extremes(statistics: xr.Dataset) -> Figure | None:
+def extremes(statistics: xr.Dataset) -> Figure:
     """Largest values of the runs on Gumbel's paper, the line fitted to them, and the most probable one of 3 h."""
     figure, panels = _panels(statistics, "_most_probable")
     for axes, name, text, factor, statistics in panels:
@@ -118,9 +121,10 @@ def extremes(statistics: xr.Dataset) -> Figure | None:
     return figure
 
 
-def _gumbel_paper(axes, statistics, name, k, factor):
+def _gumbel_paper(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: float) -> None:
     maxima = np.sort(statistics[f"{name}_maximum"].values[statistics.set_of_run.values == k])
-    found = Gumbel(*(float(statistics[f"{name}_gumbel_{part}"][k]) for part in ("location", "scale")), len(maxima))
+    location, scale = (float(statistics[f"{name}_gumbel_{part}"][k]) for part in ("location", "scale"))
+    found = Gumbel(location, scale, len(maxima))
     if not np.isfinite(found.location):
         return
     reduced = -np.log(-np.log(np.arange(1, len(maxima) + 1) / (len(maxima) + 1)))
@@ -158,4 +162,4 @@ def circle(statistics: xr.Dataset) -> Figure | None:
 
 
 #: Name of the files: what draws them; None where there is nothing to draw.
-FIGURES: dict[str, Callable] = {draw.__name__: draw for draw in (exceedance, cycles, extremes, circle)}
+FIGURES: dict[str, Callable[..., Any]] = {draw.__name__: draw for draw in (exceedance, cycles, extremes, circle)}

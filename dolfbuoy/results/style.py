@@ -5,14 +5,16 @@ Whatever draws takes matplotlib from here: it is started elsewhere, without the 
 
 import io
 from pathlib import Path
+from typing import Any
 
-from ..elsewhere import matplotlib
-from ..writing import replacing
+from ..elsewhere import matplotlib as matplotlib
+from ..writing import made, replacing
+from .folder import enlist
 
 # isort: split
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection as LineCollection
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Figure
 from matplotlib.lines import Line2D as Line2D
 from matplotlib.patches import Circle as Circle
 from matplotlib.patches import Patch as Patch
@@ -64,18 +66,18 @@ STYLE = {
 }
 
 
-class Picture(Figure):
+class Picture(Figure):  # type: ignore[misc]  # matplotlib has no types
     """A figure outside pyplot, in this style whoever draws it; a notebook shows it, once, where it ends a cell."""
 
-    def draw(self, renderer):
+    def draw(self, renderer: Any) -> None:
         with matplotlib.rc_context(STYLE):
             super().draw(renderer)
 
-    def savefig(self, *arguments, **options):
+    def savefig(self, *arguments: Any, **options: Any) -> None:
         with matplotlib.rc_context(STYLE):
             super().savefig(*arguments, **options)
 
-    def _repr_png_(self):
+    def _repr_png_(self) -> bytes:
         """PNG for notebooks that never imported pyplot, which would register it."""
         shown = io.BytesIO()
         self.savefig(shown, format="png", dpi=150)
@@ -105,7 +107,15 @@ def save(figure: Figure, path: Path) -> list[Path]:
     return files
 
 
-def plain_ticks(axes) -> None:
+def keep(figure: Figure, folder: Path, name: str, kind: str = "run") -> list[Path]:
+    """Save a figure as folder/figures/name, files of a result of this kind; returns them."""
+    path = Path(folder) / "figures" / name
+    made(Path(folder), "figures")
+    enlist(folder, files_of(path), kind)
+    return save(figure, path)
+
+
+def plain_ticks(axes: Any) -> None:
     """Numbers such as 0.2 in the place of powers at logarithmic axes."""
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -113,7 +123,7 @@ def plain_ticks(axes) -> None:
         axis.set_minor_locator(LogLocator(subs=()))
 
 
-def legend_below(figure: Figure, room: float, ncol: int, handles=None) -> None:
+def legend_below(figure: Figure, room: float, ncol: int, handles: list[Any] | None = None) -> None:
     """The legend of the whole figure below its panels, in so many inches."""
     entries = {} if handles is None else {"handles": handles}
     figure.legend(loc="lower center", ncol=ncol, **entries)

@@ -1,7 +1,10 @@
 """Figure of the cases of a sweep."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from . import style
 from .quantities import shown_in
@@ -13,7 +16,7 @@ MOST_PANELS = 10
 MOST_BARS = 200
 
 
-@matplotlib.rc_context(style.STYLE)
+@matplotlib.rc_context(style.STYLE)  # type: ignore[untyped-decorator]  # matplotlib has no types
 def draw(dataset: xr.Dataset) -> Figure:
     """Mean and range of the main quantities: over the first varied key if it is a number, a colour for each combination
     of the others; else, or where these are too many to tell apart, case by case."""
@@ -22,14 +25,15 @@ def draw(dataset: xr.Dataset) -> Figure:
     axes = np.atleast_1d(figure.subplots(max(len(series), 1), 1, sharex=True))
     label, groups = _groups(dataset)
     width = 0.015 * max(np.ptp(np.concatenate([x for _, x, _ in groups])), 1e-12)
-    for axis, (said, name, one) in zip(axes, series, strict=False):
+    for axis, (text, name, one) in zip(axes, series, strict=False):
         mean, low, high = (one[f"{name}_{s}"] for s in ("mean", "minimum", "maximum"))
         for k, (group, x, cases) in enumerate(groups):
             good = np.isfinite(mean.values[cases])
             cases = cases[good]
-            place, values = x[good] + width * (k - (len(groups) - 1) / 2), [v.values[cases] for v in (mean, low, high)]
-            (_cloud if dataset.sizes["case"] > MOST_BARS else _bars)(axis, place, *values, group)
-        axis.set_ylabel(f"{said.replace('_', ' ')} [{mean.attrs['units']}]")
+            place = x[good] + width * (k - (len(groups) - 1) / 2)
+            draw_group = _cloud if dataset.sizes["case"] > MOST_BARS else _bars
+            draw_group(axis, place, mean.values[cases], low.values[cases], high.values[cases], group)
+        axis.set_ylabel(f"{text.replace('_', ' ')} [{mean.attrs['units']}]")
     axes[-1].set_xlabel(label)
     if len(groups) > 1:
         axes[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
@@ -38,19 +42,19 @@ def draw(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def _bars(axis, x, mean, low, high, label):
+def _bars(axis: Any, x: NDArray[Any], mean: NDArray[Any], low: NDArray[Any], high: NDArray[Any], label: str) -> None:
     reach = np.maximum([mean - low, high - mean], 0.0)  # rounding of the mean
     axis.errorbar(x, mean, reach, fmt="o", markersize=3.5, capsize=2.5, label=label)
 
 
-def _cloud(axis, x, mean, low, high, label):
+def _cloud(axis: Any, x: NDArray[Any], mean: Any, low: Any, high: Any, label: Any) -> None:
     """Points as a picture, whose size and time do not grow with their number."""
     (drawn,) = axis.plot(x, mean, ".", markersize=3, rasterized=True, label=label, zorder=3)
     for ends in (low, high):
         axis.plot(x, ends, ".", color=drawn.get_color(), alpha=0.4, markersize=1, rasterized=True)
 
 
-def _groups(dataset):
+def _groups(dataset: xr.Dataset) -> tuple[str, list[tuple[str, NDArray[Any], NDArray[Any]]]]:
     """Label of the abscissa, and (label, abscissa, cases) of each group of points."""
     keys = dataset.attrs["varied"].split(", ")
     first, *others = (dataset[key.replace(".", "_")].values for key in keys)

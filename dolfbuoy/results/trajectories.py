@@ -1,5 +1,9 @@
 """Figures of the path of the buoy: from above, from the side, in space."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..model.sea import heading
@@ -10,12 +14,18 @@ from .drawing import at_least, figure_of, legend_above
 from .series import mean_over_time
 from .style import COLORS, COLUMN, Figure, new_figure
 
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from ..scene.sections import Scene
+
 #: A motion is drawn as planar if its width is below this share of its length.
 PLANAR = 0.02
 
 
 @figure_of("buoy_position", part="buoy")
-def trajectory(record, scene=None) -> Figure:
+def trajectory(record: xr.Dataset, scene: Scene) -> Figure:
     """Figs. 6 and 10 (left): path of C from above and from the side.
 
     A motion in one vertical plane x-z or y-z is shown from the side and over time.
@@ -42,7 +52,7 @@ def trajectory(record, scene=None) -> Figure:
 
 
 @figure_of("buoy_position", part="buoy")
-def track(record, scene=None) -> Figure:
+def track(record: xr.Dataset, scene: Scene) -> Figure:
     """Horizontal track of C after the ramp, its mean, and where waves, current, wind and an external force push."""
     t = record.time.values
     rows = after_ramp(t, scene, 2, "track of the buoy")
@@ -59,16 +69,16 @@ def track(record, scene=None) -> Figure:
     return figure
 
 
-def pushes(scene, name: str | None) -> dict[str, np.ndarray]:
+def pushes(scene: Scene, name: str | None) -> dict[str, NDArray[Any]]:
     """Horizontal directions (2,) of waves and current, and of what pushes the buoy of that name, if there is one."""
-    buoy = scene.network.buoys.get(name)
+    buoy = scene.network.buoys.get(name or "")
     named = {"waves": scene.waves, "current": scene.current, "wind": buoy and buoy.wind}
     found = {name: heading(section.direction_deg)[:2] for name, section in named.items() if section}
     force = np.array(buoy.external_force.force[:2] if buoy and buoy.external_force else (0.0, 0.0))
     return found | ({"force": force / np.linalg.norm(force)} if force.any() else {})
 
 
-def _draw_compass(axes, directions):
+def _draw_compass(axes: Any, directions: dict[str, NDArray[Any]]) -> None:
     """Directions alone, as arrows whose lengths mean nothing."""
     for k, (name, direction) in enumerate(directions.items()):
         color = COLORS[("blue", "green", "orange", "red")[k]]
@@ -82,7 +92,7 @@ def _draw_compass(axes, directions):
 
 
 @figure_of("buoy_position", part="buoy")
-def orbit(record, scene=None) -> Figure:
+def orbit(record: xr.Dataset, scene: Scene) -> Figure:
     """Fig. 10 (left): path of C in the last period of the waves."""
     if scene.waves is None:
         raise Missing("figures.orbit needs waves, which this scene does not have.")
@@ -100,7 +110,7 @@ def orbit(record, scene=None) -> Figure:
     return _orbit_3d(x)
 
 
-def _orbit_3d(x):
+def _orbit_3d(x: NDArray[Any]) -> Figure:
     middle, half = (x.max(axis=0) + x.min(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
     half = 1.12 * np.maximum(half, 0.35 * half.max())
     box = np.array([middle - half, middle + half])
@@ -119,7 +129,7 @@ def _orbit_3d(x):
     return figure
 
 
-def _last_period(record, scene):
+def _last_period(record: xr.Dataset, scene: Scene) -> NDArray[Any] | None:
     """Rows of the last period, or None if there is none or the run is shorter."""
     t, period = record.time.values, period_of(scene)
     if period is None or t[-1] - t[0] < period or len(t) < 3:
@@ -127,18 +137,18 @@ def _last_period(record, scene):
     return np.flatnonzero(t >= t[-1] - period * (1 + 1e-9))
 
 
-def _is_planar(x):
+def _is_planar(x: NDArray[Any]) -> Any:
     extent = np.ptp(x[:, :2], axis=0)
     return extent.min() <= PLANAR * extent.max() + 1e-6
 
 
-def widest(x) -> int:
+def widest(x: NDArray[Any]) -> int:
     """0 for x, 1 for y: the horizontal direction of the greater extent of points (..., 3)."""
     extent = np.ptp(x.reshape(-1, 3)[:, :2], axis=0)
     return int(extent[1] > extent[0])
 
 
-def _draw_path(axes, x, last):
+def _draw_path(axes: Any, x: NDArray[Any], last: NDArray[Any] | None) -> None:
     """A path in a plane with its start and end, the rows `last` set off."""
     axes.plot(*x.T, color=COLORS["blue"], lw=0.8)
     if last is not None and len(last) < len(x):
@@ -148,7 +158,7 @@ def _draw_path(axes, x, last):
     equal_axes(axes, x)
 
 
-def equal_axes(axes, x) -> None:
+def equal_axes(axes: Any, x: NDArray[Any]) -> None:
     """Equal scale: the panel keeps its shape and shows a little more than the points (n, 2)."""
     middle, half = (x.max(axis=0) + x.min(axis=0)) / 2, (x.max(axis=0) - x.min(axis=0)) / 2
     half = np.maximum(1.08 * half, max(0.05 * half.max(), 5e-3))
@@ -156,12 +166,12 @@ def equal_axes(axes, x) -> None:
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def panel_height(x, panel_width: float = 2.9) -> float:
+def panel_height(x: NDArray[Any], panel_width: float = 2.9) -> float:
     """Height of a panel of that width [inch] that suits the points (n, 2)."""
     width, height = np.ptp(x, axis=0)
     return float(np.clip(1.05 * panel_width * height / width, 1.0, 3.2)) if width > 0 else 2.4
 
 
-def label_axes(axes, horizontal: str, vertical: str) -> None:
+def label_axes(axes: Any, horizontal: str, vertical: str) -> None:
     """Names of two coordinates, in metres."""
     axes.set(xlabel=f"{horizontal} [m]", ylabel=f"{vertical} [m]")

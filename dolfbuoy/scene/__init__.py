@@ -1,4 +1,4 @@
-"""What a scene calls for: typed, bounded sections, and how they are read and written."""
+"""The scene language: typed, bounded sections, and how they are read and written."""
 
 from .cable import Top
 from .keys import Key, list_keys

@@ -1,58 +1,60 @@
 """The section [buoy], and those of what acts on a buoy alone."""
 
 import itertools
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from .initial import BuoyStart
-from .quantities import (
-    AddedMass,
-    Angle,
-    Area,
-    Coefficient,
-    Damping,
-    Density,
-    ForceVector,
-    Height,
-    Inertia,
-    Mass,
-    Missing,
-    Name,
-    Rows,
-    Speed,
-    Vector,
-    Wrong,
-)
+from . import quantities as q
+from .quantities import Missing, Wrong
 from .section import Section, key
+
+
+class BuoyStart(Section):
+    """Pose and velocity of a buoy at t = 0."""
+
+    buoy_position: q.Vector | None = key("initial position of C; absent: from the equilibrium", "m", default=None)
+    buoy_orientation: q.Quaternion | None = key(
+        "initial orientation as a quaternion, body to world; absent: from the equilibrium", "1", default=None
+    )
+    buoy_velocity: q.VelocityVector | None = key("initial velocity of C; absent: at rest", "m/s", default=None)
+    buoy_angular_velocity: q.VelocityVector | None = key(
+        "initial angular velocity in the world frame; absent: at rest", "rad/s", default=None
+    )
+
+    @model_validator(mode="after")
+    def _turned(self) -> Self:
+        if self.buoy_orientation is not None and sum(c * c for c in self.buoy_orientation) == 0:
+            raise Wrong("buoy_orientation", self.buoy_orientation, "must not be the zero quaternion")
+        return self
 
 
 class Wind(Section):
     """Wind on the buoy, Eq. (2)."""
 
-    speed_10m: Speed = key("wind speed 10 m above still water", "m/s")
-    direction_deg: Angle = key("direction towards which the wind blows, counterclockwise from x", "deg", default=0.0)
-    drag_coefficient: Coefficient = key("wind drag coefficient of the part above water", "1", default=1.0)
-    area: Area = key("projected area exposed to the wind", "m^2")
+    speed_10m: q.Speed = key("wind speed 10 m above still water", "m/s")
+    direction_deg: q.Angle = key("direction towards which the wind blows, counterclockwise from x", "deg", default=0.0)
+    drag_coefficient: q.Coefficient = key("wind drag coefficient of the part above water", "1", default=1.0)
+    area: q.Area = key("projected area exposed to the wind", "m^2")
     height: Annotated[float, Field(ge=0, le=1e5)] = key("height above the keel at which the wind force acts", "m")
-    air_density: Density = key("air density", "kg/m^3", default=1.225)
+    air_density: q.Density = key("air density", "kg/m^3", default=1.225)
 
 
 class ExternalForce(Section):
     """A constant force at a point of the axis (default: C)."""
 
-    force: ForceVector = key("constant force vector", "N")
-    height: Height | None = key("height above the keel at which it is applied; absent: at C", "m", default=None)
+    force: q.ForceVector = key("constant force vector", "N")
+    height: q.Height | None = key("height above the keel at which it is applied; absent: at C", "m", default=None)
 
 
 class PointMass(Section):
     """A mass on the axis of the buoy."""
 
-    mass: Mass = key("point mass", "kg")
-    height: Height = key("height above the keel", "m")
+    mass: q.Mass = key("point mass", "kg")
+    height: q.Height = key("height above the keel", "m")
 
 
-def _check_inertia(inertia):
+def _check_inertia(inertia: list[float]) -> None:
     if len(inertia) not in (2, 3):
         raise Wrong("inertia", inertia, "must be [transverse, axial] or [Ixx, Iyy, Izz]")
     moments = [inertia[0], *inertia] if len(inertia) == 2 else inertia
@@ -68,50 +70,50 @@ def _check_inertia(inertia):
 class Buoy(Section):
     """A rigid body of revolution; heights are measured along the axis from the keel."""
 
-    hull: Rows | None = key(
+    hull: q.Rows | None = key(
         "hull profile [[height, diameter], ...] from the keel up; required with [sea]", "m", default=None
     )
-    mass: Mass = key("mass excluding the point masses", "kg")
-    center_of_mass: Height | None = key(
+    mass: q.Mass = key("mass excluding the point masses", "kg")
+    center_of_mass: q.Height | None = key(
         "height of its centre of mass above the keel; absent: centroid of the hull", "m", default=None
     )
-    inertia: list[Inertia] | None = key(
+    inertia: list[q.Inertia] | None = key(
         "moments of inertia [transverse, axial] or [Ixx, Iyy, Izz] about it; absent: uniform solid hull",
         "kg m^2",
         default=None,
     )
     point_masses: list[PointMass] = key("point masses on the axis, in addition to mass", default=[])
-    mooring_height: Height = key("height of the mooring point above the keel", "m", default=0.0)
-    fairleads: dict[Name, Vector] | None = key(
+    mooring_height: q.Height = key("height of the mooring point above the keel", "m", default=0.0)
+    fairleads: dict[q.Name, q.Vector] | None = key(
         "named attachment points {NAME = [x, y, z], ...} in the body frame, from the keel", "m", default=None
     )
-    added_mass: AddedMass = key(
+    added_mass: q.AddedMass = key(
         "transverse added-mass coefficient C_A = C_M - 1, on the displaced mass", "1", default=0.0
     )
-    normal_drag: Coefficient = key("transverse drag coefficient", "1", default=0.0)
-    axial_added_mass: Coefficient = key(
+    normal_drag: q.Coefficient = key("transverse drag coefficient", "1", default=0.0)
+    axial_added_mass: q.Coefficient = key(
         "axial added-mass coefficient of end discs, steps and cones; 1: half a sphere of water per face",
         "1",
         default=0.0,
     )
-    axial_drag: Coefficient = key("axial drag coefficient, on the projected area of these faces", "1", default=0.0)
-    rotational_added_mass: Coefficient = key(
+    axial_drag: q.Coefficient = key("axial drag coefficient, on the projected area of these faces", "1", default=0.0)
+    rotational_added_mass: q.Coefficient = key(
         "rotational added-mass coefficient of these faces about a diameter; 1: 8/45 rho R^5 per disc face",
         "1",
         default=0.0,
     )
-    wave_damping: list[Damping] | None = key(
+    wave_damping: list[q.Damping] | None = key(
         "linear radiation damping [heave, pitch], on the velocity relative to the water", "N s/m, N m s", default=None
     )
     disk_averages: bool = key("average the wave kinematics over the hull's cross-sections (short waves)", default=False)
-    rotational_damping: Damping = key("linear damping of spin about the axis", "N m s", default=0.0)
-    name: Name | None = key("name of the buoy; required if there are several", default=None)
+    rotational_damping: q.Damping = key("linear damping of spin about the axis", "N m s", default=0.0)
+    name: q.Name | None = key("name of the buoy; required if there are several", default=None)
     wind: Wind | None = None
     external_force: ExternalForce | None = None
     initial: BuoyStart | None = None
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.fairleads == {}:
             raise Wrong("fairleads", {}, "must name a point or more, or be left out")
         if self.hull is not None:

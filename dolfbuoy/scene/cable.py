@@ -1,55 +1,40 @@
 """The section [cable.top], and what a piece of line is once all of its keys have a value."""
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from . import quantities as q
 from .mesh_file import element_lengths
-from .quantities import (
-    AddedMass,
-    Angle,
-    Angles,
-    Area,
-    Coefficient,
-    Damping,
-    Duration,
-    ForceVector,
-    Height,
-    Length,
-    Mass,
-    Missing,
-    Period,
-    Share,
-    Vector,
-    VelocityVector,
-    Wrong,
-    finite_numbers,
-)
+from .quantities import Missing, Wrong
 from .section import Section, key
 from .stiffness import AxialStiffness
-from .wave_files import motion_of
+from .wave_files import columns_of
 
 MOST_ROWS = 100_000
 
 
-def _in_order(rows):
-    if any(b[0] <= a[0] for a, b in pairwise(rows)):
-        raise ValueError("must hold rows of growing time")
-    return rows
+def _rising(allowed: str) -> Callable[[list[Any]], list[Any]]:
+    """Validator of a table: its first column increases."""
 
+    def check(rows: list[Any]) -> list[Any]:
+        if not q.is_rising([row[0] for row in rows]):
+            raise ValueError(allowed)
+        return rows
 
-def _upwards(rows):
-    if any(b[0] <= a[0] for a, b in pairwise(rows)):
-        raise ValueError("must hold rows [z, factor of the diameter, factor of the mass] with z increasing")
-    return rows
+    return check
 
 
 _coordinate = Annotated[float, Field(ge=-1e9, le=1e9)]
-_Row = Annotated[tuple[_coordinate, _coordinate, _coordinate, _coordinate], BeforeValidator(finite_numbers(4))]
+_Row = Annotated[tuple[_coordinate, _coordinate, _coordinate, _coordinate], BeforeValidator(q.finite_numbers(4))]
 Motion = Annotated[
-    list[_Row], Field(min_length=2, max_length=MOST_ROWS), AfterValidator(_in_order), BeforeValidator(motion_of)
+    list[_Row],
+    Field(min_length=2, max_length=MOST_ROWS),
+    AfterValidator(_rising("must hold rows of growing time")),
+    BeforeValidator(columns_of(4, "a table, or the name of a file")),
 ]
 
 
@@ -57,35 +42,34 @@ class Top(Section):
     """Upper end of a cable without a buoy."""
 
     kind: Literal["fixed", "prescribed", "free"] = key("boundary condition of the upper end")
-    position: Vector | None = key("position of the end, or mean position of its motion", "m", default=None)
-    force: ForceVector = key("force applied to a free end", "N", default=(0.0, 0.0, 0.0))
-    amplitude: Vector | None = key(
+    position: q.Vector | None = key("position of the end, or mean position of its motion", "m", default=None)
+    force: q.ForceVector = key("force applied to a free end", "N", default=(0.0, 0.0, 0.0))
+    amplitude: q.Vector | None = key(
         "amplitude of the motion, position + amplitude sin(2 pi t/period + phase_deg)", "m", default=None
     )
-    period: Period | None = key("period of the motion", "s", default=None)
-    phase_deg: Angle | Angles = key("phase of the motion at t = 0, one number or one per component", "deg", default=0.0)
-    ramp: Duration = key("ramp-up time of the motion (of the speed of a tow)", "s", default=0.0)
-    velocity: VelocityVector | None = key("constant velocity of the end (tow)", "m/s", default=None)
+    period: q.Period | None = key("period of the motion", "s", default=None)
+    phase_deg: q.Angle | q.Angles = key(
+        "phase of the motion at t = 0, one number or one per component", "deg", default=0.0
+    )
+    ramp: q.Duration = key("ramp-up time of the motion (of the speed of a tow)", "s", default=0.0)
+    velocity: q.VelocityVector | None = key("constant velocity of the end (tow)", "m/s", default=None)
     motion: Motion | None = key(
-        "time history, rows [t, x, y, z] relative to position (cubic splines), or a file of them",
-        "s, m",
-        default=None,
+        "time history, rows [t, x, y, z] relative to position (cubic splines), or a file of them", "s, m", default=None
     )
 
     @model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         if self.kind != "free" and self.position is None:
             raise Wrong("kind", self.kind, "needs a position")
         if self.kind == "prescribed":
             self.check_motion()
-        for name in (*MOTION, "ramp"):
-            if self.kind != "prescribed" and getattr(self, name):
-                raise Wrong(name, getattr(self, name), "goes with kind 'prescribed' only")
-        if self.kind != "free" and self.force != (0.0, 0.0, 0.0):
-            raise Wrong("force", self.force, "goes with kind 'free' only")
+        if self.kind != "prescribed":
+            self.refuse((*MOTION, "ramp"), "goes with kind 'prescribed' only")
+        if self.kind != "free":
+            self.refuse(["force"], "goes with kind 'free' only")
         return self
 
-    def check_motion(self):
+    def check_motion(self) -> None:
         """Raises Wrong or Missing unless one motion is given, of three kinds."""
         given = [name for name in ("amplitude", "velocity", "motion") if getattr(self, name) is not None]
         if len(given) > 1:
@@ -94,7 +78,7 @@ class Top(Section):
             raise Missing("amplitude" if self.amplitude is None else "period", "a motion needs both")
         if not given:
             raise Wrong("kind", self.kind, "needs amplitude and period, a velocity or a motion")
-        if self.amplitude and math.tau * math.hypot(*self.amplitude) > FASTEST * self.period:
+        if self.amplitude and self.period and math.tau * math.hypot(*self.amplitude) > FASTEST * self.period:
             raise Wrong("period", self.period, f"must be longer: the motion must not be faster than {FASTEST:g} m/s")
         if any(math.dist(a[1:], b[1:]) > FASTEST * (b[0] - a[0]) for a, b in pairwise(self.motion or [])):
             raise Wrong("motion", "[...]", f"must not be faster than {FASTEST:g} m/s")
@@ -112,14 +96,14 @@ BreakingLoad = Annotated[float, Field(gt=0, le=1e10)]
 class FailsAt(Section):
     """When the cable parts: at a time, or where its tension is largest once that is reached."""
 
-    time: Duration | None = key("time of failure", "s", default=None)
+    time: q.Duration | None = key("time of failure", "s", default=None)
     tension: BreakingLoad | None = key("tension at which the cable parts", "N", default=None)
     at: Annotated[float, Field(ge=0, le=1e5)] | None = key(
         "arc length of the break at that time; absent: the upper end", "m", default=None
     )
 
     @model_validator(mode="after")
-    def _one(self):
+    def _one(self) -> Self:
         if (self.time is None) == (self.tension is None):
             raise Missing("time", "or tension, and not both")
         if self.at is not None and self.time is None:
@@ -128,23 +112,27 @@ class FailsAt(Section):
 
 
 _factor = Annotated[float, Field(ge=1, le=100)]
-_Grown = Annotated[tuple[Height, _factor, _factor], BeforeValidator(finite_numbers(3))]
-MarineGrowth = Annotated[list[_Grown], Field(min_length=1, max_length=100), AfterValidator(_upwards)]
+_Grown = Annotated[tuple[q.Height, _factor, _factor], BeforeValidator(q.finite_numbers(3))]
+MarineGrowth = Annotated[
+    list[_Grown],
+    Field(min_length=1, max_length=100),
+    AfterValidator(_rising("must hold rows [z, factor of the diameter, factor of the mass] with z increasing")),
+]
 
 MOST_ELEMENTS = 10_000_000
 MOST_SEGMENTS = 100_000  # listed one by one, as those of a mesh file are in the complete scene of a run
-Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[Share], BeforeValidator(element_lengths)]
+Elements = Annotated[Annotated[int, Field(gt=0, le=MOST_ELEMENTS)] | list[q.Share], BeforeValidator(element_lengths)]
 
 
 class Cable(Section):
     """A piece of line and its finite elements: the keys of [cable], of its segment and of its material together."""
 
-    length: Length = key("unstretched length", "m")
-    line_density: Mass = key("mass per unstretched length", "kg/m")
-    diameter: Length | None = key(
+    length: q.Length = key("unstretched length", "m")
+    line_density: q.Mass = key("mass per unstretched length", "kg/m")
+    diameter: q.Length | None = key(
         "drag diameter, also used for the displaced volume if area is absent; required with [sea]", "m", default=None
     )
-    area: Area | None = key(
+    area: q.Area | None = key(
         "cross-sectional area of the displaced volume; absent: pi diameter^2/4", "m^2", default=None
     )
     axial_stiffness: AxialStiffness = key(
@@ -158,9 +146,9 @@ class Cable(Section):
     )
     position_degree: Annotated[int, Field(ge=1, le=8)] = key("polynomial degree mu of the position", "1", default=1)
     tension_degree: Annotated[int, Field(ge=0, le=7)] = key("polynomial degree nu < mu of the tension", "1", default=0)
-    added_mass: AddedMass = key("transverse added-mass coefficient C_A = C_M - 1", "1", default=0.0)
-    normal_drag: Coefficient = key("transverse drag coefficient", "1", default=0.0)
-    tangential_drag: Coefficient = key("longitudinal drag coefficient", "1", default=0.0)
+    added_mass: q.AddedMass = key("transverse added-mass coefficient C_A = C_M - 1", "1", default=0.0)
+    normal_drag: q.Coefficient = key("transverse drag coefficient", "1", default=0.0)
+    tangential_drag: q.Coefficient = key("longitudinal drag coefficient", "1", default=0.0)
     tangential_froude_krylov: bool = key("include the tangential Froude-Krylov force of the waves", default=True)
     marine_growth: MarineGrowth | None = key(
         "marine growth, rows [z, factor on diameter, factor on line_density], by depth at the start",
@@ -179,13 +167,13 @@ class Cable(Section):
     breaking_load: BreakingLoad | None = key(
         "minimum breaking load (MBL); enables the utilisation output T/MBL", "N", default=None
     )
-    damping: Damping = key(
+    damping: q.Damping = key(
         "internal (Kelvin-Voigt) damping c in T = EA e + c de/dt; finite EA only", "N s", default=0.0
     )
     fails_at: FailsAt | None = None
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.damping and math.isinf(self.axial_stiffness):
             raise Wrong("damping", self.damping, "needs a finite axial_stiffness: an inextensible cable has no strain")
         if self.tension_degree >= self.position_degree:

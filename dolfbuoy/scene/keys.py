@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 from .petsc_options import ALLOWED
-from .section import Section, is_by_name, sections_in
+from .section import Section, is_by_name, sections_in, unit_of
 from .sections import Scene
 
 
@@ -24,21 +24,14 @@ def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
     rows, ranges = [], model.model_json_schema()["properties"]
     for name, info in model.model_fields.items():
         if info.description:
-            unit = (info.json_schema_extra or {}).get("unit", "")
-            stands = info_of_default(model, name)
+            stands = getattr(model, "resolved", model).model_fields.get(name, info)  # whose default holds
             default = "required" if stands.is_required() else _toml(stands.default)
-            rows.append(Key(prefix + name, unit, default, _range(ranges[name]), info.description))
+            rows.append(Key(prefix + name, unit_of(info), default, _range(ranges[name]), info.description))
         inside = f"{prefix}{name}.NAME." if is_by_name(info.annotation) else f"{prefix}{name}."
         for inner in sections_in(info.annotation):
             known = {row.name for row in rows}
             rows += [row for row in list_keys(inner, inside) if row.name not in known]
     return rows
-
-
-def info_of_default(model: type[Section], name: str):
-    """The field that says what holds where a key of a section is absent."""
-    resolved = getattr(model, "resolved", model)
-    return resolved.model_fields.get(name, model.model_fields[name])
 
 
 def keys_of(section: str | None = None) -> list[Key]:
@@ -62,7 +55,7 @@ def _takers() -> frozenset[str]:
 
 
 def takes_none(key: str) -> bool:
-    """Whether the word none is a value of the key."""
+    """True if the word none is a value of the key."""
     return key in _takers()
 
 
@@ -81,8 +74,8 @@ def _toml(value: Any) -> str:
     return f"{value:g}" if isinstance(value, int | float) else "{}"
 
 
-def _range(schema: dict) -> str:
-    """What a JSON schema lets through, in words."""
+def _range(schema: dict[str, Any]) -> str:
+    """Range that a JSON schema allows, in words."""
     if "anyOf" in schema:
         return " or ".join(_range(choice) for choice in schema["anyOf"] if choice.get("type") != "null")
     if "enum" in schema:

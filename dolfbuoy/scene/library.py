@@ -24,7 +24,9 @@ numbers, and is complete without this module; what a cable or segment gives itse
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from .mesh_file import Named, inside
@@ -53,25 +55,26 @@ _WORDS = ("chain ", *(f"{kind} " for kind in ROPES))
 FORMS = "'chain R3 studless 19 mm', 'chain Q3 studlink 32 mm less 2 mm', 'wire 40 mm', 'polyester 60 mm', 'nylon 24 mm'"
 
 
-def material(name: str) -> dict | None:
+def material(name: str) -> dict[str, Any] | None:
     """The keys of a [material.NAME] that a name stands for, `source` with them; None: it stands for none.
 
     Raises InputError for a size or a grade that there is not.
     """
     if not name.startswith(_WORDS):
         return None
-    chain, rope = _CHAIN.fullmatch(name), _ROPE.fullmatch(name)
-    if not chain and not rope:
+    found = _CHAIN.fullmatch(name) or _ROPE.fullmatch(name)
+    if found is None:
         raise InputError(f"material = {name!r}: must be written like {FORMS}.")
-    sizes = [float(text) for text in (chain.groups()[2:] if chain else rope.groups()[1:]) if text]
+    is_chain = found.re is _CHAIN
+    sizes = [float(text) for text in found.groups()[2 if is_chain else 1 :] if text]
     if not SIZES[0] <= sizes[0] <= SIZES[1] or any(less >= sizes[0] for less in sizes[1:]):
         raise InputError(
             f"material = {name!r}: must have a size of {SIZES[0]:g} to {SIZES[1]:g} mm, and less corrosion."
         )
-    return _chain(name, *chain.groups()[:2], *sizes) if chain else _rope(rope.group(1), sizes[0] * 1e-3)
+    return _chain(name, found[1], found[2], *sizes) if is_chain else _rope(found[1], sizes[0] * 1e-3)
 
 
-def _chain(name, grade, link, size, less=0.0):
+def _chain(name: str, grade: str, link: str, size: float, less: float = 0.0) -> dict[str, Any]:
     if grade not in GRADES:
         raise InputError(f"material = {name!r}: must have one of the grades {', '.join(GRADES)}.")
     mass, EA, volume, across, along = LINKS[link]
@@ -90,7 +93,7 @@ def _chain(name, grade, link, size, less=0.0):
     }
 
 
-def _rope(kind, d):
+def _rope(kind: str, d: float) -> dict[str, Any]:
     mass, breaking, stiffness, volume, across, added = ROPES[kind]
     breaking = breaking * d**2 + (NYLON_CUBIC * d**3 if kind == "nylon" else 0.0)
     return {
@@ -106,11 +109,11 @@ def _rope(kind, d):
     }
 
 
-def _chosen(kind):
+def _chosen(kind: str) -> str:
     return f"damping chosen, c/EA = {1e3 * DAMPING[kind]:g} ms"
 
 
-def expanded(data: dict, parse) -> dict:
+def expanded(data: dict[str, Any], parse: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
     """The dict of a scene with a [material.NAME] for every material that a cable or segment takes from the library, or
     from the file of the key `library`, which goes.  parse: of TOML.  Raises InputError."""
     own = _own(data["library"], parse) if data.get("library") is not None else {}
@@ -120,7 +123,7 @@ def expanded(data: dict, parse) -> dict:
         return found  # no scene: validation says so
     known = dict(materials)
 
-    def named(table):
+    def named(table: Any) -> Any:
         """A cable or a segment whose material, and that of its segments, is in `known`."""
         if not isinstance(table, dict):
             return table
@@ -131,7 +134,8 @@ def expanded(data: dict, parse) -> dict:
         if keys is None:
             return table
         place = re.sub(r"[^A-Za-z0-9_]+", "-", name.replace(".", "_")).strip("-")
-        if _differs(known.setdefault(place, keys), keys):
+        there = known.setdefault(place, keys)
+        if (there if isinstance(there, dict) else there.model_dump(exclude_none=True)) != keys:
             raise InputError(
                 f"material = {name!r}: the scene has another [material.{place}]: take that name, or call it otherwise."
             )
@@ -143,12 +147,7 @@ def expanded(data: dict, parse) -> dict:
     return found | {"material": known} if known else found
 
 
-def _differs(there, keys):
-    """Whether a section [material.NAME], as a dict or read already, has other keys."""
-    return (there if isinstance(there, dict) else there.model_dump(exclude_none=True)) != keys
-
-
-def _own(library, parse):
+def _own(library: Any, parse: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
     """Materials of a file: a table of keys by each name, which may be any text."""
     if not isinstance(library, str | Path | Named):
         raise InputError(f"library = {library!r}: must be the name of a TOML file.")

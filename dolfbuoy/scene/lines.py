@@ -1,15 +1,16 @@
 """The sections [cable] with its segments, [material.NAME] and [[joint]]."""
 
-from typing import Annotated, ClassVar
+from collections.abc import Iterable
+from typing import Annotated, Any, ClassVar, Self, cast
 
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from .cable import MOTION, Cable, Top
 from .quantities import Coefficient, DragArea, Height, Name, Title, Vector, Volume, Wrong, finite_numbers
-from .section import Section, key
+from .section import Section, key, unit_of
 
 
-def _place(value):
+def _place(value: Any) -> Any:
     if isinstance(value, str):
         return value
     try:
@@ -23,18 +24,17 @@ Place = Annotated[str | tuple[Height, Height, Height], BeforeValidator(_place)]
 #: Keys of a cable that its segments share, and those that say how long it is.
 SHARED = ("position_degree", "tension_degree", "strain", "strain_form", "slack")
 SIZE = ("length", "elements", "grading")
-#: What a piece of line is made of.
+#: Keys of the material of a piece of line.
 PHYSICAL = tuple(name for name in Cable.model_fields if name not in (*SHARED, *SIZE))
 
 
-def _absent(model, names):
+def _absent(model: type[Section], names: Iterable[str]) -> dict[str, Any]:
     """Keys of a section as keys that may be absent: fields for create_model."""
     found = {}
     for name in names:
         info = model.model_fields[name]
-        unit = (info.json_schema_extra or {}).get("unit")
         annotation = Annotated[info.annotation, *info.metadata] if info.metadata else info.annotation
-        found[name] = annotation | None, key(info.description or "", unit, default=None)
+        found[name] = cast(Any, annotation) | None, key(info.description or "", unit_of(info) or None, default=None)
     return found
 
 
@@ -47,8 +47,12 @@ class Body(Section):
     added_mass: Coefficient = key("added-mass coefficient C_A, on the displaced mass", "1", default=0.0)
 
 
-class Material(create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))):
-    """What a piece of line is made of."""
+#: Tables whose keys are those of Cable, and of Top for a joint.
+_Material: Any = create_model("_Material", __base__=Section, **_absent(Cable, PHYSICAL))
+
+
+class Material(_Material):  # type: ignore[misc]  # pydantic makes its base
+    """Material of a piece of line."""
 
     source: Title | None = key("source of the values", default=None)
 
@@ -59,21 +63,20 @@ class _Piece(Section):
     )
 
 
-class Segment(
-    create_model("_Segment", __base__=_Piece, **_absent(Cable, (*SIZE, *PHYSICAL)), body=(Body | None, None))
-):
-    """A piece of a cable, of one material."""
-
-
-_From = create_model(
-    "_From",
-    __base__=_Piece,
-    **_absent(Cable, Cable.model_fields),
-    **{"from": (Place | None, key("lower end (s = 0): [x, y, z], a joint or a buoy; absent: the anchor", "m", None))},
+_Segment: Any = create_model(
+    "_Segment", __base__=_Piece, **_absent(Cable, (*SIZE, *PHYSICAL)), body=(Body | None, None)
 )
 
 
-class Line(_From):
+class Segment(_Segment):  # type: ignore[misc]  # pydantic makes its base
+    """A piece of a cable, of one material."""
+
+
+_from = Place | None, key("lower end (s = 0): [x, y, z], a joint or a buoy; absent: the anchor", "m", None)
+_From: Any = create_model("_From", __base__=_Piece, **(_absent(Cable, Cable.model_fields) | {"from": _from}))
+
+
+class Line(_From):  # type: ignore[misc]  # pydantic makes its base
     """A cable: what it is made of, its finite elements, and what it hangs together with."""
 
     resolved: ClassVar = Cable  #: whose defaults hold where a key is absent
@@ -84,7 +87,7 @@ class Line(_From):
     segments: list[Segment] | None = key("segments from the lower end up, instead of length", default=None)
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         for name, other in (("from", "anchor"), ("to", "top")):
             if getattr(self, name) is not None and getattr(self, other) is not None:
                 raise Wrong(name, getattr(self, name), f"does not go with {other}: give one of them")
@@ -92,13 +95,11 @@ class Line(_From):
             return self
         if not self.segments:
             raise Wrong("segments", [], "must hold at least one segment")
-        for name in SIZE:
-            if getattr(self, name) is not None:
-                raise Wrong(name, getattr(self, name), "does not go with segments, which have their own")
+        self.refuse(SIZE, "does not go with segments, which have their own")
         return self
 
 
-_Joint = create_model(
+_Joint: Any = create_model(
     "_Joint",
     __base__=Body,
     name=(Name, key("name of the joint")),
@@ -106,26 +107,22 @@ _Joint = create_model(
 )
 
 
-class Joint(_Joint):
+class Joint(_Joint):  # type: ignore[misc]  # pydantic makes its base
     """A point where cables meet: free, with a body if it has mass or volume; held where it has a position."""
 
     @model_validator(mode="after")
-    def _complete(self):
+    def _complete(self) -> Self:
         if self.position is None:
-            for name in (*MOTION, "phase_deg", "ramp"):
-                if getattr(self, name) is not None:
-                    raise Wrong(name, getattr(self, name), "goes with a position, the middle of the motion")
+            self.refuse((*MOTION, "phase_deg", "ramp"), "goes with a position, the middle of the motion")
             return self
-        for name in Body.model_fields:
-            if getattr(self, name):
-                raise Wrong(name, getattr(self, name), "goes with a free joint only, and this one has a position")
-        if self.held.kind == "prescribed":
+        self.refuse(Body.model_fields, "goes with a free joint only, and this one has a position")
+        if self.held is not None and self.held.kind == "prescribed":
             self.held.check_motion()
         return self
 
     @property
     def held(self) -> Top | None:
-        """How it is held; None: it is free."""
+        """Boundary condition of a joint with a position; None: it is free."""
         if self.position is None:
             return None
         given = {name: value for name in Top.model_fields if (value := getattr(self, name, None)) is not None}

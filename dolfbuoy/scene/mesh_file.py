@@ -9,6 +9,7 @@ import itertools
 import os.path
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
 from xml.etree import ElementTree
 
 from ..meshes import read_nodes
@@ -24,11 +25,11 @@ class Named:
     folder: Path
     name: str
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return repr(self.name)
 
 
-def element_lengths(value):
+def element_lengths(value: Any) -> Any:
     """The name of a line mesh as [[length, 1], ...] of its elements, so that a scene is complete without the file; what
     else `cable.elements` may be, as it is.  Raises ValueError."""
     if isinstance(value, Named):
@@ -58,7 +59,7 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
-def _mesh_of_stranger(named):
+def _mesh_of_stranger(named: Named) -> Path:
     path = inside(named.folder, named.name)
     if path.suffix.lower() not in FORMATS:
         raise ValueError(f"must be a mesh file of these formats: {', '.join(FORMATS)}")
@@ -67,7 +68,7 @@ def _mesh_of_stranger(named):
     return path
 
 
-def _check_xdmf(path):
+def _check_xdmf(path: Path) -> None:
     """Raises ValueError unless all that it refers to lies below its folder."""
     text = path.read_bytes()
     if b"<!DOCTYPE" in text or b"<!ENTITY" in text or b"\0" in text:
@@ -86,14 +87,14 @@ def _check_xdmf(path):
             raise ValueError(f"must hold its numbers as text or in an HDF5 file, not as Format {kind!r}")
 
 
-def check_netcdf(path):
+def check_netcdf(path: Path) -> None:
     """As `check_hdf5`, of a netCDF file, which may be of an older format: those know no links."""
     with path.open("rb") as file:
         if file.read(4) == b"\x89HDF":
             check_hdf5(path)
 
 
-def check_hdf5(path):
+def check_hdf5(path: Path) -> None:
     """Raises ValueError if one of its links, or the numbers of a data set, are in another file."""
     import h5py
 
@@ -107,8 +108,8 @@ def check_hdf5(path):
         raise ValueError(f"its HDF5 file must hold its numbers itself, and {elsewhere}")
 
 
-def _elsewhere(found):
-    """What of an object of an HDF5 file lies in another file, in words; None: nothing."""
+def _elsewhere(found: Any) -> str | None:
+    """Contents of an object of an HDF5 file that lie in another file, in words; None: there are none."""
     import h5py
 
     if isinstance(found, h5py.Dataset) and (found.external or found.is_virtual):

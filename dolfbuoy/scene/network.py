@@ -1,19 +1,25 @@
-"""What a scene hangs together with: pieces of line between ends, joints and buoys, resolved once from its tables.
+"""Topology of a scene: pieces of line between ends, joints and buoys, resolved once from its tables.
 
 A scene with one [cable] and at most one [buoy] is a network too: one piece from its anchor to its top.
 """
 
 import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
 from .buoy import Buoy
-from .cable import Cable, Top
+from .cable import Cable, FailsAt, Top
 from .library import FORMS
-from .lines import PHYSICAL, SHARED, SIZE, Body
+from .lines import PHYSICAL, SHARED, SIZE, Body, Line, Material, Segment
 from .quantities import Missing, Wrong
+from .section import Section, unit_of
+
+if TYPE_CHECKING:
+    from .sections import Scene
 
 #: Sections that belong to one buoy: they stand in its table, or on top of a scene that has only one.
 OWN = ("wind", "external_force", "initial")
@@ -21,7 +27,7 @@ OWN = ("wind", "external_force", "initial")
 
 @dataclass(frozen=True)
 class End:
-    """What an end of a piece of line hangs on.
+    """Attachment of an end of a piece of line.
 
     kind: "fixed", "prescribed", "free" (`top` says where, or the force on it), "joint" (a free one) or "buoy" (at the
     named fairlead, None: on its axis).  name: of the joint, held or free, or of the buoy.
@@ -34,8 +40,13 @@ class End:
 
     @property
     def held(self) -> bool:
-        """Whether its position is given."""
+        """True if its position is given."""
         return self.kind in ("fixed", "prescribed")
+
+    @property
+    def position(self) -> tuple[float, float, float] | None:
+        """Given position, or mean position of a motion [m]."""
+        return self.top.position if self.top is not None else None
 
 
 @dataclass(frozen=True)
@@ -61,15 +72,15 @@ class Network:
     buoys: dict[str, Buoy] = field(default_factory=dict)
 
     @cached_property
-    def _spans(self):
-        """Of each cable the numbers of its pieces."""
+    def _spans(self) -> list[range]:
+        """Numbers of the pieces of each cable."""
         found = [range(0)] * len(self.cables)
         for k, piece in enumerate(self.pieces):
             found[piece.cable] = range(k - piece.number, k + 1)
         return found
 
     def name_of(self, piece: int) -> str:
-        """Of the cable of a piece, CABLE.NUMBER if this has several."""
+        """Name of the cable of a piece, CABLE.NUMBER if it has several."""
         cable = self.pieces[piece].cable
         name = self.cables[cable]
         return name if len(self._spans[cable]) == 1 else f"{name}.{self.pieces[piece].number}"
@@ -87,17 +98,16 @@ class Network:
         return self._spans[cable][0]
 
     def ends_of(self, cable: int) -> tuple[str, str]:
-        """What the ends of a cable, `from` and `to`, are called in a sentence: by what they hang on, if that has a
-        name."""
+        """Names of the ends of a cable, `from` and `to`, in a sentence: of what they hang on, if that has a name."""
         low, high = self.pieces[self.first_of(cable)].ends[0], self.pieces[self.last_of(cable)].ends[1]
         return _called(low) or "the anchor", _called(high) or "the top"
 
     def meetings(self) -> dict[str, list[tuple[int, int]]]:
         """Name of a free joint -> [(piece, end)] of all that meet there."""
-        found = {}
+        found: dict[str, list[tuple[int, int]]] = {}
         for k, piece in enumerate(self.pieces):
             for i, end in enumerate(piece.ends):
-                if end.kind == "joint":
+                if end.kind == "joint" and end.name is not None:
                     found.setdefault(end.name, []).append((k, i))
         return found
 
@@ -110,19 +120,19 @@ class Network:
         return _key_of("buoy", self.buoys, name)
 
 
-def _key_of(section, names, name):
+def _key_of(section: str, names: Collection[str], name: str) -> str:
     return section if len(names) == 1 else f"{section}.{name}"
 
 
-def _called(end):
+def _called(end: End) -> str:
     return ".".join(filter(None, (end.name, end.fairlead)))
 
 
-def _fixed(position):
+def _fixed(position: tuple[float, float, float]) -> End:
     return End("fixed", Top(kind="fixed", position=position))
 
 
-def named(sections, what: str) -> dict[str, object]:
+def named(sections: Sequence[Any], what: str) -> dict[str, Any]:
     """Sections by name, `what` alone if it is one without a name.  Raises Missing, or Wrong for a name given twice."""
     found = {}
     for section in sections:
@@ -135,7 +145,7 @@ def named(sections, what: str) -> dict[str, object]:
     return found
 
 
-def resolved(scene) -> Network:
+def resolved(scene: "Scene") -> Network:
     """The network that the tables of a scene describe.  Raises Wrong or Missing."""
     return _Resolver(scene).network()
 
@@ -143,7 +153,7 @@ def resolved(scene) -> Network:
 class _Resolver:
     """Reads the sections of a network."""
 
-    def __init__(self, scene):
+    def __init__(self, scene: "Scene"):
         self.scene = scene
         self.cables = named(scene.cables, "cable")
         self.buoys = named(scene.buoys, "buoy")
@@ -153,10 +163,10 @@ class _Resolver:
                 raise Wrong("joint.name", name, "is the name of a buoy")
         self.joints = {name: joint.held for name, joint in joints.items()}
         self.bodies = {name: joint for name, joint in joints.items() if any(_numbers(joint))}
-        self.used = set()
+        self.used: set[str] = set()
 
-    def network(self):
-        pieces = []
+    def network(self) -> Network:
+        pieces: list[Piece] = []
         for number, (name, line) in enumerate(self.cables.items()):
             key = self._key(name)
             sections = sections_of(line, self.scene.material or {}, key)
@@ -167,10 +177,10 @@ class _Resolver:
                 raise Wrong("joint.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out")
         return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, self._complete_buoys())
 
-    def _key(self, cable):
+    def _key(self, cable: str) -> str:
         return _key_of("cable", self.cables, cable)
 
-    def _complete_buoys(self):
+    def _complete_buoys(self) -> dict[str, Buoy]:
         """Each with its own wind, external force and start; those of the scene serve the only one."""
         scene, alone, start = self.scene, len(self.buoys) == 1, type(self.scene.initial)()
         found = {}
@@ -179,7 +189,7 @@ class _Resolver:
             found[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
         return found
 
-    def _chain(self, number, name, line, sections, ends):
+    def _chain(self, number: int, name: str, line: Line, sections: list[Cable], ends: tuple[End, End]) -> list[Piece]:
         """Pieces of a cable, with a free joint between each two."""
         bodies = [segment.body for segment in line.segments or []]
         if bodies and bodies[-1] is not None:
@@ -199,13 +209,13 @@ class _Resolver:
         places = [ends[0], *(End("joint", name=joint) for joint in between), ends[1]]
         return [Piece(number, k, section, (places[k], places[k + 1])) for k, section in enumerate(sections)]
 
-    def _low(self, name, line):
+    def _low(self, name: str, line: Line) -> End:
         place = getattr(line, "from")
         if place is not None:
             return self._end(place, f"{self._key(name)}.from")
         return _fixed(line.anchor or (0.0, 0.0, -self.scene.sea.depth if self.scene.sea else 0.0))
 
-    def _high(self, name, line):
+    def _high(self, name: str, line: Line) -> End:
         key = self._key(name)
         if line.to is not None:
             return self._end(line.to, f"{key}.to")
@@ -217,7 +227,7 @@ class _Resolver:
             raise Wrong(f"{key}.top.kind", line.top.kind, "does not go with [buoy], which holds that end")
         return End(line.top.kind, line.top)
 
-    def _end(self, place, key):
+    def _end(self, place: Any, key: str) -> End:
         if not isinstance(place, str):
             return _fixed(place)
         if place in self.joints:
@@ -237,11 +247,11 @@ class _Resolver:
         return End("buoy", name=buoy, fairlead=fairlead or None)
 
 
-def _numbers(body):
+def _numbers(body: Body) -> list[float]:
     return [getattr(body, name) for name in Body.model_fields]
 
 
-def sections_of(line, materials, key: str) -> list[Cable]:
+def sections_of(line: Line, materials: Mapping[str, Material], key: str) -> list[Cable]:
     """A section [cable] for each segment of a cable: its own keys, else those of its material, else of the cable.
 
     key: of the cable, for messages.  Raises Wrong or Missing.
@@ -258,18 +268,18 @@ def sections_of(line, materials, key: str) -> list[Cable]:
     return found
 
 
-def _over(keys, nearer):
+def _over(keys: dict[str, Any], nearer: dict[str, Any]) -> dict[str, Any]:
     """Keys, and before them nearer ones; what these make inextensible has no strain that could be damped."""
     if math.isinf(nearer.get("axial_stiffness", 0.0)) and "damping" not in nearer:
         keys = {name: value for name, value in keys.items() if name != "damping"}
     return keys | nearer
 
 
-def _given(section, names):
+def _given(section: Section, names: Iterable[str]) -> dict[str, Any]:
     return {name: value for name in names if (value := getattr(section, name, None)) is not None}
 
 
-def _material(piece, materials, key):
+def _material(piece: Line | Segment, materials: Mapping[str, Material], key: str) -> dict[str, Any]:
     if piece.material is None:
         return {}
     if piece.material not in materials:
@@ -279,7 +289,7 @@ def _material(piece, materials, key):
     return _given(materials[piece.material], PHYSICAL)
 
 
-def _section(keys, place):
+def _section(keys: dict[str, Any], place: str) -> Cable:
     try:
         return Cable.model_validate(keys)
     except ValidationError as error:
@@ -287,8 +297,8 @@ def _section(keys, place):
         where = ".".join([place, *map(str, first["loc"])])
         cause = first.get("ctx", {}).get("error")
         if first["type"] == "missing":
-            info = Cable.model_fields[first["loc"][0]]
-            raise Missing(where, f"{info.description} [{info.json_schema_extra['unit']}]") from None
+            info = Cable.model_fields[str(first["loc"][0])]
+            raise Missing(where, f"{info.description} [{unit_of(info)}]") from None
         if isinstance(cause, Missing):
             raise Missing(f"{where}.{cause.key}", cause.why) from None
         if isinstance(cause, Wrong):
@@ -296,9 +306,9 @@ def _section(keys, place):
         raise Wrong(where, first["input"], first["msg"]) from None
 
 
-def attached_ends(network) -> list[tuple[int, int]]:
+def attached_ends(network: Network) -> list[tuple[int, int]]:
     """(piece, end: 0 at s = 0, 1 at s = L) of all ends on buoys, buoy after buoy."""
-    found = {name: [] for name in network.buoys}
+    found: dict[str | None, list[tuple[int, int]]] = {name: [] for name in network.buoys}
     for k, piece in enumerate(network.pieces):
         for i in (1, 0):
             if piece.ends[i].kind == "buoy":
@@ -309,7 +319,7 @@ def attached_ends(network) -> list[tuple[int, int]]:
 # -- what must be so ---------------------------------------------------------------------------------------------------
 
 
-def check_network(scene) -> None:
+def check_network(scene: "Scene") -> None:
     """Refuse a network that is none: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
     network = scene.network
     for piece in network.pieces:
@@ -319,7 +329,7 @@ def check_network(scene) -> None:
         low, high = piece.ends
         if low.name is not None and low.kind == high.kind and low.name == high.name and low.fairlead == high.fairlead:
             raise Wrong(f"{key}.to", high.name, "is where the cable comes from: its ends must be two places")
-        if scene.initial.kind == "straight" and high.kind == "free" and high.top.position is None:
+        if scene.initial.kind == "straight" and high.kind == "free" and high.position is None:
             raise Wrong("initial.kind", "straight", f"needs {key}.top.position, the end of the straight line")
     unknown = set(scene.initial.points) - set(network.cables) if isinstance(scene.initial.points, dict) else ()
     if unknown:
@@ -330,18 +340,18 @@ def check_network(scene) -> None:
     _check_buoys(scene, network)
 
 
-def _check_two_places(scene, network):
+def _check_two_places(scene: "Scene", network: Network) -> None:
     """Ends of a cable that are held are apart."""
     for number, section in enumerate(scene.cables):
         low, high = network.pieces[network.first_of(number)].ends[0], network.pieces[network.last_of(number)].ends[1]
-        if low.held and high.held and low.top.position == high.top.position:
+        if low.held and high.held and low.position == high.position:
             key = f"{network.key_of(number)}.{'to' if getattr(section, 'to', None) is not None else 'top.position'}"
-            raise Wrong(key, high.top.position, "is where the cable comes from: its ends must be two places")
+            raise Wrong(key, high.position, "is where the cable comes from: its ends must be two places")
 
 
-def _check_parting(network):
+def _check_parting(network: Network) -> None:
     """A cable parts where it is, a segment with a rule of its own there."""
-    lengths = {}
+    lengths: dict[tuple[int, FailsAt | None], float] = {}
     for piece in network.pieces:
         place = piece.cable, piece.section.fails_at
         lengths[place] = lengths.get(place, 0.0) + piece.section.length
@@ -351,12 +361,12 @@ def _check_parting(network):
             raise Wrong(key, rule.at, f"must be on the cable, 0 to length = {length:g} m")
 
 
-def _check_held(network):
+def _check_held(network: Network) -> None:
     """Every part needs an end that is held."""
-    parts = {name: {name} for name in [*network.joints, *network.buoys]}
-    held = {name for name, top in network.joints.items() if top is not None}
+    parts: dict[str | int, set[str | int]] = {name: {name} for name in [*network.joints, *network.buoys]}
+    held: set[str | int] = {name for name, top in network.joints.items() if top is not None}
     for number, piece in enumerate(network.pieces):
-        names = {end.name for end in piece.ends if end.name is not None} | {number}
+        names: set[str | int] = {number, *(end.name for end in piece.ends if end.name is not None)}
         held |= {number} if any(end.held for end in piece.ends) else set()
         joined = set().union(names, *(parts.get(name, set()) for name in names))
         for name in joined:
@@ -370,7 +380,7 @@ def _check_held(network):
             raise Wrong("buoy.name", name, "hangs on no cable: name it in from or to of a [[cable]]")
 
 
-def _check_buoys(scene, network):
+def _check_buoys(scene: "Scene", network: Network) -> None:
     """Sections that belong to one buoy."""
     if len(network.buoys) < 2:
         return

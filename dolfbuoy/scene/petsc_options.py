@@ -6,6 +6,7 @@ if it means something to the solvers that the others choose.  Monitors print to 
 """
 
 import math
+from typing import Any
 
 from .quantities import Wrong
 
@@ -15,18 +16,18 @@ SWITCH = "true or false"
 class Number:
     """Bounds of a number, both included; whole numbers only if the bounds are."""
 
-    def __init__(self, low, high):
+    def __init__(self, low: float, high: float):
         self.low, self.high, self.whole = low, high, isinstance(low, int)
 
-    def __contains__(self, value):
-        kinds = int if self.whole else int | float
-        return isinstance(value, kinds) and not isinstance(value, bool) and self.low <= value <= self.high
+    def __contains__(self, value: Any) -> bool:
+        right = isinstance(value, int if self.whole else int | float) and not isinstance(value, bool)
+        return right and bool(self.low <= value <= self.high)
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"a {'whole ' if self.whole else ''}number from {self.low:g} to {self.high:g}"
 
 
-_FACTOR = {
+_FACTOR: dict[str, Number | tuple[str, ...] | str] = {
     "pc_factor_mat_solver_type": ("petsc", "mumps", "superlu", "superlu_dist", "umfpack"),
     "pc_factor_mat_ordering_type": ("natural", "nd", "1wd", "rcm", "qmd"),
     "pc_factor_levels": Number(0, 20),
@@ -36,7 +37,7 @@ _FACTOR = {
 _WITHIN = {f"sub_{key}": allowed for key, allowed in _FACTOR.items()}
 
 #: Option -> its words, the bounds of its number, or SWITCH.
-ALLOWED = {
+ALLOWED: dict[str, Number | tuple[str, ...] | str] = {
     "snes_max_it": Number(1, 10_000),
     "snes_linesearch_type": ("bt", "basic", "l2", "cp", "nleqerr"),
     "snes_linesearch_max_it": Number(1, 1000),
@@ -78,13 +79,13 @@ NEEDS = {
 }
 
 
-def checked(options: dict) -> dict:
+def checked(options: dict[str, Any]) -> dict[str, Any]:
     """The options as they may be handed to PETSc.  Raises ValueError with key, value and what is allowed."""
     for key, value in options.items():
         if key not in ALLOWED:
             raise Wrong(key, value, f"is no option that a scene may set; allowed are {', '.join(ALLOWED)}")
         allowed = ALLOWED[key]
-        if allowed is SWITCH:
+        if isinstance(allowed, str):  # SWITCH
             good = isinstance(value, bool)
         else:
             good = value in allowed and not (isinstance(value, float) and math.isnan(value))

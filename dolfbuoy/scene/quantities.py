@@ -6,6 +6,8 @@ ship has 1e9 kg, the deepest sea 1.1e4 m, the strongest mooring chain breaks at 
 
 import math
 import re
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BeforeValidator, Field
@@ -38,14 +40,15 @@ class Missing(ValueError):
         self.key, self.why = key, why
 
 
-def _between(low, high, kind=float):
-    return Annotated[kind, Field(ge=low, le=high)]
+def is_rising(values: Sequence[float]) -> bool:
+    """True if each value is larger than the one before."""
+    return all(b > a for a, b in pairwise(values))
 
 
-def _at_least(low):
-    """Validator: what is so small that its square or inverse leaves the numbers of a computer is no size."""
+def _at_least(low: float) -> AfterValidator:
+    """Validator: a size whose square or inverse leaves the numbers of a computer is none."""
 
-    def check(value):
+    def check(value: float) -> float:
         if value < low:
             raise ValueError(f"must be at least {low:g}")
         return value
@@ -53,38 +56,10 @@ def _at_least(low):
     return AfterValidator(check)
 
 
-def _up_to(high, low=1e-20):
-    return Annotated[float, Field(gt=0, le=high), _at_least(low)]
+def finite_numbers(count: int) -> Callable[[Any], tuple[float, ...]]:
+    """Function that makes a tuple of a list of `count` finite numbers; it raises ValueError for other values."""
 
-
-Length = _up_to(1e5)  # m
-Height = _between(-1e5, 1e5)  # m
-Wavelength = _up_to(1e7)  # m
-Area = _up_to(1e6)  # m^2
-Mass = _up_to(1e9)  # kg, kg/m
-Volume = _between(0, 1e9)  # m^3
-DragArea = _between(0, 1e6)  # m^2
-Inertia = _up_to(1e15)  # kg m^2
-Density = _up_to(1e5)  # kg/m^3
-Force = _between(-1e10, 1e10)  # N
-Damping = _between(0, 1e12)  # N s, N m s
-Speed = _between(0, 1e3)  # m/s
-Gravity = _between(0, 1e3)  # m/s^2
-Coefficient = _between(0, 1e4)
-AddedMass = _between(-1e4, 1e4)
-Angle = _between(-1e6, 1e6)  # deg
-BedStiffness = _up_to(1e12, 1e-9)  # Pa/m
-Duration = _between(0, 1e9)  # s
-Period = _up_to(1e9)  # s
-Step = _up_to(1e9, 1e-9)  # s
-Tolerance = Annotated[float, Field(gt=0, lt=1)]
-Degree = _between(1, 30, int)
-
-
-def finite_numbers(count):
-    """Function that makes a tuple of a list of `count` finite numbers; it raises ValueError for what is none."""
-
-    def check(value):
+    def check(value: Any) -> tuple[float, ...]:
         good = isinstance(value, list | tuple) and len(value) == count
         if not good or not all(isinstance(v, int | float) and not isinstance(v, bool) and _finite(v) for v in value):
             raise ValueError(f"must be {count} finite numbers")
@@ -93,38 +68,58 @@ def finite_numbers(count):
     return check
 
 
-def _finite_numbers(count):
-    return BeforeValidator(finite_numbers(count))
-
-
-def _finite(number):
+def _finite(number: float) -> bool:
     return abs(number) < 1e300  # also for whole numbers that no float can hold
 
 
-def _vector(component):
-    return Annotated[tuple[component, component, component], _finite_numbers(3)]
+_tiny, _fine = _at_least(1e-20), _at_least(1e-9)
+_two, _three, _four = (BeforeValidator(finite_numbers(count)) for count in (2, 3, 4))
 
-
-Vector = _vector(Height)  # m
-ForceVector = _vector(Force)
-VelocityVector = _vector(_between(-1e3, 1e3))  # m/s, rad/s
-_part = _between(-1e6, 1e6)
-Quaternion = Annotated[tuple[_part, _part, _part, _part], _finite_numbers(4)]
-Pair = Annotated[tuple[Height, Height], _finite_numbers(2)]
-_rise = _between(-10, 10)
-Slope = Annotated[tuple[_rise, _rise], _finite_numbers(2)]
-Angles = Annotated[tuple[Angle, Angle, Angle], _finite_numbers(3)]  # of each component
+Length = Annotated[float, Field(gt=0, le=1e5), _tiny]  # m
+Height = Annotated[float, Field(ge=-1e5, le=1e5)]  # m
+Wavelength = Annotated[float, Field(gt=0, le=1e7), _tiny]  # m
+Area = Annotated[float, Field(gt=0, le=1e6), _tiny]  # m^2
+Mass = Annotated[float, Field(gt=0, le=1e9), _tiny]  # kg, kg/m
+Volume = Annotated[float, Field(ge=0, le=1e9)]  # m^3
+DragArea = Annotated[float, Field(ge=0, le=1e6)]  # m^2
+Inertia = Annotated[float, Field(gt=0, le=1e15), _tiny]  # kg m^2
+Density = Annotated[float, Field(gt=0, le=1e5), _tiny]  # kg/m^3
+Force = Annotated[float, Field(ge=-1e10, le=1e10)]  # N
+Damping = Annotated[float, Field(ge=0, le=1e12)]  # N s, N m s
+Speed = Annotated[float, Field(ge=0, le=1e3)]  # m/s
+Gravity = Annotated[float, Field(ge=0, le=1e3)]  # m/s^2
+Coefficient = Annotated[float, Field(ge=0, le=1e4)]
+AddedMass = Annotated[float, Field(ge=-1e4, le=1e4)]
+Angle = Annotated[float, Field(ge=-1e6, le=1e6)]  # deg
+BedStiffness = Annotated[float, Field(gt=0, le=1e12), _fine]  # Pa/m
+Duration = Annotated[float, Field(ge=0, le=1e9)]  # s
+Period = Annotated[float, Field(gt=0, le=1e9), _tiny]  # s
+Step = Annotated[float, Field(gt=0, le=1e9), _fine]  # s
+Tolerance = Annotated[float, Field(gt=0, lt=1)]
+Degree = Annotated[int, Field(ge=1, le=30)]
+Vector = Annotated[tuple[Height, Height, Height], _three]  # m
+ForceVector = Annotated[tuple[Force, Force, Force], _three]
+_speed = Annotated[float, Field(ge=-1e3, le=1e3)]
+VelocityVector = Annotated[tuple[_speed, _speed, _speed], _three]  # m/s, rad/s
+_part = Annotated[float, Field(ge=-1e6, le=1e6)]
+Quaternion = Annotated[tuple[_part, _part, _part, _part], _four]
+Pair = Annotated[tuple[Height, Height], _two]
+_rise = Annotated[float, Field(ge=-10, le=10)]
+Slope = Annotated[tuple[_rise, _rise], _two]
+Angles = Annotated[tuple[Angle, Angle, Angle], _three]  # of each component
 Rows = Annotated[list[Pair], Field(max_length=10_000)]
-Share = Annotated[tuple[Length, _between(1, 1e7)], _finite_numbers(2)]  # of a cable, and its elements
-Frequency = _between(0, 1e3)  # Hz
-SpectralDensity = _between(0, 1e8)  # m^2/Hz, m^2/Hz/deg
-SpectrumRow = Annotated[tuple[SpectralDensity, SpectralDensity], _finite_numbers(2)]  # Hz and that
-Instant = Annotated[tuple[_between(-1e9, 1e9), _between(-1e4, 1e4)], _finite_numbers(2)]  # s, m
-Component = Annotated[tuple[_between(0, 1e4), Period, Angle, Angle], _finite_numbers(4)]  # m, s, deg, deg
-Multiple = _between(0, 1e3)  # of a frequency
+Share = Annotated[tuple[Length, Annotated[float, Field(ge=1, le=1e7)]], _two]  # of a cable, and its elements
+Frequency = Annotated[float, Field(ge=0, le=1e3)]  # Hz
+SpectralDensity = Annotated[float, Field(ge=0, le=1e8)]  # m^2/Hz, m^2/Hz/deg
+SpectrumRow = Annotated[tuple[SpectralDensity, SpectralDensity], _two]  # Hz and that
+_instant = Annotated[float, Field(ge=-1e9, le=1e9)]
+_elevation = Annotated[float, Field(ge=-1e4, le=1e4)]
+Instant = Annotated[tuple[_instant, _elevation], _two]  # s, m
+Component = Annotated[tuple[Annotated[float, Field(ge=0, le=1e4)], Period, Angle, Angle], _four]  # m, s, deg, deg
+Multiple = Annotated[float, Field(ge=0, le=1e3)]  # of a frequency
 
 
-def _stiff(value):
+def _stiff(value: float) -> float:
     if math.isnan(value) or value < 1e-20 or 1e16 < value < math.inf:
         raise ValueError("must be a number from 1e-20 to 1e16, or inf")
     return value
@@ -133,7 +128,7 @@ def _stiff(value):
 Stiffness = Annotated[float, Field(gt=0, allow_inf_nan=True), AfterValidator(_stiff)]  # N
 
 
-def _one_line(text):
+def _one_line(text: str) -> str:
     if not text.isprintable():
         raise ValueError("must be text on one line, without control characters")
     return text
@@ -142,7 +137,7 @@ def _one_line(text):
 Title = Annotated[str, Field(max_length=200), AfterValidator(_one_line)]
 
 
-def _name(text):
+def _name(text: str) -> str:
     if not text[:1].isalpha() or not text.replace("_", "").replace("-", "").isalnum():
         raise ValueError("must begin with a letter and have letters, digits, _ and - only")
     return text

@@ -27,7 +27,7 @@ def shipped_scenes() -> dict[str, Path]:
     return {file.stem: file for file in sorted((Path(__file__).parents[1] / "scenes").glob("*.toml"))}
 
 
-def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
+def load_scene(scene: str | Path | dict[str, Any] | Scene, **overrides: Any) -> Scene:
     """Read and check a scene: a shipped name, a path, a dict of sections, or a Scene.
 
     Overrides: nested dicts (`time={"end": 5}`), or keys with dots or double underscores (`time__end=5`).
@@ -36,7 +36,7 @@ def load_scene(scene: "str | Path | dict | Scene", **overrides) -> Scene:
     return build_scene(_read(scene), overrides)
 
 
-def build_scene(data: dict, overrides: dict | None = None) -> Scene:
+def build_scene(data: dict[str, Any], overrides: dict[str, Any] | None = None) -> Scene:
     """Scene from a dict of sections and overrides; raises InputError."""
     return _validated(expanded(merged(data, **(overrides or {})), parse))
 
@@ -49,7 +49,7 @@ def kept_scene(text: str) -> Scene:
         raise InputError(f"its scene cannot be read: {str(error).rstrip('.')}.") from None
 
 
-def varied(scene: Scene, changes: dict) -> Scene:
+def varied(scene: Scene, changes: dict[str, Any]) -> Scene:
     """As `build_scene(scene.to_dict(), changes)`, but sections that do not change are not read again.
 
     So a long table in one of them costs nothing, and ten thousand variants are checked in a second.
@@ -59,14 +59,14 @@ def varied(scene: Scene, changes: dict) -> Scene:
     return _validated(expanded(kept | merged(scene.to_dict(touched), **changes), parse))
 
 
-def _validated(data):
+def _validated(data: dict[str, Any]) -> Scene:
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
         raise InputError(sentence(error, data)) from None
 
 
-def merged(data: dict, /, **changes) -> dict:
+def merged(data: dict[str, Any], /, **changes: Any) -> dict[str, Any]:
     """A deep copy of a dict of sections (or of a section's keys) with changes.
 
     A key with dots or double underscores leads into sections (`time__end=5`); a dict is merged into the section that is
@@ -79,12 +79,12 @@ def merged(data: dict, /, **changes) -> dict:
     return result
 
 
-def _alone(value):
+def _alone(value: Any) -> Any:
     """The table of a list of one."""
     return value[0] if _is_list_of_tables(value) and len(value) == 1 else value
 
 
-def _without_name(data, names):
+def _without_name(data: dict[str, Any], names: list[str]) -> list[str]:
     """A key of the only cable or buoy, which may be called by its name, or counted."""
     table = data.get(names[0]) if names[0] in SEVERAL else None
     if isinstance(table, dict) and len(names) > 2 and names[1] in (table.get("name", names[0]), "0"):
@@ -96,11 +96,11 @@ NO_SECTION = "is not a section"
 NO_TABLE = "there is none of this name, but"
 
 
-def _merge(data: dict, keys: list[str], value, above=()) -> dict:
+def _merge(data: dict[str, Any], keys: list[str], value: Any, above: tuple[str, ...] = ()) -> dict[str, Any]:
     """`data`, which has the keys `above` it, with `value` under the nested `keys`."""
     head, rest = keys[0], keys[1:]
     old = data.get(head)
-    if rest and _is_list_of_tables(old):
+    if rest and isinstance(old, list) and _is_list_of_tables(old):
         return {**data, head: _merge_into_list(old, rest, value, (*above, head))}
     if rest:
         if old is not None and not isinstance(old, dict):
@@ -115,11 +115,11 @@ def _merge(data: dict, keys: list[str], value, above=()) -> dict:
     return result if value is None else {**result, head: value}
 
 
-def _is_list_of_tables(value):
+def _is_list_of_tables(value: Any) -> bool:
     return isinstance(value, list) and bool(value) and all(isinstance(item, dict) for item in value)
 
 
-def _merge_into_list(tables, keys, value, above):
+def _merge_into_list(tables: list[Any], keys: list[str], value: Any, above: tuple[str, ...]) -> list[Any]:
     """The tables with `value` under keys[1:] of the one that keys[0] names, or counts from 0 if they have no names."""
     names = [str(table.get("name", number)) for number, table in enumerate(tables)]
     if keys[0] not in names:
@@ -161,7 +161,7 @@ _NAME = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+"""
 _DEEP_KEY = re.compile(rf"(?<![\w\\-])(?:{_NAME}\.[ \t]*+){{{DEEPEST}}}")
 
 
-def parse(text: str) -> dict:
+def parse(text: str) -> dict[str, Any]:
     """TOML; raises ValueError for whatever tomllib finds wrong, and before it what would keep it busy for long."""
     deep = ValueError(f"lists or tables are nested more than {DEEPEST} deep")
     if _DEEP_KEY.search(text):
@@ -179,7 +179,7 @@ def parse(text: str) -> dict:
     return found
 
 
-def _read(scene) -> dict:
+def _read(scene: str | Path | dict[str, Any] | Scene) -> dict[str, Any]:
     if isinstance(scene, Scene):
         return scene.to_dict()
     if isinstance(scene, dict):
@@ -196,7 +196,8 @@ def _read(scene) -> dict:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise InputError(f"Scene file {path} must have {MOST_BYTES:,} bytes at most: points belong in a mesh file.")
-        return _with_files(parse(content.decode("utf-8-sig")), path.parent)
+        found: dict[str, Any] = _with_files(parse(content.decode("utf-8-sig")), path.parent)
+        return found
     except OSError as error:
         raise InputError(f"Scene file {path} cannot be read: {error.strerror}.") from None
     except InputError:
@@ -212,7 +213,7 @@ FILES = frozenset(
 )
 
 
-def _with_files(data, folder, key=""):
+def _with_files(data: Any, folder: Path, key: str = "") -> Any:
     """The contents of a scene file in which names of files know the folder of the scene; lists of tables too."""
     if isinstance(data, dict):
         return {name: _with_files(value, folder, f"{key}.{name}" if key else name) for name, value in data.items()}

@@ -7,47 +7,40 @@ keys must be together is not in it; `dolfbuoy check` says that.
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 from .lines import Line
-from .petsc_options import ALLOWED, SWITCH
+from .petsc_options import ALLOWED, Number
 from .sections import SEVERAL, Scene
 
 #: The file beside the shipped scenes.
 FILE = Path(__file__).parents[1] / "scenes" / "schema.json"
 
 
-def schema() -> dict:
+def schema() -> dict[str, Any]:
     """Schema of a scene; each key with its description, unit, default and range."""
-    found = _tidy(Scene.model_json_schema())
+    found: dict[str, Any] = _tidy(Scene.model_json_schema())
     sections = found["$defs"]
     for name in ("Line", "Segment"):
         sections[name]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
-    for name in ("spectrum", "components", "elevation"):
-        _or_file(sections["Waves"]["properties"], name)
-    options = {name: _option(allowed) for name, allowed in ALLOWED.items()}
-    petsc = {"type": "object", "properties": options, "additionalProperties": False, "default": {}}
-    petsc["description"] = sections["Solver"]["properties"]["petsc"]["description"]
-    sections["Solver"]["properties"]["petsc"] = petsc
+    for name in ("spectrum", "components", "elevation"):  # or a file
+        rule = sections["Waves"]["properties"][name]
+        if "anyOf" not in rule:
+            rule["anyOf"] = [{word: rule.pop(word) for word in ("type", "items", "maxItems") if word in rule}]
+        rule["anyOf"].append({"type": "string"})
+    petsc = sections["Solver"]["properties"]["petsc"]
+    petsc |= {
+        "additionalProperties": False,
+        "properties": {name: _option(allowed) for name, allowed in ALLOWED.items()},
+    }
     for name, info in Line.resolved.model_fields.items():
         if name in sections["Line"]["properties"] and not (info.is_required() or _needless("default", info.default)):
             sections["Line"]["properties"][name]["default"] = info.default
     for name in SEVERAL:
-        found["properties"][name] = _table_or_list(found["properties"][name])
+        rule = found["properties"][name]
+        found["properties"][name] = {"if": {"type": "array"}, "then": rule, "else": rule["items"]}
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Scene of dolfbuoy"}
     return head | found
-
-
-def _table_or_list(rule):
-    """A table, or a list of them."""
-    return {"if": {"type": "array"}, "then": rule, "else": rule["items"]}
-
-
-def _or_file(properties, name):
-    """Let a key name a file too."""
-    rule = properties[name]
-    if "anyOf" not in rule:
-        rule["anyOf"] = [{word: rule.pop(word) for word in ("type", "items", "maxItems") if word in rule}]
-    rule["anyOf"].append({"type": "string"})
 
 
 def as_text() -> str:
@@ -55,15 +48,15 @@ def as_text() -> str:
     return json.dumps(schema(), indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 
-def _option(allowed):
-    if allowed is SWITCH:
+def _option(allowed: Number | tuple[str, ...] | str) -> dict[str, Any]:
+    if isinstance(allowed, str):  # SWITCH
         return {"type": "boolean"}
     if isinstance(allowed, tuple):
         return {"enum": list(allowed)}
     return {"type": "integer" if allowed.whole else "number", "minimum": allowed.low, "maximum": allowed.high}
 
 
-def _tidy(node):
+def _tidy(node: Any) -> Any:
     """Without what TOML does not have (null) and JSON does not have (inf); units in the descriptions."""
     if isinstance(node, list):
         return [_tidy(item) for item in node]
@@ -82,7 +75,7 @@ def _tidy(node):
     return result
 
 
-def _needless(name, value):
+def _needless(name: str, value: Any) -> bool:
     """Titles that pydantic makes of names; defaults that are no value of TOML, or a whole section."""
     if name == "title":
         return isinstance(value, str)

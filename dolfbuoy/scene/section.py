@@ -1,8 +1,12 @@
-"""What all tables of a scene have in common, and how a key is described."""
+"""The base of all tables of a scene, and the description of a key."""
 
+from collections.abc import Iterable
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
+
+from .quantities import Wrong
 
 
 class Section(BaseModel):
@@ -10,22 +14,28 @@ class Section(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True, defer_build=True)
 
+    def refuse(self, names: Iterable[str], allowed: str) -> None:
+        """Raise Wrong for the first of these keys that is given another value than its default."""
+        for name in names:
+            if (value := getattr(self, name)) != type(self).model_fields[name].default:
+                raise Wrong(name, value, allowed)
 
-def sections_in(annotation) -> list[type[Section]]:
+
+def sections_in(annotation: Any) -> list[type[Section]]:
     """The sections that the type of a key holds: alone, optional, in a list, or one of several forms."""
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return [annotation]
     return list(dict.fromkeys(section for part in get_args(annotation) for section in sections_in(part)))
 
 
-def section_in(annotation) -> type[Section] | None:
-    """The first of them."""
-    return next(iter(sections_in(annotation)), None)
-
-
-def is_by_name(annotation) -> bool:
-    """Whether a key holds a section for each name."""
+def is_by_name(annotation: Any) -> bool:
+    """True if a key holds a section for each name."""
     return get_origin(annotation) is dict or any(is_by_name(part) for part in get_args(annotation))
+
+
+def unit_of(info: FieldInfo) -> str:
+    """Unit of a key, empty if it is no number."""
+    return str(info.json_schema_extra.get("unit", "")) if isinstance(info.json_schema_extra, dict) else ""
 
 
 def key(description: str, unit: str | None = None, default: Any = ...) -> Any:

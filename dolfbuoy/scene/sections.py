@@ -1,39 +1,21 @@
-"""What a scene calls for: typed, bounded sections.
+"""Sections of a scene, typed and bounded.
 
 A section that is missing is an effect that is off.  SI units; degrees only where the key says so.
 """
 
-import itertools
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import tomli_w
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from .accuracy import Accuracy
-from .buoy import Buoy, ExternalForce, Wind
-from .initial import Initial
+from . import quantities as q
+from .buoy import Buoy, BuoyStart, ExternalForce, Wind
 from .lines import PHYSICAL, SHARED, SIZE, Joint, Line, Material
 from .network import Network, check_network, resolved
 from .petsc_options import checked
-from .quantities import (
-    Angle,
-    Degree,
-    Density,
-    Duration,
-    Gravity,
-    Length,
-    Missing,
-    Name,
-    Rows,
-    Speed,
-    Step,
-    Title,
-    Tolerance,
-    Wrong,
-)
-from .seabed import Seabed
+from .quantities import Missing, Wrong
 from .section import Section, key
 from .waves import Waves
 
@@ -41,20 +23,21 @@ from .waves import Waves
 class Sea(Section):
     """Water.  Without it the scene is dry: no hydrostatics, no Morison forces, no waves, no current."""
 
-    depth: Length = key("water depth; the sea bed is at z = -depth", "m")
-    density: Density = key("water density", "kg/m^3", default=1025.0)
+    depth: q.Length = key("water depth; the sea bed is at z = -depth", "m")
+    density: q.Density = key("water density", "kg/m^3", default=1025.0)
     dry_above: bool | None = key(
-        "treat lines and joint bodies as dry above the surface; absent: if any of them can surface",
-        default=None,
+        "treat lines and joint bodies as dry above the surface; absent: if any of them can surface", default=None
     )
 
 
 class Current(Section):
     """A steady current; in a table the speeds stand in place of `speed`."""
 
-    speed: Speed | None = key("current speed at and above still water", "m/s", default=None)
-    direction_deg: Angle = key("direction towards which the current flows, counterclockwise from x", "deg", default=0.0)
-    profile: Literal["uniform", "power"] | Rows = key(
+    speed: q.Speed | None = key("current speed at and above still water", "m/s", default=None)
+    direction_deg: q.Angle = key(
+        "direction towards which the current flows, counterclockwise from x", "deg", default=0.0
+    )
+    profile: Literal["uniform", "power"] | q.Rows = key(
         "vertical profile, or a table [[z, speed], ...]", "m, m/s", default="uniform"
     )
     exponent: Annotated[float, Field(gt=0, le=1)] = key(
@@ -62,10 +45,9 @@ class Current(Section):
     )
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if isinstance(self.profile, list):
-            z = [p[0] for p in self.profile]
-            if len(z) < 2 or any(b <= a for a, b in itertools.pairwise(z)):
+            if len(self.profile) < 2 or not q.is_rising([z for z, _ in self.profile]):
                 raise Wrong("profile", self.profile, "must hold at least two rows [z, speed] with z increasing")
             if self.speed is not None:
                 raise Wrong("speed", self.speed, "does not go with a table: the speeds stand in profile")
@@ -74,7 +56,50 @@ class Current(Section):
         return self
 
 
-DEFAULT_RADIUS = 0.8
+class Seabed(Section):
+    """A bed that carries lines and bodies: the plane z = -depth + slope . (x, y)."""
+
+    friction: q.Coefficient = key("Coulomb friction coefficient mu", "1", default=0.0)
+    stiffness: q.BedStiffness | None = key(
+        "normal stiffness, pressure per penetration; absent: penetration of 1e-4 depth or 1 cm at most",
+        "Pa/m",
+        default=None,
+    )
+    damping_ratio: q.Coefficient = key("damping ratio of normal contact; 1: critical", "1", default=1.0)
+    stick_length: q.Length | None = key(
+        "displacement over which Coulomb friction is mobilised; absent: 1e-3 depth, 5 cm at most", "m", default=None
+    )
+    slope: q.Slope = key("slope of the sea bed [dz/dx, dz/dy]", "1", default=(0.0, 0.0))
+    start: Literal["frictionless", "pulled"] = key(
+        "initial friction state: none, or that of lines laid slack on the bed and then pulled", default="frictionless"
+    )
+
+
+Corners = Annotated[list[q.Vector], Field(max_length=40_000)]
+
+
+class Initial(BuoyStart):
+    """Start of a run."""
+
+    kind: Literal["equilibrium", "straight", "polyline"] = key("initial shape of the cables", default="equilibrium")
+    points: Corners | dict[q.Name, Corners] | None = key(
+        "vertices of the initial shape, or of a first guess, from the anchor up; for several cables by name",
+        "m",
+        default=None,
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.kind == "polyline" and self.points is None:
+            raise Wrong("kind", self.kind, "needs points")
+        if self.kind == "straight":
+            self.refuse(["points"], "goes with kind 'polyline' or 'equilibrium' only")
+        for points in self.points.values() if isinstance(self.points, dict) else [self.points]:
+            if points is not None and len(points) < 2:
+                raise Wrong("points", points, "must be at least two points")
+        return self
+
+
 MOST_STEPS = 1e9
 #: Time schemes, and their names in a sentence; what they do is in motion/schemes.py.
 SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alpha": "generalized-alpha"}
@@ -83,32 +108,56 @@ SCHEMES = {"backward-euler": "backward Euler", "bdf2": "BDF2", "generalized-alph
 class Time(Section):
     """Time integration."""
 
-    end: Duration = key("end time of the run", "s")
-    step: Step = key("time step; with a tolerance the first one", "s")
-    scheme: Literal[tuple(SCHEMES)] = key("time integration scheme", default="backward-euler")
-    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key(
-        "spectral radius at infinite frequency of generalized-alpha (numerical damping)", "1", default=DEFAULT_RADIUS
+    end: q.Duration = key("end time of the run", "s")
+    step: q.Step = key("time step; with a tolerance the first one", "s")
+    scheme: Literal["backward-euler", "bdf2", "generalized-alpha"] = key(
+        "time integration scheme", default="backward-euler"
     )
-    tolerance: Tolerance | None = key(
+    spectral_radius: Annotated[float, Field(ge=0, lt=1)] = key(
+        "spectral radius at infinite frequency of generalized-alpha (numerical damping)", "1", default=0.8
+    )
+    tolerance: q.Tolerance | None = key(
         "relative local error tolerance of adaptive steps; absent: constant steps", "1", default=None
     )
-    min_step: Step | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
-    max_step: Step | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
-    output_every: Step | None = key("output interval of cable shapes; absent: end/200", "s", default=None)
+    min_step: q.Step | None = key("smallest adaptive step; absent: 1e-4 step", "s", default=None)
+    max_step: q.Step | None = key("largest adaptive step; absent: 100 step, end/10 at most", "s", default=None)
+    output_every: q.Step | None = key("output interval of cable shapes; absent: end/200", "s", default=None)
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         if self.end > MOST_STEPS * self.step:
             raise Wrong("step", self.step, f"must be at least end / {MOST_STEPS:g}, and end is {self.end:g}")
         if self.output_every is not None and self.end > MOST_STEPS * self.output_every:
             raise Wrong("output_every", self.output_every, f"must be at least end / {MOST_STEPS:g}")
-        for name in ("min_step", "max_step"):
-            if getattr(self, name) is not None and self.tolerance is None:
-                raise Wrong(name, getattr(self, name), "goes with a tolerance only; without one all steps are equal")
+        if self.tolerance is None:
+            self.refuse(("min_step", "max_step"), "goes with a tolerance only; without one all steps are equal")
         if self.min_step is not None and self.max_step is not None and self.min_step > self.max_step:
             raise Wrong("min_step", self.min_step, f"must not be above max_step = {self.max_step}")
-        if self.spectral_radius != DEFAULT_RADIUS and self.scheme != "generalized-alpha":
-            raise Wrong("spectral_radius", self.spectral_radius, f"goes with 'generalized-alpha', not '{self.scheme}'")
+        if self.scheme != "generalized-alpha":
+            self.refuse(["spectral_radius"], f"goes with 'generalized-alpha', not '{self.scheme}'")
+        return self
+
+
+class Accuracy(Section):
+    """Error bars of the outputs of a run; without this section nothing is estimated."""
+
+    estimate: Literal["none", "time", "companion", "both"] = key(
+        "companion: from a second, coarser run; time: error of the steps over time; both", default="both"
+    )
+    target: Annotated[float, Field(ge=1e-5, le=0.5)] | None = key(
+        "largest error of the outputs in `of`, relative; with it settings are found that reach it", "1", default=None
+    )
+    of: Annotated[list[q.Title], Field(max_length=100)] = key(
+        "outputs that must reach it, as tension_top.max; absent: largest tensions and cone angle", default=[]
+    )
+    rounds: Annotated[int, Field(ge=1, le=10)] = key("runs until it is given up", "1", default=4)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.target is None:
+            self.refuse(("of", "rounds"), "goes with a target only")
+        elif self.estimate in ("none", "time"):
+            raise Wrong("estimate", self.estimate, "does not go with a target, which needs bars")
         return self
 
 
@@ -118,8 +167,8 @@ class Solver(Section):
     petsc: Annotated[dict[str, Any], AfterValidator(checked)] = key(
         "options of PETSc's nonlinear and linear solvers; allowed ones: petsc_options", default={}
     )
-    step_tolerance: Tolerance = key("Newton convergence tolerance, relative to typical magnitudes", "1", default=1e-9)
-    quadrature_degree: Degree | None = key(
+    step_tolerance: q.Tolerance = key("Newton convergence tolerance, relative to typical magnitudes", "1", default=1e-9)
+    quadrature_degree: q.Degree | None = key(
         "quadrature degree on the cable; absent: chosen from position_degree", "1", default=None
     )
     keep_jacobian: bool = key("in runs, reuse the Jacobian as long as Newton converges fast with it", default=True)
@@ -128,12 +177,12 @@ class Solver(Section):
         "1",
         default=2,
     )
-    hull_quadrature_degree: Degree = key(
+    hull_quadrature_degree: q.Degree = key(
         "quadrature degree on hull cells cut by the surface; a third of it on wet ones", "1", default=17
     )
 
 
-def _as_list(value):
+def _as_list(value: Any) -> list[Any]:
     """One table is a list of one."""
     if isinstance(value, dict | Section):
         return [value]
@@ -151,14 +200,14 @@ SEVERAL = ("cable", "buoy")
 class Scene(Section):
     """A complete scene."""
 
-    title: Title = key("title of the scene in figures and tables", default="")
-    gravity: Gravity = key("gravitational acceleration", "m/s^2", default=9.81)
+    title: q.Title = key("title of the scene in figures and tables", default="")
+    gravity: q.Gravity = key("gravitational acceleration", "m/s^2", default=9.81)
     sea: Sea | None = None
     cable: Cables | None = None
     buoy: Buoys | None = None
     joint: list[Joint] | None = None
     library: str | None = key("TOML file of user-defined materials, one table of keys per name", default=None)
-    material: dict[Name, Material] | None = None
+    material: dict[q.Name, Material] | None = None
     waves: Waves | None = None
     current: Current | None = None
     wind: Wind | None = None
@@ -170,8 +219,8 @@ class Scene(Section):
     solver: Solver = Solver()
 
     @model_validator(mode="after")
-    def _sections(self):
-        def need(section, other, why):
+    def _sections(self) -> Self:
+        def need(section: str, other: str, why: str) -> None:
             if getattr(self, section) is not None and getattr(self, other) is None:
                 raise Missing(other, f"[{section}] needs [{other}]: {why}")
 
@@ -198,7 +247,7 @@ class Scene(Section):
             raise Missing("buoy.hull", "the sea needs it")
         return self
 
-    def _check_slack(self, slack):
+    def _check_slack(self, slack: str) -> None:
         """Generalized-alpha keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap."""
         time = self.time
         if slack == "compressive" or time is None or time.scheme != "generalized-alpha":
@@ -209,10 +258,10 @@ class Scene(Section):
 
     @cached_property
     def network(self) -> Network:
-        """What hangs together with what, resolved: pieces of line, joints, bodies and buoys."""
+        """Resolved topology: pieces of line, joints, bodies and buoys."""
         return resolved(self)
 
-    def model_copy(self, **how):
+    def model_copy(self, **how: Any) -> Self:
         """A copy with some sections replaced, which resolves its network anew."""
         copied = super().model_copy(**how)
         copied.__dict__.pop("network", None)
@@ -228,24 +277,24 @@ class Scene(Section):
         """The tables of all buoys."""
         return self.buoy or []
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         """Scenes are equal if they are once all defaults are written out."""
         return self.to_dict() == other.to_dict() if isinstance(other, Scene) else NotImplemented
 
-    def to_dict(self, sections: set[str] | None = None) -> dict:
+    def to_dict(self, sections: set[str] | None = None) -> dict[str, Any]:
         """Every value that differs from "absent", defaults included: what reproduces this scene, or some sections."""
         found = _without_none(self.model_dump(include=sections))
         if "cable" in found:
             found["cable"] = [self._complete(table, k) for k, table in enumerate(found["cable"])]
         return {name: value[0] if name in SEVERAL and len(value) == 1 else value for name, value in found.items()}
 
-    def _complete(self, table, cable):
+    def _complete(self, table: dict[str, Any], cable: int) -> dict[str, Any]:
         """The table of a cable with all defaults, where neither segments nor a material stand for them."""
         names = {*SHARED, *SIZE, *PHYSICAL}
         names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
         section = self.network.pieces[self.network.first_of(cable)].section
         whole = _without_none(section.model_dump(include=names)) | table
-        return {name: whole[name] for name in type(self.cable[cable]).model_fields if name in whole}
+        return {name: whole[name] for name in Line.model_fields if name in whole}
 
     def to_toml(self) -> str:
         """The complete scene as a scene file."""
@@ -256,7 +305,7 @@ class Scene(Section):
         Path(path).write_text(self.to_toml(), encoding="utf-8")
 
 
-def _without_none(value):
+def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
         return {k: _without_none(v) for k, v in value.items() if v is not None}
     if isinstance(value, list | tuple):

@@ -1,11 +1,14 @@
-"""What pydantic finds wrong with a scene, as one sentence."""
+"""Errors that pydantic finds in a scene, as one sentence."""
+
+from collections.abc import Iterable
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
 from ..errors import InputError
 from .keys import list_keys
 from .quantities import Missing, Wrong
-from .section import section_in
+from .section import Section, sections_in
 from .sections import SEVERAL, Scene
 
 #: What else a key takes, where the message speaks only of its numbers.
@@ -17,11 +20,13 @@ _OR = {
     "waves.components": "or a list of [amplitude, period, direction_deg, phase_deg], or a file",
 }
 #: What is said of a key that no scene has.
+S = TypeVar("S", bound=Section)
+
 UNKNOWN = "unknown key"
 _LONGEST = 200  # characters of a value
 
 
-def made(section: type, **keys):
+def made(section: type[S], **keys: Any) -> S:
     """A section of a scene from keys that stand in no file.  Raises InputError."""
     try:
         return section(**keys)
@@ -29,7 +34,7 @@ def made(section: type, **keys):
         raise InputError(sentence(error)) from None
 
 
-def sentence(error: ValidationError, data: dict | None = None) -> str:
+def sentence(error: ValidationError, data: dict[str, Any] | None = None) -> str:
     """The first thing that is wrong, as one sentence with key, value and what is allowed; data: of the whole scene."""
     first = error.errors()[0]
     unknown = first["type"] == "extra_forbidden"
@@ -57,8 +62,8 @@ def sentence(error: ValidationError, data: dict | None = None) -> str:
     return f"{key} = {shown(first['input'])}: {message[0].lower()}{message[1:]}."
 
 
-def _name_of(location, data):
-    """What stands for the number of a table of which a scene may have several: nothing of the only one, else its name
+def _name_of(location: list[str], data: dict[str, Any] | None) -> list[str]:
+    """Replacement of the number of a table of which a scene may have several: nothing for the only one, else its name
     if it has one."""
     tables = (data or {}).get(location[0]) if location[:1] and location[0] in SEVERAL else None
     if len(location) < 2 or not location[1].isdigit() or location[0] not in SEVERAL:
@@ -70,7 +75,7 @@ def _name_of(location, data):
     return [name] if isinstance(name, str) else location[1:2]
 
 
-def shown(value) -> str:
+def shown(value: Any) -> str:
     """A value as it stands in a message: at most some lines of it."""
     try:
         return _short(repr(value))
@@ -78,27 +83,27 @@ def shown(value) -> str:
         return f"({type(value).__name__})"
 
 
-def _meaning(location):
-    """What a key is; point_masses.0.mass is a key of the section in the list."""
+def _meaning(location: list[str]) -> str:
+    """Description of a key; point_masses.0.mass is a key of the section in the list."""
     row = next((row for row in list_keys() if row.name == ".".join(p for p in location if not p.isdigit())), None)
     return f"{row.description} [{row.unit}]".removesuffix(" []").removesuffix(" [1]") if row else "a section"
 
 
-def _short(text):
+def _short(text: str) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def _is_type_tag(part) -> bool:
+def _is_type_tag(part: Any) -> bool:
     """Pydantic names the member of a union it tried; that is no key of the file."""
     return isinstance(part, str) and (
         "[" in part or part.startswith("constrained") or part in ("int", "float", "bool", "str")
     )
 
 
-def _fields(location) -> list[str]:
+def _fields(location: Iterable[Any]) -> list[str]:
     """Keys of the section at a location, in which pydantic names the form that it tried."""
-    model = Scene
+    model: type[Section] = Scene
     for part in location:
         info = model.model_fields.get(part)
-        model = section_in(info.annotation) or model if info else model
+        model = next(iter(sections_in(info.annotation)), model) if info else model
     return sorted(model.model_fields)

@@ -1,14 +1,16 @@
 """Elements and steps of a scene, what drives it, and the same scene with others."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from ..errors import InputError
 from ..meshes import number_of_cells
 from . import Scene, load_scene
-from .broadcast import keys_of_lines
+from .cable import Top
 from .quantities import number_of
-from .sections import SCHEMES, Solver
+from .sections import SCHEMES, Solver, Time
 
 #: Newton's tolerance of a scene that gives none.
 NEWTON = Solver().step_tolerance
@@ -26,7 +28,7 @@ class Space:
     def pair(self) -> str:
         return f"P{self.mu}-P{self.nu}" if self.mu else "-"
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.pair}, {self.cells} elements, " if self.mu else ""
 
 
@@ -43,7 +45,7 @@ class Stepping:
     largest: float | None = None
     newton: float = NEWTON
 
-    def __str__(self):
+    def __str__(self) -> str:
         size = f"dt {self.step:.4g} s" if self.tolerance is None else f"tolerance {self.tolerance:.2g}"
         return f"{SCHEMES[self.scheme]}, {size}" + (f", Newton {self.newton:.2g}" if self.newton != NEWTON else "")
 
@@ -68,7 +70,7 @@ def fitting(scene: Scene, space: Space) -> Space:
         cells = found
 
 
-def _share(elements, factor):
+def _share(elements: Any, factor: float) -> Any:
     """Elements of a line, as many times what they are."""
     if isinstance(elements, int):
         return max(1, round(elements * factor))
@@ -77,13 +79,13 @@ def _share(elements, factor):
 
 def stepping_of(scene: Scene) -> Stepping:
     """The scene's own scheme and step."""
-    time = scene.time
+    time = check_time(scene)
     return Stepping(time.scheme, time.step, time.tolerance, time.max_step, scene.solver.step_tolerance)
 
 
 def largest_step(scene: Scene) -> float | None:
-    """Of an adaptive run of the scene, whatever its first one; None if it has no length."""
-    return scene.time.max_step or scene.time.end / 10 or None
+    """Largest step of an adaptive run of the scene [s]; None if the run has no length."""
+    return check_time(scene).max_step or check_time(scene).end / 10 or None
 
 
 def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
@@ -93,7 +95,7 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
     if stepping.tolerance is None:
         changes |= {"time.min_step": None, "time.max_step": None}
     else:
-        changes |= {"time.max_step": scene.time.max_step or stepping.largest}
+        changes |= {"time.max_step": check_time(scene).max_step or stepping.largest}
     if stepping.scheme != "generalized-alpha":
         changes["time.spectral_radius"] = None
     elif any(piece.section.slack != "compressive" for piece in scene.network.pieces):
@@ -103,7 +105,7 @@ def with_settings(scene: Scene, space: Space, stepping: Stepping) -> Scene:
     return load_scene(scene, **changes)
 
 
-def _of_lines(scene, space):
+def _of_lines(scene: Scene, space: Space) -> dict[str, Any]:
     """Changes of degrees and elements, by their keys."""
     changes, factor, keys = {}, space.cells / space_of(scene).cells, keys_of_lines(scene)
     for piece in scene.network.pieces:
@@ -112,6 +114,33 @@ def _of_lines(scene, space):
         changes[f"{place}.elements"] = _share(piece.section.elements, factor)
         changes |= {f"{key}.position_degree": space.mu, f"{key}.tension_degree": space.nu}
     return changes
+
+
+def keys_of_lines(scene: Scene) -> list[str]:
+    """Key of the table of each cable: "cable" of the only one, else "cable.NAME"."""
+    return [scene.network.key_of(number) for number in range(len(scene.network.cables))]
+
+
+def everywhere(scene: Scene, key: str, value: Any) -> dict[str, Any]:
+    """Changes that give a key of a cable, buoy or joint this value in all of them, by their keys.
+
+    A cable's own key then stands for those of its segments and materials.
+    """
+    (section, _, leaf), lines = key.partition("."), keys_of_lines(scene)
+    buoys = [scene.network.key_of_buoy(name) for name in scene.network.buoys]
+    each = zip(lines, scene.cables, strict=True)
+    segments = {f"{line}.segments.{k}": s for line, cable in each for k, s in enumerate(cable.segments or [])}
+    if section == "cable":
+        removed = [*segments, *(f"material.{name}" for name in scene.material or {})]
+        return {f"{place}.{leaf}": None for place in removed} | {f"{line}.{leaf}": value for line in lines}
+    if section == "joint":
+        held = [f"{place}.body" for place, segment in segments.items() if segment.body is not None]
+        return {f"{place}.{leaf}": value for place in [*(f"joint.{j.name}" for j in scene.joint or []), *held]}
+    if section == "buoy" and leaf:
+        return {f"{buoy}.{leaf}": value for buoy in buoys}
+    if section in ("wind", "external_force"):
+        return {key: value} | {f"{buoy}.{key}": value for buoy in buoys}
+    return {key: value}
 
 
 def period_of(scene: Scene) -> float | None:
@@ -128,15 +157,16 @@ def ramp_of(scene: Scene) -> float:
     return max((top.ramp for top in _moved(scene)), default=0.0)
 
 
-def _moved(scene):
-    """What moves or pulls ends of lines."""
+def _moved(scene: Scene) -> list[Top]:
+    """Ends of lines that are moved or pulled."""
     return [end.top for piece in scene.network.pieces for end in piece.ends if end.top and end.kind != "fixed"]
 
 
-def check_time(scene: Scene) -> None:
-    """Refuse a scene that cannot run in time.  Raises InputError."""
+def check_time(scene: Scene) -> Time:
+    """Section [time] of a scene.  Raises InputError if the scene has none and cannot run."""
     if scene.time is None:
         raise InputError("time: must be given, a run needs at least its keys end and step.")
+    return scene.time
 
 
 def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene:
@@ -144,8 +174,7 @@ def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene
 
     An adaptive run keeps the milestones and the largest step of the whole run.
     """
-    check_time(scene)
-    time, period = scene.time, period_of(scene)
+    time, period = check_time(scene), period_of(scene)
     if end is None:
         end = min(time.end, ramp_of(scene) + periods * period if period else time.end / 2)
     kept = {"time.output_every": time.output_every or time.end / 200 or None}
@@ -153,32 +182,40 @@ def shortened(scene: Scene, end: float | None = None, periods: int = 2) -> Scene
     return load_scene(scene, **{"time.end": end}, **kept)
 
 
-def spaces(scene: Scene, pairs=None, cells=None) -> list[Space]:
+def spaces(
+    scene: Scene, pairs: Sequence[tuple[int, int]] | None = None, cells: Sequence[int] | None = None
+) -> list[Space]:
     """Pairs times numbers of elements; by default 1/4, 1/2 and all of the scene's elements."""
     if not scene.cable:
         return [Space()]
     n = space_of(scene).cells
     cells = cells or sorted({max(2, n // 4), max(2, n // 2), n})
-    found = [fitting(scene, Space(*pair, k)) for pair in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
+    found = [fitting(scene, Space(mu, nu, k)) for mu, nu in pairs or ((1, 0), (2, 1), (3, 2)) for k in cells]
     return list(dict.fromkeys(found))
 
 
 def default_steps(scene: Scene) -> list[float]:
     """From a fiftieth of the period down to a 500th, or from the scene's step up."""
     period = period_of(scene)
-    steps = [period / n for n in (500, 250, 100, 50)] if period else [scene.time.step * n for n in (1, 2, 5, 10)]
+    steps = [period / n for n in (500, 250, 100, 50)] if period else [check_time(scene).step * n for n in (1, 2, 5, 10)]
     return [float(f"{step:.2g}") for step in steps]
 
 
-def steppings(schemes, steps, tolerances, largest=None, newton=(NEWTON,)) -> list[Stepping]:
+def steppings(
+    schemes: Sequence[str],
+    steps: Sequence[float],
+    tolerances: Sequence[float],
+    largest: float | None = None,
+    newton: Sequence[float] = (NEWTON,),
+) -> list[Stepping]:
     """Fixed steps of every scheme, and tolerances of those of second order, each with every tolerance of Newton's.
 
     largest: of adaptive steps.
     """
-    sizes = [(scheme, step, None, None) for scheme in schemes for step in steps]
+    fixed = [(scheme, step, None, None) for scheme in schemes for step in steps]
     second = [scheme for scheme in schemes if scheme != "backward-euler"]
-    sizes += [(scheme, min(steps), tolerance, largest) for scheme in second for tolerance in tolerances]
-    return [Stepping(*size, newton=of_newton) for of_newton in newton for size in sizes]
+    adaptive = [(scheme, min(steps), tolerance, largest) for scheme in second for tolerance in tolerances]
+    return [Stepping(*size, newton=of_newton) for of_newton in newton for size in [*fixed, *adaptive]]
 
 
 def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
@@ -186,8 +223,9 @@ def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
     if text is None:
         return None
     try:
-        pairs = [tuple(int(degree) for degree in pair.upper().replace("P", "").split("-")) for pair in text.split(",")]
-        good = all(len(pair) == 2 and 0 <= pair[1] < pair[0] <= 8 for pair in pairs)
+        split = [pair.upper().replace("P", "").split("-") for pair in text.split(",")]
+        pairs = [(int(mu), int(nu)) for mu, nu in split]
+        good = all(0 <= nu < mu <= 8 for mu, nu in pairs)
     except ValueError:
         good = False
     if not good:
@@ -203,7 +241,7 @@ def parse_schemes(text: str | None) -> list[str] | None:
     return schemes
 
 
-def parse_numbers(option: str, text: str | None, kind: type = float) -> list | None:
+def parse_numbers(option: str, text: str | None, kind: type = float) -> list[Any] | None:
     """Positive numbers with commas, or `none`; raises InputError that names the option."""
     if text is None:
         return None

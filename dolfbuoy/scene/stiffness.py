@@ -1,8 +1,9 @@
 """Axial stiffness of a cable: one number, or the tension as a table over the strain."""
 
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, PlainSerializer, WrapValidator
 
@@ -20,9 +21,9 @@ class TensionTable(float):
 
     rows: tuple[tuple[float, float], ...]
 
-    def __new__(cls, rows):
+    def __new__(cls, table: Iterable[Sequence[float]]) -> Self:
         """Raises ValueError for what is no law of a material."""
-        rows = tuple((float(strain), float(tension)) for strain, tension in rows)
+        rows = tuple((float(strain), float(tension)) for strain, tension in table)
         if not 2 <= len(rows) <= MOST_ROWS:
             raise ValueError(f"must be a number or a table of 2 to {MOST_ROWS} rows [strain, tension]")
         if any(b[0] <= a[0] or b[1] <= a[1] for a, b in pairwise(rows)) or (0.0, 0.0) not in rows:
@@ -35,19 +36,19 @@ class TensionTable(float):
         made.rows = rows
         return made
 
-    def __getnewargs__(self):
+    def __getnewargs__(self) -> tuple[tuple[tuple[float, float], ...]]:  # type: ignore[override]  # of rows, not of a float
         return (self.rows,)
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         return self.rows == other.rows if isinstance(other, TensionTable) else float(self) == other
 
-    def __ne__(self, other):
+    def __ne__(self, other: object) -> bool:
         return not self == other
 
-    def __hash__(self):
+    def __hash__(self) -> int:
         return hash(self.rows)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return repr([list(row) for row in self.rows])
 
     @cached_property
@@ -65,29 +66,32 @@ class TensionTable(float):
         return found
 
 
-def _number_or_table(value, as_number):
+def _number_or_table(value: Any, as_number: Callable[[Any], Any]) -> Any:
     if isinstance(value, list | tuple):
         return TensionTable(map(finite_numbers(2), value))
     return value if isinstance(value, TensionTable) else as_number(value)
 
 
-def _written(value):
+def _written(value: Any) -> Any:
     return [list(row) for row in value.rows] if isinstance(value, TensionTable) else value
 
 
-AxialStiffness = Annotated[
-    Stiffness | Annotated[list[tuple[float, float]], Field(min_length=2, max_length=MOST_ROWS)],
-    WrapValidator(_number_or_table),
-    PlainSerializer(_written),
-]  # N
+if TYPE_CHECKING:
+    AxialStiffness = float  # a table is a float too
+else:
+    AxialStiffness = Annotated[
+        Stiffness | Annotated[list[tuple[float, float]], Field(min_length=2, max_length=MOST_ROWS)],
+        WrapValidator(_number_or_table),
+        PlainSerializer(_written),
+    ]  # N
 
 
-def kinks_of(stiffness, below: bool) -> list[tuple[float, float]]:
+def kinks_of(stiffness: Any, below: bool) -> list[tuple[float, float]]:
     """Bends of a table at T < 0 or at T >= 0; none of a number."""
     kinks = stiffness.kinks if isinstance(stiffness, TensionTable) else []
     return [kink for kink in kinks if (kink[0] < 0) == below]
 
 
-def secant(stiffness, T: float) -> float:
+def secant(stiffness: Any, T: float) -> float:
     """EA of Hooke's law that gives the same strain at a tension [N]."""
     return T / stiffness.strain(T) if isinstance(stiffness, TensionTable) and T > 0 else float(stiffness)

@@ -1,7 +1,7 @@
 """A scene as a commented file: the keys that it gives, and all others as comments, each with what it means."""
 
 import json
-from typing import get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from .keys import Key, list_keys
 from .network import OWN
@@ -23,7 +23,7 @@ def commented(scene: Scene, schema: str) -> str:
     return "\n".join(head + lines) + "\n"
 
 
-def _section(model: type[Section], given: dict | None, rows: dict[str, Key], prefix: str) -> list[str]:
+def _section(model: type[Section], given: dict[str, Any] | None, rows: dict[str, Key], prefix: str) -> list[str]:
     """Lines of the keys of a section, then of the sections in it; given: None if the scene does not have it."""
     lines, later = [], []
     for name, info in model.model_fields.items():
@@ -48,43 +48,45 @@ def _section(model: type[Section], given: dict | None, rows: dict[str, Key], pre
     return lines + later
 
 
-def _table(name, annotation, model, value, rows):
+def _table(
+    name: str, annotation: Any, model: type[Section], value: dict[str, Any] | None, rows: dict[str, Key]
+) -> list[str]:
     """Lines of a section, as a comment if the scene does not have it."""
     inside = f"{name}.NAME." if is_by_name(annotation) else f"{name}."
     heading = f"[[{name}]]" if _is_list(annotation) and name not in SEVERAL else f"[{inside.removesuffix('.')}]"
     more = f"; several: [[{name}]]" if name in SEVERAL else ""
     sign = "" if value is not None else "# "
-    lines = ["", f"{sign}{heading}  # {model.__doc__.splitlines()[0].removesuffix('.')}{more}"]
+    lines = ["", f"{sign}{heading}  # {(model.__doc__ or '').splitlines()[0].removesuffix('.')}{more}"]
     return lines + _section(model, value, rows, inside)
 
 
-def _is_list(annotation):
+def _is_list(annotation: Any) -> bool:
     return get_origin(annotation) is list or any(_is_list(part) for part in get_args(annotation))
 
 
-def _given(item, rows, prefix):
+def _given(item: dict[str, Any], rows: dict[str, Key], prefix: str) -> list[str]:
     """Lines of a table of a list: what it gives, each with its meaning."""
     return [line for name, value in item.items() for line in _key(name, rows.get(prefix + name), value)]
 
 
-def _key(name, row, value):
+def _key(name: str, row: Key | None, value: Any) -> list[str]:
     """Lines of a key with its value, or without one as a comment with its default."""
+    if row is None:  # a table of its own, which has no meaning but that of its keys
+        return [f"{name} = {in_toml(value)}"]
     if value is None:
         start = f"# {name} = {'' if row.default == 'required' else row.default}".rstrip()
         return [f"{start:<{_COLUMN}}  # {_meaning(row)}"]
     start = f"{name} = {in_toml(value)}"
-    if row is None:  # a table of its own, which has no meaning but that of its keys
-        return [start]
     return [f"{start:<{_COLUMN}}  # {_meaning(row)}"] if len(start) <= _COLUMN else [f"# {_meaning(row)}", start]
 
 
-def _meaning(row):
+def _meaning(row: Key) -> str:
     unit = f" [{row.unit}]" if row.unit not in ("", "1") else ""
     words = f": {row.range}" if '"' in row.range else ""
     return f"{row.description}{unit}{words}"
 
 
-def in_toml(value) -> str:
+def in_toml(value: Any) -> str:
     """A value on one line; tables as inline tables."""
     if isinstance(value, bool):
         return str(value).lower()

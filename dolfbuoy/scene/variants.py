@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from . import Scene, build_scene, parse_assignment
@@ -20,7 +21,7 @@ PROBABILITY = "probability"
 SEED = "waves.seed"
 
 
-def parse_vary(text: str) -> tuple[str, list]:
+def parse_vary(text: str) -> tuple[str, list[Any]]:
     """`key=a,b,c` or `key=start:stop:step` (stop included) -> (key, values).  Raises InputError."""
     key, equals, values = (part.strip() for part in text.partition("="))
     if not text.strip().isprintable():
@@ -55,7 +56,7 @@ def numbers_of(option: str, text: str) -> list[float]:
     return found
 
 
-def _range(text, parts):
+def _range(text: str, parts: list[str]) -> list[Any]:
     try:
         start, stop, step = (number_of(part) for part in parts)
         count = math.floor((stop - start) / step + 1e-9) + 1
@@ -69,7 +70,7 @@ def _range(text, parts):
     return [int(v) for v in values] if all(part.strip().lstrip("+-").isdigit() for part in parts) else values
 
 
-def cases_of(vary: list[str], table: Path | None) -> list[dict]:
+def cases_of(vary: list[str], table: Path | None) -> list[dict[str, Any]]:
     """Changes of each case: all combinations of `vary`, or the rows of a CSV file whose header names keys."""
     if (table is None) == (not vary):
         raise InputError("--vary: must be given once or more, or --table.")
@@ -83,7 +84,7 @@ def cases_of(vary: list[str], table: Path | None) -> list[dict]:
     return [dict(zip(keys, combination, strict=True)) for combination in itertools.product(*values)]
 
 
-def latin_hypercube(vary: list[str], table: Path | None, count: int, seed: int = 0) -> list[dict]:
+def latin_hypercube(vary: list[str], table: Path | None, count: int, seed: int = 0) -> list[dict[str, Any]]:
     """Changes of `count` cases that fill the ranges KEY=low:high of `vary`: of each key one value in every
     `count`-th of its range, by scipy.stats.qmc.LatinHypercube.  Raises InputError."""
     import numpy as np
@@ -102,7 +103,7 @@ def latin_hypercube(vary: list[str], table: Path | None, count: int, seed: int =
     return [dict(zip(ranges, map(float, low + point * (high - low)), strict=True)) for point in points]
 
 
-def _limits(text):
+def _limits(text: str) -> tuple[str, tuple[float, float]]:
     """`key=low:high` -> (key, (low, high))."""
     key, equals, values = (part.strip() for part in text.partition("="))
     try:
@@ -114,7 +115,7 @@ def _limits(text):
     return key, (low, high)
 
 
-def with_seeds(changes: list[dict], seeds: int) -> list[dict]:
+def with_seeds(changes: list[dict[str, Any]], seeds: int) -> list[dict[str, Any]]:
     """Each case so many times, with values of waves.seed of its own: they follow from the case and its number alone,
     whatever other cases there are and whoever computes them.  Raises InputError."""
     if seeds < 1 or len(changes) * seeds > MOST_CASES:
@@ -124,12 +125,12 @@ def with_seeds(changes: list[dict], seeds: int) -> list[dict]:
     return [change | {SEED: _seed(change, k)} for change in changes for k in range(seeds)]
 
 
-def _seed(change, number):
+def _seed(change: dict[str, Any], number: int) -> int:
     digest = hashlib.sha256(json.dumps([change, number], sort_keys=True).encode()).digest()
     return int.from_bytes(digest[:4], "big")
 
 
-def probabilities(table: Path) -> list[tuple[dict, float]]:
+def probabilities(table: Path) -> list[tuple[dict[str, Any], float]]:
     """[(changes, probability), ...] of a scatter diagram: a table of cases with a column `probability`.
 
     Raises InputError if that column is missing, or does not hold probabilities whose sum is 1 at most.
@@ -145,7 +146,7 @@ def probabilities(table: Path) -> list[tuple[dict, float]]:
     return found
 
 
-def _rows(table, option="--table"):
+def _rows(table: Path, option: str = "--table") -> list[dict[str, Any]]:
     if not Path(table).is_file():
         raise InputError(f"{option} {table}: must be a CSV file.")
     try:
@@ -173,6 +174,6 @@ def check_known(scene: Scene, key: str) -> None:
             raise InputError(f"--vary {key}: {error}") from None
 
 
-def in_words(changes: dict) -> str:
+def in_words(changes: dict[str, Any]) -> str:
     """The changes of a case: "key = value, ..."."""
     return ", ".join(f"{key} = {value}" for key, value in changes.items())

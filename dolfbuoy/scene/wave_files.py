@@ -5,7 +5,9 @@ their numbers: it is complete without them.
 """
 
 import os.path
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from .mesh_file import Named, check_netcdf, inside
 from .quantities import number_of
@@ -14,35 +16,27 @@ FORMULAS = ("jonswap", "pierson-moskowitz")
 MOST_BYTES = 20_000_000
 
 
-def spectrum_of(value):
-    """What `waves.spectrum` may be, with the contents of a file in place of its name.  Raises ValueError."""
+def spectrum_of(value: Any) -> Any:
+    """Value of `waves.spectrum` with the contents of a file in place of its name.  Raises ValueError."""
     name = value.name if isinstance(value, Named) else value
     if name in FORMULAS if isinstance(name, str) else not _is_file(value):
         return name
     path = _path(value, f"{' or '.join(map(repr, FORMULAS))}, a table, or the name of a file")
-    return _directional(path) if _is_netcdf(path) else _columns(path, 2)
+    with path.open("rb") as file:
+        is_netcdf = file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+    return _directional(path) if is_netcdf else _columns(path, 2)
 
 
-def components_of(value):
-    """What `waves.components` may be, likewise: four columns."""
-    return _columns(_path(value, "a number, a table, or the name of a file"), 4) if _is_file(value) else value
+def columns_of(count: int, allowed: str) -> Callable[[Any], Any]:
+    """Validator of a key that may name a text file of some columns: their rows in place of its name."""
+    return lambda value: _columns(_path(value, allowed), count) if _is_file(value) else value
 
 
-def elevation_of(value):
-    """What `waves.elevation` may be, likewise: two columns."""
-    return _columns(_path(value, "a table, or the name of a file"), 2) if _is_file(value) else value
-
-
-def motion_of(value):
-    """What `motion` of an end that is held may be, likewise: four columns."""
-    return _columns(_path(value, "a table, or the name of a file"), 4) if _is_file(value) else value
-
-
-def _is_file(value):
+def _is_file(value: Any) -> bool:
     return isinstance(value, str | Path | Named)
 
 
-def _path(value, allowed) -> Path:
+def _path(value: Any, allowed: str) -> Path:
     """The file that is meant, of bounded size."""
     if isinstance(value, Named):
         path = inside(value.folder, value.name)
@@ -55,13 +49,13 @@ def _path(value, allowed) -> Path:
     return path
 
 
-def _columns(path, count):
+def _columns(path: Path, count: int) -> list[list[float]]:
     """Rows of a text file: numbers between blanks, commas or semicolons; # begins a comment; one line of names."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError):
         raise ValueError(f"its file must be text with {count} columns") from None
-    rows = []
+    rows: list[list[float]] = []
     for number, line in enumerate(lines, start=1):
         words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
         if not words:
@@ -79,12 +73,7 @@ def _columns(path, count):
     return rows
 
 
-def _is_netcdf(path):
-    with path.open("rb") as file:
-        return file.read(4) in (b"\x89HDF", b"CDF\x01", b"CDF\x02", b"CDF\x05")
-
-
-def _directional(path):
+def _directional(path: Path) -> dict[str, Any]:
     """efth(freq, dir) of a netCDF file, as wavespectra has it: `dir` degrees from which waves come, clockwise from
     north; here x points east and y north, and directions are those of travel."""
     import numpy as np

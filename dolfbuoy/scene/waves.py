@@ -1,26 +1,15 @@
 """The section [waves]: a regular wave, or an irregular sea."""
 
 import itertools
-from typing import Annotated, Literal
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from .quantities import (
-    Angle,
-    Component,
-    Duration,
-    Frequency,
-    Instant,
-    Missing,
-    Multiple,
-    Period,
-    SpectralDensity,
-    SpectrumRow,
-    Wavelength,
-    Wrong,
-)
+from . import quantities as q
+from .quantities import Missing, Wrong
 from .section import Section, key
-from .wave_files import FORMULAS, components_of, elevation_of, spectrum_of
+from .wave_files import FORMULAS, columns_of, spectrum_of
 
 MOST_COMPONENTS = 10_000
 MOST_INSTANTS = 200_000
@@ -29,16 +18,16 @@ MOST_INSTANTS = 200_000
 class DirectionalSpectrum(Section):
     """A spectrum over frequencies and directions, as a netCDF file with efth(freq, dir) holds it."""
 
-    frequency: Annotated[list[Frequency], Field(max_length=1000)] = key("frequencies in ascending order", "Hz")
-    direction_deg: Annotated[list[Angle], Field(max_length=1000)] = key(
+    frequency: Annotated[list[q.Frequency], Field(max_length=1000)] = key("frequencies in ascending order", "Hz")
+    direction_deg: Annotated[list[q.Angle], Field(max_length=1000)] = key(
         "directions of propagation in ascending order, counterclockwise from x", "deg"
     )
-    density: Annotated[list[list[SpectralDensity]], Field(max_length=1000)] = key(
+    density: Annotated[list[list[q.SpectralDensity]], Field(max_length=1000)] = key(
         "spectral density, one row per frequency with one number per direction", "m^2/Hz/deg"
     )
 
     @model_validator(mode="after")
-    def _consistent(self):
+    def _consistent(self) -> Self:
         for name in ("frequency", "direction_deg"):
             _check_rising(name, getattr(self, name), 2)
         if self.direction_deg[-1] - self.direction_deg[0] >= 360:
@@ -52,16 +41,20 @@ class DirectionalSpectrum(Section):
 
 Spectrum = Annotated[
     Literal["jonswap", "pierson-moskowitz"]
-    | Annotated[list[SpectrumRow], Field(max_length=10_000)]
+    | Annotated[list[q.SpectrumRow], Field(max_length=10_000)]
     | DirectionalSpectrum,
     BeforeValidator(spectrum_of),
 ]
 Components = Annotated[
     Annotated[int, Field(gt=0, le=MOST_COMPONENTS)]
-    | Annotated[list[Component], Field(min_length=1, max_length=MOST_COMPONENTS)],
-    BeforeValidator(components_of),
+    | Annotated[list[q.Component], Field(min_length=1, max_length=MOST_COMPONENTS)],
+    BeforeValidator(columns_of(4, "a number, a table, or the name of a file")),
 ]
-Record = Annotated[list[Instant], Field(max_length=MOST_INSTANTS), BeforeValidator(elevation_of)]
+Record = Annotated[
+    list[q.Instant],
+    Field(max_length=MOST_INSTANTS),
+    BeforeValidator(columns_of(2, "a table, or the name of a file")),
+]
 
 #: What a sea is made of, in the words of its keys.
 REGULAR, SPECTRUM, COMPONENTS, ELEVATION = "period", "spectrum", "components", "elevation"
@@ -79,11 +72,11 @@ class Waves(Section):
         "wave amplitude a, half the height", "m", default=None
     )
     height: Annotated[float, Field(ge=0, le=2e4)] | None = key("wave height, trough to crest", "m", default=None)
-    period: Period | None = key("period of a regular wave", "s", default=None)
-    wavelength: Wavelength | None = key("wavelength; absent: from the dispersion relation", "m", default=None)
-    direction_deg: Angle = key("direction of propagation, counterclockwise from x", "deg", default=0.0)
-    phase_deg: Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
-    ramp: Duration = key("ramp-up time of the waves", "s", default=0.0)
+    period: q.Period | None = key("period of a regular wave", "s", default=None)
+    wavelength: q.Wavelength | None = key("wavelength; absent: from the dispersion relation", "m", default=None)
+    direction_deg: q.Angle = key("direction of propagation, counterclockwise from x", "deg", default=0.0)
+    phase_deg: q.Angle = key("phase of the elevation a cos(k.x - omega t + phase_deg)", "deg", default=0.0)
+    ramp: q.Duration = key("ramp-up time of the waves", "s", default=0.0)
     stretching: Literal["wheeler", "vertical", "none"] = key(
         "extrapolation of the wave kinematics above still water", default="wheeler"
     )
@@ -91,15 +84,11 @@ class Waves(Section):
         "frame of the periods in a current: intrinsic (water) or apparent (ground); absent: no Doppler shift",
         default=None,
     )
-    spectrum: Spectrum | None = key(
-        "wave spectrum, [[f, S], ...] or a file",
-        "Hz, m^2/Hz",
-        default=None,
-    )
+    spectrum: Spectrum | None = key("wave spectrum, [[f, S], ...] or a file", "Hz, m^2/Hz", default=None)
     significant_height: Annotated[float, Field(ge=0, le=1e4)] | None = key(
         "significant wave height Hs = 4 sqrt(m0)", "m", default=None
     )
-    peak_period: Period | None = key("peak period Tp of the spectrum", "s", default=None)
+    peak_period: q.Period | None = key("peak period Tp of the spectrum", "s", default=None)
     gamma: Annotated[float, Field(ge=1, le=100)] = key("JONSWAP peak-enhancement factor", "1", default=3.3)
     spreading: Annotated[float, Field(gt=0, le=1e4)] | None = key(
         "spreading exponent s of cos^2s(angle/2) about direction_deg; absent: long-crested", "1", default=None
@@ -112,7 +101,7 @@ class Waves(Section):
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = key(
         "seed of the random phases, directions and amplitudes", "1", default=0
     )
-    band: Annotated[list[Multiple], Field(min_length=1, max_length=2)] | None = key(
+    band: Annotated[list[q.Multiple], Field(min_length=1, max_length=2)] | None = key(
         "frequency band [low, high] over the peak frequency; absent: 0.5 (a table: all) to 99.9 % of m0",
         "1",
         default=None,
@@ -128,23 +117,27 @@ class Waves(Section):
     )
 
     @model_validator(mode="after")
-    def _one_sea(self):
+    def _one_sea(self) -> Self:
         given = [name for name, there in self._kinds().items() if there]
         if len(given) != 1:
             if not given:
                 raise Missing("period", "or spectrum, components or elevation of an irregular sea")
-            raise Wrong(given[1], _shown(getattr(self, given[1])), f"does not go with {given[0]}: give one of them")
+            value = getattr(self, given[1])
+            value = value if isinstance(value, str | int | float) else "..."
+            raise Wrong(given[1], value, f"does not go with {given[0]}: give one of them")
         for kind, names in _OF.items():
-            for name in names:
-                if kind != given[0] and getattr(self, name) != type(self).model_fields[name].default:
-                    raise Wrong(name, getattr(self, name), f"goes with {kind} only, not with {given[0]}")
+            if kind != given[0]:
+                self.refuse(names, f"goes with {kind} only, not with {given[0]}")
         if given[0] != REGULAR and self.stretching == "none":
             allowed = "goes with period only: above still water the exponentials of short waves grow without bound"
             raise Wrong("stretching", self.stretching, allowed)
-        {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}.get(given[0], lambda: None)()
+        if (
+            check := {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}.get(given[0])
+        ) is not None:
+            check()
         return self
 
-    def _kinds(self):
+    def _kinds(self) -> dict[str, bool]:
         sea = {
             SPECTRUM: self.spectrum is not None,
             COMPONENTS: isinstance(self.components, list),
@@ -153,27 +146,25 @@ class Waves(Section):
         sized = self.amplitude is not None or self.height is not None
         return {REGULAR: self.period is not None or (sized and not any(sea.values()))} | sea
 
-    def _regular(self):
+    def _regular(self) -> None:
         if self.period is None:
             raise Missing("period", "period of a regular wave [s]")
         if self.amplitude is None and self.height is None:
             raise Missing("amplitude", "or height, which is twice as much")
         if self.amplitude is not None and self.height is not None:
             raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
-        if self.band is not None or self.components != 200 or self.kinematics != "step":
-            name = next(n for n in ("band", "components", "kinematics") if getattr(self, n) not in (None, 200, "step"))
-            raise Wrong(name, getattr(self, name), "goes with an irregular sea only, not with period")
+        self.refuse(("band", "components", "kinematics"), "goes with an irregular sea only, not with period")
 
-    def _spectrum(self):
+    def _spectrum(self) -> None:
         formula = self.spectrum in FORMULAS if isinstance(self.spectrum, str) else False
         for name in ("significant_height", "peak_period"):
             value = getattr(self, name)
             if formula and value is None:
                 raise Missing(name, f"spectrum = {self.spectrum!r} needs it")
-            if not formula and value is not None:
-                raise Wrong(name, value, "does not go with a table, which has its own")
-        if self.spectrum != "jonswap" and self.gamma != type(self).model_fields["gamma"].default:
-            raise Wrong("gamma", self.gamma, "goes with 'jonswap' only")
+            if not formula:
+                self.refuse([name], "does not go with a table, which has its own")
+        if self.spectrum != "jonswap":
+            self.refuse(["gamma"], "goes with 'jonswap' only")
         if isinstance(self.spectrum, DirectionalSpectrum) and self.spreading is not None:
             raise Wrong("spreading", self.spreading, "does not go with a spectrum that has directions")
         if isinstance(self.spectrum, list):
@@ -183,8 +174,8 @@ class Waves(Section):
         if self.band is not None and len(self.band) == 2 and self.band[1] <= self.band[0]:
             raise Wrong("band", self.band, "must rise")
 
-    def _elevation(self):
-        times = [t for t, _ in self.elevation]
+    def _elevation(self) -> None:
+        times = [t for t, _ in self.elevation or []]
         _check_rising("elevation", times, 8)
         step = (times[-1] - times[0]) / (len(times) - 1)
         if any(abs(b - a - step) > 1e-3 * step for a, b in itertools.pairwise(times)):
@@ -199,42 +190,38 @@ class Waves(Section):
 
     @property
     def irregular(self) -> bool:
-        """Whether it has more than one period."""
+        """True if it has more than one period."""
         return self.period is None
 
     @property
     def size(self) -> float:
         """Amplitude of a regular wave [m]."""
-        return self.amplitude if self.amplitude is not None else self.height / 2
+        return self.amplitude if self.amplitude is not None else (self.height or 0.0) / 2
 
     @property
     def main_period(self) -> float:
         """Period of the regular wave, or of what is highest in the sea [s]; of an elevation between its crests."""
-        if self.kind == REGULAR:
-            return self.period
-        if self.kind == COMPONENTS:
+        given = self.period or self.peak_period
+        if given is not None:
+            return given
+        if isinstance(self.components, list):
             return max(self.components)[1]
-        if self.kind == ELEVATION:
-            return _mean_period(*zip(*self.elevation, strict=True))
-        if self.peak_period is not None:
-            return self.peak_period
-        if isinstance(self.spectrum, list):
-            return 1 / max(self.spectrum, key=lambda row: row[1])[0]
-        sums = [sum(row) for row in self.spectrum.density]
-        return 1 / self.spectrum.frequency[sums.index(max(sums))]
+        if self.elevation is not None:
+            return _mean_period([t for t, _ in self.elevation], [eta for _, eta in self.elevation])
+        if isinstance(self.spectrum, DirectionalSpectrum):
+            sums = [sum(row) for row in self.spectrum.density]
+            return 1 / self.spectrum.frequency[sums.index(max(sums))]
+        rows = self.spectrum if isinstance(self.spectrum, list) else []
+        return 1 / max(rows, key=lambda row: row[1])[0]
 
 
-def _mean_period(times, heights):
-    """Between crossings of the mean, upwards; the whole record if there are not two."""
+def _mean_period(times: list[float], heights: list[float]) -> float:
+    """Mean period between upward crossings of the mean; the whole record if there are not two."""
     mean = sum(heights) / len(heights)
     crossings = [t for t, (a, b) in zip(times, itertools.pairwise(heights), strict=False) if a < mean <= b]
     return (crossings[-1] - crossings[0]) / (len(crossings) - 1) if len(crossings) > 1 else times[-1] - times[0]
 
 
-def _check_rising(name, values, least):
-    if len(values) < least or any(b <= a for a, b in itertools.pairwise(values)):
+def _check_rising(name: str, values: Sequence[float], least: int) -> None:
+    if len(values) < least or not q.is_rising(values):
         raise Wrong(name, "...", f"must hold at least {least} rows that rise")
-
-
-def _shown(value):
-    return value if isinstance(value, str | int | float) else "..."

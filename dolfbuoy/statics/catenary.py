@@ -7,39 +7,42 @@ V = V0 + w s the vertical part of the tension (Irvine, *Cable Structures*, 1981)
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..roots import brentq
+
+Array = NDArray[Any]  #: of numbers
 
 
 @dataclass(frozen=True)
 class Catenary:
     """Solution from `start` along the horizontal unit vector `along`; all methods take arrays of s."""
 
-    start: np.ndarray
-    along: np.ndarray
+    start: Array
+    along: Array
     w: float
     EA: float
     H: float
     V0: float
 
     length_on_bed = 0.0  # it hangs free; see on_bed
-    touchdown = None
 
-    def vertical(self, s):
+    def vertical(self, s: ArrayLike) -> Array:
         """V(s) [N]."""
         return self.V0 + self.w * np.asarray(s, float)
 
-    def tension(self, s):
+    def tension(self, s: ArrayLike) -> Any:
         """T(s) [N]."""
         return np.hypot(self.H, self.vertical(s))
 
-    def force(self, s):
+    def force(self, s: ArrayLike) -> Any:
         """Tension as a vector along the line, shape (n, 3) [N]."""
         return self.H * self.along + np.multiply.outer(self.vertical(s), [0.0, 0.0, 1.0])
 
-    def plane(self, s):
+    def plane(self, s: ArrayLike) -> tuple[Any, Any]:
         """(x, z) in the plane, from the start [m]."""
         s = np.asarray(s, float)
         H, V0, V, w, EA = self.H, self.V0, self.vertical(s), self.w, self.EA
@@ -50,37 +53,13 @@ class Catenary:
         x = H * s / EA + (H / w * (np.arcsinh(V / H) - np.arcsinh(V0 / H)) if H > 0 else 0.0)
         return x, (V0 * s + w * s**2 / 2) / EA + (np.hypot(H, V) - np.hypot(H, V0)) / w
 
-    def position(self, s):
+    def position(self, s: ArrayLike) -> Any:
         """r(s), shape (n, 3) [m]."""
         x, z = self.plane(s)
         return self.start + np.multiply.outer(x, self.along) + np.multiply.outer(z, [0.0, 0.0, 1.0])
 
-    def mean_tension(self, a, b):
-        """Average of T over a <= s <= b [N]; w not 0."""
 
-        def integral(s):
-            V = self.vertical(s)
-            return (V * self.tension(s) + self.H**2 * np.arcsinh(V / self.H)) / (2 * self.w)
-
-        return (integral(b) - integral(a)) / (b - a)
-
-    def mean_tangent_product(self, L):
-        """Mean of t t^T over 0 <= s <= L in the vertical plane, from t = (H, V)/|(H, V)|; w not 0."""
-        H, V0, V1 = self.H, self.V0, self.V0 + self.w * L
-        xx = H * (np.arctan(V1 / H) - np.arctan(V0 / H)) / (self.w * L)
-        xz = H * np.log(np.hypot(H, V1) / np.hypot(H, V0)) / (self.w * L)
-        return np.array([[xx, xz], [xz, 1 - xx]])
-
-
-def under_end_force(start, force, L, w, EA):
-    """Cable held at `start` and pulled at s = L by `force` (world vector) [N]."""
-    force = np.asarray(force, float)
-    H = float(np.hypot(force[0], force[1]))
-    along = np.array([force[0] / H, force[1] / H, 0.0]) if H > 0 else np.array([1.0, 0.0, 0.0])
-    return Catenary(np.asarray(start, float), along, w, EA, H, float(force[2]) - w * L)
-
-
-def between(start, end, L, w, EA):
+def between(start: ArrayLike, end: ArrayLike, L: float, w: float, EA: float) -> Catenary:
     """Cable between two points.
 
     A cable above a point of its own (no horizontal distance) is given the horizontal distance L/10^4, so that its
@@ -102,25 +81,25 @@ def between(start, end, L, w, EA):
     return Catenary(start, along, w, EA, H, sign * V0)
 
 
-def _solve(dx, dz, L, w, EA):
+def _solve(dx: float, dz: float, L: float, w: float, EA: float) -> tuple[float, float]:
     """(H, V0) of the cable with w > 0 and an end at (dx, dz), dx > 0."""
     if np.isinf(EA):
         return _solve_inextensible(dx, dz, L, w)
 
-    def V0_of(H):
-        def height(V0):
+    def V0_of(H: float) -> float:
+        def height(V0: float) -> float:
             V = V0 + w * L
-            return (V0 * L + w * L**2 / 2) / EA + (np.hypot(H, V) - np.hypot(H, V0)) / w - dz
+            return float((V0 * L + w * L**2 / 2) / EA + (np.hypot(H, V) - np.hypot(H, V0)) / w - dz)
 
         span = 2 * w * L + H
         while height(-span) > 0 or height(span) < 0:
             span *= 4
         return brentq(height, -span, span, xtol=1e-14 * span, rtol=1e-15)
 
-    def excess(log_H):
+    def excess(log_H: float) -> float:
         H = np.exp(log_H)
         V0 = V0_of(H)
-        return H * L / EA + H / w * (np.arcsinh((V0 + w * L) / H) - np.arcsinh(V0 / H)) - dx
+        return float(H * L / EA + H / w * (np.arcsinh((V0 + w * L) / H) - np.arcsinh(V0 / H)) - dx)
 
     low = high = np.log(w * L)
     while excess(low) > 0:
@@ -131,7 +110,7 @@ def _solve(dx, dz, L, w, EA):
     return H, V0_of(H)
 
 
-def _solve_inextensible(dx, dz, L, w):
+def _solve_inextensible(dx: float, dz: float, L: float, w: float) -> tuple[float, float]:
     """With u = w dx/(2 H): sinh(u)/u = sqrt(L^2 - dz^2)/dx, and asinh(V/H) = atanh(dz/L) -+ u at the ends."""
     ratio = np.sqrt((L - dz) * (L + dz)) / dx
     if ratio <= 1 + 1e-14:

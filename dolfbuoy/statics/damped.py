@@ -8,6 +8,7 @@ import numpy as np
 
 from ..elsewhere import MPI
 from ..errors import SolveError
+from ..model.problem import Problem
 from ..parallel import interruption
 from ..parallel.ranks import allreduce
 
@@ -15,8 +16,8 @@ from ..parallel.ranks import allreduce
 LEFT = 1e-11
 
 
-def relax(problem, growth=1.5, steps=400, momentum=False) -> None:
-    """From the positions at hand; h grows by `growth` from step to step.  Raises SolveError."""
+def relax(problem: Problem, growth: float = 1.5, steps: int = 400, momentum: bool = False) -> None:
+    """Move to rest from the present positions; h grows by `growth` from step to step.  Raises SolveError."""
     lines, system = problem.lines, problem.system
     acceleration = problem.scene.gravity or problem.typical_force / (lines.section.line_density * lines.longest)
     h = 1e-2 * np.sqrt(lines.longest / acceleration)

@@ -1,22 +1,25 @@
 """Equilibrium of a scene: lines between what holds them, with the buoys on them, or buoys that float freely."""
 
 import math
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
+from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.feasible import check_feasible
-from ..model.hydrostatics import float_upright
 from ..model.lines import top_position
 from ..model.prescribed_ends import adrift_nowhere
-from ..model.problem import MPI, Problem
-from ..model.rigid import weight_per_length
+from ..model.problem import Problem
+from ..model.rigid import float_upright, weight_per_length
 from ..model.seabed import has_friction
+from ..scene import Scene
 from .damped import relax
 from .growth import settle
 from .pulled import pull
-from .start import UPRIGHT, closed_form, given_start
-from .ways import MOTIONS, WAYS, find_rest
+from .start import UPRIGHT, Start, closed_form, given_start
+from .ways import MOTIONS, WAYS, Way, find_rest
 
 #: A yaw that still changes by less [rad] has been found.
 SETTLED = 1e-11
@@ -24,10 +27,10 @@ SETTLED = 1e-11
 BALANCED = 1e-8
 
 
-def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
+def solve_equilibrium(scene: Scene, comm: Any = MPI.COMM_WORLD, make: Callable[..., Problem] = Problem) -> Problem:
     """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
 
-    make: what makes a Problem of (scene, dynamic, comm); another than Problem may use one again (`studies.pool`).
+    make: (scene, dynamic, comm) -> Problem; another than Problem may use one again (`studies.pool`).
 
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """
@@ -45,10 +48,10 @@ def solve_equilibrium(scene, comm=MPI.COMM_WORLD, make=Problem) -> Problem:
     return problem
 
 
-def _rest(problem):
-    """Without friction, from nowhere, or from the points that the scene gives; from these too where all else fails."""
+def _rest(problem: Problem) -> None:
+    """Rest without friction, from nowhere or from the points of the scene; from these too where all else fails."""
     initial, reasons = problem.scene.initial, []
-    starts = [("", closed_form, WAYS)]
+    starts: list[tuple[str, Callable[[Problem], Start], Sequence[Way]]] = [("", closed_form, WAYS)]
     if initial.points is not None:
         starts.insert(0 if initial.kind == "equilibrium" else 1, ("initial.points, ", given_start, MOTIONS))
     problem.iterations = 0
@@ -58,27 +61,29 @@ def _rest(problem):
         except SolveError as error:
             reasons.append(f"{name}{error}")
             continue
-        problem.route = name + problem.route
+        problem.route = f"{name}{problem.route}"
         let_turn(problem)
         return
     raise SolveError("; ".join(reasons))
 
 
-def _check_determined(problem):
-    """Refuse what leaves a tension or a place open.  Raises InputError."""
+def _check_determined(problem: Problem) -> None:
+    """Refuse a scene that leaves a tension or a place open.  Raises InputError."""
     scene, network = problem.scene, problem.network
     for piece in network.pieces:
-        c, key, w = piece.section, network.key_of(piece.cable), weight_per_length(scene, piece.section)
+        c: Any = piece.section
+        key, w = network.key_of(piece.cable), weight_per_length(scene, piece.section)
         key += f".segments.{piece.number}" if len(network.pieces_of(piece.cable)) > 1 else ""
-        top, loose = piece.ends[1].top, w == 0 and scene.current is None
-        if piece.ends[1].kind == "free" and loose and not any(top.force) and len(network.pieces) == 1:
+        ends: Sequence[Any] = piece.ends
+        top, loose = ends[1].top, w == 0 and scene.current is None
+        if ends[1].kind == "free" and loose and not any(top.force) and len(network.pieces) == 1:
             raise InputError(
                 f"{key}.top.force = {list(top.force)}: nothing pulls at this cable, which has no weight here either: "
                 "nothing determines its equilibrium; give a force, weight or a current, or take another initial.kind."
             )
-        if not all(end.held for end in piece.ends):
+        if not all(end.held for end in ends):
             continue
-        distance = math.dist(*(top_position(end.top, 0.0) for end in piece.ends))
+        distance = math.dist(*(top_position(end.top, 0.0) for end in ends))
         if math.isinf(c.axial_stiffness) and distance >= c.length * (1 - 1e-12):
             raise InputError(
                 f"{key}.length = {c.length}: must be more than the {distance:.6g} m between its ends: an inextensible "
@@ -102,18 +107,18 @@ def _check_determined(problem):
 # -- buoys -------------------------------------------------------------------------------------------------------------
 
 
-def _free_buoys(scene, comm, make):
+def _free_buoys(scene: Scene, comm: Any, make: Callable[..., Problem]) -> Problem:
     """Buoys without cable float upright in still water; steady loads across would carry them away for ever."""
-    calm, floats = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea and scene.gravity
+    calm, sea = adrift_nowhere(scene).model_copy(update={"waves": None}), scene.sea if scene.gravity else None
     problem = make(calm, dynamic=False, comm=comm)
     for buoy in problem.buoys.values():
         height = 0.0
-        if floats:
+        if sea is not None:
             height = buoy.mass.height
-            height -= float_upright(buoy.shape, buoy.mass, scene.sea.density, scene.gravity).draft
+            height -= float_upright(buoy.shape, buoy.mass, sea.density, scene.gravity).draft
         pose = np.array([0.0, 0.0, height, *UPRIGHT])
         problem.system.u[buoy.part.slice] = buoy.reference.x.array[:] = pose
-    if floats:
+    if sea is not None:
         problem.iterations, problem.route = problem.newton.solve(), "newton"
     else:
         problem.system.publish()
@@ -121,11 +126,10 @@ def _free_buoys(scene, comm, make):
     return problem
 
 
-def let_turn(problem, rounds=20):
-    """The yaw that lines off the axis want: what holds a buoy against turning about its axis goes away by and by; where
-    that fails it turns in a damped motion."""
-    off_axis = any(end.fairlead for piece in problem.network.pieces for end in piece.ends)
-    if not off_axis:
+def let_turn(problem: Problem, rounds: int = 20) -> None:
+    """Find the yaw under lines off the axis: the spring that holds a buoy against turning about its axis goes away by
+    and by; where that fails it turns in a damped motion."""
+    if not any(end.fairlead for piece in problem.network.pieces for end in piece.ends):
         return
     for _ in range(rounds):
         before = problem.system.u.copy()
@@ -138,8 +142,9 @@ def let_turn(problem, rounds=20):
             if problem.system.residual_by_block()["buoy torque balance"] < BALANCED:
                 return  # nothing but the gauge holds it: where it is it may stay
             break
-        turned = max((_largest_turn(b, before, problem.system.u) for b in problem.buoys.values()), default=0.0)
-        if max(problem.comm.allgather(turned)) < SETTLED:
+        change = problem.system.u - before
+        turns = [b.fields.of(change[b.part.slice]).orientation for b in problem.buoys.values()]
+        if max(problem.comm.allgather(float(np.abs(turns).max(initial=0.0)))) < SETTLED:
             return
     for buoy in problem.buoys.values():
         buoy.gauge.value = 1e-9 * buoy.gauge.value
@@ -147,8 +152,3 @@ def let_turn(problem, rounds=20):
         relax(problem, growth=1.1, steps=900)
     except SolveError as error:
         raise SolveError(f"the yaw of the buoys was not found: {error}") from None
-
-
-def _largest_turn(buoy, before, after):
-    x, y = (buoy.fields.of(u[buoy.part.slice]).orientation for u in (before, after))
-    return float(np.abs(x - y).max())

@@ -1,14 +1,18 @@
-"""Rest of lines on which grows what belongs to the depths where they rest: by turns, until both agree.
+"""Fixed-point iteration between the equilibrium of lines and the marine growth of the depths where they rest.
 
 Where the table is steep a line may swing from round to round; so each goes as far as Aitken's rule says (Kuettler and
 Wall, Comput. Mech. 43, 2008), and half as far again and again where Newton finds no rest.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..elsewhere import MPI
 from ..errors import SolveError
+from ..model.problem import Problem
 from ..parallel.ranks import allreduce
+from .catenary import Array
 from .ways import is_compressed
 
 #: Factors that change by less have been found.
@@ -22,7 +26,7 @@ NONE = (
 )
 
 
-def settle(problem, rest) -> None:
+def settle(problem: Problem, rest: Callable[[], None]) -> None:
     """Equilibrium and growth of a static Problem; `rest` solves for the former from nowhere.  Raises SolveError."""
     growth, share, last = problem.lines.growth, 1.0, None
     growth.factors = growth.of_the_water()
@@ -33,37 +37,29 @@ def settle(problem, rest) -> None:
         if allreduce(problem.comm, float(np.abs(way).max(initial=0.0)), MPI.MAX) <= SETTLED:
             return
         if last is not None:
-            share = _aitken(problem.comm, share, last, way)
+            turn = way - last
+            along, size = (allreduce(problem.comm, float((a * turn).sum()), MPI.SUM) for a in (last, turn))
+            share = min(max(-share * along / size, LEAST), 1.0) if size else share
         share, last = _go(problem, now, way, share, rest), way
     raise SolveError(f"{NONE} in {ROUNDS} rounds")
 
 
-def _aitken(comm, share, last, way):
-    turn = way - last
-    along, size = (allreduce(comm, float((a * turn).sum()), MPI.SUM) for a in (last, turn))
-    return min(max(-share * along / size, LEAST), 1.0) if size else share
-
-
-def _go(problem, now, way, share, rest):
-    """So far on the way, from the last equilibrium or from nowhere; else less far.  Returns how far."""
-    growth, before, spent = problem.lines.growth, problem.system.u.copy(), problem.iterations
+def _go(problem: Problem, now: Array, way: Array, share: float, rest: Callable[[], None]) -> float:
+    """Go this share of the way, from the last equilibrium or from nowhere, else a smaller one; return the share."""
+    before, spent = problem.system.u.copy(), problem.iterations
     pressed, why = is_compressed(problem), None
-
-    def warm():
-        problem.iterations += problem.newton.solve()
-        if is_compressed(problem) and not pressed:
-            raise SolveError("the cable is compressed")
-
-    def cold():
-        rest()
-        problem.iterations += spent
-
-    ways = [(share, warm), (share, cold), *((share / 2**k, warm) for k in range(1, 12))]
-    for tried, solve in ways:
-        growth.factors = now + tried * way
+    ways = [(share, False), (share, True), *((share / 2**k, False) for k in range(1, 12))]
+    for tried, from_nowhere in ways:
+        problem.lines.growth.factors = now + tried * way
         try:
-            solve()
-            return tried
+            if from_nowhere:
+                rest()
+                problem.iterations += spent
+            else:
+                problem.iterations += problem.newton.solve()
+                if is_compressed(problem) and not pressed:
+                    raise SolveError("the cable is compressed")
+            return float(tried)
         except SolveError as error:
             problem.system.u[:], why = before, why or error
     raise SolveError(f"{NONE}: {why}")

@@ -3,25 +3,27 @@
 A line is one Piece or several: uniform, elastic or inextensible, heavier or lighter than water, between two joints.
 Joints are held or free; free ones carry a net force, which may depend on where they are (a float, a moored hull).
 Under it all may lie a flat bed without friction.  The equations and why they can be solved from nowhere are those of
-`network_equations`; this module says what a network is and what its rest looks like.
+`network_equations`; here are the network and the shape of its rest.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import SolveError
 from ..scene.stiffness import secant
 from . import catenary, on_bed
-from .catenary import Catenary
-from .on_bed import UP, Bed, Lying, OnBed
+from .catenary import Array, Catenary
+from .on_bed import Bed, Lying, OnBed
 
 ORIGIN = (0.0, 0.0, 0.0)
 #: A length that lies counts from this part of the piece on; less is what smoothing leaves.
 LYING = 3e-5
-#: Times that a table T(e) is taken as one stiffness, and a change of that which is none.
+#: Rounds in which a table T(e) is taken as one stiffness, and a change of it that does not count.
 ROUNDS, SAME = 20, 1e-3
 #: An end is on the bed below this part of the piece's length.
 AT_BED = 1e-7
@@ -35,10 +37,10 @@ class Joint:
     or a function that gives it and its derivative, shapes (3,) and (3, 3), from the position; `push` [N] is added.
     """
 
-    position: Sequence[float] | None = None
+    position: Sequence[float] | Array | None = None
     free: bool = False
-    load: Sequence[float] | Callable = ORIGIN
-    push: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    load: Sequence[float] | Array | Callable[[Array], tuple[Array, Array]] = ORIGIN
+    push: Array = field(default_factory=lambda: np.zeros(3))
 
 
 @dataclass(frozen=True)
@@ -50,83 +52,78 @@ class Piece:
     length: float
     w: float
     EA: float
-    start_offset: Sequence[float] = ORIGIN
-    end_offset: Sequence[float] = ORIGIN
+    start_offset: Sequence[float] | Array = ORIGIN
+    end_offset: Sequence[float] | Array = ORIGIN
 
 
 @dataclass(frozen=True)
 class Network:
-    """Joints, pieces and the bed, a plane or the height of a flat one [m] (None: no bed)."""
+    """Joints, pieces and the bed (None: no bed)."""
 
     joints: Sequence[Joint]
     pieces: Sequence[Piece]
-    bed: Bed | float | None = None
-
-    @cached_property
-    def plane(self) -> Bed | None:
-        """The bed."""
-        return self.bed if self.bed is None or isinstance(self.bed, Bed) else Bed(UP, float(self.bed))
+    bed: Bed | None = None
 
     @cached_property
     def floor(self) -> float | None:
         """Height of a flat bed [m]; through a sloped one lines hang while their joints are looked for."""
-        return None if self.plane is None or self.plane.normal[2] < 1 else self.plane.offset
+        return None if self.bed is None or self.bed.normal[2] < 1 else self.bed.offset
 
     def is_held(self, piece: Piece) -> bool:
-        """Whether both ends of a piece are held."""
+        """True if both ends of a piece are held."""
         return not (self.joints[piece.start].free or self.joints[piece.end].free)
+
+
+class Shape(Protocol):
+    """Closed form of a piece from its start; s: unstretched lengths (n,)."""
+
+    def position(self, s: ArrayLike) -> Array:
+        """r(s), shape (n, 3) [m]."""
+
+    def force(self, s: ArrayLike) -> Array:
+        """Tension as a vector along the line, shape (n, 3) [N]."""
+
+    def tension(self, s: ArrayLike) -> Array:
+        """T(s), shape (n,) [N]."""
 
 
 @dataclass(frozen=True)
 class Straight:
-    """Line without weight between two points; methods as those of a Catenary."""
+    """Shape of a line without weight between two points."""
 
-    start: np.ndarray
-    chord: np.ndarray
+    start: Array
+    chord: Array
     length: float
-    pull: np.ndarray
+    pull: Array
 
     length_on_bed = 0.0
-    touchdown = None
 
-    def position(self, s):
-        """r(s), shape (n, 3) [m]."""
+    def position(self, s: ArrayLike) -> Any:
         return self.start + np.multiply.outer(np.asarray(s, float) / self.length, self.chord)
 
-    def force(self, s):
-        """Tension as a vector along the line, shape (n, 3) [N]."""
+    def force(self, s: ArrayLike) -> Any:
         return np.multiply.outer(np.ones_like(s, float), self.pull)
 
-    def tension(self, s):
-        """T(s) [N]."""
+    def tension(self, s: ArrayLike) -> Any:
         return np.linalg.norm(self.force(s), axis=-1)
 
 
 @dataclass(frozen=True)
 class Rest:
-    """A network at rest: `positions` of all joints, and of each piece the tension at its start, what lies, its ends."""
+    """A network at rest: `positions` of all joints; tension at its start, length that lies and ends of every piece."""
 
     network: Network
-    positions: np.ndarray
-    pulls: np.ndarray
-    lying: np.ndarray
-    ends: np.ndarray
+    positions: Array
+    pulls: Array
+    lying: Array
+    ends: Array
 
     @cached_property
-    def shapes(self):
-        """Closed form of every piece from its start, with position(s), tension(s) and force(s)."""
+    def shapes(self) -> list[Shape]:
+        """Closed form of every piece."""
         return [self._shape(i) for i in range(len(self.network.pieces))]
 
-    def force_on(self, joint):
-        """Force of all pieces on a joint or the body that stands for it [N]."""
-        total = np.zeros(3)
-        for i, piece in enumerate(self.network.pieces):
-            hanging = piece.length - self.lying[i]
-            total += self.pulls[i] if piece.start == joint else 0.0
-            total -= self.pulls[i] + piece.w * hanging * UP if piece.end == joint else 0.0
-        return total
-
-    def _shape(self, i):
+    def _shape(self, i: int) -> Shape:
         piece, (start, end), pull = self.network.pieces[i], self.ends[i], self.pulls[i]
         if self.network.is_held(piece):
             return _between(self.network, piece, start, end)
@@ -136,18 +133,18 @@ class Rest:
         width = float(np.hypot(*room))
         way = room / width if width > 0 else np.array([1.0, 0.0])
         along = np.array([*way, 0.0])
-        sloped = self.network.plane is not None and self.network.floor is None
+        sloped = self.network.bed is not None and self.network.floor is None
         if sloped or (0 < self.lying[i] <= LYING * piece.length and width > 1e-3 * piece.length):
             return _between(self.network, piece, start, end)
         if self.lying[i] <= LYING * piece.length:
             return Catenary(start, along, piece.w, piece.EA, H, float(pull[2]))
-        return self._on_bed(i, piece, start, end, along, H)
+        return self._on_bed(i, along, H)
 
-    def _on_bed(self, i, piece, start, end, along, H):
-        w, EA, pull = piece.w, piece.EA, float(self.pulls[i, 2])
+    def _on_bed(self, i: int, along: Array, H: float) -> OnBed:
+        piece, (start, end), pull = self.network.pieces[i], self.ends[i], float(self.pulls[i, 2])
+        w, EA = piece.w, piece.EA
         hanging = [-pull / w, piece.length - self.lying[i] + pull / w]
-        heights = start[2] - self.network.floor, end[2] - self.network.floor
-        at_bed = [height < AT_BED * piece.length for height in heights]
+        at_bed = [z - self.network.floor < AT_BED * piece.length for z in (start[2], end[2])]
         first_length, last_length = (0.0 if low else max(part, 0.0) for low, part in zip(at_bed, hanging, strict=True))
         first = Catenary(start, along, w, EA, H, -w * first_length)
         last = Catenary(end, along, w, EA, H, 0.0)
@@ -158,16 +155,16 @@ class Rest:
         return OnBed(first, lying, Catenary(touchdown, along, w, EA, H, 0.0), first_length, last_length)
 
 
-def _between(network, piece, start, end):
+def _between(network: Network, piece: Piece, start: Array, end: Array) -> Catenary | OnBed:
     """Closed form of a piece between two places."""
     given = start, end, piece.length, piece.w, piece.EA
     try:
-        return catenary.between(*given) if network.plane is None else on_bed.between(*given, network.plane)
+        return catenary.between(*given) if network.bed is None else on_bed.between(*given, network.bed)
     except ValueError as error:
         raise SolveError(str(error)) from None
 
 
-def solve(network) -> Rest:
+def solve(network: Network) -> Rest:
     """Rest of a network, from nowhere: no start is needed.  Raises SolveError if it has none or none is found.
 
     A table T(e) counts as the one stiffness that it has, roughly, where its piece is pulled hardest.
@@ -184,9 +181,10 @@ def solve(network) -> Rest:
     return rest
 
 
-def _solve(network):
-    """... with each table as a number.  Pieces between held ends have nothing to do with the others."""
-    positions = np.array([np.zeros(3) if joint.free else joint.position for joint in network.joints], float)
+def _solve(network: Network) -> Rest:
+    """Rest with each table as a number.  Pieces between held ends have nothing to do with the others."""
+    places = [np.zeros(3) if joint.free else np.asarray(joint.position) for joint in network.joints]
+    positions = np.array(places, float)
     held, n = np.array([network.is_held(piece) for piece in network.pieces]), len(network.pieces)
     pulls, lying, ends = np.zeros((n, 3)), np.zeros(n), np.zeros((n, 2, 3))
     if not held.all():
@@ -202,12 +200,13 @@ def _solve(network):
     return Rest(network, positions, pulls, lying, ends)
 
 
-def _check(network):
+def _check(network: Network) -> None:
     """Refuse what can have no rest."""
     for number, piece in enumerate(network.pieces):
         start, end = network.joints[piece.start], network.joints[piece.end]
         if network.is_held(piece) and np.isinf(piece.EA):
-            chord = np.add(end.position, piece.end_offset) - np.add(start.position, piece.start_offset)
+            places = [np.asarray(start.position) + piece.start_offset, np.asarray(end.position) + piece.end_offset]
+            chord = places[1] - places[0]
             if (distance := float(np.linalg.norm(chord))) >= piece.length:
                 raise SolveError(
                     f"piece {number}: an inextensible line of {piece.length:.6g} m cannot span {distance:.6g} m"

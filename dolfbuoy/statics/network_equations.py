@@ -1,8 +1,8 @@
 """Equations of a network of catenaries, and their solution from nowhere.
 
 Unknowns: position x of every free joint and the reaction R of the bed there; of every piece its tension n at the start
-as a vector and the least height d of the line above the bed.  With l(d) what lies, V_0 = n_z, V_1 = V_0 + w (L - l),
-V_l of what lies (of 0, V_0, V_1 the one between), h = |(n_x, n_y)|, T = |(h, V)|, e = T + T^2/(2 EA):
+as a vector and the least height d of the line above the bed.  With l(d) the length that lies, V_0 = n_z,
+V_1 = V_0 + w (L - l), V_l the middle one of 0, V_0, V_1, h = |(n_x, n_y)|, T = |(h, V)|, e = T + T^2/(2 EA):
 
     n_xy ((asinh(V_1/h) - asinh(V_0/h))/w + l/T_l + L/EA)  =  (x_end - x_start)_xy
     z_start - d = (e_0 - e_l)/w,   z_end - d = (e_1 - e_l)/w            (and l de_l/dV_l, should V_l not be 0)
@@ -17,12 +17,17 @@ falls to almost 0, and the state follows along the tangent.
 """
 
 import itertools
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..errors import SolveError
+from .catenary import Array
+
+if TYPE_CHECKING:
+    from .network import Joint, Network
 
 #: Smoothing at the end, of a typical force; the compliance that goes with it is taken away before.
 LAST_EPS = 1e-13
@@ -40,17 +45,17 @@ DENSE = 200
 class State(NamedTuple):
     """Unknowns, smoothing and compliance, with the residual and the Jacobian there."""
 
-    y: np.ndarray
+    y: Array
     eps: float
     softness: float
-    residual: np.ndarray
+    residual: Array
     jacobian: Any
 
 
 class Equations:
     """Residual and Jacobian in units of a typical force and length; `solve` gives the rest in SI units."""
 
-    def __init__(self, network):
+    def __init__(self, network: "Network"):
         self.network, pieces, joints = network, network.pieces, network.joints
         self.free = np.array([i for i, joint in enumerate(joints) if joint.free], int)
         self.length_unit = max(piece.length for piece in pieces)
@@ -63,29 +68,28 @@ class Equations:
         self.joint = np.array([[piece.start, piece.end] for piece in pieces])
         self.offset = np.array([[piece.start_offset, piece.end_offset] for piece in pieces], float) / self.length_unit
         self.turned = np.diff(self._steps_from_the_lowest()[self.joint])[:, 0] < 0
-        self.joint[self.turned], self.offset[self.turned] = self._other_way(self.joint), self._other_way(self.offset)
+        for ends in (self.joint, self.offset):
+            ends[self.turned] = ends[self.turned, ::-1]
         self.touches = (self.w > 0) & (network.floor is not None)
         self.bed = (network.floor or 0.0) / self.length_unit
         self.columns = np.full(len(joints), -1)
         self.columns[self.free] = 3 * np.arange(len(self.free))
 
-    def _steps_from_the_lowest(self):
+    def _steps_from_the_lowest(self) -> Array:
         """Pieces from every joint to the lowest held one: Newton is quicker if pieces start where they may lie."""
-        heights = np.array([np.inf if joint.free else joint.position[2] for joint in self.network.joints])
+        joints = self.network.joints
+        heights = np.array([np.inf if joint.position is None or joint.free else joint.position[2] for joint in joints])
         steps = np.where(heights <= heights.min() + 1e-6 * self.length_unit, 0, len(heights))
-        before = None
+        before = steps - 1
         while not np.array_equal(steps, before):
             before = steps.copy()
             for a, b in self.joint:
                 steps[a], steps[b] = min(steps[a], steps[b] + 1), min(steps[b], steps[a] + 1)
         return steps
 
-    def _other_way(self, ends):
-        return ends[self.turned, ::-1]
-
-    def _typical_force(self):
+    def _typical_force(self) -> float:
         loads = [
-            np.linalg.norm(self._load(joint, np.zeros(3) if joint.position is None else joint.position)[0])
+            float(np.linalg.norm(self._load(joint, np.zeros(3) if joint.position is None else joint.position)[0]))
             for joint in self.network.joints
             if joint.free
         ]
@@ -94,7 +98,7 @@ class Equations:
         return max(forces) or min(stiff, default=1.0)
 
     @staticmethod
-    def _load(joint, position):
+    def _load(joint: "Joint", position: Any) -> tuple[Array, Array]:
         """Net force on a joint and its derivative."""
         if not callable(joint.load):
             return np.add(joint.load, joint.push), np.zeros((3, 3))
@@ -104,12 +108,12 @@ class Equations:
     # -- unknowns ------------------------------------------------------------------------------------------------------
 
     @cached_property
-    def slices(self):
-        """Where x, n, d and R are in the vector of unknowns; the rows of their equations are in the same places."""
+    def slices(self) -> list[slice]:
+        """Places of x, n, d and R in the vector of unknowns, and of their equations among the rows."""
         sizes = np.cumsum([0, 3 * len(self.free), 3 * len(self.L), len(self.L), len(self.free)])
         return [slice(a, b) for a, b in itertools.pairwise(sizes)]
 
-    def split(self, y):
+    def split(self, y: Array) -> tuple[Array, Array, Array, Array]:
         """x of all joints, n, d, R."""
         x, n, d, R = (y[part] for part in self.slices)
         positions = self.held.copy()
@@ -117,17 +121,18 @@ class Equations:
         return positions, n.reshape(-1, 3), d, R
 
     @cached_property
-    def held(self):
+    def held(self) -> Array:
         """Positions of held joints, and the first guess of the others."""
-        known = [joint.position for joint in self.network.joints if joint.position is not None]
+        known = [np.asarray(joint.position) for joint in self.network.joints if joint.position is not None]
         middle = np.mean(known, axis=0) if known else np.zeros(3)
         afloat = middle * [1.0, 1.0, 0.0]  # where a load that depends on the place changes: at the water line
-        guesses = [afloat if callable(joint.load) else middle for joint in self.network.joints]
-        places = zip(self.network.joints, guesses, strict=True)
-        joints = [guess if joint.position is None else joint.position for joint, guess in places]
-        return np.array(joints, float) / self.length_unit
+        guesses = [
+            (afloat if callable(joint.load) else middle) if joint.position is None else np.asarray(joint.position)
+            for joint in self.network.joints
+        ]
+        return np.array(guesses, float) / self.length_unit
 
-    def first_guess(self):
+    def first_guess(self) -> Array:
         """Each piece carried by its two ends."""
         y = np.zeros(self.slices[-1].stop)
         x, n, _, R = self.slices
@@ -136,24 +141,20 @@ class Equations:
         y[R] = 0.0 if self.network.floor is None else 0.1
         return y
 
-    def ends(self, positions):
-        """Positions of the pieces' ends, (pieces, 2, 3)."""
-        return positions[self.joint] + self.offset
-
     # -- equations -----------------------------------------------------------------------------------------------------
 
-    def lying(self, d, eps):
-        """l of every piece, between 0 and L, as it follows from d."""
+    def lying(self, d: Array, eps: float) -> Array:
+        """Length l of every piece that lies, between 0 and L, from d."""
         if self.network.floor is None:
             return np.zeros_like(d)
-        d, mu = np.where(self.touches, d, 0.0), eps
-        root = np.sqrt((d * self.L) ** 2 + 4 * mu**2)
+        d = np.where(self.touches, d, 0.0)
+        root = np.sqrt((d * self.L) ** 2 + 4 * eps**2)
         less = np.where(np.real(d) > 0, d, -d)  # to the end to which it is nearer
-        small = 2 * mu * self.L / (less * self.L + 2 * mu + root)
+        small = 2 * eps * self.L / (less * self.L + 2 * eps + root)
         return np.where(self.touches, np.where(np.real(d) > 0, small, self.L - small), 0.0)
 
-    def law(self, nx, ny, V0, d, eps, more):
-        """Of all pieces: end minus start (3 rows), the start's height, the vertical tension at the end."""
+    def law(self, nx: Array, ny: Array, V0: Array, d: Array, eps: float, more: float) -> Array:
+        """End minus start (3 rows), the start's height and the vertical tension at the end, of all pieces."""
         w, c, lying = self.w, self.compliance + more, self.lying(d, eps)
         h2, hanging = nx**2 + ny**2 + eps**2, self.L - lying
         V1 = V0 + w * hanging
@@ -166,30 +167,29 @@ class Equations:
         height = d + drop - np.where(np.real(V0) > 0, askew, 0.0)
         return np.array([nx * width, ny * width, rise, height, V1])
 
-    def evaluate(self, y, eps, more, jacobian=False):
-        """Residual, and if asked for the Jacobian."""
+    def evaluate(self, y: Array, eps: float, more: float, jacobian: bool = False) -> Any:
+        """Residual, or with `jacobian` (residual, Jacobian)."""
         positions, n, d, R = self.split(y)
-        ends, arguments = self.ends(positions), [*n.T, d]
+        ends, arguments = positions[self.joint] + self.offset, np.array([*n.T, d])
         if jacobian:  # each argument in turn
-            found = self.law(*(np.array(arguments)[:, None] + 1j * TINY * np.eye(4)[:, :, None]), eps, more)
+            nx, ny, V0, least = arguments[:, None] + 1j * TINY * np.eye(4)[:, :, None]
+            found = self.law(nx, ny, V0, least, eps, more)
             (*values, V1), slopes = found[:, 0].real, found.imag / TINY
         else:
-            *values, V1 = self.law(*arguments, eps, more)
+            *values, V1 = self.law(n[:, 0], n[:, 1], n[:, 2], d, eps, more)
         loads = [self._load(self.network.joints[i], positions[i] * self.length_unit) for i in self.free]
-        heights, over_bed = positions[self.free, 2] - self.bed, self.network.floor is not None
+        heights, no_bed = positions[self.free, 2] - self.bed, self.network.floor is None
+        pair = (R, np.ones_like(R), np.zeros_like(R)) if no_bed else _pair(R, heights, more)
         residual = np.concatenate([
             self._balance(n, V1, R, loads).ravel(),
             (np.transpose(values[:3]) - (ends[:, 1] - ends[:, 0])).ravel(),
             np.where(self.touches, values[3] - (ends[:, 0, 2] - self.bed), d),
-            _pair(R, heights, more) if over_bed else R,
+            pair[0],
         ])  # fmt: skip
-        if not jacobian:
-            return residual
-        pair = _pair_slopes(R, heights, more) if over_bed else (np.ones_like(R), np.zeros_like(R))
-        return residual, self._assemble(slopes, loads, *pair)
+        return (residual, self._assemble(slopes, loads, *pair[1:])) if jacobian else residual
 
-    def _balance(self, n, V1, R, loads):
-        total = np.zeros_like(self.held)
+    def _balance(self, n: Array, V1: Array, R: Array, loads: Sequence[tuple[Array, Array]]) -> Array:
+        total: Array = np.zeros_like(self.held)
         np.add.at(total, self.joint[:, 0], n)
         np.subtract.at(total, self.joint[:, 1], np.column_stack([n[:, :2], V1]))
         total = total[self.free] + np.array([force for force, _ in loads]).reshape(-1, 3) / self.force_unit
@@ -197,7 +197,7 @@ class Equations:
         return total
 
     @cached_property
-    def _places(self):
+    def _places(self) -> list[Array]:
         """(rows, columns) of the entries of the Jacobian, in the order of `_assemble`; negative: none."""
         x0, n0, d0, R0 = (part.start for part in self.slices)
         pieces, joints = np.arange(len(self.L)), np.arange(len(self.free))
@@ -211,8 +211,8 @@ class Equations:
         found += [(x + 2, R), (R, R), (R, x + 2)]
         return [np.concatenate(part) for part in zip(*found, strict=True)]
 
-    def _assemble(self, slopes, loads, by_R, by_height):
-        """slopes[row, k] of the law by n_x, n_y, n_z and d."""
+    def _assemble(self, slopes: Array, loads: Sequence[tuple[Array, Array]], by_R: Array, by_height: Array) -> Any:
+        """Jacobian; slopes[row, k] of the law by n_x, n_y, n_z and d."""
         one, size = np.ones(len(self.L)), self.slices[-1].stop
         slopes[3] = np.where(self.touches, slopes[3], np.array([[0.0], [0.0], [0.0], [1.0]]))
         slopes[4] *= -1
@@ -221,27 +221,27 @@ class Equations:
         values += [slopes.swapaxes(0, 1).ravel(), derivatives.ravel(), np.ones_like(by_R), by_R, by_height]
         rows, columns = self._places
         use = (rows >= 0) & (columns >= 0)
-        rows, columns, values = rows[use], columns[use], np.concatenate(values)[use]
+        rows, columns, entries = rows[use], columns[use], np.concatenate(values)[use]
         if size > DENSE:
             from scipy.sparse import csc_matrix
 
-            return csc_matrix((values, (rows, columns)), shape=(size, size))
-        return np.bincount(rows * size + columns, values, size * size).reshape(size, size)
+            return csc_matrix((entries, (rows, columns)), shape=(size, size))
+        return np.bincount(rows * size + columns, entries, size * size).reshape(size, size)
 
     # -- solution ------------------------------------------------------------------------------------------------------
 
-    def solve(self):
+    def solve(self) -> tuple[Array, Array, Array, Array]:
         """(positions, n at the start as given, lying lengths, ends), in SI units.  Raises SolveError."""
         y, eps = self._follow(self.first_guess())
         positions, n, d, _ = self.split(y)
-        lying, ends = self.lying(d, eps), self.ends(positions)
+        lying, ends = self.lying(d, eps), positions[self.joint] + self.offset
         n[self.turned, 2] += (self.w * (self.L - lying))[self.turned]
         n[self.turned] *= -1
-        ends[self.turned] = self._other_way(ends)
+        ends[self.turned] = ends[self.turned, ::-1]
         x, lying, ends = (length * self.length_unit for length in (positions, lying, ends))
         return x, n * self.force_unit, lying, ends
 
-    def _follow(self, y, eps=1.0, factor=0.1):
+    def _follow(self, y: Array, eps: float = 1.0, factor: float = 0.1) -> tuple[Array, float]:
         """State and smallest eps: Newton for an eps that falls from 1, in steps that shrink where Newton fails."""
         state, softness = self._newton(self._state(y, eps, eps), LOOSE), eps
         try:
@@ -265,43 +265,38 @@ class Equations:
             raise SolveError("no rest of the lines was found: inextensible ones are too short")
         return state.y, eps
 
-    def _state(self, y, eps, more):
+    def _state(self, y: Array, eps: float, more: float) -> State:
         return State(y, eps, more, *self.evaluate(y, eps, more, jacobian=True))
 
-    def _predicted(self, state, target):
-        """Along the tangent: what is slack and what lies follows eps in proportion."""
+    def _predicted(self, state: State, target: float) -> State:
+        """State along the tangent: slack tensions and small heights follow eps in proportion."""
         y, eps, change = state.y, state.eps, 1e-6 * state.eps
         slope = (self.evaluate(y, eps + change, eps + change) - state.residual) / change
         ahead = self._state(y - (target - eps) * _solved(state.jacobian, slope), target, target)
         stays = np.linalg.norm(self.evaluate(y, target, target))
         return ahead if np.linalg.norm(ahead.residual) < stays else self._state(y, target, target)
 
-    def _newton(self, state, enough, accepted=None, iterations=60):
+    def _newton(self, state: State, enough: float, accepted: float | None = None) -> State:
         """Newton down to a residual of `enough`; one of `accepted` will do where rounding allows no less."""
-        for _ in range(iterations):
-            norm = np.linalg.norm(state.residual)
+        for _ in range(60):
+            norm = float(np.linalg.norm(state.residual))
             if norm < enough:
                 return state
             step = _solved(state.jacobian, -state.residual)
-            better = self._search(state, step, norm) if np.all(np.isfinite(step)) else None
-            if better is None:
+            for halvings in range(30 if np.all(np.isfinite(step)) else 0):
+                fraction = 0.5**halvings
+                trial = self._state(state.y + fraction * step, state.eps, state.softness)
+                if np.linalg.norm(trial.residual) < (1 - 1e-4 * fraction) * norm:
+                    state = trial
+                    break
+            else:
                 break
-            state = better
         if norm > (accepted or enough):
             raise SolveError(f"no rest of the lines was found (residual {norm:.1e} at smoothing {state.eps:.0e})")
         return state
 
-    def _search(self, state, step, norm):
-        """State after the longest of the halved steps that makes the residual smaller; None if there is none."""
-        for halvings in range(30):
-            fraction = 0.5**halvings
-            trial = self._state(state.y + fraction * step, state.eps, state.softness)
-            if np.linalg.norm(trial.residual) < (1 - 1e-4 * fraction) * norm:
-                return trial
-        return None
 
-
-def _solved(matrix, right):
+def _solved(matrix: Any, right: Array) -> Any:
     """Solution of a linear system; not finite where it is singular."""
     try:
         if isinstance(matrix, np.ndarray):
@@ -313,7 +308,7 @@ def _solved(matrix, right):
         return np.full_like(right, np.inf)
 
 
-def _integral_of_one_over_T(V0, V1, T0, T1, h, w, length):
+def _integral_of_one_over_T(V0: Array, V1: Array, T0: Array, T1: Array, h: Array, w: Array, length: Array) -> Array:
     """Integral of 1/T over a hanging length, from whichever of its two forms loses no digits."""
     across = np.real(V0) * np.real(V1) < 0
     x = np.where(across, 0.0, w * length / (T0 + T1))
@@ -323,11 +318,7 @@ def _integral_of_one_over_T(V0, V1, T0, T1, h, w, length):
     return np.where(across, (np.arcsinh(V1 / h) - np.arcsinh(V0 / h)) / np.where(across, w, 1.0), along)
 
 
-def _pair(a, b, eps):
-    """0 where a b = eps^2 with both positive (Fischer and Burmeister, smoothed)."""
-    return a + b - np.sqrt(a**2 + b**2 + 2 * eps)
-
-
-def _pair_slopes(a, b, eps):
+def _pair(a: Array, b: Array, eps: float) -> tuple[Array, Array, Array]:
+    """0 where a b = eps^2 with both positive (Fischer and Burmeister, smoothed), and its derivatives."""
     size = np.sqrt(a**2 + b**2 + 2 * eps)
-    return 1 - a / size, 1 - b / size
+    return a + b - size, 1 - a / size, 1 - b / size

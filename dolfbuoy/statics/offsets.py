@@ -1,8 +1,8 @@
 """Rest under a growing load from many sides, each solution the start of the next: offset curves of a mooring."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,17 +11,19 @@ from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..model.sea import heading
 from ..model.seabed import has_friction
-from ..scene.sections import Current, ExternalForce
+from ..scene import Scene
+from ..scene.buoy import Buoy, ExternalForce
+from ..scene.sections import Current
+from .catenary import Array
 from .equilibrium import let_turn, solve_equilibrium
 
 #: A step of the load is halved as often as this before its equilibrium is looked for anew.
 HALVINGS = 4
-LOADS = ("force", "current")
 
 
 class Rest(NamedTuple):
     """An equilibrium: direction [deg] and size of the load [N or m/s]; the Problem that holds it until the next one is
-    asked for, or None and the reason why there is none."""
+    requested, or None and the reason."""
 
     direction: float
     size: float
@@ -29,7 +31,7 @@ class Rest(NamedTuple):
     reason: str = ""
 
 
-def loaded(scene, load: str, size: float, direction_deg: float, buoys=None):
+def loaded(scene: Scene, load: str, size: float, direction_deg: float, buoys: Collection[str] | None = None) -> Scene:
     """The scene with more of a horizontal load.
 
     "force": size [N] is added to the external force on each of these buoys (None: on all), at the same height (default:
@@ -37,21 +39,21 @@ def loaded(scene, load: str, size: float, direction_deg: float, buoys=None):
     direction.
     """
     if load == "current":
-        return scene.model_copy(update={"current": _current(scene, size, direction_deg)})
-    more = size * heading(direction_deg)
-    found = scene.network.buoys.items()
-    sections = [_pulled(buoy, more) if buoys is None or name in buoys else buoy for name, buoy in found]
-    return scene.model_copy(update={"buoy": sections})
+        changes: dict[str, Any] = {"current": _current(scene, size, direction_deg)}
+    else:
+        more, found = size * heading(direction_deg), scene.network.buoys.items()
+        changes = {"buoy": [_pulled(b, more) if buoys is None or name in buoys else b for name, b in found]}
+    return scene.model_copy(update=changes)
 
 
-def _pulled(buoy, more):
+def _pulled(buoy: Buoy, more: Array) -> Buoy:
     """A buoy with its external force and more."""
     own = buoy.external_force or ExternalForce(force=(0.0, 0.0, 0.0))
     force = tuple((np.array(own.force) + more).tolist())
     return buoy.model_copy(update={"external_force": own.model_copy(update={"force": force})})
 
 
-def _current(scene, speed, direction_deg):
+def _current(scene: Scene, speed: float, direction_deg: float) -> Current:
     if scene.current is None:
         return Current(speed=speed, direction_deg=direction_deg)
     found = {"direction_deg": direction_deg}
@@ -64,7 +66,14 @@ def _current(scene, speed, direction_deg):
     return scene.current.model_copy(update=found | {"profile": rows})
 
 
-def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD, buoys=None) -> Iterator[Rest]:
+def rests(
+    scene: Scene,
+    load: str,
+    sizes: Iterable[float],
+    directions_deg: Iterable[float],
+    comm: Any = MPI.COMM_WORLD,
+    buoys: Collection[str] | None = None,
+) -> Iterator[Rest]:
     """The equilibria under all sizes of a load from all directions, direction by direction; collective.
 
     buoys: names of those that a force acts on, each with all of it; None: on all.  Raises InputError for a scene
@@ -78,15 +87,12 @@ def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD, buoys=No
         raise InputError(f"buoy {unknown[0]}: must be one of {', '.join(network.buoys)}.")
     calm, problem = scene.model_copy(update={"waves": None}), None
 
-    def scene_of(size, direction):
-        return loaded(calm, load, size, direction, buoys)
-
     try:
         for direction in directions_deg:
             reached = None
             for size in sizes:
-                on_the_way = partial(scene_of, direction=direction)
-                problem, reason = _follow(problem, on_the_way, (reached, size), comm)
+                on_the_way = partial(loaded, calm, load, direction_deg=direction, buoys=buoys)
+                problem, reason = _follow(problem, on_the_way, reached, size, comm)
                 reached = None if reason else size
                 yield Rest(direction, size, None if reason else problem, reason)
     finally:
@@ -94,10 +100,11 @@ def rests(scene, load: str, sizes, directions_deg, comm=MPI.COMM_WORLD, buoys=No
             problem.destroy()
 
 
-def _follow(problem, scene_of, sizes, comm):
-    """From the first of two sizes (None: from anywhere) to the second; (Problem, reason)."""
-    start, end = sizes
-    if start is not None and _goes_on(problem):
+def _follow(
+    problem: Problem | None, scene_of: Callable[[float], Scene], start: float | None, end: float, comm: Any
+) -> tuple[Problem | None, str]:
+    """Go from one size (None: from nowhere) to another; (Problem, reason)."""
+    if problem is not None and start is not None and _follows(problem):
         try:
             _march(problem, scene_of, start, end)
             return problem, ""
@@ -112,17 +119,21 @@ def _follow(problem, scene_of, sizes, comm):
     return fresh, ""
 
 
-def _goes_on(problem):
-    """Whether an equilibrium is all that is to know for the next one: growth and friction have more to find."""
+def _follows(problem: Problem) -> bool:
+    """True if an equilibrium leads to the next one: growth and friction have more to find."""
     return problem.lines.growth is None and not (problem.scene.seabed and has_friction(problem.scene, dynamic=False))
 
 
-def _march(problem, scene_of, start, end, left=HALVINGS):
+def _march(
+    problem: Problem, scene_of: Callable[[float], Scene], start: float, end: float, left: int = HALVINGS
+) -> None:
     """Newton at the end from the solution at the start; where it fails, in two steps of half the size."""
     kept = problem.system.u.copy()
     problem.change(scene_of(end))
     try:
-        _settle(problem)
+        problem.set_time(0.0)
+        problem.newton.solve()
+        let_turn(problem)  # with new numbers something holds the buoys against turning again
     except SolveError:
         if not left:
             raise
@@ -130,9 +141,3 @@ def _march(problem, scene_of, start, end, left=HALVINGS):
         middle = (start + end) / 2
         _march(problem, scene_of, start, middle, left - 1)
         _march(problem, scene_of, middle, end, left - 1)
-
-
-def _settle(problem):
-    problem.set_time(0.0)
-    problem.newton.solve()
-    let_turn(problem)  # with new numbers something holds the buoys against turning again

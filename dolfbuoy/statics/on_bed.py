@@ -12,14 +12,17 @@ without tension between; where it lies is then not determined, and it is drawn a
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..roots import brentq
 from . import catenary
-from .catenary import Catenary
+from .catenary import Array, Catenary
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -28,15 +31,15 @@ UP = np.array([0.0, 0.0, 1.0])
 class Bed:
     """Plane normal . x = offset, with the unit vector `normal` pointing out of the bed."""
 
-    normal: np.ndarray
+    normal: Array
     offset: float
     friction: float = 0.0
 
-    def height_above(self, point):
+    def height_above(self, point: Array) -> float:
         """Vertical distance of a point from the bed [m]."""
         return float((np.dot(self.normal, point) - self.offset) / self.normal[2])
 
-    def rise(self, along):
+    def rise(self, along: Array) -> float:
         """tan(alpha) in the horizontal direction `along`."""
         return -float(np.dot(self.normal, along) / self.normal[2])
 
@@ -48,19 +51,19 @@ class Lying:
     T(u) = max(T_end - fall (length - u), 0) [N]; `squeeze` < 1 where there is more cable than room.
     """
 
-    start: np.ndarray
-    along: np.ndarray
+    start: Array
+    along: Array
     length: float
     EA: float
     T_end: float
     fall: float
     squeeze: float = 1.0
 
-    def tension(self, u):
+    def tension(self, u: ArrayLike) -> Any:
         """T(u) [N]."""
         return np.maximum(self.T_end - self.fall * (self.length - np.asarray(u, float)), 0.0)
 
-    def stretched(self, u):
+    def stretched(self, u: ArrayLike) -> Any:
         """Stretched length of 0 ... u [m]."""
         u = np.asarray(u, float)
         T0, T = self.tension(0.0), self.tension(u)
@@ -68,14 +71,14 @@ class Lying:
         pulled = np.minimum(u, T / self.fall) if self.fall > 0 else u
         return u + pulled * (T0 + T) / 2 / self.EA
 
-    def position(self, u):
+    def position(self, u: ArrayLike) -> Any:
         """r(u), shape (n, 3) [m]."""
         return self.start + np.multiply.outer(self.squeeze * self.stretched(u), self.along)
 
 
 @dataclass(frozen=True)
 class OnBed:
-    """Cable of length L whose middle lies; methods and forces as those of a Catenary, all take arrays of s."""
+    """Cable whose middle lies; methods and forces as those of a Catenary, all take arrays of s."""
 
     first: Catenary
     lying: Lying
@@ -84,132 +87,102 @@ class OnBed:
     last_length: float
 
     @property
-    def along(self):
-        """Horizontal unit vector towards the end."""
-        return self.last.along
-
-    @property
-    def H(self):
-        """Horizontal force at the end [N]."""
-        return self.last.H
-
-    @property
-    def length_on_bed(self):
+    def length_on_bed(self) -> float:
         """Unstretched length that lies [m]."""
         return self.lying.length
 
-    @property
-    def touchdown(self):
-        """Point where the last part leaves the bed [m]."""
-        return self.last.start
-
-    @cached_property
-    def _borders(self):
-        return self.first_length, self.first_length + self.lying.length
-
-    def vertical(self, s):
-        """Vertical part of the tension [N]."""
-        return self.force(s)[..., 2]
-
-    def tension(self, s):
+    def tension(self, s: ArrayLike) -> Any:
         """T(s) [N]."""
         return np.linalg.norm(self.force(s), axis=-1)
 
-    def force(self, s):
+    def force(self, s: ArrayLike) -> Array:
         """Tension as a vector along the line, shape (n, 3) [N]."""
-        lying = np.multiply.outer(self.lying.tension(np.asarray(s, float) - self._borders[0]), self.lying.along)
+        lying = np.multiply.outer(self.lying.tension(np.asarray(s, float) - self.first_length), self.lying.along)
         return self._by_part(s, self.first.force, lying, self.last.force)
 
-    def position(self, s):
+    def position(self, s: ArrayLike) -> Array:
         """r(s), shape (n, 3) [m]."""
-        lying = self.lying.position(np.asarray(s, float) - self._borders[0])
+        lying = self.lying.position(np.asarray(s, float) - self.first_length)
         return self._by_part(s, self.first.position, lying, self.last.position)
 
-    def _by_part(self, s, first, lying, last):
+    def _by_part(
+        self, s: ArrayLike, first: Callable[[Any], Array], lying: Array, last: Callable[[Any], Array]
+    ) -> Array:
         s = np.asarray(s, float)
-        a, b = self._borders
+        a, b = self.first_length, self.first_length + self.lying.length
         on_first, on_last = (s < a)[..., None], (s > b)[..., None]
         last_s = np.clip(s - b, 0.0, None)
         return np.where(on_first, first(np.minimum(s, a)), np.where(on_last, last(last_s), lying))
 
 
-def between(start, end, L, w, EA, bed):
+def between(start: ArrayLike, end: ArrayLike, L: float, w: float, EA: float, bed: Bed) -> Catenary | OnBed:
     """Cable between two points on or above the bed: a Catenary if it hangs free, else OnBed.
 
     Ends below the bed are taken to be on it.  Raises ValueError for an inextensible cable shorter than the distance.
     """
     free = catenary.between(start, end, L, w, EA)
-    if w <= 0 or not _dips(free, L, bed):
+    if w <= 0:
         return free
-    return _Contact(free.start, np.asarray(end, float), free.along, L, w, EA, bed).solve()
-
-
-def _dips(free, L, bed):
-    """Whether a free catenary goes below the bed, where its tangent is parallel to it."""
-    k = bed.rise(free.along)
-    lowest = np.clip((free.H * k - free.V0) / free.w, 0.0, L)
+    lowest = np.clip((free.H * bed.rise(free.along) - free.V0) / w, 0.0, L)  # its tangent is parallel to the bed there
     ends = free.position(np.array([0.0, L]))
     depth = -bed.height_above(free.position(lowest))
-    return depth > max(0.0, *(-bed.height_above(end) for end in ends)) + 1e-14 * L
+    if depth > max(0.0, *(-bed.height_above(end) for end in ends)) + 1e-14 * L:
+        return _Contact(free.start, np.asarray(end, float), free.along, L, w, EA, bed).solve()
+    return free
 
 
 @dataclass(frozen=True)
 class _Contact:
     """The unknown is H at the end, from which all lengths follow; gaps: heights of the ends above the bed."""
 
-    start: np.ndarray
-    end: np.ndarray
-    along: np.ndarray
+    start: Array
+    end: Array
+    along: Array
     L: float
     w: float
     EA: float
     bed: Bed
 
     @cached_property
-    def k(self):
+    def k(self) -> float:
         return self.bed.rise(self.along)
 
     @cached_property
-    def gaps(self):
+    def gaps(self) -> list[float]:
         return [max(self.bed.height_above(point), 0.0) for point in (self.start, self.end)]
 
     @cached_property
-    def room(self):
-        return float(np.dot(self.end - self.start, self.along))
-
-    @cached_property
-    def fall(self):
+    def fall(self) -> float:
         return self.w * (self.k + self.bed.friction) / math.hypot(1.0, self.k)
 
-    def solve(self):
+    def solve(self) -> OnBed:
         """The cable of the room that is there."""
-        if self.reach(0.0) >= self.room:
+        room = float(np.dot(self.end - self.start, self.along))
+        if self.reach(0.0) >= room:
             return self.shape(0.0)
         low = high = math.log(self.w * self.L)
-        while self.reach(math.exp(low)) > self.room:
+        while self.reach(math.exp(low)) > room:
             low -= 2
-        while self.reach(math.exp(high)) < self.room:
+        while self.reach(math.exp(high)) < room:
             high += 2
-        return self.shape(
-            math.exp(brentq(lambda log_H: self.reach(math.exp(log_H)) - self.room, low, high, xtol=1e-15))
-        )
+        return self.shape(math.exp(brentq(lambda log_H: self.reach(math.exp(log_H)) - room, low, high, xtol=1e-15)))
 
-    def reach(self, H):
+    def reach(self, H: float) -> float:
         """Horizontal distance of the ends under the horizontal force H at the end."""
         first, last, H_first = self.parts(H)
         lying = self.lying(H, self.L - first - last)
         flat = float(lying.stretched(lying.length)) / math.hypot(1.0, self.k)
         return _width(H_first, first, -self.k, self.w, self.EA) + flat + _width(H, last, self.k, self.w, self.EA)
 
-    def parts(self, H):
+    def parts(self, H: float) -> tuple[float, float, float]:
         """Lengths that hang at the start and at the end, and the horizontal force at the start."""
         last = _hanging_length(self.gaps[1], H, self.k, self.w, self.EA)
 
-        def first_at(length):
+        def first_at(length: float) -> tuple[float, float]:
             H_first = float(self.lying(H, length).tension(0.0)) / math.hypot(1.0, self.k)
             return _hanging_length(self.gaps[0], H_first, -self.k, self.w, self.EA), H_first
 
-        def spare(length):
+        def spare(length: float) -> float:
             return self.L - first_at(length)[0] - last - length
 
         longest = max(self.L - last, 0.0)
@@ -220,13 +193,15 @@ class _Contact:
         first, H_first = first_at(length)
         return first, last, H_first
 
-    def lying(self, H, length, start=None, squeeze=1.0):
-        """What lies, of a length not below 0."""
+    def lying(self, H: float, length: float, start: Array | None = None, squeeze: float = 1.0) -> Lying:
+        """The part that lies, of a length not below 0."""
         along = (self.along + self.k * UP) / math.hypot(1.0, self.k)
         T_end = H * math.hypot(1.0, self.k)
-        return Lying(start, along, max(length, 0.0), self.EA, T_end, self.fall, squeeze)
+        return Lying(
+            self.start if start is None else start, along, max(length, 0.0), self.EA, T_end, self.fall, squeeze
+        )
 
-    def shape(self, H):
+    def shape(self, H: float) -> OnBed:
         """The whole line under H, fitted into the room if it is slack."""
         first_length, last_length, H_first = self.parts(H)
         first = Catenary(self.start, self.along, self.w, self.EA, H_first, self.k * H_first - self.w * first_length)
@@ -240,12 +215,12 @@ class _Contact:
         return OnBed(first, lying, last, first_length, last_length)
 
 
-def _hanging_length(gap, H, k, w, EA):
+def _hanging_length(gap: float, H: float, k: float, w: float, EA: float) -> float:
     """Length of the part that rises from the tangent of the bed to `gap` above it."""
     if gap == 0.0:
         return 0.0
 
-    def height(length):
+    def height(length: float) -> float:
         """z - k x, with H k/EA on both sides gone and T - T_0 without its rounding."""
         V0, V = H * k, H * k + w * length
         bent = (V + V0) / (math.hypot(H, V) + math.hypot(H, V0)) * length if length else 0.0
@@ -258,6 +233,6 @@ def _hanging_length(gap, H, k, w, EA):
     return brentq(height, 0.0, high, xtol=1e-15 * high)
 
 
-def _width(H, length, k, w, EA):
+def _width(H: float, length: float, k: float, w: float, EA: float) -> float:
     """Horizontal width of that part."""
     return H * length / EA + H / w * (math.asinh(k + w * length / H) - math.asinh(k)) if H > 0 else 0.0

@@ -5,7 +5,7 @@ touchdown s_0 can pull on has slid towards it, the rest lies as it was laid: alo
 
     T(s) = max(T_0 - w (sin(alpha) + mu cos(alpha)) (s_0 - s), 0),
 
-and less by the same of a body at a joint.  There friction holds on a stick length behind the places where the line was
+and less by the same of a body at a joint.  There friction holds on a stick length back from where the line was
 laid, so that its limit is reached, and is left as soon as the line would come back; where the tension dies, by a part
 of that length.  A form with limit friction everywhere is wrong there.  What is left of the tension at the end that is
 held, which a line too stiff to slide would carry there, goes to what has slid in the next round: the reach is that with
@@ -17,8 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import SolveError
-from ..model.seabed import Lying, stick_length
+from ..model.problem import Problem
+from ..model.seabed import GroundedLength, stick_length
 from ..parallel.ranks import bcast
+from .catenary import Array
 from .damped import relax
 from .on_bed import UP
 
@@ -29,64 +31,62 @@ LEFT, MOST_ROUNDS = 0.01, 6
 WHOLE = 1e-9
 
 
-def pull(problem) -> None:
-    """From the equilibrium without friction at hand to that of pulled lines.  Raises SolveError."""
+def pull(problem: Problem) -> None:
+    """Go from the equilibrium without friction to that of pulled lines.  Raises SolveError."""
     beds = [model.bed for model in (*problem.lines.groups, problem.bodies) if model]
     for bed in beds:
-        bed.rub()
-    left = {}  #: piece that is held on the bed -> tension that its end carried and need not [N]
+        bed.enable_friction()
+    left: dict[int, float] = {}  #: piece that is held on the bed -> tension that its end carried and need not [N]
     for done in range(1, MOST_ROUNDS + 1):
         laying = _Laying(problem, left)
         laying.hold()
-        _settle(problem)
+        try:
+            problem.iterations += problem.newton.solve()
+        except SolveError:
+            relax(problem)  # lines too slack for Newton
         if not laying.leaves_much() and done >= ROUNDS:
             break
     for bed in beds:
         bed.accept(problem.system.u)
 
 
-def _settle(problem):
-    """To rest under the friction that holds now: Newton, or where lines are too slack for it a damped motion."""
-    try:
-        problem.iterations += problem.newton.solve()
-    except SolveError:
-        relax(problem)
-
-
 @dataclass
 class Laid:
-    """What lies of a piece that was laid from its end `near` on; distances are from there.
+    """GroundedLength part of a piece that was laid from its end `near` on; distances are from there.
 
-    begin, end: where it lies; along: unit vector from one to the other, in the plane of the bed; joint: name of that at
-    the far end, if it lies down to there; behind: what was laid on from it.
+    begin, end: of the part; along: unit vector from one to the other, in the plane of the bed; joint: name of that at
+    the far end, if it lies down to there; onward: parts that were laid on from there.
     """
 
     piece: int
     near: int
     begin: float
     end: float
-    along: np.ndarray
-    joint: str | None = None
-    behind: list["Laid"] = field(default_factory=list)
+    along: Array
+    joint: str = ""
+    onward: list["Laid"] = field(default_factory=list)
 
 
 class _Laying:
-    """Where the lines of a Problem were laid, as far as its present state tells."""
+    """Places where the lines of a Problem were laid, from its present state."""
 
-    def __init__(self, problem, left):
-        self.left, self.root, self.dies = left, None, {}
+    def __init__(self, problem: Problem, left: dict[int, float]):
+        self.left, self.root = left, -1
+        self.dies: dict[int, tuple[int, Array, float]] = {}
         self.problem, self.lines, self.bed = problem, problem.lines, problem.lines.bed
-        self.u, self.mu, self.n = problem.system.u, problem.scene.seabed.friction, self.bed.normal.value
+        self.u, self.n = problem.system.u, self.bed.normal.value
+        self.mu = problem.scene.seabed.friction if problem.scene.seabed else 0.0
         self.stick = stick_length(problem.scene)
-        #: Where friction carries the weight down the slope from, for what lies still.
+        #: From a point that lies still to the place from which friction carries the weight down the slope.
         self.uphill = self.stick / self.mu * (UP - self.n[2] * self.n)
         self.meetings = problem.network.meetings()
-        #: Where friction holds on to the lines of each group.
+        #: Places at which friction holds the lines of each group.
         self.places = {g: g.bed.at(self.u[g.part.slice]) for g in self.lines.groups}
 
-    def hold(self):
-        """Let friction hold on behind the places where lines were laid; else where they are."""
-        self._put()
+    def hold(self) -> None:
+        """Let friction hold on a stick length back from the places where lines were laid; else where they are."""
+        for lines, places in self.places.items():
+            lines.bed.hold(places)
         if self.problem.bodies:
             self.problem.bodies.bed.begin(self.u)
         firsts = self._held_on_bed()
@@ -96,10 +96,11 @@ class _Laying:
             if self._at_end(laid) <= 0:
                 self.dies[piece] = near, laid.along, self._at_touchdown(laid)
             self._hold(laid, place)
-        self._put()
+        for lines, places in self.places.items():
+            lines.bed.hold(places)
 
-    def leaves_much(self):
-        """Note what is left of the tension at ends that need not hold; whether any is worth it.  Collective."""
+    def leaves_much(self) -> bool:
+        """Note the tension left at ends that need not hold; True if any is worth another round.  Collective."""
         before = dict(self.left)
         for piece, (near, along, T) in self.dies.items():
             rest = -float(self.problem.end_force(piece, near) @ along)
@@ -107,23 +108,19 @@ class _Laying:
                 self.left[piece] = self.left.get(piece, 0.0) + rest
         return self.left != before
 
-    def _put(self):
-        for lines, places in self.places.items():
-            lines.bed.hold(places)
-
     # -- what lies -----------------------------------------------------------------------------------------------------
 
-    def _held_on_bed(self):
-        """Piece -> (end that is held on the bed, its place, what lies of the piece)."""
-        found = {}
+    def _held_on_bed(self) -> dict[int, tuple[int, Array, GroundedLength]]:
+        """Piece -> (end that is held on the bed, its place, lying part of the piece)."""
+        found: dict[int, tuple[int, Array, GroundedLength]] = {}
         for piece, end, _ in self.lines.held_ends():
-            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.lying(self.u, piece)
+            place, lies = np.array(self.lines.pieces[piece].ends[end].top.position), self.lines.grounded(self.u, piece)
             if lies.length and self.bed.gap(place) <= lies.sag:
                 found.setdefault(piece, (end, place, lies))
         return found
 
-    def _follow(self, piece, near, found: Lying) -> Laid:
-        """What lies of a piece and, over its far end, of those behind it."""
+    def _follow(self, piece: int, near: int, found: GroundedLength) -> Laid:
+        """GroundedLength part of a piece and, over its far end, of those onward."""
         L, ends = self.lines.sections[piece].length, [(found.first, found.foot), (found.s, found.touchdown)]
         (a, start), (b, end) = ends if near == 0 else [(L - s, place) for s, place in reversed(ends)]
         along = end - start - np.dot(end - start, self.n) * self.n
@@ -133,49 +130,49 @@ class _Laying:
             return laid
         laid.joint = far.name
         for k, i in self.meetings[far.name]:
-            if k not in self.seen and (lies := self.lines.lying(self.u, k)).length:
+            if k not in self.seen and (lies := self.lines.grounded(self.u, k)).length:
                 self.seen.add(k)
-                laid.behind.append(self._follow(k, i, lies))
+                laid.onward.append(self._follow(k, i, lies))
         return laid
 
     # -- tensions ------------------------------------------------------------------------------------------------------
 
-    def _fall(self, laid):
-        """Of the tension along what lies, towards where it was laid from [N/m]."""
-        return self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2])
+    def _fall(self, laid: Laid) -> float:
+        """Fall of the tension along what lies, towards its near end [N/m]."""
+        return float(self.lines.weight_of(laid.piece) * (laid.along[2] + self.mu * self.n[2]))
 
-    def _pull(self, laid, least=0.0):
-        """Tension at the far end of what lies, not below `least` where it comes through what lies behind [N]."""
-        if len(laid.behind) == 1 and len(self.meetings[laid.joint]) == 2:
-            return max(max(self._at_end(laid.behind[0]), least) - self._fall_at(laid), least)
+    def _pull(self, laid: Laid, least: float = 0.0) -> float:
+        """Tension at the far end of what lies, not below `least` where it comes through onward parts [N]."""
+        if len(laid.onward) == 1 and len(self.meetings[laid.joint]) == 2:
+            return max(max(self._at_end(laid.onward[0]), least) - self._fall_at(laid), least)
         section = self.lines.sections[laid.piece]
         T = self.problem.tension_at(laid.end if laid.near == 0 else section.length - laid.end, laid.piece)
         return T + self.left.get(self.root, 0.0)
 
-    def _at_touchdown(self, laid):
-        """Tension T_0 where what was laid from one end leaves the bed, over all of its pieces [N]."""
-        return max((self._at_touchdown(one) for one in laid.behind), default=self._pull(laid))
+    def _at_touchdown(self, laid: Laid) -> float:
+        """Tension T_0 at the end of what was laid from one end, over all of its pieces [N]."""
+        return max((self._at_touchdown(one) for one in laid.onward), default=self._pull(laid))
 
-    def _at_end(self, laid):
+    def _at_end(self, laid: Laid) -> float:
         """Tension that comes through what lies; negative where it dies before [N]."""
         return self._pull(laid) - max(self._fall(laid), 0.0) * (laid.end - laid.begin)
 
-    def _fall_at(self, laid):
-        """Of the tension at a body that lies at the far end [N]."""
+    def _fall_at(self, laid: Laid) -> float:
+        """Fall of the tension at a body that lies at the far end [N]."""
         if laid.joint not in self.problem.network.bodies:
             return 0.0
         bodies = self.problem.bodies  # of the first rank
         pressure = bcast(self.problem.comm, bodies and bodies.bed.pressure(laid.joint, self.u))
-        return pressure * (self.mu + laid.along[2] / self.n[2])
+        return float(pressure * (self.mu + laid.along[2] / self.n[2]))
 
     # -- places --------------------------------------------------------------------------------------------------------
 
-    def _hold(self, laid, base):
-        """Friction holds on along a piece that was laid from `base` on, and along those behind it."""
+    def _hold(self, laid: Laid, base: Array) -> None:
+        """Friction holds on along a piece that was laid from `base` on, and along those onward."""
         lines, number = self.lines.holder(laid.piece)
         section, points = lines.sections[number], lines.bed.points
         fall, T = self._fall(laid), self._pull(laid)
-        # where the tension dies, also if that is behind the far end
+        # where the tension dies, also if that is past the far end
         still = laid.end - self._pull(laid, -np.inf) / fall if fall > 0 else -np.inf
         s = points.s - lines.begins[number]
         distance = s if laid.near == 0 else section.length - s
@@ -189,5 +186,5 @@ class _Laying:
         if laid.joint in self.problem.network.bodies and self.problem.bodies:
             place = base + (-self.stick * laid.along if T > 0 else self.uphill)
             self.problem.bodies.bed.hold_body(laid.joint, place)
-        for one in laid.behind:
+        for one in laid.onward:
             self._hold(one, base)

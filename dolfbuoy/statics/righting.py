@@ -1,6 +1,8 @@
 """Righting levers of a hull at any heel, by the strips of the program's own equilibrium."""
 
 import math
+from collections.abc import Iterable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +12,9 @@ from ..errors import InputError
 from ..model.buoy import REST_ROWS
 from ..model.problem import Problem
 from ..roots import brentq
-from ..scene.sections import ExternalForce, Initial
+from ..scene import Scene
+from ..scene.buoy import ExternalForce
+from ..scene.sections import Initial
 
 #: Sections of a scene that have no part in it.
 _ABSENT = dict.fromkeys(("cable", "joint", "seabed", "waves", "current", "wind", "external_force"))
@@ -24,7 +28,7 @@ class Righting(NamedTuple):
     lever: float
 
 
-def righting_curve(scene, heels_deg, pull=0.0) -> list[Righting]:
+def righting_curve(scene: Scene, heels_deg: Iterable[float], pull: float = 0.0) -> list[Righting]:
     """GZ of the scene's first buoy at these heels, each in vertical equilibrium in still water.
 
     pull: constant, downwards, at the mooring point [N].  Raises InputError if weight and pull sink the buoy, or without
@@ -38,29 +42,33 @@ def righting_curve(scene, heels_deg, pull=0.0) -> list[Righting]:
     alone = scene.model_copy(update=_ABSENT | {"buoy": [buoy.model_copy(update=own)], "initial": Initial()})
     problem = Problem(alone, dynamic=False, comm=MPI.COMM_SELF)
     try:
-        return [_righting(problem, float(heel), pull) for heel in heels_deg]
+        (hull,) = problem.buoys.values()
+        shape, weight = hull.shape, hull.mass.mass * scene.gravity
+        reach = shape.height + shape.max_diameter  # farther above or below the water nothing changes
+        found = []
+        for heel in map(float, heels_deg):
+            if _lift(problem, heel, -reach) < 0:
+                raise InputError(f"The buoy sinks under a pull of {pull:.6g} N.")
+            height = brentq(partial(_lift, problem, heel), -reach, reach, xtol=1e-12 * reach)
+            found.append(Righting(heel, height, _loads(problem, height, heel)[1] / weight))
+        return found
     finally:
         problem.destroy()
 
 
-def _righting(problem, heel, pull):
-    buoy = problem.buoy
-    reach = buoy.shape.height + buoy.shape.max_diameter  # farther above or below the water nothing changes
-    if _loads(problem, -reach, heel)[0] < 0:
-        raise InputError(f"The buoy sinks under a pull of {pull:.6g} N.")
-    height = brentq(lambda z: _loads(problem, z, heel)[0], -reach, reach, xtol=1e-12 * reach)
-    return Righting(heel, height, _loads(problem, height, heel)[1] / (buoy.mass.mass * problem.scene.gravity))
+def _lift(problem: Problem, heel: float, height: float) -> float:
+    return _loads(problem, height, heel)[0]
 
 
-def _loads(problem, height, heel):
+def _loads(problem: Problem, height: float, heel: float) -> tuple[float, float]:
     """Vertical force [N] and righting moment about C [N m] with C at a height, the top leaning towards x."""
     from scipy.spatial.transform import Rotation
 
     x, y, z, w = Rotation.from_rotvec([0.0, math.radians(heel), 0.0]).as_quat()
     pose = np.array([0.0, 0.0, height, w, x, y, z])
-    buoy, system = problem.buoy, problem.system
+    (buoy,), system = problem.buoys.values(), problem.system
     buoy.reference.x.array[:] = pose  # no turn and no offset against it
     system.u[buoy.part.slice] = pose
     system.publish()
-    rows = REST_ROWS.of(system.evaluate()[buoy.part.slice])  # of minus the loads
+    rows = REST_ROWS.of(system.evaluate()[buoy.part.slice])  # minus the loads
     return -rows.force[2], rows.torque[1]

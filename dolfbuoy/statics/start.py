@@ -3,9 +3,9 @@
 The drag of a current is estimated as that of a stream across hulls and lines, half of each line's at either end.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,12 @@ from ..model.problem import Problem
 from ..model.rigid import mooring_offset, rotation_of
 from ..model.sea import heading, wind_at
 from ..model.seabed import plane
+from ..scene import Scene
+from ..scene.buoy import Buoy
+from ..scene.network import Network as SceneNetwork
 from ..scene.network import attached_ends
 from . import network as still
+from .catenary import Array
 from .first_shape import given_shapes, points_of
 from .on_bed import Bed
 
@@ -26,29 +30,30 @@ NUDGE = 1e-3
 
 
 class Start(NamedTuple):
-    """Shapes of all pieces, with position(s), tension(s) and force(s), and orientations of the buoys by name."""
+    """Shapes of all pieces, and orientations of the buoys by name."""
 
     problem: Problem
-    shapes: list
-    poses: dict[str, np.ndarray]
+    shapes: Sequence[still.Shape]
+    poses: dict[str, Array]
 
     def put(self) -> None:
-        """Into the unknowns of the Problem, with all data as the scene has them."""
+        """Put the start into the unknowns of the Problem, with all data as the scene has them."""
         problem, u, lines = self.problem, self.problem.system.u, self.problem.lines
         floor = 1e-3 * problem.typical_force  # a slack point of the closed form has no stiffness at all
         for k, shape in enumerate(self.shapes):
             lines.set_shape(u, shape.position, lambda s, shape=shape: np.maximum(shape.tension(s), floor), k)
-        for attachment in problem.attachments:
-            u[attachment.slice] = np.concatenate(self.end(attachment.piece, attachment.end))
+        for a in problem.attachments:
+            u[a.slice] = np.concatenate(self.end(a.piece, a.end))
         for name, buoy in problem.buoys.items():
-            attachment, q4 = problem.attached_to(buoy)[0], self.poses[name]
+            attachment: Any = problem.attached_to(buoy)[0]
+            q4 = self.poses[name]
             r_C = attachment.of(u).point - rotation_of(q4) @ attachment.offset.value
             u[buoy.part.slice] = buoy.reference.x.array[:] = np.concatenate([r_C, q4])
         problem.set_time(0.0)
         problem.system.share()
 
-    def end(self, piece, end):
-        """(place [m], force on what hangs there [N]) of an end of a piece."""
+    def end(self, piece: int, end: int) -> tuple[Array, Array]:
+        """(place [m], force of the line there [N]) of an end of a piece."""
         s = np.array([self.problem.network.pieces[piece].section.length * end])
         return self.shapes[piece].position(s)[0], self.shapes[piece].force(s)[0] * (-1 if end else 1)
 
@@ -57,26 +62,25 @@ class Start(NamedTuple):
 
 
 class Drawn(NamedTuple):
-    """A piece along given points; what pulls at it is not known."""
+    """Shape of a piece along given points; no tension is known."""
 
-    position: Callable
+    position: Callable[[Any], Array]
 
-    def force(self, s):
-        """None."""
+    def force(self, s: Any) -> Array:
         return np.zeros((len(s), 3))
 
-    def tension(self, s):
-        """None."""
+    def tension(self, s: Any) -> Array:
         return np.zeros_like(s)
 
 
-def given_start(problem) -> Start:
+def given_start(problem: Problem) -> Start:
     """Lines along initial.points, upright buoys at their ends.  Raises InputError."""
-    scene, network, poses = problem.scene, problem.network, {}
+    scene, network = problem.scene, problem.network
+    poses: dict[str, tuple[Array, Array]] = {}
     for k, i in attached_ends(network):
         end = network.pieces[k].ends[i]
         point = points_of(scene, network.pieces[k].cable)[-i]
-        poses.setdefault(end.name, (point - mooring_offset(network.buoys[end.name], end.fairlead), UPRIGHT))
+        poses.setdefault(str(end.name), (point - mooring_offset(network.buoys[str(end.name)], end.fairlead), UPRIGHT))
     shapes = [Drawn(shape) for shape in given_shapes(scene, poses)]
     return Start(problem, shapes, dict.fromkeys(network.buoys, UPRIGHT))
 
@@ -84,16 +88,18 @@ def given_start(problem) -> Start:
 # -- closed forms ------------------------------------------------------------------------------------------------------
 
 
-def closed_form(problem, easier=lambda network: network) -> Start:
+def closed_form(problem: Problem, easier: Callable[[still.Network], still.Network] = lambda network: network) -> Start:
     """Lines at rest in still water; easier: makes an easier network of that of the Problem.  Raises SolveError."""
     poses = dict.fromkeys(problem.network.buoys, UPRIGHT)
 
-    def rest():
+    def rest() -> Start:
         network = easier(still_network(problem, poses, _pressure(problem.scene)))
         found = still.solve(network)
         for change in (_drawn_apart, _propped):
-            other = change(problem, network, found)
-            network, found = (network, found) if other is network else (other, still.solve(other))
+            joints = change(problem, network, found)
+            if any(a is not b for a, b in zip(joints, network.joints, strict=True)):
+                network = replace(network, joints=joints)
+                found = still.solve(network)
         return Start(problem, found.shapes, poses)
 
     start = rest()
@@ -102,26 +108,25 @@ def closed_form(problem, easier=lambda network: network) -> Start:
     return rest() if overturned else start
 
 
-def _aside(problem):
+def _aside(problem: Problem) -> Array:
     """Direction of the current, or of x."""
     current = problem.scene.current
     return heading(current.direction_deg if current else 0.0)
 
 
-def _drawn_apart(problem, network, rest):
-    """The network with its lines that are slack and have no width pulled aside, if they can be."""
+def _drawn_apart(problem: Problem, network: still.Network, rest: still.Rest) -> list[still.Joint]:
+    """Joints of the network; those of lines that are slack and have no width are pulled aside, if they can be."""
     along, joints = _aside(problem), list(network.joints)
     for piece, pull, lying in zip(network.pieces, rest.pulls, rest.lying, strict=True):
         weight, joint = abs(piece.w) * piece.length, joints[piece.end]
         folds = pull[2] * (pull[2] + piece.w * (piece.length - lying)) < -NUDGE * weight**2
         if joint.free and (folds or lying > 0) and np.hypot(*pull[:2]) < NUDGE * weight:
             joints[piece.end] = replace(joint, push=joint.push + NUDGE * weight * along)
-    changed = any(a is not b for a, b in zip(joints, network.joints, strict=True))
-    return replace(network, joints=joints) if changed else network
+    return joints
 
 
-def _propped(problem, network, rest):
-    """The network with joints held aside where struts, the two-sided lines beside ropes, are as long as they are."""
+def _propped(problem: Problem, network: still.Network, rest: still.Rest) -> list[still.Joint]:
+    """Joints of the network; those of struts, two-sided lines among ropes, are held aside at the struts' length."""
     joints = list(network.joints)
     for piece, section in zip(network.pieces, problem.lines.sections, strict=True):
         ends = sorted((piece.start, piece.end), key=lambda i: network.joints[i].free)
@@ -134,56 +139,56 @@ def _propped(problem, network, rest):
         level *= np.sqrt(reach**2 - way[2] ** 2) / np.linalg.norm(level)
         place = rest.positions[ends[0]] + level + [0.0, 0.0, way[2]]
         joints[ends[1]] = replace(free, free=False, position=place)
-    changed = any(a is not b for a, b in zip(joints, network.joints, strict=True))
-    return replace(network, joints=joints) if changed else network
+    return joints
 
 
-def _overturns(start, name):
-    """Whether a buoy that no water carries hangs the other way round on its lines."""
+def _overturns(start: Start, name: str) -> bool:
+    """True if a buoy that no water carries hangs the other way round on its lines."""
     network, scene = start.problem.network, start.problem.scene
     if scene.sea is not None and scene.gravity:
         return False
     ends = [(k, i, network.pieces[k].ends[i]) for k, i in attached_ends(network)]
     offsets = [(k, i, mooring_offset(network.buoys[name], e.fairlead)[2]) for k, i, e in ends if e.name == name]
-    return sum(start.end(k, i)[1][2] * offset for k, i, offset in offsets) < 0
+    return bool(sum(start.end(k, i)[1][2] * offset for k, i, offset in offsets) < 0)
 
 
 # -- joints and uniform pieces -----------------------------------------------------------------------------------------
 
 
-def _pressure(scene):
+def _pressure(scene: Scene) -> Array:
     """Stagnation pressure of the fastest current, towards where it flows [Pa]."""
-    c = scene.current
-    if c is None:
+    c: Any = scene.current
+    if c is None or scene.sea is None:
         return np.zeros(3)
-    speed = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
-    return 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
+    speed: float = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
+    pressure: Array = 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
+    return pressure
 
 
-def still_network(problem, poses=None, pressure=0.0) -> still.Network:
+def still_network(problem: Problem, poses: dict[str, Array] | None = None, pressure: Any = 0.0) -> still.Network:
     """The network of a Problem as `statics.network` has it: every buoy a joint at its C that keeps its pose (upright).
 
-    pressure: of the current on all that it meets [Pa].
+    pressure: of the current on hulls and lines (3,) [Pa].
     """
-    scene, network, joints, number = problem.scene, problem.network, [], {}
+    scene, network = problem.scene, problem.network
+    joints: list[still.Joint] = []
+    number: dict[object, int] = {}
 
-    def place(end):
+    def place(end: Any) -> tuple[int, Any]:
         """(number of the joint, offset of the end from it)."""
-        if end.name is None:
-            joints.append(_held(end) if end.held else still.Joint(free=True, load=end.top.force))
-            return len(joints) - 1, still.ORIGIN
-        if end.name not in number:
-            number[end.name] = len(joints)
+        name = end.name or object()  # an end without a name is a joint of its own
+        if name not in number:
+            number[name] = len(joints)
             joints.append(_joint(scene, network, end, pressure))
         if end.kind != "buoy":
-            return number[end.name], still.ORIGIN
+            return number[name], still.ORIGIN
         q4 = (poses or {}).get(end.name, UPRIGHT)
-        return number[end.name], rotation_of(q4) @ mooring_offset(network.buoys[end.name], end.fairlead)
+        return number[name], rotation_of(q4) @ mooring_offset(network.buoys[end.name], end.fairlead)
 
     pieces = []
     for k, piece in enumerate(network.pieces):
         (low, a), (high, b) = (place(end) for end in piece.ends)
-        c = piece.section
+        c: Any = piece.section
         pieces.append(still.Piece(low, high, c.length, problem.lines.weight_of(k), c.axial_stiffness, a, b))
         push = c.normal_drag * (c.diameter or 0.0) * c.length / 2 * pressure
         for i in (low, high):
@@ -191,16 +196,14 @@ def still_network(problem, poses=None, pressure=0.0) -> still.Network:
     return still.Network(joints, pieces, Bed(*plane(scene)) if scene.seabed else None)
 
 
-def _held(end):
-    return still.Joint(position=top_position(end.top, 0.0))
-
-
-def _joint(scene, network, end, pressure):
-    """A joint by its name, or the buoy in its place."""
+def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> still.Joint:
+    """The joint, the end or the buoy on which an end of a line hangs."""
     if end.kind == "buoy":
         return still.Joint(free=True, load=_Floating(scene, network.buoys[end.name], pressure))
     if end.held:
-        return _held(end)
+        return still.Joint(position=top_position(end.top, 0.0))
+    if end.kind == "free":
+        return still.Joint(free=True, load=end.top.force)
     body, load = network.bodies.get(end.name), np.zeros(3)
     if body is not None:
         displaced = scene.sea.density * body.volume if scene.sea else 0.0
@@ -211,8 +214,9 @@ def _joint(scene, network, end, pressure):
 class _Floating:
     """Steady loads and buoyancy of a buoy that keeps upright, and their derivative, by the place of its C."""
 
-    def __init__(self, scene, buoy, pressure):
+    def __init__(self, scene: Scene, buoy: Buoy, pressure: Any):
         self.scene = scene
+        self.shape: Any
         self.shape, self.mass = shape_and_mass(buoy)
         self.steady = np.array([0.0, 0.0, -self.mass.mass * scene.gravity])
         if buoy.external_force:
@@ -222,7 +226,7 @@ class _Floating:
         if self.shape:
             self.steady += buoy.normal_drag * self.shape.max_diameter * self.shape.height / 2 * pressure
 
-    def __call__(self, position):
+    def __call__(self, position: Array) -> tuple[Array, Array]:
         force, slope = self.steady.copy(), np.zeros((3, 3))
         if self.scene.sea is not None:
             pressure, draft = self.scene.sea.density * self.scene.gravity, self.mass.height - position[2]

@@ -5,9 +5,10 @@ keep each solution as the start of the next.  The tension-only law has states th
 where no current blows, so that nothing compressed can be found on the way.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from ..model.lines import top_position
 from ..model.problem import Problem
 from ..solver.unknowns import array_of
 from .damped import relax
+from .network import Network
 from .start import closed_form
 
 #: A compressed element counts if its T is below this part of the largest tension.
@@ -26,14 +28,14 @@ SAME = 1e-6
 
 
 class Way(NamedTuple):
-    """`go` takes a Problem from its start, which is in the unknowns, to the equilibrium; `suits`: what it is for."""
+    """`go` takes a Problem from its start, in the unknowns, to the equilibrium; `suits`: problems it is meant for."""
 
     name: str
     go: Callable[[Problem], None]
     suits: Callable[[Problem], bool] = lambda problem: True
 
 
-def find_rest(problem, put, ways) -> None:
+def find_rest(problem: Problem, put: Callable[[], None], ways: Sequence[Way]) -> None:
     """The first of the ways that leads to a state where nothing is compressed; `put` puts the start into the unknowns.
 
     Adds to problem.iterations and sets problem.route, the name of the way that led there ("newton" if none was
@@ -41,7 +43,7 @@ def find_rest(problem, put, ways) -> None:
     """
     system, failures, compressed = problem.system, [], None
     for way in (way for way in ways if way.suits(problem)):
-        if compressed and way.go not in (by_relaxation, by_the_other_law):
+        if compressed and way.name not in ("relaxation", "other slack law"):
             continue
         put()
         try:
@@ -62,19 +64,19 @@ def find_rest(problem, put, ways) -> None:
     system.evaluate()
 
 
-def is_compressed(problem) -> bool:
-    """Whether some dof of T is negative beyond rounding, on any rank.
+def is_compressed(problem: Problem) -> bool:
+    """True if some dof of T is negative beyond rounding, on any rank.
 
-    Beside lines that take no compression those that do are struts, which are meant to.
+    Next to lines that take no compression those that do are struts, which are meant to.
     """
     if problem.law is not None:
         return False
     T = problem.system.u[problem.lines.T_dofs]
     worst, largest = (problem.comm.allreduce(x, op=max) for x in (-T.min(initial=0.0), np.abs(T).max(initial=0.0)))
-    return worst > ROUNDING * largest
+    return bool(worst > ROUNDING * largest)
 
 
-def march(problem, set_fraction, smallest=1e-3) -> None:
+def march(problem: Problem, set_fraction: Callable[[float], None], smallest: float = 1e-3) -> None:
     """Solve for set_fraction(x), x from 0 to 1 in steps that shrink when Newton fails and grow when it does not.
 
     Raises SolveError, with all of the data set, when a step of `smallest` fails.
@@ -102,30 +104,28 @@ def march(problem, set_fraction, smallest=1e-3) -> None:
 # -- the ways ----------------------------------------------------------------------------------------------------------
 
 
-def newton(problem):
+def newton(problem: Problem) -> None:
     """From the start at once."""
     problem.iterations += problem.newton.solve()
 
 
-def by_current(problem):
+def by_current(problem: Problem) -> None:
     """From still water on."""
+    seas = [part.sea for model in problem.models for part in getattr(model, "groups", [model])]
 
-    def scale(x):
-        for model in problem.models:
-            for part in getattr(model, "groups", [model]):
-                part.sea.scale_current(x)
+    def scale(x: float) -> None:
+        for sea in seas:
+            sea.scale_current(x)
 
     march(problem, scale)
 
 
-def by_relaxation(problem):
-    """Let go from the start, again and again from rest."""
-    relax(problem)
-    _polish(problem)
+def by_relaxation(problem: Problem, **motion: Any) -> None:
+    """Let go from the start; then Newton, where the state is not singular, kept if it is the one that came to rest.
 
-
-def _polish(problem):
-    """Newton's digits for a state that has come to rest, where it is not singular."""
+    motion: see `damped.relax`.
+    """
+    relax(problem, **motion)
     system, before = problem.system, problem.system.u.copy()
     try:
         newton(problem)
@@ -138,19 +138,18 @@ def _polish(problem):
         system.evaluate()
 
 
-def by_the_other_law(problem):
+def by_the_other_law(problem: Problem) -> None:
     """From lines that take no compression to those that do, or the other way round: without slack nodes, which have no
     stiffness, on the way."""
     scene, start = problem.scene, problem.system.u.copy()
     pushed = problem.law is None
     slack = "tension-only" if pushed else "compressive"
     cables = [cable.model_copy(update={"slack": slack}) for cable in scene.cables]
-    changed = scene.model_copy(update={"cable": cables})
-    other = Problem(changed, dynamic=False, comm=problem.comm)
+    other = Problem(scene.model_copy(update={"cable": cables}), dynamic=False, comm=problem.comm)
     if problem.lines.growth is not None:
         other.lines.growth.factors = problem.lines.growth.factors
 
-    def put():
+    def put() -> None:
         other.system.u[:] = start
         other.set_time(0.0)
 
@@ -164,16 +163,16 @@ def by_the_other_law(problem):
     newton(problem)
 
 
-def by_stiffness(problem):
+def by_stiffness(problem: Problem) -> None:
     """From lines that their weight stretches by half, in equal ratios."""
     arrays = [array_of(group.cable.EA) for group in problem.lines.groups]
     given, sections = [array.copy() for array in arrays], problem.lines.sections
     soft = max(*_weights(problem), *(1e-6 * section.axial_stiffness for section in sections))
 
-    def easier(network):
+    def easier(network: Network) -> Network:
         return replace(network, pieces=[replace(piece, EA=min(soft, piece.EA)) for piece in network.pieces])
 
-    def stiffen(x):
+    def stiffen(x: float) -> None:
         for array, EA in zip(arrays, given, strict=True):
             array[:] = np.minimum(soft, EA) ** (1 - x) * EA**x
 
@@ -181,28 +180,24 @@ def by_stiffness(problem):
     march(problem, stiffen)
 
 
-def _has_stiffness(problem):
-    return all(group.cable.EA is not None and not group.cable.kinks for group in problem.lines.groups)
-
-
-def _weights(problem):
-    """Of the pieces [N]."""
+def _weights(problem: Problem) -> list[float]:
+    """Weights of the pieces [N]."""
     return [abs(problem.lines.weight_of(k)) * c.length for k, c in enumerate(problem.lines.sections)]
 
 
-def by_end_force(problem):
+def by_end_force(problem: Problem) -> None:
     """From free ends that are pulled straight up, so that they carry their lines twice."""
     loads, weights = problem.lines.end_loads, _weights(problem)
     given = {k: load.value.copy() for k, load in loads.items()}
     easy = {k: np.array([0.0, 0.0, 2 * weights[k] or np.linalg.norm(given[k])]) for k in loads}
 
-    def easier(network):
+    def easier(network: Network) -> Network:
         joints = list(network.joints)
         for k, force in easy.items():
             joints[network.pieces[k].end] = replace(joints[network.pieces[k].end], load=force)
         return replace(network, joints=joints)
 
-    def pull(x):
+    def pull(x: float) -> None:
         for k, load in loads.items():
             load.value[:] = (1 - x) * easy[k] + x * given[k]
 
@@ -210,46 +205,47 @@ def by_end_force(problem):
     march(problem, pull)
 
 
-def by_end_position(problem):
-    """From an end that is beside the other by 0.7 lengths at 45 degrees, towards the side of the end asked for."""
+def by_end_position(problem: Problem) -> None:
+    """From an end that is 0.7 lengths away from the other at 45 degrees, towards the side of the given end."""
     (piece,), lines, u = problem.network.pieces, problem.lines, problem.system.u
-    low, high = (np.array(top_position(end.top, 0.0)) for end in piece.ends)
+    ends: Sequence[Any] = piece.ends
+    low, high = (top_position(end.top, 0.0) for end in ends)
     aside = (high - low) * [1.0, 1.0, 0.0]
     aside = aside / np.linalg.norm(aside) if np.any(aside) else np.array([1.0, 0.0, 0.0])
     easy = low + 0.5 * piece.section.length * (aside + [0.0, 0.0, 1.0 if high[2] >= low[2] else -1.0])
     top = lines.end_dofs[0][1]
 
-    def easier(network):
+    def easier(network: Network) -> Network:
         return replace(network, joints=[network.joints[0], replace(network.joints[1], position=easy)])
 
-    def move(x):
+    def move(x: float) -> None:
         u[top] = np.tile((1 - x) * easy + x * high, len(top) // 3)
 
     closed_form(problem, easier).put()
     march(problem, move)
 
 
-def _is_one_held_piece(problem):
-    pieces = problem.network.pieces
-    return len(pieces) == 1 and all(end.held for end in pieces[0].ends)
-
-
-def by_motion(problem):
-    """By a motion with the lines' own inertia, in steps that hardly grow."""
-    relax(problem, growth=1.2, steps=300, momentum=True)
-    _polish(problem)
-
-
-#: For starts that are far from any rest.
-MOTIONS = Way("relaxation", by_relaxation), Way("damped motion", by_motion)
+#: For starts that are far from any rest; the motion has the lines' own inertia, in steps that hardly grow.
+MOTIONS = (
+    Way("relaxation", by_relaxation),
+    Way("damped motion", partial(by_relaxation, growth=1.2, steps=300, momentum=True)),
+)
 #: In the order in which they are tried.
 WAYS = (
     Way("newton", newton),
     Way("current", by_current, lambda problem: problem.scene.current is not None),
     MOTIONS[0],
     Way("other slack law", by_the_other_law),
-    Way("stiffness", by_stiffness, _has_stiffness),
+    Way(
+        "stiffness",
+        by_stiffness,
+        lambda problem: all(group.cable.EA is not None and not group.cable.kinks for group in problem.lines.groups),
+    ),
     Way("end force", by_end_force, lambda problem: bool(problem.lines.end_loads)),
-    Way("end position", by_end_position, _is_one_held_piece),
+    Way(
+        "end position",
+        by_end_position,
+        lambda problem: [end.held for piece in problem.network.pieces for end in piece.ends] == [True, True],
+    ),
     MOTIONS[1],
 )

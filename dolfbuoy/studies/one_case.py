@@ -4,7 +4,9 @@ import math
 import os
 import shutil
 import time as clock
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -25,6 +27,7 @@ from ..scene import Scene, varied
 from ..scene.variants import in_words
 from ..writing import made
 from .pool import Pool
+from .study import Row
 
 #: Problems of the cases before: set-up takes longer than many a case.
 POOL = Pool()
@@ -33,37 +36,39 @@ BINS = 64
 
 
 def evaluate(
-    case: dict, base: Scene, running: str | None = None, deadline: float = math.inf, keep: str | None = None
-) -> dict:
+    case: Row, base: Scene, running: str | None = None, deadline: float = math.inf, keep: str | None = None
+) -> Row:
     """Run one case on this rank alone; a case that fails is a result too, with its reason.
 
     case: the "changes" of the scene `base`, whose digest is its "base".  running: folder in which the case can be taken
-    up again.  deadline: of time.time(); behind it the case is stopped.  keep: folder in which record and page of the
-    case stay, in one of its own; wants `running`.  Raises interruption.TimeUp behind the deadline, KeyboardInterrupt
+    up again.  deadline: of time.time(); after it the case is stopped.  keep: folder in which record and page of the
+    case stay, in one of its own; needs `running`.  Raises interruption.TimeUp after the deadline, KeyboardInterrupt
     when it is interrupted.
     """
     begin = clock.monotonic()
     try:
         scene = varied(base, case["changes"])
-        folder = running and Path(running) / key(case)
+        folder = Path(running) / key(case) if running else None
         record = run(scene, folder, deadline, keep is not None)
-        found = {"status": "done", "statistics": numbers_of(record), "sample": _sample(record, scene)}
+        found: Row = {"status": "done", "statistics": numbers_of(record), "sample": None}
+        with suppress(InputError):  # of a run that ends in its ramp
+            found["sample"] = sample_of(record, scene, bins=BINS)
         found["cut"] = retried.cut(record, scene)
         if scene.accuracy is not None and scene.accuracy.estimate != "none":
             _put_bars(found["statistics"], record, scene, deadline)
-        if keep is not None:
+        if keep is not None and folder is not None:
             _keep(folder, Path(keep) / key(case), case["changes"])
     except Exception as error:  # whatever it is, the others go on
         found = failed(error)
     return found | {"changes": case["changes"], "base": case["base"], "seconds": clock.monotonic() - begin}
 
 
-def failed(error: Exception) -> dict:
+def failed(error: Exception) -> Row:
     """Record of a case that failed."""
     return {"status": f"{type(error).__name__}: {error}", "statistics": {}, "sample": None}
 
 
-def _keep(folder, place, changes):
+def _keep(folder: Path, place: Path, changes: Row) -> None:
     """Write the page of a finished case, and put all of its folder in its place."""
     folders.finish(folder, "run")
     folders.remark(folder, "run", case=in_words(changes))
@@ -74,25 +79,17 @@ def _keep(folder, place, changes):
     folder.rmdir()
 
 
-def _put_bars(statistics, record, scene, deadline):
-    """Error bars of the statistics, beside them."""
+def _put_bars(statistics: Row, record: xr.Dataset, scene: Scene, deadline: float) -> None:
+    """Add the error bars to the statistics."""
     try:
-        companion = run(companion_of(scene), None, deadline)
+        companion: xr.Dataset | SolveError = run(companion_of(scene), None, deadline)
     except SolveError as error:
         companion = error
     for label, numbers in by_label(bars_of(record, scene, companion)[0]).items():
         statistics.setdefault(label, {}).update(numbers)
 
 
-def _sample(record, scene):
-    """The sample; None for a run that ends in its ramp."""
-    try:
-        return sample_of(record, scene, bins=BINS)
-    except InputError:
-        return None
-
-
-def run(scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:
+def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:
     """The series of a run on this rank alone, from its checkpoint if one is in the folder, which is removed at the end.
 
     When it is interrupted between two steps, or the deadline is over, it leaves a checkpoint.  keep: the folder stays,
@@ -127,8 +124,8 @@ def run(scene, folder: Path | None = None, deadline: float = math.inf, keep: boo
     return record
 
 
-def _taken_up(folder):
-    """The checkpoint in a folder; None if there is none that can be read."""
+def _taken_up(folder: Path | None) -> Any:
+    """The checkpoint in a folder; None without one that can be read."""
     if folder is None or not (folder / checkpoint.NAME).is_file():
         return None
     try:
@@ -139,7 +136,7 @@ def _taken_up(folder):
         return None
 
 
-def _remove(folder):
+def _remove(folder: Path | None) -> None:
     if folder is not None:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -147,11 +144,11 @@ def _remove(folder):
 class _CaseRecorder(Recorder):
     """Writes nothing of a case that takes no longer than a pause, and nothing at all without a folder."""
 
-    def __init__(self, simulation, folder, point):
+    def __init__(self, simulation: Simulation, folder: Path | None, point: Any):
         super().__init__(simulation, folder or Path(), point, late=True)
         self._somewhere = folder is not None
 
-    def save(self):
+    def save(self) -> None:
         if not self._somewhere:
             self._next_save = math.inf
             return
@@ -160,7 +157,7 @@ class _CaseRecorder(Recorder):
             folders.begin(self.folder, "run", self.simulation.scene)
         super().save()
 
-    def finished(self, keep):
+    def finished(self, keep: bool) -> xr.Dataset:
         """The record of the whole run; keep: on disk, with its last state."""
         if keep:
             self.save()

@@ -1,44 +1,51 @@
-"""A scene beside MoorDyn: from one start, tensions and motions over the second half of both runs are compared.
+"""A scene compared with MoorDyn: tensions and motions over the second half of two runs from one start.
 
-MoorDyn is an independent code (lumped masses, explicit steps); what of a scene it has no place for is said.
+MoorDyn is an independent code (lumped masses, explicit steps); parts of a scene that it has no place for are named.
 """
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from ..accuracy.bars import NONE
 from ..api import simulate
 from ..errors import InputError, SolveError
 from ..formats.moordyn_run import Series, moordyn_module, run
 from ..formats.to_moordyn import Numerics, Start, export, start_of
+from ..model.rigid import axis_offset, rotation_of
 from ..results.style import PAGE, new_figure, save
+from ..scene import Scene
+from ..statics.catenary import Array
+from .study import Row
 
 #: A run that diverges is tried again with half the step, so often.
 TRIES = 4
 #: What varies by less than this share of its size is a constant: a difference is then relative to that size.
 CONSTANT = 1e-3
 AXES = "xyz"
+#: Times, and series by name.
+Times = tuple[Array, dict[str, Array]]
 
 
 @dataclass
 class Comparison:
     """rows: of the table.  notes: what MoorDyn's input lacks.  ours, theirs: times and series by name."""
 
-    rows: list[dict]
+    rows: list[Row]
     notes: list[str]
-    ours: tuple[np.ndarray, dict[str, np.ndarray]]
-    theirs: tuple[np.ndarray, dict[str, np.ndarray]]
+    ours: Times
+    theirs: Times
 
 
-def beginning(scene) -> Start:
+def beginning(scene: Scene) -> Start:
     """Start of a run of the scene: at rest, or where its [initial] puts it."""
     step = {} if scene.time else {"time.step": 1.0}
     return start_of(simulate(scene, **{"time.end": 0.0} | step).isel(time=0))
 
 
-def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
+def compare(scene: Scene, end: float | None = None, segments: int = 1) -> Comparison:
     """Run a scene with dolfbuoy and with MoorDyn.
 
     end: of both runs [s], absent: the scene's.  segments: of MoorDyn for each element of a line.
@@ -50,7 +57,15 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
     end = end or scene.time.end
     scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end})})
     record = simulate(scene, accuracy={"estimate": "companion"})
-    theirs, written = _theirs(scene, start_of(record.isel(time=0)), end, segments)
+    start, step = start_of(record.isel(time=0)), None
+    for _ in range(TRIES):
+        written = export(scene, start, Numerics(step=step, segments=segments))
+        theirs = run(written, end)
+        if theirs is not None:
+            break
+        step = written.step / 2
+    else:
+        raise SolveError(f"MoorDyn diverges, with steps of {written.step:.3g} s too.")
     ours = record.time.values, _ours(record, scene)
     series = theirs.t, _named(theirs, scene)
     units = {name: "N" if "tension" in name else "m" for name in ours[1] if name in series[1]}
@@ -59,38 +74,20 @@ def compare(scene, end: float | None = None, segments: int = 1) -> Comparison:
     return Comparison(rows, [str(note) for note in written.notes], ours, series)
 
 
-def _theirs(scene, start, end, segments):
-    step = None
-    for _ in range(TRIES):
-        written = export(scene, start, Numerics(step=step, segments=segments))
-        found = run(written, end)
-        if found is not None:
-            return found, written
-        step = written.step / 2
-    raise SolveError(f"MoorDyn diverges, with steps of {written.step:.3g} s too.")
-
-
-def _ours(record, scene):
+def _ours(record: xr.Dataset, scene: Scene) -> dict[str, Array]:
     network, found = scene.network, {}
     for k, name in enumerate(network.cables):
         for end, force in (("top", record.end_tension), ("anchor", record.anchor_force)):
             found[f"{name}: tension_{end}"] = np.linalg.norm(force.values[:, k], axis=-1)
     for name, buoy in network.buoys.items():
         if "buoy_position" in record:
-            keel = _keel(record.sel(buoy=name), buoy)
+            one, down = record.sel(buoy=name), axis_offset(buoy, 0.0)
+            keel = one.buoy_position.values + [rotation_of(q) @ down for q in one.buoy_orientation.values]
             found |= {f"{name}: keel {axis}": keel[:, i] for i, axis in enumerate(AXES)}
     return found
 
 
-def _keel(record, buoy):
-    from ..model.rigid import axis_offset, rotation_of
-
-    down = axis_offset(buoy, 0.0)
-    turned = [rotation_of(q) @ down for q in record.buoy_orientation.values]
-    return record.buoy_position.values + np.array(turned)
-
-
-def _named(series: Series, scene):
+def _named(series: Series, scene: Scene) -> dict[str, Array]:
     network, found = scene.network, {}
     for k, name in enumerate(network.cables):
         found[f"{name}: tension_top"] = series.tension[:, network.last_of(k), 1]
@@ -100,7 +97,7 @@ def _named(series: Series, scene):
     return found
 
 
-def _bars(record):
+def _bars(record: xr.Dataset) -> dict[str, float]:
     """Error bars of the largest tensions, by name; without those of which nothing is known."""
     ends = {"tension_top.max": "tension_top", "anchor.max": "tension_anchor"}
     columns = (record[name].values.tolist() for name in ("output_of", "output", "bar", "bar_verdict"))
@@ -108,7 +105,7 @@ def _bars(record):
     return {f"{part}: {ends[output]}": bar for part, output, bar, verdict in rows if output in ends and verdict != NONE}
 
 
-def _row(name, unit, ours, theirs, start, bar):
+def _row(name: str, unit: str, ours: Times, theirs: Times, start: float, bar: float | None) -> Row:
     """Mean, least and largest of both, our error bar of the largest and whether they differ by more, and the rms of
     their difference relative to our range, or to the value of what hardly varies."""
     t, values = ours[0], ours[1][name]
@@ -116,14 +113,14 @@ def _row(name, unit, ours, theirs, start, bar):
     late = t >= start
     a, b = values[late], other[late]
     difference = float(np.sqrt(np.mean((a - b) ** 2)))
-    row = {"quantity": name, "unit": unit}
+    row: Row = {"quantity": name, "unit": unit}
     for what, of in (("mean", np.mean), ("least", np.min), ("largest", np.max)):
         row |= {what: float(of(a)), f"{what}_moordyn": float(of(b))}
     apart = abs(row["largest"] - row["largest_moordyn"])
     row |= {"bar": bar, "beyond": None if bar is None else "yes" if apart > bar else "no"}
     span, size = float(np.ptp(a)), float(np.abs(a).max())
-    of, scale = ("range", span) if span > CONSTANT * size else ("value", size)
-    return row | {"difference": difference, "of": of, "relative": difference / scale if scale else float("nan")}
+    whole, scale = ("range", span) if span > CONSTANT * size else ("value", size)
+    return row | {"difference": difference, "of": whole, "relative": difference / scale if scale else float("nan")}
 
 
 def draw(found: Comparison, folder: Path) -> list[Path]:

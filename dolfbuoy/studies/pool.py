@@ -1,7 +1,10 @@
 """Problems that serve one scene after the other, where these differ in numbers only."""
 
+from typing import Any
+
 from ..model.problem import Problem
 from ..model.structure import structure_of
+from ..scene import Scene
 
 
 class Pool:
@@ -13,10 +16,10 @@ class Pool:
     #: Structures that are kept, dynamic and static ones together.
     most = 8
 
-    def __init__(self):
-        self._kept: dict[tuple, _Kept] = {}
+    def __init__(self) -> None:
+        self._kept: dict[object, _Kept] = {}
 
-    def problem(self, scene, dynamic, comm) -> Problem:
+    def problem(self, scene: Scene, dynamic: bool, comm: Any) -> Problem:
         """A Problem of the scene; its `destroy` does nothing, see `clear`."""
         what = (structure_of(scene), dynamic)
         found = self._kept.pop(what, None)
@@ -38,11 +41,11 @@ class Pool:
 class _Kept(Problem):
     """Stays when its user is done with it; another scene finds it as if it were new."""
 
-    def __init__(self, scene, dynamic, comm):
+    def __init__(self, scene: Scene, dynamic: bool, comm: Any):
         super().__init__(scene, dynamic, comm)
         self._first = self.system.u.copy()
 
-    def change(self, scene):
+    def change(self, scene: Scene) -> None:
         super().change(scene)
         self.newton.choose_solver(self.newton.direct)  # MUMPS takes its pivots from the first matrix
         self.newton.fallbacks = 0
@@ -51,5 +54,5 @@ class _Kept(Problem):
             for values in model.memory.values():
                 values[:] = 0.0
 
-    def destroy(self):
+    def destroy(self) -> None:
         """It is the pool that destroys it."""

@@ -9,6 +9,7 @@ import csv
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from ..elsewhere import MPI
 from ..errors import InputError
@@ -18,10 +19,13 @@ from ..results import style
 from ..results.folder import claimed, enlist
 from ..results.style import Figure, matplotlib
 from ..results.tables import markdown, show
+from ..scene import Scene
 from ..writing import GIVEN, refuse_link, replacing, write_text
 
+Row = dict[str, Any]  #: of a table; a case, before it is computed
 
-def refuse_network(scene) -> None:
+
+def refuse_network(scene: Scene) -> None:
     """For a study that looks at one line of one piece and one buoy.  Raises InputError."""
     if max(len(scene.network.pieces), len(scene.network.buoys)) > 1:
         raise InputError("SCENE: this study looks at one [cable] and one [buoy], and this scene is a network.")
@@ -37,7 +41,7 @@ class Table:
     """
 
     name: str
-    rows: list[dict]
+    rows: list[Row]
     title: str = ""
     columns: dict[str, str] | None = None
     notes: list[str] = field(default_factory=list)
@@ -49,11 +53,11 @@ class Table:
 class Outcome:
     """Rows of the tables by their names, empty on all ranks but 0; whether all passed."""
 
-    rows: dict[str, list[dict]]
+    rows: dict[str, list[Row]]
     passed: bool
 
 
-def run(study: Callable[..., list[Table]], folder: Path, **options) -> Outcome:
+def run(study: Callable[..., list[Table]], folder: Path, **options: Any) -> Outcome:
     """Compute what is missing, write the tables of a study into `folder` and show them."""
     with matplotlib.rc_context(style.STYLE):
         tables = study(folder, **options)
@@ -66,16 +70,16 @@ def run(study: Callable[..., list[Table]], folder: Path, **options) -> Outcome:
     return Outcome({table.name: table.rows for table in tables if table.name}, passed)
 
 
-def _show(folder, tables):
-    """On the screen, and in tables.md, which may travel: it says nothing of folders."""
+def _show(folder: Path, tables: list[Table]) -> None:
+    """Show tables, and write them to tables.md, which may travel: without names of folders."""
     for t in tables:
-        show(t.title.replace("{folder}", str(folder)), t.rows, t.columns, t.notes)
-    texts = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns, t.notes) for t in tables]
+        show(t.title.replace("{folder}", str(folder)), t.rows, t.columns or {}, t.notes)
+    texts = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns or {}, t.notes) for t in tables]
     enlist(folder, [Path(folder) / "tables.md"], "study")
     write_text(Path(folder) / "tables.md", "\n".join(texts))
 
 
-def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, **options) -> bool:
+def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, **options: Any) -> bool:
     """Run a study in its folder, results/study-NAME unless another is given.  Returns whether it passed."""
     folder = out or Path("results") / f"study-{name}"
     if out is None:

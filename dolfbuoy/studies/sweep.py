@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -26,14 +27,15 @@ from ..scene import Scene, load_scene, varied
 from ..scene.variants import cases_of, check_known, in_words, latin_hypercube, with_seeds
 from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed
+from .study import Row
 
-#: What `status` and `collect` say of a case that has no result.
-MISSING = {"status": "not computed", "statistics": {}, "sample": None}
+#: Stands for a case that has no result in `status` and `collect`.
+MISSING: Row = {"status": "not computed", "statistics": {}, "sample": None}
 #: Cases of a sweep whose numbers are looked at before it begins, at the least.
 LOOKED_AT = 50
 #: Folder of the cases that are being computed, below that of the sweep.
 RUNNING = Path("cases") / "running"
-#: Folder of the records that are kept, one of each case, beside sweep.nc.
+#: Folder of the records that are kept, one of each case, next to sweep.nc.
 RECORDS = "records"
 
 
@@ -45,17 +47,17 @@ class Plan:
     """
 
     base: Scene
-    changes: list[dict]
+    changes: list[Row]
     source: str = ""
 
     @property
-    def cases(self) -> list[dict]:
+    def cases(self) -> list[Row]:
         """As `parallel.cases` takes them: the scene stands for itself by its digest."""
         data = json.dumps(self.base.to_dict(), sort_keys=True)
         base = hashlib.sha256(data.encode()).hexdigest()[:20]
         return [{"base": base, "changes": change} for change in self.changes]
 
-    def share(self, part: "Part | None") -> list[dict]:
+    def share(self, part: "Part | None") -> list[Row]:
         """The cases of a part, or all."""
         return self.cases if part is None else part.of_all(self.cases)
 
@@ -75,7 +77,7 @@ class Part:
             raise InputError(f"--part {text}: must be i/n, part i of n, with i from 1 to n.")
         return cls(int(found[1]), int(found[2]))
 
-    def of_all(self, cases: list) -> list:
+    def of_all(self, cases: list[Row]) -> list[Row]:
         """Those of the part."""
         return cases[self.number - 1 :: self.of]
 
@@ -84,11 +86,13 @@ class Part:
         """Folder of the part's store, below that of all cases."""
         return f"part-{self.number}-of-{self.of}"
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"part {self.number} of {self.of}"
 
 
-def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None, source: str = "") -> Plan:
+def plan(
+    scene: Any, vary: Any, table: Any, seeds: int | None = None, latin: int | None = None, source: str = ""
+) -> Plan:
     """The plan of a sweep: its cases and their names.  Raises InputError for a bad scene or bad cases.
 
     seeds, latin: see `variants.with_seeds`, `variants.latin_hypercube`; source: see `Plan`.
@@ -104,28 +108,30 @@ def plan(scene, vary, table, seeds: int | None = None, latin: int | None = None,
     return Plan(base, changes, source)
 
 
-def warnings(base: Scene, changes: list[dict]) -> list[str]:
+def warnings(base: Scene, changes: list[Row]) -> list[str]:
     """Warnings on the cases before the first is run, each kind once, with the first case of it.
 
     Every case is read: what is no scene will not run.  `check` takes as long as a hundred readings: its warnings are
     those of LOOKED_AT cases, evenly spaced, and of those with the smallest or largest value of a key.
     """
-    refused, warned, chosen = {}, {}, _looked_at(changes)
+    refused: dict[str, list[tuple[Row, str]]] = {}
+    warned: dict[str, list[tuple[Row, str]]] = {}
+    chosen = _looked_at(changes)
     for i, change in enumerate(changes):
         try:
-            scene = varied(base, change)
-            for text in derived(scene).warnings if i in chosen else []:
-                warned.setdefault(_kind(text), []).append((change, text))
+            scene, kinds = varied(base, change), warned
+            texts = derived(scene).warnings if i in chosen else []
         except InputError as error:
-            refused.setdefault(_kind(str(error)), []).append((change, str(error)))
-    n, looked = len(changes), "" if len(chosen) == len(changes) else " looked at"
-    return [
-        *(_told(f"{len(cases)} of {n} cases will not run", *cases[0]) for cases in refused.values()),
-        *(_told(f"{len(cases)} of {len(chosen)} cases{looked}", *cases[0]) for cases in warned.values()),
-    ]
+            texts, kinds = [str(error)], refused
+        for text in texts:
+            kinds.setdefault(re.sub(r"[-+.e\d]*\d", "#", text), []).append((change, text))  # without its numbers
+    looked = "" if len(chosen) == len(changes) else " looked at"
+    counted = [(cases, f"{len(changes)} cases will not run") for cases in refused.values()]
+    counted += [(cases, f"{len(chosen)} cases{looked}") for cases in warned.values()]
+    return [f"{len(cases)} of {what}, the first with {in_words(cases[0][0])}: {cases[0][1]}" for cases, what in counted]
 
 
-def _looked_at(changes):
+def _looked_at(changes: list[Row]) -> set[int]:
     """Numbers of the cases that `check` looks at."""
     found = set(range(0, len(changes), max(1, len(changes) // LOOKED_AT)))
     for name in dict.fromkeys(name for change in changes for name in change):
@@ -134,16 +140,7 @@ def _looked_at(changes):
     return found
 
 
-def _kind(text):
-    """A sentence without its numbers."""
-    return re.sub(r"[-+.e\d]*\d", "#", text)
-
-
-def _told(which, change, text):
-    return f"{which}, the first with {in_words(change)}: {text}"
-
-
-def check_wavelength(base, changes):
+def check_wavelength(base: Scene, changes: list[Row]) -> None:
     """Refuse to vary the period of waves whose wavelength stays: but for one case none would keep the dispersion."""
     wavelength = base.waves.wavelength if base.waves else None
     keys = {key for change in changes for key in change}
@@ -155,15 +152,15 @@ def check_wavelength(base, changes):
 
 
 def sweep(
-    scene,
-    vary,
-    table,
+    scene: Any,
+    vary: Any,
+    table: Any,
     folder: Path,
-    say: Callable = lambda sentences: None,
+    say: Callable[[list[str]], None] = lambda sentences: None,
     seeds: int | None = None,
     latin: int | None = None,
     source: str = "",
-    **how,
+    **how: Any,
 ) -> xr.Dataset | None:
     """Run all cases and write folder/sweep.nc, sweep.png and .svg; the dataset on rank 0, None on the others.
 
@@ -185,10 +182,10 @@ def run_part(
     planned: Plan,
     folder: Path,
     part: Part,
-    say: Callable = lambda sentences: None,
-    **how,
+    say: Callable[[list[str]], None] = lambda sentences: None,
+    **how: Any,
 ) -> None:
-    """Run the cases of one part and keep them in folder/cases, beside other parts that other processes run.
+    """Run the cases of one part and keep them in folder/cases, while other processes run other parts.
 
     say: called with what is wrong with these cases before the first of them is run, and with their store.
     how: retry: cases that failed are run again.  executor: see `parallel.cases.compute`.  limit: seconds of wall time,
@@ -200,12 +197,25 @@ def run_part(
     for place in (folder / "cases", folder / "cases" / part.folder):
         refuse_link(place)
     with claimed(folder, comm, shared=True), claimed(folder / "cases" / part.folder, comm):
-        _check_division(folder, part, comm)
+        for other in sorted((folder / "cases").glob("part-*-of-*")):
+            if other.name.rpartition("-")[2] != str(part.of):  # it may be computing the same cases now
+                refuse_link(other)
+                with claimed(other, comm):
+                    pass
         say(warnings(planned.base, part.of_all(planned.changes)))
         _compute(planned, part, folder, say, **how)
 
 
-def _compute(planned, part, folder, say, retry=False, executor=None, limit=None, keep=False):
+def _compute(
+    planned: Plan,
+    part: Part | None,
+    folder: Path,
+    say: Callable[[list[str]], None],
+    retry: bool = False,
+    executor: Any = None,
+    limit: float | None = None,
+    keep: bool = False,
+) -> None:
     deadline = math.inf if limit is None else clock.time() + limit
     running, kept = (str(Path(folder) / name) for name in (RUNNING, RECORDS))
     how = partial(evaluate, base=planned.base, running=running, deadline=deadline, keep=kept if keep else None)
@@ -215,34 +225,26 @@ def _compute(planned, part, folder, say, retry=False, executor=None, limit=None,
         with claimed(kept, ranks_beside(executor), shared=True):
             pass  # or it cannot hold them
 
-    def anew(result):
+    def anew(result: Row) -> bool:
         return retry if result["status"] != "done" else keep and not _record_of(folder, result)
 
     place, again = "" if part is None else part.folder, anew if retry or keep else None
     compute(how, planned.share(part), folder, part=place, again=again, executor=executor, failed=failed, say=say)
 
 
-def _record_of(folder, case):
+def _record_of(folder: Path, case: Row) -> str:
     """Folder of the record and the page that were kept of a case, below that of the sweep; empty if there are none."""
     found = f"{RECORDS}/{key({name: case[name] for name in ('base', 'changes')})}"
     return found if (Path(folder) / found / "page.html").is_file() else ""
 
 
-def _check_division(folder, part, comm):
-    """Refuse to compute cases that a part of another division may be computing now."""
-    for other in sorted((folder / "cases").glob("part-*-of-*")):
-        if other.name.rpartition("-")[2] != str(part.of):
-            refuse_link(other)
-            with claimed(other, comm):
-                pass
-
-
-def status(planned: Plan, folder: Path, part: Part | None = None) -> dict:
+def status(planned: Plan, folder: Path, part: Part | None = None) -> Row:
     """Progress of a sweep: numbers of cases that are done, failed, missing and begun, seconds they took on the average,
     reasons of failures with their numbers, sentences about damaged files, and results of other programs."""
     store, names = store_in(folder), [key(case) for case in planned.share(part)]
-    reasons, times = Counter(), []
-    for result in store.results([name for name in names if name in store.entries]):
+    reasons: Counter[str] = Counter()
+    times = []
+    for result in filter(None, store.results([name for name in names if name in store.entries])):
         if result["status"] == "done":
             times.append(result["seconds"])
         else:
@@ -272,14 +274,12 @@ def collected(planned: Plan, folder: Path) -> xr.Dataset:
         return _written(planned, Path(folder))
 
 
-def _written(planned, folder):
+def _written(planned: Plan, folder: Path) -> xr.Dataset:
     store, cases = store_in(folder), planned.cases
-    found = store.results([key(case) for case in cases])
-    results = (result or MISSING for result in found)
-    kept = ("status", "statistics")  # samples are as large as all the rest
     rows, cut = [], []
-    for case, result in zip(cases, results, strict=True):
-        rows.append(case | {name: result[name] for name in kept})
+    for case, found in zip(cases, store.results([key(case) for case in cases]), strict=True):
+        result = found or MISSING
+        rows.append(case | {name: result[name] for name in ("status", "statistics")})  # samples are large
         cut.append(result.get("cut", 0.0))
     enlist(folder, [folder / name for name in FILES["sweep"]], "sweep")
     dataset = collect(rows)

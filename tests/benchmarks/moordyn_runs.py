@@ -10,7 +10,7 @@ from moorings import APART, LOWEST, Mooring, components
 from dolfbuoy.formats import moordyn_run
 from dolfbuoy.formats.to_moordyn import Export, Numerics, export, start_of
 from dolfbuoy.scene import load_scene
-from dolfbuoy.scene.broadcast import everywhere
+from dolfbuoy.scene.settings import everywhere
 
 #: Share of the largest stable step that is used.
 MARGIN = 0.95

@@ -25,8 +25,8 @@ from dolfbuoy.linear.layout import Body, LineNodes
 from dolfbuoy.linear.moving import _changes_of_sign
 from dolfbuoy.linear.natural import check_smooth
 from dolfbuoy.linear.stiffness import mooring_stiffness
-from dolfbuoy.model import effects, size
-from dolfbuoy.model.components import current_felt
+from dolfbuoy.model import effects, feasible
+from dolfbuoy.model.airy import current_felt
 from dolfbuoy.model.feasible import check_feasible, hanging_weight
 from dolfbuoy.model.growth import Growth
 from dolfbuoy.model.line_groups import LineGroups
@@ -43,7 +43,7 @@ from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.motion.start import Pose, Start, _moorings, _set_buoy
 from dolfbuoy.motion.stepping import JumpControl
 from dolfbuoy.scene import Top, settings
-from dolfbuoy.scene.initial import BuoyStart
+from dolfbuoy.scene.buoy import BuoyStart
 from dolfbuoy.statics import network as still
 from dolfbuoy.statics import on_bed
 from dolfbuoy.statics.catenary import Catenary
@@ -161,17 +161,17 @@ def test_a_taper_takes_half_of_its_part_at_each_end():
 def test_memory_of_a_run(monkeypatch):
     """Two elements P2-P1 have two more nodes and two tensions each."""
     scene = load_scene({"cable": CABLE | HELD | {"position_degree": 2, "tension_degree": 1}})
-    needed = 2 * (2 * 3 + 2) * size.PER_UNKNOWN
-    monkeypatch.setattr(size, "memory", lambda: needed)
-    size.check_size(scene, MPI.COMM_SELF)
-    monkeypatch.setattr(size, "memory", lambda: 0.99 * needed)
+    needed = 2 * (2 * 3 + 2) * feasible.PER_UNKNOWN
+    monkeypatch.setattr(feasible, "memory", lambda: needed)
+    feasible.check_size(scene, MPI.COMM_SELF)
+    monkeypatch.setattr(feasible, "memory", lambda: 0.99 * needed)
     with pytest.raises(InputError, match=r"cable.elements = 2 in all: must be fewer"):
-        size.check_size(scene, MPI.COMM_SELF)
+        feasible.check_size(scene, MPI.COMM_SELF)
 
 
 def test_the_limit_of_a_process_is_its_memory(monkeypatch):
     monkeypatch.setattr(resource, "getrlimit", lambda _: (12345, 12345))
-    assert size.memory() == 12345
+    assert feasible.memory() == 12345
 
 
 def test_elastic_and_inextensible_lines_are_both_named():
@@ -243,7 +243,7 @@ def test_a_line_that_lies_without_width_is_drawn_aside(lying, pushed):
     )
     rest = Fake(pulls=np.zeros((1, 3)), lying=[lying])
     found = _drawn_apart(Fake(scene=Fake(current=None)), network, rest)
-    assert found.joints[1].push.tolist() == ([NUDGE * 200.0, 0.0, 0.0] if pushed else [0.0, 0.0, 0.0])
+    assert found[1].push.tolist() == ([NUDGE * 200.0, 0.0, 0.0] if pushed else [0.0, 0.0, 0.0])
 
 
 def test_a_strut_is_propped_at_its_length():
@@ -252,7 +252,7 @@ def test_a_strut_is_propped_at_its_length():
     )
     problem = Fake(law=True, lines=Fake(sections=[Fake(slack="compressive")]))
     rest = Fake(positions=np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 4.0]]))
-    prop = _propped(problem, network, rest).joints[1]
+    prop = _propped(problem, network, rest)[1]
     reach = (1 - NUDGE) * 10
     np.testing.assert_allclose(prop.position, [math.sqrt(reach**2 - 16), 0.0, 4.0], rtol=1e-14, atol=1e-14)
     assert not prop.free

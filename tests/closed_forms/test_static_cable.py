@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from alone import solve_static
-from helpers import CableSolution, catenary_slope, rates, reference
+from helpers import CableSolution, catenary_slope, rates, reference, under_end_force
 
 import dolfbuoy
 from dolfbuoy import load_scene
@@ -40,7 +40,7 @@ def cable_scene(degrees, elements, top, EA=INF, quadrature=None, **cable):
 
 def exact_shape(top, EA):
     if top["kind"] == "free":
-        return catenary.under_end_force(ANCHOR, top["force"], 1.0, 1.0, EA)
+        return under_end_force(ANCHOR, top["force"], 1.0, 1.0, EA)
     return catenary.between(ANCHOR, top["position"], 1.0, 1.0, EA)
 
 

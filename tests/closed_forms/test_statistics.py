@@ -14,8 +14,7 @@ from scipy import optimize, stats
 import dolfbuoy
 from dolfbuoy import InputError, load_scene, statistics
 from dolfbuoy.model import spectra
-from dolfbuoy.model.airy import AirySum
-from dolfbuoy.model.components import components_of
+from dolfbuoy.model.airy import AirySum, components_of
 from dolfbuoy.model.sea import elevation_at
 from dolfbuoy.results import extremes
 from dolfbuoy.results.offsets import smallest_circle

@@ -12,8 +12,8 @@ from alone import simulate
 from dynamics_helpers import merged, running
 
 from dolfbuoy import load_scene
-from dolfbuoy.linear.response import responses
-from dolfbuoy.model.components import components_of
+from dolfbuoy.linear.seaway import responses
+from dolfbuoy.model.airy import components_of
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.sea import elevation_at
 from dolfbuoy.motion.energy import Meter

@@ -14,7 +14,7 @@ from mpi4py import MPI
 from dolfbuoy import load_scene, simulate, solve_static
 from dolfbuoy.check import check
 from dolfbuoy.errors import InputError
-from dolfbuoy.model import size
+from dolfbuoy.model import feasible
 from dolfbuoy.results import figures
 from dolfbuoy.solver import loops
 from dolfbuoy.solver.c_code import address, core
@@ -116,14 +116,14 @@ def test_more_elements_than_memory_holds(count):
     with pytest.raises(
         InputError, match=rf"^cable.elements = {count}0000000 in all: must be fewer, they take [\d.e+]+ GB"
     ):
-        size.check_size(load_scene(scene), SimpleNamespace(size=1) if count > 1 else MPI.COMM_SELF)
+        feasible.check_size(load_scene(scene), SimpleNamespace(size=1) if count > 1 else MPI.COMM_SELF)
     assert time.monotonic() - begin < 5
 
 
 def test_more_buoys_than_memory_holds(monkeypatch):
     """One sentence."""
-    monkeypatch.setattr(size, "memory", lambda: 5 * size.PER_BUOY)
-    size.check_size(load_scene(buoys_at(range(5), "regular")), MPI.COMM_SELF)
+    monkeypatch.setattr(feasible, "memory", lambda: 5 * feasible.PER_BUOY)
+    feasible.check_size(load_scene(buoys_at(range(5), "regular")), MPI.COMM_SELF)
     with pytest.raises(InputError, match=r"^buoy: 6 tables in all: must be fewer, they take"):
         solve_static(buoys_at(range(6), "regular"))
 

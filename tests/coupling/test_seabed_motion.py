@@ -68,7 +68,7 @@ def test_every_pair_law_and_scheme_moves(pair, slack, scheme):
         lines, bed = simulation.problem.lines, simulation.problem.lines.bed
         held, lying = bed.holds, []
         for _ in simulation.run():
-            lying.append(bed.lying(simulation.system.u).length)
+            lying.append(bed.grounded(simulation.system.u).length)
         assert simulation.control.failed == 0
         assert np.ptp(lying) > 1.0
         lies = bed.gap(bed.points.of(simulation.system.u[lines.node_dofs])) < 0
@@ -132,7 +132,7 @@ class Taken:
         self.simulation, self.lines = simulation, simulation.problem.lines
         c, lines = self.lines.section, self.lines
         self.h, self.EA, self.rho = c.length / c.elements, c.axial_stiffness, c.line_density
-        self.k = bed.grip_of_line(lines.scene, c, bed.hardness(lines.scene, [c])).stiffness
+        self.k = bed.parameters_of_line(lines.scene, c, bed.hardness(lines.scene, [c])).stiffness
         self.old = self.state()
 
     def state(self):
@@ -348,5 +348,5 @@ def test_jacobian_on_the_bed():
     size = 1e-8
     change = (residual(size) - residual(-size)) / (2 * size)
     assert np.abs(change - y.array).max() < 1e-5 * np.abs(change).max()
-    assert lines.bed.lying(start).length > 10
+    assert lines.bed.grounded(start).length > 10
     problem.destroy()

@@ -17,8 +17,8 @@ from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import HullShape
 from dolfbuoy.model.feasible import shape_and_mass
-from dolfbuoy.model.hydrostatics import float_upright
 from dolfbuoy.model.problem import Problem
+from dolfbuoy.model.rigid import float_upright
 from dolfbuoy.results.observe import Observer
 
 BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")

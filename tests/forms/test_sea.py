@@ -17,8 +17,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from dolfbuoy import load_scene
 from dolfbuoy.forms import morison, sea, wind
 from dolfbuoy.forms.buoy import Body
-from dolfbuoy.model.airy import ramp
-from dolfbuoy.model.components import dispersion_wavenumber
+from dolfbuoy.model.airy import dispersion_wavenumber, ramp
 from dolfbuoy.model.sea import SeaState, heading, wavenumber
 from dolfbuoy.solver.compat import MPI, interval_mesh
 

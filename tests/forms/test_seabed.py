@@ -16,7 +16,7 @@ from ufl.algorithms.apply_derivatives import apply_derivatives
 from dolfbuoy import load_scene
 from dolfbuoy.forms import seabed
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.model.seabed import grip_of_body, grip_of_line, hardness, plane
+from dolfbuoy.model.seabed import hardness, parameters_of_body, parameters_of_line, plane
 from dolfbuoy.solver.real import real_space
 from dolfbuoy.solver.unknowns import Contribution, Part
 
@@ -104,20 +104,22 @@ def test_numbers_of_a_line():
     w_heavy = (60.0 - 1025.0 * math.pi * 0.2**2 / 4) * 9.81
     assert w_heavy / 0.2 < w / 0.1
     for sections in ([scene.network.pieces[0].section], [scene.network.pieces[0].section, heavy]):
-        grip = grip_of_line(scene, scene.network.pieces[0].section, hardness(scene, sections))
-        assert grip.sag == pytest.approx(1e-4 * 20.0, rel=1e-12)
-        assert grip.stiffness == pytest.approx(w / grip.sag, rel=1e-12)
-        assert grip.damping == pytest.approx(2 * 0.8 * math.sqrt(grip.stiffness * 30.0), rel=1e-12)
-        assert grip.stick == pytest.approx(0.7 * w / 0.02, rel=1e-12)
-    assert grip_of_line(
+        found = parameters_of_line(scene, scene.network.pieces[0].section, hardness(scene, sections))
+        assert found.sag == pytest.approx(1e-4 * 20.0, rel=1e-12)
+        assert found.stiffness == pytest.approx(w / found.sag, rel=1e-12)
+        assert found.damping == pytest.approx(2 * 0.8 * math.sqrt(found.stiffness * 30.0), rel=1e-12)
+        assert found.stick == pytest.approx(0.7 * w / 0.02, rel=1e-12)
+    assert parameters_of_line(
         scene, heavy, hardness(scene, [scene.network.pieces[0].section, heavy])
-    ).stiffness == pytest.approx(2 * grip.stiffness, rel=1e-12)
+    ).stiffness == pytest.approx(2 * found.stiffness, rel=1e-12)
     given = load_scene(SCENE, seabed__stiffness=1e6, seabed__stick_length=0.004, sea__depth=500.0)
-    grip = grip_of_line(given, given.network.pieces[0].section, hardness(given, [given.network.pieces[0].section]))
-    assert grip[::2] == pytest.approx((1e5, w / 1e5), rel=1e-12)
-    assert grip.stick == pytest.approx(0.7 * w / 0.004, rel=1e-12)
+    found = parameters_of_line(
+        given, given.network.pieces[0].section, hardness(given, [given.network.pieces[0].section])
+    )
+    assert found[::2] == pytest.approx((1e5, w / 1e5), rel=1e-12)
+    assert found.stick == pytest.approx(0.7 * w / 0.004, rel=1e-12)
     deep = load_scene(SCENE, sea__depth=500.0)
-    assert grip_of_line(
+    assert parameters_of_line(
         deep, deep.network.pieces[0].section, hardness(deep, [deep.network.pieces[0].section])
     ).sag == pytest.approx(0.01, rel=1e-12)
 
@@ -125,15 +127,15 @@ def test_numbers_of_a_line():
 def test_numbers_of_a_body():
     """Of a joint: it sinks by the sag under its weight in water."""
     scene = load_scene(SCENE)
-    grip = grip_of_body(scene, 3000.0, 0.4)
+    found = parameters_of_body(scene, 3000.0, 0.4)
     weight = (3000.0 - 1025.0 * 0.4) * 9.81
-    assert grip.stiffness == pytest.approx(weight / 0.002, rel=1e-12)
-    assert grip.damping == pytest.approx(1.6 * math.sqrt(grip.stiffness * 3000.0), rel=1e-12)
-    assert grip.stick == pytest.approx(0.7 * weight / 0.02, rel=1e-12)
+    assert found.stiffness == pytest.approx(weight / 0.002, rel=1e-12)
+    assert found.damping == pytest.approx(1.6 * math.sqrt(found.stiffness * 3000.0), rel=1e-12)
+    assert found.stick == pytest.approx(0.7 * weight / 0.02, rel=1e-12)
     normal, level = plane(scene)
     x = np.array([3.0, -2.0, -20.0 + 0.3 + 0.1 - 0.002 / normal[2]])
     n = ufl.as_vector(normal.tolist())
-    at = seabed.Contact(n, seabed.gap(n, level, ufl.as_vector(x.tolist())), *grip[:3], None, grip.stick, None)
+    at = seabed.Contact(n, seabed.gap(n, level, ufl.as_vector(x.tolist())), *found[:3], None, found.stick, None)
     assert number(seabed.pressure(at)) == pytest.approx(weight, rel=1e-9)
 
 
@@ -148,7 +150,7 @@ def test_the_slider(problem):
     """r_a := r - u min(1, mu p/(k_t |u|)): some points stick, some slide, some are off the bed."""
     lines, bed, u, rng = problem.lines, problem.lines.bed, problem.system.u, np.random.default_rng(3)
     n, d = plane(problem.scene)
-    k, c, sag, stick = grip_of_line(
+    k, c, sag, stick = parameters_of_line(
         problem.scene,
         problem.scene.network.pieces[0].section,
         hardness(problem.scene, [problem.scene.network.pieces[0].section]),
@@ -207,12 +209,12 @@ def test_what_lies(problem):
     along = along / np.linalg.norm(along)
     along = along - (along @ n) * n + 0.05 * n  # leaves the bed after 6 m
     lines.set_shape(u, lambda s: start + np.multiply.outer(s, along), lambda s: 0 * s)
-    found = lines.bed.lying(u)
+    found = lines.bed.grounded(u)
     assert [found.length, found.s] == pytest.approx([6.0, 6.0], rel=1e-9)
     np.testing.assert_allclose(found.touchdown, start + 6.0 * along, rtol=1e-9)
     assert found.sag == pytest.approx(0.3, rel=1e-9)
     lines.set_shape(u, lambda s: start + n + np.multiply.outer(s, along), lambda s: 0 * s)
-    nothing = lines.bed.lying(u)
+    nothing = lines.bed.grounded(u)
     assert nothing.length == nothing.sag == 0
     assert np.isnan(nothing.touchdown).all()
 
@@ -228,10 +230,10 @@ def test_waves_of_elements_lie(problem):
         u[lines.node_dofs] = np.multiply.outer(lines.node_s, along) + np.multiply.outer(heights + d, n)
 
     lay([-0.2, -0.2, 0.1, -0.2, -0.2, 0.4, 1.0, 2.0, 3.0, 4.0, 5.0])
-    found = lines.bed.lying(u)
+    found = lines.bed.grounded(u)
     assert [found.length, found.s] == pytest.approx(2 * [16.0 + 8.0 * 0.2 / 1.2], rel=1e-9)
     lay([-0.2, -0.2, -0.2, 0.5, 1.0, 1.0, 1.0, 0.5, -0.2, -0.2, -0.2])
-    arch = lines.bed.lying(u)
+    arch = lines.bed.grounded(u)
     assert arch.s == 40.0
     assert 16.0 < arch.length < 24.0
 

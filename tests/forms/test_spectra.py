@@ -12,8 +12,7 @@ from helpers import reference
 
 from dolfbuoy import InputError, load_scene, wave_components
 from dolfbuoy.model import spectra
-from dolfbuoy.model.airy import AirySum
-from dolfbuoy.model.components import components_of, dispersion_wavenumber, propagation
+from dolfbuoy.model.airy import AirySum, components_of, dispersion_wavenumber, propagation
 from dolfbuoy.results import extremes
 from dolfbuoy.scene.waves import Waves
 

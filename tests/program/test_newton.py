@@ -8,13 +8,13 @@ import re
 import numpy as np
 import pytest
 from alone import simulate, solve_static
+from helpers import under_end_force
 from mpi4py import MPI
 from petsc4py import PETSc
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.statics import catenary
 
 
 @pytest.mark.parametrize("chord", [1e-3, 1e-2, 0.3])
@@ -41,7 +41,7 @@ def test_a_singular_matrix_is_a_failed_solve(length):
         "buoy": {"mass": 1.0, "center_of_mass": 0.0, "inertia": [1.0, 1.0]},
     }
     problem = Problem(load_scene(scene), dynamic=False, comm=MPI.COMM_SELF)
-    shape = catenary.under_end_force([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], length, 0.0, np.inf)
+    shape = under_end_force([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], length, 0.0, np.inf)
     for _ in range(2):
         problem.lines.set_shape(problem.system.u, shape.position, shape.tension)
         problem.set_time(0.0)

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from dolfbuoy import api, linear_api
-from dolfbuoy.commands import linear, response, sweep
+from dolfbuoy.commands import linear, response, shared, sweep
 from dolfbuoy.commands import statistics as command
 from dolfbuoy.results import offset_figures, offset_record, response_figures, response_record, statistics_figures
 from dolfbuoy.results.compare import duration
@@ -37,8 +37,7 @@ def told(monkeypatch):
             cells = [list(column.cells) for column in shown.columns]
             titles[str(shown.title).strip()] = [tuple(row) for row in zip(*cells, strict=True)]
 
-    for module in (command, linear, response, sweep):
-        monkeypatch.setattr(module.out, "print", take)
+    monkeypatch.setattr(shared.out, "print", take)
     return titles, sentences
 
 

@@ -19,6 +19,7 @@ from dolfbuoy.page.modes_page import modes_page
 from dolfbuoy.page.run_page import run_page
 from dolfbuoy.page.sweep_page import sweep_page
 from dolfbuoy.page.view import view_of
+from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.mode_record import enlargement
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import STATISTICS
@@ -204,7 +205,7 @@ def test_what_is_wide_is_seen_broadside():
         record["cable_position"] = 0 * RUN.cable_position + [0.0, 0.0, -1.0]
         record["buoy_position"] = 0 * RUN.buoy_position
         record["cable_position"][:, 0] = [6.0 * stretch[0], 6.0 * stretch[1], -20.0]
-        assert view_of(record, SCENE, np.arange(len(T)))["direction"] == direction
+        assert view_of(Frames(record, SCENE), np.arange(len(T)))["direction"] == direction
 
 
 # -- modes, a sweep ----------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from dolfbuoy.statics.network import Joint, Network, Piece, solve
+from dolfbuoy.statics.on_bed import UP, Bed
 
 DEPTH, RHO, G = 100.0, 1025.0, 9.81
 
@@ -34,7 +35,7 @@ def mooring(seed, on_bed):
             end = len(joints) - 1 if number < count - 1 else 0
             pieces.append(Piece(at, end, length / count, w, EA))
             at = end
-    return Network(joints, pieces, -DEPTH if on_bed else None)
+    return Network(joints, pieces, Bed(UP, -DEPTH) if on_bed else None)
 
 
 def by_moorpy(moorpy, network, start):

@@ -15,7 +15,7 @@ from helpers import REFERENCE, reference
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.linear.potential_flow import read_capytaine
-from dolfbuoy.linear.response import responses
+from dolfbuoy.linear.seaway import responses
 
 RHO = 1025.0
 PERIODS = [5.0, 6.0, 8.0, 12.0, 20.0]

@@ -202,7 +202,7 @@ def test_deep_water(found):
     import ufl
 
     from dolfbuoy.forms import sea
-    from dolfbuoy.model.components import dispersion_wavenumber
+    from dolfbuoy.model.airy import dispersion_wavenumber
 
     k = dispersion_wavenumber(1.5, 700.0, 9.81)
     found.close("kh", k * 700, 1252.005541875646, 1e-12)

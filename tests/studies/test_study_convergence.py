@@ -13,8 +13,8 @@ from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.parallel import cases
-from dolfbuoy.statics.profile import lagrange
 from dolfbuoy.studies.accuracy import convergence as study
+from dolfbuoy.studies.accuracy.convergence import lagrange
 from dolfbuoy.studies.study import run
 
 NAMES = {"r_L2": ("L2r", 1e-13), "r_H1": ("H1r", 1e-12), "T_L2": ("L2T", 1e-12)}  # and the rounding of both codes

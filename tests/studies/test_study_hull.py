@@ -13,7 +13,7 @@ from helpers import REFERENCE, reference
 from dolfbuoy import load_scene
 from dolfbuoy.commands.main import app
 from dolfbuoy.errors import InputError
-from dolfbuoy.linear.response import responses
+from dolfbuoy.linear.seaway import responses
 from dolfbuoy.studies.physics import hull
 from dolfbuoy.studies.physics.response_runs import harmonics, measured
 

@@ -164,3 +164,10 @@ def test_files(tmp_path, monkeypatch, capsys):
     for name in ("inf-sup.csv", "inf-sup.png", "inf-sup.svg", "inf-sup-summary.csv"):
         assert (tmp_path / name).stat().st_size > 100
     assert "Stable at every state and both kinds of end: P1-P0." in capsys.readouterr().out
+
+
+def test_mean_of_tangents_along_a_line():
+    shape = inf_sup.STATES["catenary"]
+    tangent = lambda s: np.array([shape.H, shape.vertical(s)]) / shape.tension(s)  # noqa: E731
+    mean = [[quad(lambda s, i=i, j=j: tangent(s)[i] * tangent(s)[j], 0, 1)[0] for j in (0, 1)] for i in (0, 1)]
+    np.testing.assert_allclose(inf_sup.mean_tangent_product(shape), mean, atol=1e-9)

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from dolfbuoy.statics.catenary import Catenary
+
 REFERENCE = Path(__file__).parents[1] / "reference"
 
 
@@ -87,3 +89,10 @@ def reference_buoy(name, **buoy):
     masses = [{"mass": mass, "height": height} for mass, height in b["point_masses"]]
     hull = [[0.0, b["D"]], [b["H"], b["D"]]]
     return {"hull": hull, "mass": b["hull_mass"], "center_of_mass": b["hull_zG"], "point_masses": masses} | buoy
+
+
+def under_end_force(start, force, L, w, EA):
+    """Catenary held at `start` and pulled at s = L by `force` (world vector) [N]."""
+    H = float(np.hypot(force[0], force[1]))
+    along = np.array([force[0] / H, force[1] / H, 0.0]) if H > 0 else np.array([1.0, 0.0, 0.0])
+    return Catenary(np.asarray(start, float), along, w, EA, H, float(force[2]) - w * L)

@@ -19,7 +19,6 @@ def environment(**more):
     if os.geteuid() == 0:  # Open MPI refuses to run as root otherwise
         found |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     found.setdefault("OMPI_MCA_btl", "^tcp")  # processes of one machine
-    found["OMPI_MCA_mpi_yield_when_idle"] = "1"  # other tests want the cores too
     return found | {key: str(value) for key, value in more.items()}
 
 

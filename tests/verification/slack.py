@@ -23,7 +23,7 @@ from dolfbuoy.results.parts import alone
 from dolfbuoy.results.tables import groups
 from dolfbuoy.scene import load_scene
 from dolfbuoy.statics.equilibrium import solve_equilibrium
-from dolfbuoy.statics.profile import Profile, errors, unit_cable
+from dolfbuoy.studies.accuracy.convergence import Profile, errors, unit_cable
 from dolfbuoy.studies.study import Table
 
 from .rising import X_END, exact_cable

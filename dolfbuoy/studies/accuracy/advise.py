@@ -1,21 +1,24 @@
 """The cheapest settings that meet an accuracy: a pilot on a shortened run, a prediction, and its verification."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...results import measured as acc
-from ...results.compare import percent
+from ...results.compare import Curve, percent
 from ...results.measured import QUANTITIES
-from ...results.style import COLORS, PAGE, PALETTE, STYLE, matplotlib, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, PALETTE, STYLE, Figure, matplotlib, new_figure, plain_ticks
 from ...results.tables import groups, show
 from ...scene import Scene, settings
-from ...scene.settings import SCHEMES, Stepping
+from ...scene.sections import SCHEMES
+from ...scene.settings import Stepping
 from ...writing import replacing
 from .. import sea
-from ..study import Table, save
+from ..study import Row, Table, save
 from .linear_answer import linear_answer
 from .pilot import ALPHA, Candidate, Pilot
 
@@ -41,23 +44,28 @@ class Advice:
     notes: list[str]
 
 
-def advise(scene: Scene, quantity: str, accuracy: float, say=print, tries: int = 3) -> Advice:
+def advise(scene: Scene, quantity: str, accuracy: float, say: Callable[..., object] = print, tries: int = 3) -> Advice:
     """Find and verify settings.  Raises InputError, and SolveError when no settings can be promised."""
     acc.check_quantity(scene, quantity)
     pilot = Pilot(scene, quantity, accuracy, say)
-    say(f"Pilot until t = {pilot.scene.time.end:g} s of {scene.time.end:g} s; errors count from {pilot.start:g} s.")
+    part, whole = (s.time.end if s.time else 0.0 for s in (pilot.scene, scene))
+    say(f"Pilot until t = {part:g} s of {whole:g} s; errors count from {pilot.start:g} s.")
     pilot.measure_time()
-    say(f"Errors in time: {pilot.mesh}{_orders(pilot.time_curves, _family_name)}.")
+    families = {
+        SCHEMES[name] + (" adaptive" if adaptive else ""): c for (name, adaptive), c in pilot.time_curves.items()
+    }
+    say(f"Errors in time: {pilot.mesh}{_orders(families)}.")
     pilot.measure_space()
     if pilot.mesh.mu:
-        say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pilot.space_curves, lambda p: f'P{p[0]}-P{p[1]}')}.")
+        pairs = {f"P{mu}-P{nu}": curve for (mu, nu), curve in pilot.space_curves.items()}
+        say(f"Errors in space: dt {pilot.step:.4g} s, {_orders(pairs)}.")
     pilot.measure_newton()
     words = f"error {percent(pilot.of_newton)}, {pilot.work_of_newton:.2g} of the work with {settings.NEWTON:g}"
     say(f"Newton's tolerance {pilot.newton:g}: {words}.")
     return verified(pilot, tries)
 
 
-def verified(pilot, tries):
+def verified(pilot: Pilot, tries: int) -> Advice:
     """The cheapest candidate that keeps its promise; after a failure the target shrinks by what was missed."""
     truth_at = (pilot.best, Stepping(ALPHA, pilot.finest))
     truth, own = pilot.run(*truth_at), pilot.own_time + pilot.own_space
@@ -85,17 +93,15 @@ def verified(pilot, tries):
     raise SolveError(f"No settings of the pilot keep {percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}.")
 
 
-def _family_name(family):
-    return f"{SCHEMES[family[0]]}{' adaptive' if family[1] else ''}"
+def _orders(curves: dict[str, Curve]) -> str:
+    return ", ".join(f"{name} order {curve.order:.2g}" for name, curve in curves.items() if len(curve.x) > 1)
 
 
-def _orders(curves, name) -> str:
-    return ", ".join(f"{name(key)} order {curve.order:.2g}" for key, curve in curves.items() if len(curve.x) > 1)
-
-
-def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI.COMM_WORLD) -> Advice | Scene:
+def advise_all(
+    scene: Scene, quantity: str, accuracy: float, say: Callable[..., object] = print, comm: Any = MPI.COMM_WORLD
+) -> Advice | Scene:
     """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot."""
-    found = None
+    found: Any = None
     if comm.rank == 0:
         try:
             found = advise(scene, quantity, accuracy, say)
@@ -104,37 +110,36 @@ def advise_all(scene: Scene, quantity: str, accuracy: float, say=print, comm=MPI
     shared = comm.bcast(found.scene if isinstance(found, Advice) else found)
     if isinstance(shared, Exception):
         raise shared
-    return found if comm.rank == 0 else shared
+    result: Advice | Scene = found if comm.rank == 0 else shared
+    return result
 
 
 def sentences(advice: Advice) -> list[str]:
     """The advice in words."""
     pilot, choice = advice.pilot, advice.choice
+    end = pilot.whole.time.end if pilot.whole.time else 0.0
     what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
     own = (settings.space_of(pilot.whole), settings.stepping_of(pilot.whole))
-    said = [
-        f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {pilot.whole.time.end:g} s.",
+    messages = [
+        f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {end:g} s.",
         f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
         *advice.notes,
     ]
     if own != (choice.space, choice.stepping):
         error = pilot.predicted(*own)
         known = f": {percent(error)} predicted" if math.isfinite(error) else ""
-        said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
-    said += _of_the_sea(pilot.whole, choice)
+        messages.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
+    if sea.has_seeds(pilot.whole):
+        messages += [sea.of_components(pilot.whole, 0.01), sea.of_statistics(pilot.whole, choice.seconds)]
     if not settings.period_of(pilot.whole):
-        said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
-    return said
+        messages.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
+    return messages
 
 
-def _of_the_sea(scene, choice) -> list[str]:
-    """Further needs of statistics in an irregular sea: components, seeds and computing time."""
-    return [sea.of_components(scene, 0.01), sea.of_statistics(scene, choice.seconds)] if sea.has_seeds(scene) else []
-
-
-def table_rows(advice: Advice) -> list[dict]:
+def table_rows(advice: Advice) -> list[Row]:
     """The cheapest candidate of each pair and of each way to step, cheapest first."""
-    rows, seen = [], set()
+    rows: list[Row] = []
+    seen: set[object] = set()
     for c in advice.candidates:
         kinds = {c.space.pair, (c.stepping.scheme, c.stepping.tolerance is None)}
         if kinds <= seen:
@@ -151,18 +156,18 @@ def table_rows(advice: Advice) -> list[dict]:
 
 def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:
     """Print the advice; save table, measurements and figure in `folder`, the scene at `write`."""
-    rows, said = table_rows(advice), sentences(advice)
-    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
+    rows, messages = table_rows(advice), sentences(advice)
+    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, messages)
     if folder is not None:
-        save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
+        with matplotlib.rc_context(STYLE):
+            save(folder, Table("advise", rows, notes=messages, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))
     if write is not None:
         with replacing(write) as part:
             advice.scene.save(part)
 
 
-@matplotlib.rc_context(STYLE)
-def draw(advice: Advice):
+def draw(advice: Advice) -> Figure:
     """Errors of the pilot: in time over the time of the loop, in space over the cells; the accuracy as a line."""
     pilot = advice.pilot
     figure = new_figure(PAGE, 3.4)
@@ -175,7 +180,7 @@ def draw(advice: Advice):
     return figure
 
 
-def _lines(axes, pilot, kind, label):
+def _lines(axes: Any, pilot: Pilot, kind: str, label: Callable[[Row], str]) -> None:
     axes.set(xscale="log", yscale="log")
     lines = groups([row | {"label": label(row)} for row in pilot.rows if row["error_in"] == kind], "label")
     for (name, rows), color in zip(lines.items(), PALETTE, strict=False):

@@ -5,23 +5,29 @@ position (Dirichlet end).  Fig. 2: EA = inf, optimal pairs P_k-P_(k-1).  Fig. 3:
 1.5 L, with the strain averaged on each element (Sect. 3.3.2) and exact.  Fig. 4: EA = inf, mu = 4, nu = 0..3.
 """
 
+import itertools
 import math
+from collections.abc import Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval, polyvander
+from numpy.typing import ArrayLike
 
 from ...elsewhere import MPI
 from ...errors import InputError
+from ...model.problem import Problem
 from ...parallel.cases import evaluate_all
 from ...results.compare import orders
-from ...results.style import COLORS, PAGE, PALETTE, new_figure
+from ...results.style import COLORS, PAGE, PALETTE, Figure, new_figure
 from ...results.tables import groups
 from ...scene import load_scene
 from ...statics import catenary
+from ...statics.catenary import Array, Catenary
 from ...statics.equilibrium import solve_equilibrium
-from ...statics.profile import Profile, errors, unit_cable
-from ..study import Table
+from ..study import Row, Table
 
 #: Keys of a case that decide which forms are compiled, and of a curve over h.
 STRUCTURE = ("material", "strain", "end", "mu", "nu")
@@ -60,13 +66,13 @@ def parse_cells(text: str) -> tuple[int, ...]:
     return cells
 
 
-def cases(figures=tuple(FIGURES), cells=CELLS) -> list[dict]:
+def cases(figures: Sequence[int] = tuple(FIGURES), cells: Sequence[int] = CELLS) -> list[Row]:
     """Every case of these figures once, Neumann and Dirichlet."""
-    found = [case for figure in figures for end in ENDS_OF_CABLE for case in _of(figure, end, cells)]
+    found = [case for figure, end in itertools.product(figures, ENDS_OF_CABLE) for case in _of(figure, end, cells)]
     return [case for i, case in enumerate(found) if case not in found[:i]]
 
 
-def _of(figure, end, cells):
+def _of(figure: int, end: str, cells: Sequence[int]) -> list[Row]:
     material, strains, pairs = FIGURES[figure]
     return [
         {"material": material, "strain": strain, "end": end, "mu": mu, "nu": nu, "cells": n}
@@ -76,7 +82,54 @@ def _of(figure, end, cells):
     ]
 
 
-def evaluate(case: dict) -> dict:
+class Profile:
+    """r_h and T_h of a solved Problem on one rank, as polynomials on each element; all elements are alike."""
+
+    def __init__(self, problem: Problem):
+        cable, u, mu = problem.lines, problem.system.u, problem.lines.section.position_degree
+        order = np.argsort(cable.node_s)
+        node = mu * np.arange(len(cable.T_s))[:, None] + np.arange(mu + 1)
+        self.s, self.r = cable.node_s[order][node], u[cable.node_dofs[order]][node]
+        cells = np.argsort(cable.T_s.mean(axis=1))
+        places = np.argsort(cable.T_s[cells], axis=1)
+        self.s_T = np.take_along_axis(cable.T_s[cells], places, axis=1)
+        self.T = np.take_along_axis(u[cable.T_dofs[cells]], places, axis=1)
+        self.sizes = self.s[:, -1] - self.s[:, 0]
+
+    def at(self, xi: ArrayLike) -> tuple[Array, Array, Array, Array]:
+        """(s, r, r', T) at -1 <= xi <= 1 of every element: arrays (elements, len(xi)[, 3])."""
+        middle, half = self.s[0, [0, -1]].mean(), self.sizes[0] / 2
+        value, slope = lagrange((self.s[0] - middle) / half, xi)
+        tension, _ = lagrange((self.s_T[0] - middle) / half, xi)
+        s = self.s[:, :1] + self.sizes[:, None] * (np.asarray(xi) + 1) / 2
+        r_prime = 2 / self.sizes[:, None, None] * np.einsum("ij,ejk->eik", slope, self.r)
+        return s, np.einsum("ij,ejk->eik", value, self.r), r_prime, self.T @ tension.T
+
+
+def lagrange(nodes: Array, x: ArrayLike) -> tuple[Array, Array]:
+    """Lagrange polynomials of `nodes` and their derivatives at `x`, arrays (len(x), len(nodes))."""
+    coefficients = np.linalg.inv(polyvander(nodes, len(nodes) - 1))
+    return polyval(x, coefficients).T, polyval(x, polyder(coefficients)).T
+
+
+def errors(profile: Profile, exact: Catenary) -> dict[str, float]:
+    """Norms of the errors by Gauss quadrature on each element, and the smallest T_h at its points."""
+    xi, weights = np.polynomial.legendre.leggauss(16)
+    s, r, r_prime, T = profile.at(xi)
+    r_prime_exact = (1 / exact.tension(s) + 1 / exact.EA)[..., None] * exact.force(s)  # 1/inf = 0
+    off = {"r": r - exact.position(s), "slope": r_prime - r_prime_exact, "T": (T - exact.tension(s))[..., None]}
+    squares = {name: float(profile.sizes / 2 @ (x**2).sum(axis=2) @ weights) for name, x in off.items()}
+    norms = {"r_L2": squares["r"], "r_H1": squares["r"] + squares["slope"], "T_L2": squares["T"]}
+    return {name: square**0.5 for name, square in norms.items()} | {"smallest_tension": float(T.min())}
+
+
+def unit_cable(mu: int, nu: int, cells: int, top: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """A scene in air: a cable of length and weight 1, held at the origin, with elements P_mu-P_nu."""
+    cable = {"length": 1.0, "line_density": 1.0, "elements": cells, "position_degree": mu, "tension_degree": nu}
+    return {"gravity": 1.0, "cable": cable | {"top": top} | more}
+
+
+def evaluate(case: Row) -> Row:
     """Solve one case on this rank: errors of r in L2 and H1 and of T in L2, smallest T_h."""
     elastic = case["material"] == "elastic"
     EA, end = EA_50_PERCENT if elastic else math.inf, ENDS[case["material"]]
@@ -87,11 +140,13 @@ def evaluate(case: dict) -> dict:
     problem = solve_equilibrium(load_scene(scene), MPI.COMM_SELF)
     profile = Profile(problem)
     problem.destroy()
-    closed_form, given = (catenary.under_end_force, FORCE) if neumann else (catenary.between, end)
-    return {"h": 1 / case["cells"], **errors(profile, closed_form((0.0, 0.0, 0.0), given, 1.0, 1.0, EA))}
+    H, _, V = FORCE
+    pulled = Catenary(np.zeros(3), np.array([1.0, 0.0, 0.0]), 1.0, EA, H, V - 1.0)
+    exact = pulled if neumann else catenary.between(np.zeros(3), end, 1.0, 1.0, EA)
+    return {"h": 1 / case["cells"], **errors(profile, exact)}
 
 
-def theory(row: dict) -> dict:
+def theory(row: Row) -> Row:
     """Orders expected: nu + 2, nu + 1 and nu + 1.
 
     Averaged strain limits r to 2 and 1.  Between fixed ends T depends on the length, so it is limited to 2 too.
@@ -102,7 +157,7 @@ def theory(row: dict) -> dict:
     return {"r_L2": k + 1, "r_H1": k, "T_L2": of_T}
 
 
-def add_orders(rows: list[dict]) -> list[dict]:
+def add_orders(rows: list[Row]) -> list[Row]:
     """Copies of the rows of one curve with observed and theoretical orders; none where the error is rounding."""
     rows = [dict(row) for row in rows]
     for name in ERRORS:
@@ -114,21 +169,23 @@ def add_orders(rows: list[dict]) -> list[dict]:
     return rows
 
 
-def curves(rows: list[dict]) -> list[list[dict]]:
+def curves(rows: list[Row]) -> list[list[Row]]:
     """Rows grouped into curves over h, in their order."""
     return list(groups(rows, *STRUCTURE).values())
 
 
 COLUMNS = {"pair": "pair", "cells": "cells"}
-for _name, _said in ERRORS.items():
-    COLUMNS |= {f"shown_{_name}": _said, f"shown_order_{_name}": "order"}
+for _name, _text in ERRORS.items():
+    COLUMNS |= {f"shown_{_name}": _text, f"shown_order_{_name}": "order"}
 
 
 def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[int, ...] = CELLS) -> list[Table]:
     """A table of every figure and end, with its orders."""
     wanted, made = cases(figures, cells), []
     rows = evaluate_all(evaluate, wanted, folder, itemgetter(*STRUCTURE))
-    for figure, end in ((figure, end) for figure in figures for end in ENDS_OF_CABLE) if rows is not None else ():
+    if rows is None:
+        return []
+    for figure, end in itertools.product(figures, ENDS_OF_CABLE):
         plain = [rows[wanted.index(case)] for case in _of(figure, end, cells)]
         found = [row for curve in curves(plain) for row in add_orders(curve)]
         notes, material = in_words(found), found[0]["material"]
@@ -141,8 +198,8 @@ def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[
     return made
 
 
-def texts(row: dict) -> dict:
-    """Entries of the table for a row: its pair, and orders or why there is none."""
+def texts(row: Row) -> Row:
+    """Entries of the table for a row: its pair, and orders or the reason for their absence."""
     found = {"pair": _pair(row)}
     for name in ERRORS:
         order = row[f"order_{name}"]
@@ -151,14 +208,14 @@ def texts(row: dict) -> dict:
     return found
 
 
-def _pair(row):
+def _pair(row: Row) -> str:
     return f"P{row['mu']}-P{row['nu']}"
 
 
-def in_words(rows: list[dict]) -> list[str]:
+def in_words(rows: list[Row]) -> list[str]:
     """Sentences on the rows of one figure."""
     notes, gaps = [], []
-    for curve, name in ((curve, name) for curve in curves(rows) for name in ERRORS):
+    for curve, name in itertools.product(curves(rows), ERRORS):
         known = [row for row in curve if row[f"order_{name}"] is not None]
         if known:
             gap = abs(known[-1][f"order_{name}"] - known[-1][f"theory_{name}"])
@@ -166,9 +223,17 @@ def in_words(rows: list[dict]) -> list[str]:
     agree = bool(gaps) and max(gaps)[0] < 0.1
     if gaps:
         verdict = "agree with" if agree else "DIFFER from"
-        said = f"The orders on the finest meshes {verdict} theory: the largest difference is {max(gaps)[1]}."
-        notes.append(said)
-    notes += _averaged_in_words(rows) if agree else []
+        notes.append(f"The orders on the finest meshes {verdict} theory: the largest difference is {max(gaps)[1]}.")
+    high = [[r for r in rows if r["strain"] == strain and r["mu"] > 1] for strain in ("element-average", "exact")]
+    if agree and all(high):  # the price of the paper's element-averaged strain, of the highest degree and finest mesh
+        (a, e), neumann = (found[-1] for found in high), rows[0]["end"] == "Neumann"
+        fixed = "and T at order 2 for every k >= 3: between fixed ends it depends on the length"
+        of_T, key = ("while T keeps order k: the end force alone decides it", "r_L2") if neumann else (fixed, "T_L2")
+        notes.append(
+            "With the strain averaged on each element (Sect. 3.3.2 of the paper) r stalls at order 2 in L2 and 1 in H1 "
+            f"for every k >= 2, {of_T}. {_pair(a)} on {a['cells']} elements has the error {a[key]:.2g} in "
+            f"{ERRORS[key]}, with the exact strain {e[key]:.2g}."
+        )
     if agree and rows[0]["mu"] == rows[-1]["mu"]:
         notes.append("The tension's degree sets the order of r as well: nu + 2 in L2 and nu + 1 in H1, whatever mu.")
     if any(row[f"rounding_{name}"] for row in rows for name in ERRORS):
@@ -179,26 +244,10 @@ def in_words(rows: list[dict]) -> list[str]:
     return notes
 
 
-def _averaged_in_words(rows):
-    """The cost of the paper's element-averaged strain, from the highest degree on the finest mesh."""
-    averaged, exact = ([r for r in rows if r["strain"] == s and r["mu"] > 1] for s in ("element-average", "exact"))
-    if not averaged or not exact:
-        return []
-    a, e = averaged[-1], exact[-1]
-    of_T, key = "and T at order 2 for every k >= 3: between fixed ends it depends on the length", "T_L2"
-    if rows[0]["end"] == "Neumann":
-        of_T, key = "while T keeps order k: the end force alone decides it", "r_L2"
-    return [
-        "With the strain averaged on each element (Sect. 3.3.2 of the paper) r stalls at order 2 in L2 and 1 in H1 for "
-        f"every k >= 2, {of_T}. {_pair(a)} on {a['cells']} elements has the error {a[key]:.2g} in {ERRORS[key]}, "
-        f"with the exact strain {e[key]:.2g}."
-    ]
-
-
 MARKERS = "os^D"
 
 
-def draw(figure_number: int, rows: list[dict]):
+def draw(figure_number: int, rows: list[Row]) -> Figure:
     """Errors over h as in the paper; in Fig. 3 the lower row has the exact strain."""
     strains = FIGURES[figure_number][1]
     panels = [("r_L2", "r_H1"), ("T_L2",)] if figure_number == 3 else [(name,) for name in ERRORS]
@@ -215,7 +264,7 @@ def draw(figure_number: int, rows: list[dict]):
     return figure
 
 
-def _panel(axes, found, names):
+def _panel(axes: Any, found: list[list[Row]], names: Sequence[str]) -> None:
     for name, style in zip(names, ("-", "--"), strict=False):
         for color, marker, curve in zip(PALETTE, MARKERS, found, strict=False):
             h, error = [row["h"] for row in curve], [row[name] for row in curve]
@@ -229,10 +278,10 @@ def _panel(axes, found, names):
     axes.margins(x=0.12, y=0.08)
 
 
-def _slopes(axes, found, names):
+def _slopes(axes: Any, found: list[list[Row]], names: Sequence[str]) -> None:
     """One reference slope per theoretical order, below the lowest curve of that order."""
-    lowest = {}
-    for curve, name in ((curve, name) for curve in found for name in names):
+    lowest: dict[int, tuple[float, float]] = {}
+    for curve, name in itertools.product(found, names):
         sound = [row for row in curve if not row[f"rounding_{name}"]]
         if len(sound) > 1:
             p, h, error = (sound[-1][key] for key in (f"theory_{name}", "h", name))

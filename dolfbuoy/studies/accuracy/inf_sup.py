@@ -14,8 +14,10 @@ determined up to a constant.
 """
 
 import math
+from collections.abc import Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import ufl
@@ -26,14 +28,12 @@ from ...elsewhere import MPI
 from ...forms import cable as form
 from ...meshes import cable_nodes
 from ...parallel.cases import evaluate_all
-from ...results.style import COLORS, PAGE, PALETTE, Line2D, legend_below, new_figure
+from ...results.style import COLORS, PAGE, PALETTE, Figure, Line2D, legend_below, new_figure
 from ...results.tables import groups
 from ...solver import compat
 from ...statics import catenary
-from ..study import Table
-
-#: What decides which forms are compiled.
-structure = itemgetter("mu", "nu")
+from ...statics.catenary import Array
+from ..study import Row, Table
 
 ENDS = {"dir": "fixed", "free": "free"}
 DEGREES = range(1, 5)
@@ -48,42 +48,36 @@ FLOOR = 1e-14  # where the figure draws a zero
 # -- states ------------------------------------------------------------------------------------------------------------
 
 
-class Straight:
-    """r = s d with a unit vector d."""
-
-    def position(self, s):
-        """r(s), shape (n, 3)."""
-        return np.multiply.outer(s, [0.6, 0.0, 0.8])
-
-    def mean_tangent_product(self, _):
-        """Mean of t t^T in the vertical plane."""
-        return np.outer([0.6, 0.8], [0.6, 0.8])
-
-
-def _hanging(x, z):
-    """Inextensible catenary, L = w = 1, from the origin to (x, 0, z)."""
-    return catenary.between((0, 0, 0), (x, 0, z), 1.0, 1.0, math.inf)
-
-
+#: Inextensible cables of L = 1 from the origin, the first two with w = 1.
 STATES = {
-    "catenary": _hanging(0.8, 0.0),
-    "folded": _hanging(0.01, 0.8),  # where the rising of Fig. 5 begins; half turn within 0.0015 L
-    "straight": Straight(),
+    "catenary": catenary.between((0, 0, 0), (0.8, 0, 0), 1.0, 1.0, math.inf),
+    "folded": catenary.between((0, 0, 0), (0.01, 0, 0.8), 1.0, 1.0, math.inf),  # Fig. 5; half turn within 0.0015 L
+    "straight": catenary.Catenary(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.0, math.inf, 0.6, 0.8),
 }
+
+
+def mean_tangent_product(shape: catenary.Catenary) -> Array:
+    """Mean of t t^T over 0 <= s <= 1 in the vertical plane, from t = (H, V)/|(H, V)|."""
+    H, V0, V1 = shape.H, shape.V0, shape.V0 + shape.w
+    if shape.w == 0:
+        return np.outer([H, V0], [H, V0]) / (H**2 + V0**2)
+    xx = H * (np.arctan(V1 / H) - np.arctan(V0 / H)) / shape.w
+    xz = H * np.log(np.hypot(H, V1) / np.hypot(H, V0)) / shape.w
+    return np.array([[xx, xz], [xz, 1 - xx]])
 
 
 def continuous_constant(state: str, end: str) -> float:
     """beta of the state without elements; end: "dir" (both ends fixed) or "free"."""
     if end == "free":
         return 1.0
-    largest = np.linalg.eigvalsh(STATES[state].mean_tangent_product(1.0))[-1]
+    largest = np.linalg.eigvalsh(mean_tangent_product(STATES[state]))[-1]
     return math.sqrt(max(1 - largest, 0.0)) if largest < 1 - 1e-12 else 0.0
 
 
 # -- discrete constant -------------------------------------------------------------------------------------------------
 
 
-def newton_matrix(state: str, mu: int, nu: int, elements: int):
+def newton_matrix(state: str, mu: int, nu: int, elements: int) -> tuple[Array, Array, Array, Array]:
     """(A, B, M, places): blocks of (21) at T = 1, Gram matrix of Q_h, and s of every row of A."""
     mesh = compat.interval_mesh(MPI.COMM_SELF, cable_nodes(1.0, elements))
     parts = [compat.element(mesh, "P", mu, 3), compat.element(mesh, "DG", nu)]
@@ -102,7 +96,7 @@ def newton_matrix(state: str, mu: int, nu: int, elements: int):
     return J[np.ix_(r_dofs, r_dofs)], J[np.ix_(T_dofs, r_dofs)], J[np.ix_(T_dofs, T_dofs)], np.repeat(s, 3)
 
 
-def singular_values(A, B, M) -> np.ndarray:
+def singular_values(A: Array, B: Array, M: Array) -> Array:
     """Increasing beta of B A^-1 B^T q = beta^2 M q, one for each row of M.
 
     They are the singular values of M^(-1/2) B A^(-1/2), which gives a zero as 1e-16; the square root of an eigenvalue
@@ -114,7 +108,7 @@ def singular_values(A, B, M) -> np.ndarray:
     return np.concatenate([np.zeros(max(len(M) - len(beta), 0)), beta])
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """Constants of one state, pair and mesh for both kinds of end, and without elements."""
     state = case["state"]
     A, B, M, s = newton_matrix(state, case["mu"], case["nu"], case["elements"])
@@ -133,7 +127,9 @@ def evaluate(case: dict) -> dict:
     return result
 
 
-def cases(states=tuple(STATES), pairs=PAIRS, sizes=SIZES) -> list[dict]:
+def cases(
+    states: Sequence[str] = tuple(STATES), pairs: Sequence[tuple[int, int]] = PAIRS, sizes: Sequence[int] = SIZES
+) -> list[Row]:
     """All cases of the study."""
     keys = ("study", "state", "mu", "nu", "elements")
     return [dict(zip(keys, ("inf-sup", state, *p, n), strict=True)) for state in states for p in pairs for n in sizes]
@@ -142,7 +138,7 @@ def cases(states=tuple(STATES), pairs=PAIRS, sizes=SIZES) -> list[dict]:
 # -- words -------------------------------------------------------------------------------------------------------------
 
 
-def verdict(rows: list[dict], end: str) -> tuple[str, float | None]:
+def verdict(rows: list[Row], end: str) -> tuple[str, float | None]:
     """("stable" | "decays" | "spurious", observed power of h) of the rows of one state and pair.
 
     The zero of a straight cable between fixed ends is no fault of the elements and is left out.
@@ -155,7 +151,7 @@ def verdict(rows: list[dict], end: str) -> tuple[str, float | None]:
     return ("decays" if order > 0.7 and beta[-1] < 0.1 * target else "stable"), order
 
 
-def summary(rows: list[dict]) -> list[dict]:
+def summary(rows: list[Row]) -> list[Row]:
     """One row per state and pair: from the coarsest to the finest mesh."""
     table = []
     for (state, mu, nu), group in groups(rows, "state", "mu", "nu").items():
@@ -163,27 +159,22 @@ def summary(rows: list[dict]) -> list[dict]:
         for end in ENDS:
             line |= {f"first_{end}": group[0][f"beta_{end}"], f"last_{end}": group[-1][f"beta_{end}"]}
             line |= {f"least_{end}": min(row[f"reduced_{end}"] for row in group)}
-            line |= {f"n_zero_{end}": group[-1][f"n_zero_{end}"], f"verdict_{end}": _words(group, end)}
+            word, order = verdict(group, end)
+            if word == "decays":
+                word = f"unstable, h^{order:.0f}"
+            elif word == "spurious":
+                zeros = group[-1][f"n_zero_{end}"] - (group[-1][f"continuous_{end}"] == 0)
+                word = f"unstable, {zeros / group[-1]['elements']:.3g} zero(s)/cell"
+            line |= {f"n_zero_{end}": group[-1][f"n_zero_{end}"], f"verdict_{end}": word}
         fixed, free = (line[f"verdict_{end}"] for end in ENDS)
         line["verdict"] = free if fixed == free else f"fixed: {fixed}; free: {free}"
         table.append(line)
     return table
 
 
-def _words(group, end):
-    word, order = verdict(group, end)
-    if word == "stable":
-        return "stable"
-    if word == "decays":
-        return f"unstable, h^{order:.0f}"
-    last = group[-1]
-    own = int(last[f"continuous_{end}"] == 0)
-    return f"unstable, {(last[f'n_zero_{end}'] - own) / last['elements']:.3g} zero(s)/cell"
-
-
-def notes(rows: list[dict]) -> list[str]:
+def notes(rows: list[Row]) -> list[str]:
     """The answer in words."""
-    words = {}
+    words: dict[str, set[str]] = {}
     for line in summary(rows):
         words.setdefault(line["pair"], set()).update(line[f"verdict_{end}"] for end in ENDS)
     good = [pair for pair, found in words.items() if found == {"stable"}]
@@ -214,7 +205,7 @@ COLUMNS = {
 }
 
 
-def figure(rows: list[dict]):
+def figure(rows: list[Row]) -> Figure:
     """beta_h over h for every state (columns) and kind of end (rows)."""
     states = groups(rows, "state")
     figure = new_figure(PAGE, 4.9)
@@ -230,19 +221,15 @@ def figure(rows: list[dict]):
         axes.set(xlabel="h/L", xticks=[1 / n for n in sizes], xticklabels=[f"1/{n}" for n in sizes])
         axes.minorticks_off()
     panels[0][0].set_ylim(FLOOR / 10, 10)
-    legend_below(figure, 0.49, 5, _legend())
+    dot, ink = {"marker": "o", "mfc": "none"}, {"color": COLORS["ink"]}
+    styles: Row = {f"$\\mu$ = {mu}": dot | {"color": color, "ms": _SIZE[mu]} for mu, color in _COLOR.items()}
+    styles |= {label: ink | {"ls": line} for line, label in _LINE.values()}
+    styles |= {"no elements": _WHOLE, "zero": ink | {"ls": "none", "marker": "x", "ms": 4}}
+    legend_below(figure, 0.49, 5, [Line2D([], [], label=label, **style) for label, style in styles.items()])
     return figure
 
 
-def _legend():
-    dot, ink = {"marker": "o", "mfc": "none"}, {"color": COLORS["ink"]}
-    styles = {f"$\\mu$ = {mu}": dot | {"color": color, "ms": _SIZE[mu]} for mu, color in _COLOR.items()}
-    styles |= {label: ink | {"ls": line} for line, label in _LINE.values()}
-    styles |= {"no elements": _WHOLE, "zero": ink | {"ls": "none", "marker": "x", "ms": 4}}
-    return [Line2D([], [], label=label, **style) for label, style in styles.items()]
-
-
-def _draw(axes, rows, end):
+def _draw(axes: Any, rows: list[Row], end: str) -> None:
     axes.set(xscale="log", yscale="log")
     axes.axhline(rows[0][f"continuous_{end}"] or 1.0, **_WHOLE)
     for (mu, nu), group in groups(rows, "mu", "nu").items():
@@ -256,11 +243,14 @@ def _draw(axes, rows, end):
 
 def study(folder: Path) -> list[Table]:
     """All constants, and the verdict on each pair at each state."""
-    rows = evaluate_all(evaluate, cases(), folder, structure)
+    rows = evaluate_all(evaluate, cases(), folder, itemgetter("mu", "nu"))
     if rows is None:
         return []
-    said, title = notes(rows), f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L"
+    messages, title = (
+        notes(rows),
+        f"Inf-sup constant of (21) for {SIZES[0]} and {SIZES[-1]} elements, by the end at s = L",
+    )
     return [
-        Table("inf-sup", rows, notes=said, figure=figure(rows)),
-        Table("inf-sup-summary", summary(rows), title, COLUMNS, said),
+        Table("inf-sup", rows, notes=messages, figure=figure(rows)),
+        Table("inf-sup-summary", summary(rows), title, COLUMNS, messages),
     ]

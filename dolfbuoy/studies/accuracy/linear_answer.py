@@ -1,7 +1,8 @@
-"""The cheapest answer of all: the linear response to the scene's waves, beside a run in time."""
+"""The cheapest answer: the linear response to the scene's waves, compared with a run in time."""
 
 import math
 import time
+from typing import Any
 
 import numpy as np
 
@@ -9,8 +10,10 @@ from ...errors import InputError, SolveError
 from ...linear.seaway import Seaway
 from ...results.compare import percent
 from ...results.measured import QUANTITIES, Run
+from ...scene import Scene
+from ...statics.catenary import Array
 
-#: What the linear response says of a run, and of which names of it that is.
+#: Quantities of a run that the linear response answers, and its names for them.
 ANSWERED = {
     "tension_top": ("tension_top",),
     "tension_anchor": ("tension_anchor",),
@@ -18,7 +21,7 @@ ANSWERED = {
 }
 
 
-def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
+def linear_answer(scene: Scene, run: Run, quantity: str, start: float) -> str | None:
     """A sentence on the standard deviation of a quantity after `start` [s], and what it cost.
 
     Of several lines and buoys of all together; in an irregular sea of the same components over the same time.  None
@@ -42,19 +45,19 @@ def linear_answer(scene, run: Run, quantity: str, start: float) -> str | None:
     )
 
 
-def _deviation(scene, kinds, times):
+def _deviation(scene: Scene, kinds: tuple[str, ...], times: Array) -> float | None:
     """Answers of the linear response to the scene's waves, drag linearised; None if there is nothing of these kinds."""
-    seaway = Seaway(scene, scene.waves.direction_deg)
+    waves: Any = scene.waves
+    seaway = Seaway(scene, waves.direction_deg)
     try:
-        found = seaway.over_time(scene.waves, times) if scene.waves.irregular else _in_wave(seaway, scene.waves)
+        if waves.irregular:
+            found = seaway.over_time(waves, times)
+        else:  # over a cycle
+            wave, turns = seaway.wave(2 * math.pi / waves.period, wavelength=waves.wavelength), np.arange(8) / 8
+            X = seaway.named(seaway.regular(wave, waves.size)[:, None])
+            cycle = np.exp(2j * math.pi * turns)
+            found = {name: waves.size * (values[0] * cycle).real for name, values in X.items()}
     finally:
         seaway.destroy()
     sizes = [np.std(values) for name, values in found.items() if name.startswith(kinds)]
     return float(np.linalg.norm(sizes)) if sizes else None
-
-
-def _in_wave(seaway, waves):
-    """`Seaway.named` over a cycle of a regular wave."""
-    wave = seaway.wave(2 * math.pi / waves.period, wavelength=waves.wavelength)
-    found, turns = seaway.named(seaway.regular(wave, waves.size)[:, None]), np.exp(2j * math.pi * np.arange(8) / 8)
-    return {name: waves.size * (values[0] * turns).real for name, values in found.items()}

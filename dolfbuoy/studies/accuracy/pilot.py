@@ -9,7 +9,9 @@ the sum of the errors, between the measurements by powers (observed orders); the
 """
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +19,10 @@ from ...errors import InputError, SolveError
 from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Curve, Reference, percent
+from ...results.measured import Run
 from ...scene import Scene, settings
 from ...scene.settings import Space, Stepping
+from ..study import Row
 
 #: Share of the accuracy that each reference's own error may take.
 OWN = 1 / 8
@@ -39,7 +43,7 @@ class Candidate:
     seconds: float
     extrapolated: bool = False
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.space}{self.stepping}"
 
 
@@ -50,14 +54,15 @@ class Pilot:
     whole: Scene
     quantity: str
     accuracy: float
-    say: object = print
-    runs: dict = field(default_factory=dict)
+    say: Callable[..., object] = print
+    runs: dict[tuple[Space, Stepping], Run | None] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.scene = settings.shortened(self.whole)
         self.largest = settings.largest_step(self.whole)
         self.start = acc.window_start(self.scene)
-        period, end = settings.period_of(self.scene), self.scene.time.end
+        time: Any = self.scene.time
+        period, end = settings.period_of(self.scene), time.end
         largest = period / (25 if self.accuracy > 0.03 else 50) if period else end / 200
         self.first_step = min(largest, end / 50)
         own, self.pieces = settings.space_of(self.scene), len(self.scene.network.pieces)
@@ -67,13 +72,13 @@ class Pilot:
         self.time_curves: dict[tuple[str, bool], Curve] = {}
         self.space_curves: dict[tuple[int, int], Curve] = {}
         self.newton, self.of_newton, self.work_of_newton = settings.NEWTON, 0.0, 1.0
-        self.rows: list[dict] = []
+        self.rows: list[Row] = []
 
-    def _of_each(self, pair, cells):
+    def _of_each(self, pair: tuple[int, int], cells: int) -> Space:
         """So many elements for each piece of line in the mean."""
         return settings.fitting(self.scene, Space(*pair, cells * self.pieces))
 
-    def run(self, space: Space, stepping: Stepping):
+    def run(self, space: Space, stepping: Stepping) -> Run | None:
         """The run with these settings; None if it fails."""
         key = (space, stepping)
         if key not in self.runs:
@@ -84,20 +89,24 @@ class Pilot:
                 self.say(f"  {space}{stepping} fails: {error}")
         return self.runs[key]
 
-    def difference(self, run, fine) -> float:
+    def difference(self, run: Run, fine: Run) -> float:
         """Error of a run, with `fine` as the truth."""
         reference = Reference(fine, self.start)
         if not reference.range_of(self.quantity) > 0:
             raise InputError(f"--quantity {self.quantity}: it does not change in this scene.")
         return reference.error(run, self.quantity).rms
 
-    def refine(self, chosen, what, highest):
+    def refine(
+        self, chosen: Iterable[tuple[Space, Stepping]], what: str, highest: float
+    ) -> tuple[list[tuple[tuple[Space, Stepping], float]], Run, float]:
         """Run the chosen settings, each twice as fine as the last, until the last is known to OWN times the accuracy.
 
         highest: order that Richardson's estimate may count on.  Returns ([(settings, error)], last run, its own error),
         without those that failed.
         """
-        good, runs, own, changes = [], [], math.inf, []
+        good: list[tuple[Space, Stepping]] = []
+        runs: list[Run] = []
+        own, changes = math.inf, []
         for setting in chosen:
             run = self.run(*setting)
             if run is None and len(runs) > 1:
@@ -118,7 +127,14 @@ class Pilot:
             f"{percent(own)}, more than 1/{1 / OWN:g} of that; ask for less."
         )
 
-    def _finer(self, chosen, truth, own, enough=0.5, dearest=math.inf):
+    def _finer(
+        self,
+        chosen: Iterable[tuple[Space, Stepping]],
+        truth: Run,
+        own: float,
+        enough: float = 0.5,
+        dearest: float = math.inf,
+    ) -> list[tuple[tuple[Space, Stepping], float]]:
         """[(settings, error)], finer and finer until the error is `enough` of the accuracy, or the work `dearest`."""
         points = []
         for setting in chosen:
@@ -130,17 +146,19 @@ class Pilot:
                 break
         return points
 
-    def _keep(self, kind, points):
+    def _keep(self, kind: str, points: Any) -> None:
         for (space, stepping), error in points:
-            size = {"tolerance": stepping.tolerance} if stepping.tolerance else {"step": stepping.step}
-            size |= {"newton": stepping.newton}
-            row = {"error_in": kind, "pair": space.pair, "cells": space.cells, "scheme": stepping.scheme} | size
-            self.rows.append(row | {"error_percent": 100 * error} | _costs(self.run(space, stepping)))
+            run = self.run(space, stepping)
+            row = {"error_in": kind, "pair": space.pair, "cells": space.cells, "scheme": stepping.scheme}
+            row |= {"tolerance": stepping.tolerance} if stepping.tolerance else {"step": stepping.step}
+            row |= {"newton": stepping.newton, "error_percent": 100 * error}
+            costs = {key: getattr(run, key) for key in ("steps", "iterations", "unknowns", "cpu", "wall")}
+            self.rows.append(row | costs)
 
-    def measure_time(self):
+    def measure_time(self) -> None:
         """Curves over step or tolerance of every scheme, on the moderate mesh."""
 
-        def at(scheme, steps):
+        def at(scheme: str, steps: Any) -> list[tuple[Space, Stepping]]:
             return [(self.mesh, Stepping(scheme, h)) for h in steps]
 
         steps = [self.first_step / 2**k for k in range(9)]
@@ -159,15 +177,15 @@ class Pilot:
             self.time_curves[family] = Curve([(s.tolerance or s.step, error) for (_, s), error in points])
             self._keep("time", points)
         alpha = self.time_curves[ALPHA, False]
-        self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest  # about as exact as asked for
+        self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest  # about as exact as requested
 
-    def measure_space(self):
+    def measure_space(self) -> None:
         """Curves over 1/cells of every pair, at the same step."""
         if not self.mesh.mu:
             self.own_space, self.best = 0.0, self.mesh
             return
 
-        def doubled(pair, first, count):
+        def doubled(pair: tuple[int, int], first: int, count: int) -> list[tuple[Space, Stepping]]:
             return [(self._of_each(pair, first * 2**k), Stepping(ALPHA, self.step)) for k in range(count)]
 
         points, truth, self.own_space = self.refine(doubled((3, 2), 2, 7), "in space", 3)
@@ -179,14 +197,14 @@ class Pilot:
             self.space_curves[pair] = Curve([(1 / space.cells, error) for (space, _), error in points])
             self._keep("space", points)
 
-    def measure_newton(self):
+    def measure_newton(self) -> None:
         """Newton's tolerance, its error, and the work that is left, at the same step on the moderate mesh."""
         truth, allowed = self.run(self.mesh, Stepping(ALPHA, self.step)), OF_NEWTON * self.accuracy
         for newton in (10.0**-k for k in range(4, 9)):
             stepping = Stepping(ALPHA, self.step, newton=newton)
             run = self.run(self.mesh, stepping) if newton <= min(LOOSEST, allowed) * (1 + 1e-9) else None
-            error = self.difference(run, truth) if run else math.inf
-            if error <= allowed:
+            error = self.difference(run, truth) if run and truth else math.inf
+            if run and truth and error <= allowed:
                 self.newton, self.of_newton, self.work_of_newton = newton, error, _work(run) / _work(truth)
                 self._keep("Newton", [((self.mesh, stepping), error)])
                 return
@@ -199,7 +217,7 @@ class Pilot:
         sizes = sorted({n for n, _ in found})
         means = [sum(r.cpu for n, r in found if n == m) / sum(_work(r) for n, r in found if n == m) for m in sizes]
         if len(sizes) < 2:
-            return means[0]
+            return float(means[0])
         slope, constant = np.polyfit(sizes, means, 1)
         return float(means[0] if slope < 0 else max(constant + slope * space.cells, 0.5 * min(means)))
 
@@ -219,22 +237,23 @@ class Pilot:
         done = [run for run in self.runs.values() if run]
         work *= self.work_of_newton
         load = sum(run.wall for run in done) / sum(run.cpu for run in done)
-        return work * self.whole.time.end / self.scene.time.end * self.second_per_work(space) * max(load, 1.0)
+        whole, part = (scene.time.end if scene.time else 1.0 for scene in (self.whole, self.scene))
+        return float(work * whole / part * self.second_per_work(space) * max(load, 1.0))
 
     # -- candidates
 
     def predicted(self, space: Space, stepping: Stepping) -> float:
-        """Error of these settings; inf where the pilot knows nothing."""
+        """Error of these settings; inf where the pilot has no curve."""
         in_time = self.time_curves.get((stepping.scheme, stepping.tolerance is not None))
         in_space = self.space_curves.get((space.mu, space.nu))
         if in_time is None or (in_space is None and space.mu):
             return math.inf
-        in_space = in_space(1 / space.cells) if space.mu else 0.0
-        return in_time(stepping.tolerance or stepping.step) + in_space + self.of_newton
+        error = in_space(1 / space.cells) if in_space and space.mu else 0.0
+        return float(in_time(stepping.tolerance or stepping.step) + error + self.of_newton)
 
     def candidates(self, target: float) -> list[Candidate]:
         """For every pair and family the cheapest settings whose predicted error is at most `target`, cheapest first."""
-        best = {}
+        best: dict[tuple[str, str, bool], Candidate] = {}
         for space, in_space in self._spaces(target - self.of_newton):
             known = in_space + self.of_newton
             for (scheme, adaptive), curve in self.time_curves.items():
@@ -251,7 +270,7 @@ class Pilot:
                     best[key] = Candidate(space, stepping, known + curve(x), seconds, x < curve.x[0])
         return sorted(best.values(), key=lambda candidate: candidate.seconds)
 
-    def _spaces(self, target):
+    def _spaces(self, target: float) -> list[tuple[Space, float]]:
         if not self.mesh.mu:
             return [(self.mesh, 0.0)]
         found = []
@@ -264,11 +283,7 @@ class Pilot:
         return [(space, error) for space, error in found if error < target]
 
 
-def _work(run) -> int:
+def _work(run: Run) -> int:
     """Units of work of a run: Newton iterations, and one residual more per step, rejected ones too."""
     each = (run.iterations + run.steps) / max(run.steps, 1)
     return int(each * (run.steps + run.rejected))
-
-
-def _costs(run) -> dict:
-    return {key: getattr(run, key) for key in ("steps", "iterations", "unknowns", "cpu", "wall")}

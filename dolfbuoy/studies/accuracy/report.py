@@ -1,4 +1,4 @@
-"""`dolfbuoy report`: everything the README says about accuracy and time, from one command.
+"""`dolfbuoy report`: all numbers of the README on accuracy and time, from one command.
 
 For each of the paper's scenes, on a shortened run:
 
@@ -7,7 +7,7 @@ For each of the paper's scenes, on a shortened run:
 - the error of the schemes alone: the same elements at a much smaller step are the truth;
 - the whole run of the paper, by backward Euler and by a scheme of second order on the same elements;
 
-and beside them Fig. 2 (static errors of element pairs) and a rigid pendulum, whose free motion a scheme damps.
+and with them Fig. 2 (static errors of element pairs) and a rigid pendulum, whose free motion a scheme damps.
 Everything is kept on disk, case by case: an interrupted report goes on where it was.
 """
 
@@ -29,9 +29,10 @@ from ...results.folder import enlist
 from ...results.measured import Run
 from ...results.style import STYLE, matplotlib
 from ...scene import Scene, load_scene, settings
+from ...scene.sections import SCHEMES
 from ...scene.settings import Space, Stepping
 from ...writing import refuse_link, write_text
-from ..study import Table, save
+from ..study import Row, Table, save
 from ..study import run as run_study
 from . import convergence
 from . import report_text as text
@@ -92,7 +93,7 @@ LONG = Plan(
 FULL = {"short": SHORT, "long": LONG}
 
 
-def _quick(plan):
+def _quick(plan: Plan) -> Plan:
     """A small version of a plan, to see that all works."""
     space, step = plan.reference
     return replace(
@@ -115,23 +116,19 @@ def _quick(plan):
 QUICK = {name: _quick(plan) for name, plan in FULL.items()}
 
 
-def _spaces(pairs):
-    """Elements of each pair, one after the other."""
-    return [Space(*pair, n) for pair, cells in pairs.items() for n in cells]
-
-
 def settings_of(scene: Scene, plan: Plan, largest: float | None) -> list[tuple[Space, Stepping]]:
     """All combinations of elements and steps that are run, each once; largest: of adaptive steps."""
     own = settings.space_of(scene)
+    small, mixed = ([Space(*pair, n) for pair in of for n in of[pair]] for of in (plan.spaces, plan.mixed))
     found = [(own, Stepping(BE, h)) for h in plan.euler]
     found += [(own, Stepping(scheme, h)) for scheme in SECOND for h in plan.second]
     found += [(own, Stepping(BDF2, min(plan.second), tolerance, largest)) for tolerance in plan.tolerances]
-    found += [(space, Stepping(ALPHA, plan.space_step)) for space in _spaces(plan.spaces)]
-    found += [(s, Stepping(scheme, h)) for s in _spaces(plan.mixed) for scheme in SECOND for h in plan.mixed_steps]
+    found += [(space, Stepping(ALPHA, plan.space_step)) for space in small]
+    found += [(s, Stepping(scheme, h)) for s in mixed for scheme in SECOND for h in plan.mixed_steps]
     return list(dict.fromkeys(found))
 
 
-def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
+def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, Row]:
     """The runs that are not timed: the reference and its check, the scene's own elements at a tiny step, and the whole
     run by the scene's own scheme and by generalized-alpha."""
     space, step = plan.reference
@@ -147,13 +144,7 @@ def fine_cases(scene: Scene, plan: Plan, folder: Path) -> dict[str, dict]:
     return {name: with_file(wp.case_of(*how, "reference"), folder, name) for name, how in wanted.items()}
 
 
-def timed_cases(scene: Scene, plan: Plan, reference: dict, folder: Path, largest=None) -> list[dict]:
-    """The cases of the figure; the quantities of those on the scene's own elements are kept."""
-    own, cases = settings.space_of(scene), wp.cases(scene, settings_of(scene, plan, largest), reference, plan.repeats)
-    return [with_file(c, folder, "own") if (c["pair"], c["cells"]) == (own.pair, own.cells) else c for c in cases]
-
-
-def pendulum(scheme: str, step: float, end: float) -> dict:
+def pendulum(scheme: str, step: float, end: float) -> Row:
     """A scene: an inextensible element of period PERIOD in air, released at rest SWING from its downward vertical."""
     length = 1.5 * 9.81 * (PERIOD / (2 * math.pi)) ** 2  # a rigid rod: omega^2 = 3 g/(2 L)
     tip = [length * math.sin(SWING), 0.0, -length * math.cos(SWING)]
@@ -162,7 +153,7 @@ def pendulum(scheme: str, step: float, end: float) -> dict:
     return {"cable": cable, "initial": {"kind": "polyline", "points": [[0.0, 0.0, 0.0], tip]}, "time": time}
 
 
-def evaluate_pendulum(case: dict) -> dict:
+def evaluate_pendulum(case: Row) -> Row:
     """Share of its amplitude that the pendulum has left at the end, and that of the linear theory."""
     simulation = Simulation(load_scene(pendulum(case["scheme"], case["step"], case["end"])), MPI.COMM_SELF)
     try:
@@ -180,27 +171,29 @@ def evaluate_pendulum(case: dict) -> dict:
     return {"remaining": left, "theory": abs(factor) ** round(case["end"] / case["step"])}
 
 
-def pendulum_cases(quick: bool) -> list[dict]:
+def pendulum_cases(quick: bool) -> list[Row]:
     """Every scheme at the paper's step over the paper's run."""
     end = 12.0 if quick else 120.0
-    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in settings.SCHEMES]
+    return [{"study": "pendulum", "scheme": scheme, "step": 0.01, "end": end} for scheme in SCHEMES]
 
 
-def examine(name: str, plan: Plan, folder: Path) -> dict | None:
+def examine(name: str, plan: Plan, folder: Path) -> Row | None:
     """All numbers of a scene, with its figure saved in `folder`; None on all ranks but 0."""
     whole, store = load_scene(name), Path(folder) / "work" / name
     scene, largest = settings.shortened(whole, plan.end), settings.largest_step(whole)
     fine = fine_cases(scene, plan, store)
     references = evaluate_all(wp.evaluate_reference, list(fine.values()), store, wp.structure)
-    timed = timed_cases(scene, plan, fine["reference"], store, largest)
+    timed = wp.cases(scene, settings_of(scene, plan, largest), fine["reference"], plan.repeats)
+    space = settings.space_of(scene)  # runs on its elements are kept
+    timed = [with_file(c, store, "own") if (c["pair"], c["cells"]) == (space.pair, space.cells) else c for c in timed]
     found = evaluate_all(wp.evaluate, timed, store, wp.structure)
-    if found is None:
+    if found is None or references is None:
         return None
     add_scheme_errors(found, scene, plan, fine["mesh"])
     rows, own = wp.judged(found, scene, fine["check"], fine["reference"])
-    said = wp.notes(rows, own, references[list(fine).index("reference")], MPI.COMM_WORLD.size)
+    messages = wp.notes(rows, own, references[list(fine).index("reference")], MPI.COMM_WORLD.size)
     with matplotlib.rc_context(STYLE):
-        save(folder, Table(f"work-precision-{name}", rows, notes=said, figure=wp.draw(rows, own)))
+        save(folder, Table(f"work-precision-{name}", rows, notes=messages, figure=wp.draw(rows, own)))
     return {
         "name": name,
         "end": plan.end,
@@ -209,14 +202,14 @@ def examine(name: str, plan: Plan, folder: Path) -> dict | None:
         "space_step": plan.space_step,
         "repeats": plan.repeats,
         "rows": rows,
-        "fronts": wp.front_rows(rows, own),
-        "notes": said,
+        "fronts": wp.front_rows(rows, list(own)),
+        "notes": messages,
         "extremes": extremes(scene, fine),
         "whole": plan.whole,
     }
 
 
-def add_scheme_errors(rows: list[dict], scene: Scene, plan: Plan, mesh: dict) -> None:
+def add_scheme_errors(rows: list[Row], scene: Scene, plan: Plan, mesh: Row) -> None:
     """Add `scheme_error_Q` to the rows on the scene's own elements: against a tiny step on the same elements.
 
     None where that run's own error (Richardson, from the smallest step of generalized-alpha) hides it.
@@ -236,7 +229,7 @@ def add_scheme_errors(rows: list[dict], scene: Scene, plan: Plan, mesh: dict) ->
                 row[f"scheme_error_{name}"] = None
 
 
-def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
+def extremes(scene: Scene, fine: dict[str, Row]) -> list[Row]:
     """Largest and smallest value after the ramp in the whole run: by the scene's own scheme, and of second order."""
     start, rows = acc.window_start(scene), []
     own, second = (Run.kept(fine[key]["file"]) for key in ("whole_own", "whole"))
@@ -244,7 +237,7 @@ def extremes(scene: Scene, fine: dict[str, dict]) -> list[dict]:
         if own.values[name].shape[1] > 1:
             continue
         a, b = (run.values[name][run.t >= start - 1e-9] for run in (own, second))
-        row = {"quantity": acc.QUANTITIES[name], "unit": "deg" if name == "cone_angle" else "N"}
+        row: Row = {"quantity": acc.QUANTITIES[name], "unit": "deg" if name == "cone_angle" else "N"}
         for key, pick in (("largest", np.max), ("smallest", np.min)):
             row |= {f"{key}_own": float(pick(a)), f"{key}_second": float(pick(b))}
         rows.append(row | {"range_own": float(np.ptp(a)), "range_second": float(np.ptp(b))})
@@ -266,10 +259,11 @@ def run(folder: Path, quick: bool = False) -> None:
     scenes = [examine(name, plan, folder) for name, plan in (QUICK if quick else FULL).items()]
     if not static:
         return
-    facts = {"quick": quick, "machine": acc.machine(), "static": text.static_rows(static["figure2-neumann"])}
-    facts |= {"pendulum": free, "scenes": [text.judge(facts_of_scene) for facts_of_scene in scenes]}
+    facts: Row = {"quick": quick, "machine": acc.machine(), "static": text.static_rows(static["figure2-neumann"])}
+    facts |= {"pendulum": free, "scenes": [text.judge(one) for one in scenes if one]}
     facts["recommendations"] = text.recommendations(facts)
-    save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))
+    with matplotlib.rc_context(STYLE):
+        save(folder, Table("schemes", text.scheme_rows(facts), figure=text.draw(facts["scenes"])))
     enlist(folder, [folder / "report.json", folder / "report.md"], "study")
     write_text(folder / "report.json", json.dumps(facts, indent=1))
     write_text(folder / "report.md", text.markdown(facts))

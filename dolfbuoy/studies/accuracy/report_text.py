@@ -1,50 +1,52 @@
-"""Judgement and words of `report`: what the rows of its cases say, as tables, sentences and recommendations."""
+"""Judgement and words of `report`: tables, sentences and recommendations from the rows of its cases."""
 
 import math
+from typing import Any
 
 from ...results import measured as acc
 from ...results.compare import Curve, percent, reach
-from ...results.style import COLORS, PAGE, STYLE, matplotlib, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, Figure, new_figure, plain_ticks
 from ...results.tables import groups, unit_of
 from ...results.tables import markdown as table_of
-from ...scene import settings
+from ...scene.sections import SCHEMES
+from ..study import Row
 from . import work_precision as wp
 
 #: Accuracies in the tables, and the quantity of most of them.
 ACCURACIES = (0.01, 0.001)
 QUANTITY = "tension_top"
 ERROR_IN_TIME = f"scheme_error_{QUANTITY}"
-BE, BDF2, ALPHA = settings.SCHEMES
+BE, BDF2, ALPHA = SCHEMES
 #: Of the pendulum, as in the paper's Sect. 5.1 [s], and how far it swings [rad].
 PERIOD, SWING = 5.0, 0.02
 
 
-def _own(rows):
+def _own(rows: list[Row]) -> Row:
     """The row of the scene's own settings."""
     return next(row for row in rows if row["own"])
 
 
-def own_elements(rows: list[dict]) -> list[dict]:
+def own_elements(rows: list[Row]) -> list[Row]:
     """Cases on the scene's own elements that ran."""
     own = _own(rows)
     return [r for r in rows if (r["pair"], r["cells"]) == (own["pair"], own["cells"]) and not r["reason"]]
 
 
-def _in_time(rows, scheme):
+def _in_time(rows: list[Row], scheme: str) -> list[tuple[float, float, float]]:
     """(step, error in time, seconds) of a scheme at fixed steps on the scene's own elements."""
     chosen = [row for row in own_elements(rows) if row["scheme"] == scheme and not row["tolerance"]]
     return [(row["step"], row[ERROR_IN_TIME], row["wall"]) for row in chosen]
 
 
-def _reached(points):
+def _reached(points: Any) -> dict[str, Any]:
     """Cheapest of a family of cases that reach each of the ACCURACIES; see `compare.reach`."""
     return {f"{accuracy:g}": reach(points, accuracy) for accuracy in ACCURACIES}
 
 
-def schemes(rows: list[dict], period: float) -> list[dict]:
+def schemes(rows: list[Row], period: float) -> list[Row]:
     """Per scheme at fixed steps: error in time at the paper's step, step and seconds for the ACCURACIES."""
     table = []
-    for scheme, name in settings.SCHEMES.items():
+    for scheme, name in SCHEMES.items():
         points = _in_time(rows, scheme)
         curve, needed = Curve([point[:2] for point in points if point[1]]), _reached(points)
         for found in filter(None, needed.values()):
@@ -54,8 +56,8 @@ def schemes(rows: list[dict], period: float) -> list[dict]:
     return table
 
 
-def adaptive(rows: list[dict]) -> list[dict]:
-    """Each adaptive case beside fixed steps of the same scheme and error in time."""
+def adaptive(rows: list[Row]) -> list[Row]:
+    """Each adaptive case next to fixed steps of the same scheme and error in time."""
     table = []
     for row in (row for row in own_elements(rows) if row["tolerance"] and row.get(ERROR_IN_TIME)):
         error = row[ERROR_IN_TIME]
@@ -66,7 +68,7 @@ def adaptive(rows: list[dict]) -> list[dict]:
     return table
 
 
-def pairs(rows: list[dict]) -> list[dict]:
+def pairs(rows: list[Row]) -> list[Row]:
     """Per element pair, of cases at one small step: elements and seconds for the ACCURACIES."""
     table = []
     for pair, chosen in groups(rows, "pair").items():
@@ -77,7 +79,7 @@ def pairs(rows: list[dict]) -> list[dict]:
     return table
 
 
-def judge(scene: dict) -> dict:
+def judge(scene: Row) -> Row:
     """The facts of a scene with their tables."""
     rows, small = scene["rows"], (ALPHA, scene["space_step"], None, None)
     spaces = [r for r in rows if (r["scheme"], r["step"], r["tolerance"], r["reason"]) == small]
@@ -90,7 +92,7 @@ def judge(scene: dict) -> dict:
     }
 
 
-def static_rows(rows: list[dict]) -> list[dict]:
+def static_rows(rows: list[Row]) -> list[Row]:
     """Errors of Fig. 2's pairs on the finest mesh of at most 16 elements, with their orders."""
     cells = max(row["cells"] for row in rows if row["cells"] <= 16)
     keys = ("cells", "r_L2", "T_L2", "order_r_L2", "order_T_L2")
@@ -98,7 +100,7 @@ def static_rows(rows: list[dict]) -> list[dict]:
     return [{"pair": f"P{row['mu']}-P{row['nu']}"} | {key: row[key] for key in keys} for row in finest]
 
 
-def scheme_rows(facts: dict) -> list[dict]:
+def scheme_rows(facts: Row) -> list[Row]:
     """The tables of the schemes as flat rows."""
     flat = []
     for name, line in ((scene["name"], line) for scene in facts["scenes"] for line in scene["schemes"]):
@@ -114,20 +116,21 @@ def scheme_rows(facts: dict) -> list[dict]:
 # -- what follows ------------------------------------------------------------------------------------------------------
 
 
-def _cheapest(lines, key):
+def _cheapest(lines: list[Row], key: str) -> tuple[Row | None, list[Row]]:
     """The scheme or pair that reaches an accuracy in the least time, and the others that reach it."""
     able = [line for line in lines if line[key]]
     best = min(able, key=lambda line: line[key]["seconds"], default=None)
     return best, [line for line in able if line is not best]
 
 
-def default_scheme(facts: dict) -> dict | None:
+def default_scheme(facts: Row) -> Row | None:
     """Another default than backward Euler: a scheme that is the cheapest in every scene for 1 %, by a factor of two at
-    least, with a step per period that is enough in all of them.  None if there is none."""
+    least, with a step per period that is enough in all of them; else None."""
     key, ratios = f"{ACCURACIES[0]:g}", []
-    best = [_cheapest(scene["schemes"], key)[0] for scene in facts["scenes"]]
-    names = {line["scheme"] for line in best if line}
-    if None in best or len(names) != 1 or names == {BE}:
+    found = [_cheapest(scene["schemes"], key)[0] for scene in facts["scenes"]]
+    best = [line for line in found if line]
+    names = {line["scheme"] for line in best}
+    if len(best) < len(found) or len(names) != 1 or names == {BE}:
         return None
     for scene, line in zip(facts["scenes"], best, strict=True):
         euler = next(other for other in scene["schemes"] if other["scheme"] == BE)[key]
@@ -138,61 +141,56 @@ def default_scheme(facts: dict) -> dict | None:
     return {"scheme": names.pop(), "name": best[0]["name"], "per_period": per_period, "ratios": ratios}
 
 
-def recommendations(facts: dict) -> list[str]:
+def recommendations(facts: Row) -> list[str]:
     """Plain sentences, each from the numbers above it."""
     found = default_scheme(facts)
-    said = [_of_scheme(scene, accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
+    messages = [_of_all(scene, "schemes", accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
     if found:
         ratios = " and ".join(f"{ratio:.2g}" for ratio in found["ratios"])
-        said.append(
+        messages.append(
             f'Unless it is the paper that is to be reproduced, set `scheme = "{found["scheme"]}"` with at least '
             f"{found['per_period']} steps per wave period: it is the cheapest way to 1 % in both scenes, and backward "
             f"Euler takes {ratios} times as long."
         )
     else:
-        said.append("No scheme is the cheapest in both scenes by a factor of two: the default stays as it is.")
+        messages.append("No scheme is the cheapest in both scenes by a factor of two: the default stays as it is.")
     for scene in facts["scenes"]:
-        said += [_of_pair(scene, accuracy) for accuracy in ACCURACIES]
-        said += [_of_tolerance(scene, row) for row in scene["adaptive"]]
-    return [sentence for sentence in said if sentence]
+        messages += [_of_all(scene, "pairs", accuracy) for accuracy in ACCURACIES]
+        for row in scene["adaptive"]:
+            verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
+            messages.append(
+                f"`{scene['name']}`: adaptive BDF2 with tolerance {row['tolerance']:g} has {percent(row['error'])} in "
+                f"{_plain(row['seconds'])} s, a fixed step of the same error takes {_plain(row['fixed_seconds'])} s: "
+                f"{verdict}."
+            )
+    return [sentence for sentence in messages if sentence]
 
 
-def _of_scheme(scene, accuracy):
+def _of_all(scene: Row, kind: str, accuracy: float) -> str:
+    """The cheapest scheme or pair of elements for an accuracy, and the others."""
     key = f"{accuracy:g}"
-    best, others = _cheapest(scene["schemes"], key)
+    best, others = _cheapest(scene[kind], key)
     if best is None:
         return ""
-    said = [f"{line['name']} {_seconds(line[key])} at dt {line[key]['size']:.2g} s" for line in (best, *others)]
-    said[0] = f"{said[0]} ({best[key]['per_period']:.0f} steps per period)"
-    return f"`{scene['name']}`, {percent(accuracy)} in time alone: {said[0]}; {', '.join(said[1:])}."
-
-
-def _of_pair(scene, accuracy):
-    key = f"{accuracy:g}"
-    best, others = _cheapest(scene["pairs"], key)
-    if best is None:
-        return ""
-    said = [f"{line['pair']} {line[key]['cells']} elements in {_seconds(line[key])}" for line in (best, *others)]
-    beside = f"; {', '.join(said[1:])}" if others else ""
-    return f"`{scene['name']}`, elements for {percent(accuracy)}: {said[0]}{beside}."
-
-
-def _of_tolerance(scene, row):
-    verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
-    return (
-        f"`{scene['name']}`: adaptive BDF2 with tolerance {row['tolerance']:g} has {percent(row['error'])} in "
-        f"{_plain(row['seconds'])} s, a fixed step of the same error takes {_plain(row['fixed_seconds'])} s: {verdict}."
-    )
+    lines = [(line, line[key], _seconds(line[key])) for line in (best, *others)]
+    if kind == "schemes":
+        what = f"{percent(accuracy)} in time alone"
+        parts = [f"{line['name']} {seconds} at dt {found['size']:.2g} s" for line, found, seconds in lines]
+        parts[0] += f" ({best[key]['per_period']:.0f} steps per period)"
+    else:
+        what = f"elements for {percent(accuracy)}"
+        parts = [f"{line['pair']} {found['cells']} elements in {seconds}" for line, found, seconds in lines]
+    return f"`{scene['name']}`, {what}: {parts[0]}{'; ' if others else ''}{', '.join(parts[1:])}."
 
 
 _NOTES = {"": "", "extrapolated": " (extrapolated)", "at_most": " (the coarsest tried)"}
 
 
-def _seconds(found):
+def _seconds(found: Any) -> str:
     return f"{_plain(found['seconds'])} s{_NOTES[found['note']]}"
 
 
-def _plain(number):
+def _plain(number: float) -> str:
     """Two digits, without powers of ten."""
     return f"{float(f'{number:.2g}'):g}"
 
@@ -205,7 +203,7 @@ PENDULUM = {"scheme": "scheme", "remaining": "amplitude left, computed", "theory
 EXTREMES = {"what": "", "own": "backward Euler", "second": "second order", "difference": "difference"}
 
 
-def markdown(facts: dict) -> str:
+def markdown(facts: Row) -> str:
     """The report."""
     scenes, free, cells = facts["scenes"], facts["pendulum"], facts["static"][0]["cells"]
     end, step = free[0]["end"], free[0]["step"]
@@ -231,7 +229,7 @@ def markdown(facts: dict) -> str:
         "Backward Euler damps: of a free motion of period P it leaves about exp(-2 pi^2 dt t/P^2), here "
         f"{100 * math.exp(-2 * math.pi**2 * step * end / PERIOD**2):.1f} %. A rigid pendulum (one inextensible "
         f"element) of {PERIOD:g} s after {end:g} s at dt {step:g} s:",
-        table_of("", [row | {"scheme": settings.SCHEMES[row["scheme"]]} for row in free], PENDULUM),
+        table_of("", [row | {"scheme": SCHEMES[row["scheme"]]} for row in free], PENDULUM),
         *map(_extremes, scenes),
         "## What follows",
         "\n".join(f"- {sentence}" for sentence in facts["recommendations"]),
@@ -239,7 +237,7 @@ def markdown(facts: dict) -> str:
     return "\n\n".join(part.strip() for part in parts) + "\n"
 
 
-def _scene(scene):
+def _scene(scene: Row) -> str:
     quoted = "\n>\n".join(f"> {sentence}" for sentence in scene["sentences"])
     picture = f"![error over time, {scene['name']}](work-precision-{scene['name']}.png)"
     front = [row for row in scene["fronts"] if row["quantity"] == acc.QUANTITIES[QUANTITY]]
@@ -247,7 +245,7 @@ def _scene(scene):
     return "\n\n".join([f"## `{scene['name']}`", quoted, picture, table_of("", front, FRONT, reference)])
 
 
-def _pairs(scene):
+def _pairs(scene: Row) -> str:
     names = [n for n in ("tension_top", "tension_anchor", "buoy_position") if f"bound_{n}" in _own(scene["rows"])]
     rows = [row | {name: wp.shown(row, name) for name in names} for row in scene["spaces"]]
     columns = {"pair": "pair", "cells": "elements", "unknowns": "unknowns", "wall": "time [s]"}
@@ -255,29 +253,24 @@ def _pairs(scene):
     return f"`{scene['name']}`, generalized-alpha at dt {scene['space_step']:g} s:\n\n{table}"
 
 
-def _schemes(scene):
+def _schemes(scene: Row) -> str:
     keys, step = [f"{accuracy:g}" for accuracy in ACCURACIES], _own(scene["rows"])["step"]
-    needed = [
-        {key: f"{_seconds(line[key])}, dt {line[key]['size']:.2g} s" if line[key] else "not reached" for key in keys}
-        for line in scene["schemes"]
-    ]
-    rows = [
-        line | found | {"at_paper_step": percent(line["at_paper_step"])}
-        for line, found in zip(scene["schemes"], needed, strict=True)
-    ]
+    rows = [line | {"at_paper_step": percent(line["at_paper_step"])} for line in scene["schemes"]]
+    for row, key in ((row, key) for row in rows for key in keys):
+        row[key] = f"{_seconds(row[key])}, dt {row[key]['size']:.2g} s" if row[key] else "not reached"
     columns = {"name": f"`{scene['name']}`", "order": "order", "at_paper_step": f"error at dt {step:g} s"}
     return table_of("", rows, columns | {key: f"for {percent(float(key))}" for key in keys})
 
 
-def _extremes(scene):
+def _extremes(scene: Row) -> str:
     rows, (end, step) = [], scene["whole"]
     for row in scene["extremes"]:
         unit, factor = unit_of([value for value in row.values() if isinstance(value, float)], row["unit"])
         for which in ("largest", "smallest"):
             own, second = row[f"{which}_own"], row[f"{which}_second"]
-            said = {"own": f"{factor * own:.4g} {unit}", "second": f"{factor * second:.4g} {unit}"}
-            said["difference"] = f"{100 * (own - second) / row['range_second']:+.2f} %"
-            rows.append({"what": f"{which} {row['quantity']}"} | said)
+            shown = {"own": f"{factor * own:.4g} {unit}", "second": f"{factor * second:.4g} {unit}"}
+            shown["difference"] = f"{100 * (own - second) / row['range_second']:+.2f} %"
+            rows.append({"what": f"{which} {row['quantity']}"} | shown)
     steps = f"backward Euler at dt {_own(scene['rows'])['step']:g} s beside generalized-alpha at dt {step:g} s"
     where = f"`{scene['name']}` until {end:g} s on its own elements: {steps}"
     return f"{where}, after the ramp; differences relative to the range.\n\n{table_of('', rows, EXTREMES)}"
@@ -288,8 +281,7 @@ def _extremes(scene):
 _LOOKS = {BE: ("red", "s"), BDF2: ("blue", "o"), ALPHA: ("green", "^")}
 
 
-@matplotlib.rc_context(STYLE)
-def draw(scenes: list[dict]):
+def draw(scenes: list[Row]) -> Figure:
     """Error in time of the top tension over seconds, a panel per scene."""
     figure = new_figure(PAGE, 2.8)
     panels = figure.subplots(1, len(scenes), squeeze=False, sharey=True)[0]
@@ -297,18 +289,14 @@ def draw(scenes: list[dict]):
         axes.set(xscale="log", yscale="log", title=scene["name"], xlabel="time of the stepping loop [s]")
         for scheme, (color, marker) in _LOOKS.items():
             for fixed, style in ((True, "-"), (False, "--")):
-                _line(axes, scene["rows"], scheme, fixed, {"color": COLORS[color], "marker": marker, "ls": style})
+                alike = [r for r in own_elements(scene["rows"]) if r["scheme"] == scheme and r.get(ERROR_IN_TIME)]
+                chosen = sorted((r for r in alike if (not r["tolerance"]) == fixed), key=lambda row: row["wall"])
+                look = {"color": COLORS[color], "marker": marker, "ls": style} | ({} if fixed else {"mfc": "white"})
+                look["label"] = SCHEMES[scheme] + ("" if fixed else ", adaptive")
+                if chosen:
+                    error = [100 * r[ERROR_IN_TIME] for r in chosen]
+                    axes.plot([r["wall"] for r in chosen], error, ms=4, **look)
         plain_ticks(axes)
     panels[0].set_ylabel("error in time of the top tension [%]")
     panels[0].legend()
     return figure
-
-
-def _line(axes, rows, scheme, fixed, look):
-    alike = [r for r in own_elements(rows) if r["scheme"] == scheme and (not r["tolerance"]) == fixed]
-    chosen = [row for row in alike if row.get(ERROR_IN_TIME)]
-    if chosen:
-        chosen.sort(key=lambda row: row["wall"])
-        label = settings.SCHEMES[scheme] + ("" if fixed else ", adaptive")
-        look |= {} if fixed else {"mfc": "white"}
-        axes.plot([r["wall"] for r in chosen], [100 * r[ERROR_IN_TIME] for r in chosen], ms=4, label=label, **look)

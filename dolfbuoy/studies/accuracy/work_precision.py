@@ -2,14 +2,15 @@
 
 The reference is a run of generalized-alpha with P3-P2, more unknowns and a quarter of the smallest step.  The
 difference from the run at twice its step and half its cells gives its own error (Richardson, order 2); what is below
-three times that is not resolved.  An accuracy is only said to be met where Newton's tolerance is at most a hundredth of
+three times that is not resolved.  An accuracy counts as met only where Newton's tolerance is at most a hundredth of
 it.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
@@ -18,10 +19,11 @@ from ...results import compare
 from ...results import measured as acc
 from ...results.compare import Error, Reference, percent
 from ...results.measured import Run
-from ...results.style import COLORS, PAGE, PALETTE, Line2D, legend_below, new_figure, plain_ticks
+from ...results.style import COLORS, PAGE, PALETTE, Figure, Line2D, legend_below, new_figure, plain_ticks
 from ...scene import Scene, load_scene, settings
+from ...scene.sections import SCHEMES
 from ...scene.settings import Space, Stepping
-from ..study import Table
+from ..study import Row, Table
 from .linear_answer import linear_answer
 
 ACCURACIES = (0.1, 0.01, 0.001)
@@ -34,7 +36,17 @@ HIDDEN = ("study", "scene", "reference", "file")
 structure = itemgetter("pair")
 
 
-def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances, newton, repeats: int) -> dict:
+def request(
+    scene: Scene | str,
+    t_end: float | None,
+    pairs: str | None,
+    cells: str | None,
+    schemes: str | None,
+    steps: str | None,
+    tolerances: Any,
+    newton: Any,
+    repeats: int,
+) -> Row:
     """The scene until t_end, by default the ramp and four periods, the largest step of the whole, and the settings."""
     whole, tolerances = load_scene(scene), settings.parse_numbers("--tolerances", tolerances)
     if tolerances and max(tolerances) >= 1:
@@ -60,32 +72,27 @@ def request(scene, t_end: float | None, pairs, cells, schemes, steps, tolerances
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def finest(scene: Scene, spaces_: list[Space], steps) -> tuple[Space, float]:
-    """Elements and step of the reference."""
-    if not spaces_[0].mu:
-        return Space(), min(steps) / 4
-    nodes = max(space.mu * space.cells for space in spaces_)
-    return settings.fitting(scene, Space(3, 2, 2 * -(-nodes // 4))), min(steps) / 4
-
-
-def reference_cases(scene: Scene, spaces_, steps, folder) -> list[dict]:
+def reference_cases(scene: Scene, spaces_: Sequence[Space], steps: Any, folder: Path) -> list[Row]:
     """The check of the reference (half its cells, twice its step) and the reference, each with its file."""
-    space, step = finest(scene, spaces_, steps)
-    coarse = settings.fitting(scene, Space(space.mu, space.nu, space.cells // 2)) if space.mu else space
+    space = coarse = Space()
+    step, nodes = min(steps) / 4, max(space.mu * space.cells for space in spaces_)
+    if nodes:
+        space = settings.fitting(scene, Space(3, 2, 2 * -(-nodes // 4)))
+        coarse = settings.fitting(scene, Space(space.mu, space.nu, space.cells // 2))
     return [
         with_file(case_of(scene, s, Stepping("generalized-alpha", h), "reference"), folder, name)
         for name, s, h in (("check", coarse, 2 * step), ("reference", space, step))
     ]
 
 
-def cases(scene: Scene, chosen, reference: dict, repeats: int) -> list[dict]:
+def cases(scene: Scene, chosen: Iterable[tuple[Space, Stepping]], reference: Row, repeats: int) -> list[Row]:
     """A case of each (Space, Stepping), once, and the scene's own settings first."""
     own = (settings.space_of(scene), settings.stepping_of(scene))
     more = {"repeats": repeats, "reference": reference["file"]}
     return [case_of(scene, *pair, "case") | more | {"own": pair == own} for pair in dict.fromkeys([own, *chosen])]
 
 
-def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
+def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> Row:
     """The scene with these settings, and what they are."""
     what = {"pair": space.pair, "cells": space.cells, "scheme": stepping.scheme, "step": stepping.step}
     what |= {"tolerance": stepping.tolerance, "newton": stepping.newton}
@@ -93,17 +100,17 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> dict:
     return {"study": f"work-precision {kind}", **what, "scene": changed}
 
 
-def evaluate_reference(case: dict) -> dict:
-    """A fine run, its quantities in `file`; what the linear response says beside it."""
+def evaluate_reference(case: Row) -> Row:
+    """A fine run, its quantities in `file`; the answer of the linear response."""
     scene = load_scene(case["scene"])
     run = acc.compute(scene, acc.quantities_of(scene))
     run.save(case["file"])
     linear = [linear_answer(scene, run, name, acc.window_start(scene)) for name in run.values]
-    return {"wall": run.wall, "unknowns": run.unknowns, "linear": [said for said in linear if said]}
+    return {"wall": run.wall, "unknowns": run.unknowns, "linear": [text for text in linear if text]}
 
 
-def evaluate(case: dict) -> dict:
-    """Errors and times of one case; a case that fails says why.  With a key `file` its quantities go there."""
+def evaluate(case: Row) -> Row:
+    """Errors and times of one case; the reason of a case that fails.  With a key `file` its quantities go there."""
     scene = load_scene(case["scene"])
     names = acc.quantities_of(scene)
     try:
@@ -113,32 +120,26 @@ def evaluate(case: dict) -> dict:
     if "file" in case:
         run.save(case["file"])
     reference = Reference(Run.kept(case["reference"]), acc.window_start(scene))
-    result = {"reason": None, "wall": run.wall, "cpu": run.cpu, "steps": run.steps, "unknowns": run.unknowns}
+    result: Row = {"reason": None, "wall": run.wall, "cpu": run.cpu, "steps": run.steps, "unknowns": run.unknowns}
     result |= {"iterations": run.iterations, "rejected": run.rejected, "failed": run.failed}
     for name in names:
-        error = reference.error(run, name)
-        result |= {f"error_{name}": error.rms, f"max_error_{name}": error.maximum}
+        found = reference.error(run, name)
+        result |= {f"error_{name}": found.rms, f"max_error_{name}": found.maximum}
     return result
 
 
 # -- judgement ---------------------------------------------------------------------------------------------------------
 
 
-def reference_errors(scene: Scene, check: dict, reference: dict) -> dict:
-    """Own error of the reference in every quantity."""
-    fine = Reference(Run.kept(reference["file"]), acc.window_start(scene))
-    coarse = Run.kept(check["file"])
-    changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
-    return {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
-
-
-def judged(found: list[dict], scene: Scene, check: dict, reference: dict) -> tuple[list[dict], dict]:
+def judged(found: list[Row], scene: Scene, check: Row, reference: Row) -> tuple[list[Row], dict[str, Error]]:
     """Marked rows of the cases without what is not shown, and the reference's own errors."""
-    own = reference_errors(scene, check, reference)
+    fine, coarse = Reference(Run.kept(reference["file"]), acc.window_start(scene)), Run.kept(check["file"])
+    changes = {name: fine.error(coarse, name) for name in acc.quantities_of(scene)}
+    own = {name: Error(compare.own_error([c.rms]), compare.own_error([c.maximum])) for name, c in changes.items()}
     return mark([{k: v for k, v in row.items() if k not in HIDDEN} for row in found], own), own
 
 
-def mark(rows: list[dict], own: dict) -> list[dict]:
+def mark(rows: list[Row], own: Row) -> list[Row]:
     """Add what every case proves: `bound_Q`, and `resolved_Q`, False where the reference is not fine enough; the same
     of the maximum."""
     for row in rows:
@@ -150,67 +151,68 @@ def mark(rows: list[dict], own: dict) -> list[dict]:
     return rows
 
 
-def front(rows: list[dict], name: str) -> list[dict]:
+def front(rows: list[Row], name: str) -> list[Row]:
     """Pareto front of wall time and error of a quantity, from the fastest on."""
     done = [row for row in rows if row.get(f"bound_{name}") is not None]
     return [done[i] for i in compare.pareto([(row["wall"], row[f"bound_{name}"]) for row in done])]
 
 
-def describe(row: dict) -> str:
-    """Settings of a row as one would say them."""
+def describe(row: Row) -> str:
+    """Settings of a row in words."""
     stepping = Stepping(row["scheme"], row["step"], row["tolerance"], newton=row["newton"])
     cells = f"{row['pair']}, {row['cells']} elements, " if row["cells"] else ""
     return f"{cells}{stepping}"
 
 
-def sentence(rows: list[dict], name: str, accuracy: float) -> str:
+def sentence(rows: list[Row], name: str, accuracy: float) -> str:
     """Sentences to quote: the cheapest settings that meet the accuracy, compared with the scene's own."""
     what = f"{percent(accuracy)} in {acc.QUANTITIES[name]}"
     allowed = [row for row in rows if row["newton"] <= TIGHTER * accuracy * (1 + 1e-9)]
     good = [row for row in front(allowed, name) if row[f"bound_{name}"] <= accuracy]
-    said = f"{what}: {describe(good[0])}: {good[0]['wall']:.2g} s" if good else f"{what}: none of the cases"
+    text = f"{what}: {describe(good[0])}: {good[0]['wall']:.2g} s" if good else f"{what}: none of the cases"
     own = next((row for row in rows if row["own"]), None)
     if own is None:
-        return said + "."
-    said += f"; the scene's own setting ({describe(own)})"
+        return text + "."
+    text += f"; the scene's own setting ({describe(own)})"
     if own["reason"]:
-        return said + " fails."
+        return text + " fails."
     less = "" if own[f"resolved_{name}"] else "less than "
-    return f"{said}: {less}{percent(own[f'bound_{name}'])} in {own['wall']:.2g} s."
+    return f"{text}: {less}{percent(own[f'bound_{name}'])} in {own['wall']:.2g} s."
 
 
-def notes(rows: list[dict], own: dict, fine: dict, ranks: int = 1) -> list[str]:
+def notes(rows: list[Row], own: Row, fine: Row, ranks: int = 1) -> list[str]:
     """The answer in words."""
     errors = ", ".join(f"{acc.QUANTITIES[name]} {percent(error.rms)}" for name, error in own.items())
-    said = [f"Reference: {describe(fine)}; its own error (Richardson): {errors}."]
-    said += [sentence(rows, name, accuracy) for name in own for accuracy in ACCURACIES]
+    messages = [f"Reference: {describe(fine)}; its own error (Richardson): {errors}."]
+    messages += [sentence(rows, name, accuracy) for name in own for accuracy in ACCURACIES]
     for name in own:
         count = sum(row[f"resolved_{name}"] is False for row in rows)
         if count:
-            said.append(
+            messages.append(
                 f"{acc.QUANTITIES[name].capitalize()}, not resolved (below 3 times the reference's own error, which "
                 f"bound stands in place of theirs): {count} of {len(rows)} cases."
             )
-    said += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
-    said += [f"For screening, the {words}" for words in fine.get("linear", ())]
-    said.append("Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before.")
+    messages += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
+    messages += [f"For screening, the {words}" for words in fine.get("linear", ())]
+    messages.append(
+        "Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before."
+    )
     shared = f"{ranks} cases ran at once: their times share the machine, and are longer than alone."
-    return said + ([shared] if ranks > 1 else [])
+    return messages + ([shared] if ranks > 1 else [])
 
 
-def front_rows(rows: list[dict], names) -> list[dict]:
+def front_rows(rows: list[Row], names: Sequence[str]) -> list[Row]:
     """Table of the Pareto fronts."""
-    return [_front_row(row, name) for name in names for row in front(rows, name)]
+    lines, keys = [], ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")
+    for name, row in ((quantity, row) for quantity in names for row in front(rows, quantity)):
+        line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)} | {key: row[key] for key in keys}
+        line |= {"error": shown(row, name), "max_error": shown(row, name, "max_")}
+        line |= {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
+        lines.append(line)
+    return lines
 
 
-def _front_row(row, name):
-    line = {"quantity": acc.QUANTITIES[name], "settings": describe(row)}
-    line |= {key: row[key] for key in ("pair", "cells", "scheme", "step", "tolerance", "newton", "wall")}
-    line |= {"error": shown(row, name), "max_error": shown(row, name, "max_")}
-    return line | {"step": None if row["tolerance"] else row["step"], "resolved": row[f"resolved_{name}"]}
-
-
-def shown(row: dict, name: str, which: str = "") -> str:
+def shown(row: Row, name: str, which: str = "") -> str:
     """The error of a row in percent, or what it is less than."""
     error, bound = row[f"{which}error_{name}"], row[f"{which}bound_{name}"]
     return percent(bound) if error == bound else f"< {percent(bound)}"
@@ -218,10 +220,10 @@ def shown(row: dict, name: str, which: str = "") -> str:
 
 # -- figure ------------------------------------------------------------------------------------------------------------
 
-_MARKERS = dict(zip(settings.SCHEMES, itertools.cycle("so^vDP")))
+_MARKERS = dict(zip(SCHEMES, itertools.cycle("so^vDP")))
 
 
-def draw(rows: list[dict], own: dict):
+def draw(rows: list[Row], own: Row) -> Figure:
     """Error over time, a panel per quantity: colour = pair, marker = scheme, hollow = adaptive, line = Pareto front."""
     width = 2 if len(own) > 1 else 1
     height = -(-len(own) // width)
@@ -235,11 +237,18 @@ def draw(rows: list[dict], own: dict):
     for axes in panels[max(0, len(own) - width) : len(own)]:
         axes.set_xlabel("time of the stepping loop [s]")
         axes.tick_params(labelbottom=True)
-    legend_below(figure, 0.45, 5, _handles(rows, colors))
+    ink, dots, none = {"color": COLORS["ink"]}, {"ls": "none", "ms": 4}, {"mfc": "none", "ls": "none"}
+    styles = {pair: dots | {"color": color, "marker": "D"} for pair, color in colors.items()}
+    styles |= {SCHEMES[row["scheme"]]: dots | ink | {"marker": _MARKERS[row["scheme"]]} for row in rows}
+    if any(row["tolerance"] is not None for row in rows):
+        styles["hollow: adaptive"] = dots | ink | {"marker": "o", "mfc": "none"}
+    styles |= {"the scene's own": none | ink | {"marker": "*", "ms": 9}, "Pareto front": ink | {"lw": 0.8}}
+    styles["not resolved"] = {"color": "#eeeeee", "lw": 5}
+    legend_below(figure, 0.45, 5, [Line2D([], [], label=label, **style) for label, style in styles.items()])
     return figure
 
 
-def _panel(axes, rows, name, reference_error, colors):
+def _panel(axes: Any, rows: list[Row], name: str, reference_error: float, colors: dict[str, str]) -> None:
     axes.set(xscale="log", yscale="log", title=acc.QUANTITIES[name].capitalize(), ylabel="rms error / range [%]")
     for row in rows:
         if row.get(f"bound_{name}") is None:
@@ -258,22 +267,6 @@ def _panel(axes, rows, name, reference_error, colors):
     plain_ticks(axes)
 
 
-def _handles(rows, colors):
-    dots = {"ls": "none", "ms": 4}
-    handles = [Line2D([], [], color=color, marker="D", label=pair, **dots) for pair, color in colors.items()]
-    used = dict.fromkeys(row["scheme"] for row in rows)
-    handles += [
-        Line2D([], [], color=COLORS["ink"], marker=_MARKERS[s], label=settings.SCHEMES[s], **dots) for s in used
-    ]
-    if any(row["tolerance"] is not None for row in rows):
-        handles.append(Line2D([], [], color=COLORS["ink"], marker="o", mfc="none", label="hollow: adaptive", **dots))
-    star = {"marker": "*", "mfc": "none", "ms": 9, "ls": "none"}
-    handles.append(Line2D([], [], color=COLORS["ink"], label="the scene's own", **star))
-    handles.append(Line2D([], [], color=COLORS["ink"], lw=0.8, label="Pareto front"))
-    handles.append(Line2D([], [], color="#eeeeee", lw=5, label="not resolved"))
-    return handles
-
-
 # -- the study ---------------------------------------------------------------------------------------------------------
 
 
@@ -290,7 +283,7 @@ def study(
     steps: list[float] | None = None,
     tolerances: Sequence[float] = (),
     repeats: int = 3,
-    **more,
+    **more: Any,
 ) -> list[Table]:
     """Every case, and the Pareto fronts; `scene` with the end that is wanted.
 
@@ -302,17 +295,17 @@ def study(
         raise InputError("This scene has none of the quantities that the study compares.")
     steps = steps or settings.default_steps(scene)
     room = settings.spaces(scene, pairs, cells)
-    ways = settings.steppings(schemes or tuple(settings.SCHEMES), steps, tolerances, **more)
+    ways = settings.steppings(schemes or tuple(SCHEMES), steps, tolerances, **more)
     check, fine = reference_cases(scene, room, steps, folder)
     references = evaluate_all(evaluate_reference, [check, fine], folder, structure)
     chosen = cases(scene, itertools.product(room, ways), fine, repeats)
     found = evaluate_all(evaluate, chosen, folder, structure)
-    if found is None:
+    if found is None or references is None:
         return []
     rows, own = judged(found, scene, check, fine)
-    said = notes(rows, own, references[1], MPI.COMM_WORLD.size)
+    messages = notes(rows, own, references[1], MPI.COMM_WORLD.size)
     title = f"Pareto front: error and time until t = {scene.time.end:g} s; {{folder}}"
     return [
-        Table("work-precision", rows, scene.title, notes=said, figure=draw(rows, own)),
-        Table("work-precision-front", front_rows(rows, own), title, COLUMNS, said),
+        Table("work-precision", rows, scene.title, notes=messages, figure=draw(rows, own)),
+        Table("work-precision-front", front_rows(rows, list(own)), title, COLUMNS, messages),
     ]

@@ -10,6 +10,7 @@ belongs to the time integration alone and must vanish with the step at the order
 import itertools
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +20,12 @@ from ...motion.energy import STORED, Meter
 from ...motion.simulation import Simulation
 from ...parallel.cases import evaluate_all
 from ...results.compare import orders
-from ...results.style import PAGE, new_figure, plain_ticks
+from ...results.style import PAGE, Figure, new_figure, plain_ticks
 from ...results.tables import groups
 from ...scene import Scene, load_scene
-from ...scene.broadcast import everywhere
-from ...scene.settings import SCHEMES
-from ..study import Table
+from ...scene.sections import SCHEMES
+from ...scene.settings import everywhere
+from ..study import Row, Table
 
 #: Key of a row -> heading.
 COLUMNS = {
@@ -47,7 +48,7 @@ COLUMNS = {
 SCENES = {"driven": (60.0, (0.04, 0.02, 0.01)), "short": (40.0, (0.04, 0.02, 0.01))}
 
 
-def load(name: str | dict, t_end: float, step: float, scheme: str) -> Scene:
+def load(name: str | Row, t_end: float, step: float, scheme: str) -> Scene:
     """A scene of which the balance is exact in space: an elastic cable gets one tension per element.
 
     Cables that go slack admit no generalized-alpha but that without memory of fast motions.
@@ -62,7 +63,7 @@ def load(name: str | dict, t_end: float, step: float, scheme: str) -> Scene:
     return scene
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """Work of every kind [J] over the run, stored energy, and the defect; powers are integrated by the trapezoid."""
     scene = load(case["scene"], case["t_end"], case["step"], case["scheme"])
     simulation = Simulation(scene, MPI.COMM_SELF)
@@ -86,7 +87,7 @@ def evaluate(case: dict) -> dict:
         simulation.problem.destroy()
 
 
-def cases(scene: str | None = None, t_end: float | None = None, steps=None) -> list[dict]:
+def cases(scene: str | None = None, t_end: float | None = None, steps: Any = None) -> list[Row]:
     """Every scheme with every step, of one scene or of a driven cable and the moored buoy `short`."""
     chosen = {name: SCENES.get(name, (20.0, (0.04, 0.02, 0.01))) for name in ([scene] if scene else SCENES)}
     return [
@@ -100,21 +101,19 @@ def study(
     folder: Path, scene: str | None = None, t_end: float | None = None, steps: list[float] | None = None
 ) -> list[Table]:
     """The balance of every scene."""
-    rows = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene"))
-    return [_balance(Path(scene).stem, chosen) for scene, chosen in groups(rows or [], "scene").items()]
+    found, tables = evaluate_all(evaluate, cases(scene, t_end, steps), folder, itemgetter("scene")), []
+    for name, rows in groups(found or [], "scene").items():
+        for mine in groups(rows, "scheme").values():
+            orders(mine, "relative", "step")
+        for row in rows:
+            row["order"], row["stored"] = row.pop("order_relative"), sum(row[part] for part in STORED)
+        shown = {key: title for key, title in COLUMNS.items() if key == "order" or any(row[key] for row in rows)}
+        title = f"Energy of {Path(name).stem} over {rows[0]['t_end']:g} s: stored - put in = defect"
+        tables.append(Table(f"energy-{Path(name).stem}", rows, title, shown, figure=draw(rows)))
+    return tables
 
 
-def _balance(label, rows):
-    for mine in groups(rows, "scheme").values():
-        orders(mine, "relative", "step")
-    for row in rows:
-        row["order"], row["stored"] = row.pop("order_relative"), sum(row[part] for part in STORED)
-    shown = {key: title for key, title in COLUMNS.items() if key == "order" or any(row[key] for row in rows)}
-    title = f"Energy of {label} over {rows[0]['t_end']:g} s: stored - put in = defect"
-    return Table(f"energy-{label}", rows, title, shown, figure=draw(rows))
-
-
-def draw(rows: list[dict]):
+def draw(rows: list[Row]) -> Figure:
     """Defect against the step, one line per scheme."""
     figure = new_figure(PAGE / 2, 2.8)
     axes = figure.subplots()

@@ -1,34 +1,38 @@
 """A hull afloat and in small waves: hydrostatics, natural periods and response, moored and free.
 
-The response is that of the equations linearised about the equilibrium, `linear.response`.  Runs in time in small waves
-check it at a few periods; potential flow stands beside it where its coefficients are given.
+The response is that of the equations linearised about the equilibrium, `linear.seaway`.  Runs in time in small waves
+check it at a few periods; so does potential flow where its coefficients are given.
 """
 
 import cmath
 import hashlib
 import math
+from collections.abc import Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
 from ...linear import LARGEST_KR
-from ...linear.linearisation import linearise
-from ...linear.periods import natural_periods
+from ...linear.periods import buoy_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import check_periods, response, responses, small_waves
+from ...linear.response import check_periods
+from ...linear.seaway import responses
 from ...model.feasible import shape_and_mass
-from ...model.hydrostatics import float_upright
 from ...model.prescribed_ends import adrift_nowhere
+from ...model.rigid import Floating, float_upright
 from ...parallel.cases import evaluate_all
+from ...results.style import COLORS, PAGE, Figure, legend_below, new_figure
+from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
+from ...scene.buoy import Buoy
 from ...scene.sections import Initial
 from ...statics.equilibrium import solve_equilibrium
 from ...statics.righting import righting_curve
-from ..study import Table, refuse_network
-from . import hull_figures as figures
+from ..study import Row, Table, refuse_network
 from .response_runs import measured
 
 #: Motion -> unit of its amplitude in waves.
@@ -41,9 +45,9 @@ PERIODS = np.concatenate([np.linspace(2.0, 8.0, 61), np.linspace(8.25, 14.0, 24)
 HEELS = np.arange(0.0, 180.5, 5.0)
 
 
-def request(scene: str, runs: str, direction: float | None, capytaine: Path | None) -> dict:
+def request(name: str | Scene, periods: str, direction: float | None, capytaine: Path | None) -> Row:
     """The scene, periods of the runs in time, and the waves' direction, by default the scene's."""
-    scene = load_scene(scene)
+    scene = load_scene(name)
     refuse_network(scene)
     if not scene.buoy or scene.sea is None or not scene.gravity:
         raise InputError("Study hull looks at a floating buoy: the scene needs [buoy], [sea] and gravity.")
@@ -51,36 +55,33 @@ def request(scene: str, runs: str, direction: float | None, capytaine: Path | No
         direction = scene.waves.direction_deg if scene.waves else 0.0
     if not math.isfinite(direction):
         raise InputError(f"--direction {direction:g}: must be a finite number.")
-    runs = settings.parse_numbers("--runs", runs)
-    check_periods("--runs", runs)
+    runs = settings.parse_numbers("--runs", periods)
+    check_periods("--runs", runs or [])
     if capytaine:
-        _check_flow(scene, capytaine)
+        flow, (_, mass), free = read_capytaine(capytaine), shape_and_mass(_buoy(scene)), _floating(scene)
+        if free is None or free.GM <= 0:
+            raise InputError(f"{capytaine}: is of a free buoy, but this one does not float upright without its cable.")
+        center, own = flow.rotation_height, mass.height - free.draft
+        if center is not None and abs(center - own) > 1e-3 * (_buoy(scene).hull or [(0.0, 0.0)])[-1][0]:
+            raise InputError(
+                f"{capytaine}: pitch is counted about a point {center:.4g} m above still water (rotation_center); "
+                f"it must be C of the free buoy, at {own:.4g} m."
+            )
     return {"scene": scene, "runs": runs, "direction": direction, "capytaine": capytaine}
 
 
-def _buoy(scene):
+def _buoy(scene: Scene) -> Buoy:
     """The only one."""
     return next(iter(scene.network.buoys.values()))
 
 
-def _check_flow(scene, path):
-    """Refuse potential flow of another body, or beside a buoy that does not float."""
-    flow, (_, mass), free = read_capytaine(path), shape_and_mass(_buoy(scene)), _floating(scene)
-    if free is None or free.GM <= 0:
-        raise InputError(f"{path}: stands beside a free buoy, but this one does not float upright without its cable.")
-    center = mass.height - free.draft
-    if flow.rotation_height is not None and abs(flow.rotation_height - center) > 1e-3 * _buoy(scene).hull[-1][0]:
-        raise InputError(
-            f"{path}: pitch is counted about a point {flow.rotation_height:.4g} m above still water (rotation_center); "
-            f"it must be C of the free buoy, at {center:.4g} m."
-        )
-
-
-def _floating(scene, pull=0.0):
+def _floating(scene: Scene, pull: float = 0.0) -> Floating | None:
     """Upright hydrostatics under a pull; None if the buoy sinks."""
-    shape, mass = shape_and_mass(_buoy(scene))
+    (shape, mass), sea = shape_and_mass(_buoy(scene)), scene.sea
     try:
-        return float_upright(shape, mass, scene.sea.density, scene.gravity, pull, _buoy(scene).mooring_height)
+        if sea is None:
+            return None
+        return float_upright(shape, mass, sea.density, scene.gravity, pull, _buoy(scene).mooring_height)
     except InputError:
         return None
 
@@ -94,16 +95,16 @@ def held_as(scene: Scene, held: str) -> Scene:
 # -- cases -------------------------------------------------------------------------------------------------------------
 
 
-def cases(scene: Scene, runs=(), direction: float = 0.0, capytaine: Path | None = None) -> list[dict]:
+def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capytaine: Path | None = None) -> list[Row]:
     """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be.
 
-    capytaine: a file of potential flow, which stands beside the free buoy.
+    capytaine: a file of potential flow, which the free buoy is compared with.
     """
     free = _floating(scene)
     ways = ["moored"] * (scene.cable is not None) + ["free"] * (free is not None)
-    upright = [held for held in ways if held == "moored" or free.GM > 0]
+    upright = [held for held in ways if held == "moored" or (free and free.GM > 0)]
     common = {"study": "hull", "scene": scene.to_dict(), "direction": direction}
-    found = [{"part": "hydrostatics", "held": held} for held in ways]
+    found: list[Row] = [{"part": "hydrostatics", "held": held} for held in ways]
     found += [{"part": "response", "held": held, "periods": PERIODS.tolist()} for held in upright]
     found += [{"part": "run", "held": held, "period": float(T)} for held in upright for T in runs]
     if capytaine:
@@ -112,7 +113,7 @@ def cases(scene: Scene, runs=(), direction: float = 0.0, capytaine: Path | None 
     return [common | case for case in found]
 
 
-def evaluate(case: dict) -> dict:
+def evaluate(case: Row) -> Row:
     """The rows that the case's part finds; a reason if its solve fails."""
     part = {"hydrostatics": _hydrostatics, "response": _response, "run": _run, "flow": _flow}[case["part"]]
     try:
@@ -121,12 +122,13 @@ def evaluate(case: dict) -> dict:
         return {"reason": str(error)}
 
 
-def _hydrostatics(scene, _):
+def _hydrostatics(scene: Scene, _: Any) -> Row:
     """Righting levers, and upright numbers; moored under the vertical pull of the cable at rest."""
     pull = 0.0
     if scene.cable:
         problem = solve_equilibrium(scene, MPI.COMM_SELF)
-        pull = float(problem.end_tension()[2])
+        T_O: Any = problem.end_tension()
+        pull = float(T_O[2])
         problem.destroy()
     floating, (_, mass) = _floating(scene, pull), shape_and_mass(_buoy(scene))
     if floating is None:
@@ -136,35 +138,30 @@ def _hydrostatics(scene, _):
     return {"rows": levers, "numbers": numbers}
 
 
-def _response(scene, case):
+def _response(scene: Scene, case: Row) -> Row:
     """Natural periods, and the response at every period."""
-    found = linearise(scene, MPI.COMM_SELF, small_waves(scene, case["periods"][0]))
-    try:
-        natural = natural_periods(found, case["direction"])
-        rows = [_response_row(response(found, period, case["direction"])) for period in case["periods"]]
-    finally:
-        found.destroy()
+    natural, rows = buoy_periods(scene, direction_deg=case["direction"]), []
+    for one in responses(scene, case["periods"], case["direction"]):
+        amplitudes = {name: getattr(one.motions, name) for name in MOTIONS}
+        rows.append({"period": one.period, "wavelength": 2 * math.pi / one.wavenumber})
+        for name, X in (amplitudes | {"pitch_over_slope": one.pitch_over_slope}).items():
+            rows[-1] |= _polar(name, X)
     return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
 
 
-def _response_row(found):
-    row = {"period": found.period, "wavelength": 2 * math.pi / found.wavenumber}
-    for name in MOTIONS:
-        row |= _polar(name, getattr(found.motions, name))
-    return row | _polar("pitch_over_slope", found.pitch_over_slope)
-
-
-def _run(scene, case):
+def _run(scene: Scene, case: Row) -> Row:
     """Motions by a run in time."""
-    amplitude = AMPLITUDE * shape_and_mass(_buoy(scene))[0].max_diameter
+    shape: Any = shape_and_mass(_buoy(scene))[0]
+    amplitude = AMPLITUDE * shape.max_diameter
     found = measured(scene, case["period"], case["direction"], amplitude)
     (own,) = responses(scene, [case["period"]], case["direction"])
     return {"rows": [_compared(found, own, "run")]}
 
 
-def _flow(scene, case):
+def _flow(scene: Scene, case: Row) -> Row:
     """Motions by potential flow, with the mass and stiffness of the free buoy."""
-    flow, (_, mass), free = read_capytaine(case["file"]), shape_and_mass(_buoy(scene)), _floating(scene)
+    flow, (_, mass) = read_capytaine(case["file"]), shape_and_mass(_buoy(scene))
+    free: Any = _floating(scene)
     stiffness = (0.0, free.heave_stiffness, mass.mass * scene.gravity * free.GM)
     found = flow.responses((mass.mass, mass.mass, mass.inertia[0]), stiffness)
     own = responses(scene, flow.periods, case["direction"])
@@ -172,13 +169,13 @@ def _flow(scene, case):
     return {"rows": sorted(rows, key=lambda row: row["period"]), "depth": flow.depth}
 
 
-def _polar(name, X):
+def _polar(name: str, X: complex) -> Row:
     """Amplitude, and the phase [deg, -180 < phase <= 180] by which the motion comes after the elevation."""
     phase = round(math.degrees(cmath.phase(X)), 3) + 0.0  # no -0
     return {name: abs(X), f"{name}_phase": phase if phase > -180 else 180.0}
 
 
-def _compared(other, own, name):
+def _compared(other: Mapping[str, complex], own: Any, name: str) -> Row:
     """Another's motions with our own, and the difference as complex numbers in percent of the other's."""
     row = {"period": own.period}
     for motion in MOTIONS:
@@ -188,7 +185,7 @@ def _compared(other, own, name):
     return row | {f"pitch_over_slope_{name}": abs(other["pitch"]) / own.wavenumber}
 
 
-def _stability(levers):
+def _stability(levers: list[Row]) -> Row:
     """The heel at which the lever first vanishes, the largest lever up to there, and its heel."""
     heel, lever = (np.array([point[key] for point in levers]) for key in ("heel_deg", "lever"))
     lost = next((k for k in range(2, len(heel)) if lever[k] <= 1e-9 < lever[k - 1]), None)
@@ -228,10 +225,10 @@ NATURAL = {"held": "", "motion": "motion", "period": "period [s]", "damping_rati
 NATURAL |= {"share": "share of the energy"}
 
 
-def _columns(first, ending, second, heading):
+def _columns(first: dict[str, str], ending: str, second: str, heading: str) -> dict[str, str]:
     """Key -> heading of a table with two columns for each motion."""
     pairs = [{f"{name}{ending}": f"{name} [{unit}]", f"{name}{second}": heading} for name, unit in MOTIONS.items()]
-    return first | {key: said for pair in pairs for key, said in pair.items()}
+    return first | {key: heading for pair in pairs for key, heading in pair.items()}
 
 
 PERIOD = {"period": "T [s]"}
@@ -254,53 +251,46 @@ def study(
         [{"held": case["held"], **row} for case in parts[part] for row in case["rows"]] for part in PARTS
     )
     natural = [{"held": case["held"], **mode} for case in parts["response"] for mode in case["natural"]]
-    tables = [
-        *_still(parts["hydrostatics"], levers, failed),
-        Table("hull-periods", natural, NATURAL_TITLE, NATURAL, _unheld(scene)),
-        Table("hull-response", linear, figure=figures.draw_responses(linear, checked, beside, _shortest(scene))),
-        Table("", [row for row in linear if row["period"] == int(row["period"])], columns=RESPONSE),
-    ]
-    tables[-1].title = f"\nResponse to small waves towards {direction:g} degrees, per metre of amplitude"
-    tables[-1].notes = _warnings(scene)
-    if checked:
-        tables.append(Table("hull-runs", checked, RUNS_TITLE, RUNS, [RESONANCE]))
-    for case in parts["flow"]:
-        depths = f"depth {case['depth']:g} m, here {scene.sea.depth:g} m"
-        title = f"\nPotential flow ({depths}) beside the free buoy, as complex numbers"
-        tables.append(Table("hull-potential-flow", beside, title, FLOW))
-    return tables
-
-
-def _still(at_rest: list[dict], levers: list[dict], failed: list[str]) -> list[Table]:
-    """A row for every number of hydrostatics, and the righting levers."""
-    numbers = {case["held"]: case["numbers"] for case in at_rest}
-    rows = [
+    numbers = {case["held"]: case["numbers"] for case in parts["hydrostatics"]}
+    at_rest = [
         {"quantity": quantity, "unit": unit} | {held: found[key] for held, found in numbers.items()}
         for key, (quantity, unit) in NUMBERS.items()
     ]
-    columns = {"quantity": "", "unit": ""} | {held: held for held in numbers}
-    figure = figures.draw_levers(levers, {held: found["GM"] for held, found in numbers.items()})
+    heads = {"quantity": "", "unit": ""} | {held: held for held in numbers}
+    stability = draw_levers(levers, {held: found["GM"] for held, found in numbers.items()})
     title = "The hull upright, moored under the vertical pull of its cable; {folder}\n"
-    return [Table("hull", rows, title, columns, failed), Table("hull-righting", levers, figure=figure)]
-
-
-def _shortest(scene):
-    """Period below which k R is more than LARGEST_KR, in deep water [s]."""
-    radius = shape_and_mass(_buoy(scene))[0].max_diameter / 2
-    return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / radius)
-
-
-def _warnings(scene):
-    return [
+    tables = [
+        Table("hull", at_rest, title, heads, failed),
+        Table("hull-righting", levers, figure=stability),
+        Table("hull-periods", natural, NATURAL_TITLE, NATURAL, _unheld(scene)),
+        Table("hull-response", linear, figure=draw_responses(linear, checked, beside, _shortest(scene))),
+        Table("", [row for row in linear if row["period"] == int(row["period"])], columns=RESPONSE),
+    ]
+    tables[-1].title = f"\nResponse to small waves towards {direction:g} degrees, per metre of amplitude"
+    tables[-1].notes = [
         f"Below {_shortest(scene):.2g} s k R is above {LARGEST_KR:g}: strips are 20 to 100 % off there.",
         "Phases: by which the motion of C comes after the elevation above its place at rest; pitch turns the top along "
         "the waves; pitch/slope is -1 where the hull follows the water.",
         "No wave is radiated but by buoy.wave_damping, and drag is linear about the mean current: in still water peaks "
         "have no bound.",
     ]
+    if checked:
+        tables.append(Table("hull-runs", checked, RUNS_TITLE, RUNS, [RESONANCE]))
+    for case in parts["flow"]:
+        here = scene.sea.depth if scene.sea else math.inf
+        depths = f"depth {case['depth']:g} m, here {here:g} m"
+        title = f"\nPotential flow ({depths}) beside the free buoy, as complex numbers"
+        tables.append(Table("hull-potential-flow", beside, title, FLOW))
+    return tables
 
 
-def _unheld(scene):
+def _shortest(scene: Scene) -> float:
+    """Period below which k R is more than LARGEST_KR, in deep water [s]."""
+    shape: Any = shape_and_mass(_buoy(scene))[0]
+    return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / (shape.max_diameter / 2))
+
+
+def _unheld(scene: Scene) -> list[str]:
     """Why a buoy that has a cable is not looked at without it."""
     free = _floating(scene)
     if scene.cable is None or (free is not None and free.GM > 0):
@@ -308,3 +298,71 @@ def _unheld(scene):
     if free is None:
         return ["Without its cable this buoy is not looked at: it sinks."]
     return [f"Without its cable this buoy is not looked at in waves: it does not float upright (GM {free.GM:.3g} m)."]
+
+
+# -- figures -----------------------------------------------------------------------------------------------------------
+
+COLOR = {"moored": COLORS["blue"], "free": COLORS["red"]}
+PANELS = {"surge": "surge [m/m]", "heave": "heave [m/m]", "pitch_over_slope": "pitch / slope of the wave"}
+
+
+def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest: float) -> Figure:
+    """Amplitudes and phases of surge, heave and pitch; runs and flow: rows to be marked next to the curves.
+
+    shortest: period below which waves are too short for strips.
+    """
+    figure = new_figure(PAGE, 4.2)
+    panels = figure.subplots(2, 3, sharex=True)
+    for (name, title), (top, below) in zip(PANELS.items(), panels.T, strict=True):
+        for held, rows in groups(linear, "held").items():
+            period, phases = ([row[key] for row in rows] for key in ("period", f"{_motion(name)}_phase"))
+            top.plot(period, [row[name] for row in rows], color=COLOR[held], label=held)
+            broken = np.abs(np.diff(phases, prepend=phases[0])) > 170  # at an undamped peak, or from side to side
+            below.plot(period, np.where(broken, np.nan, phases), color=COLOR[held])
+            _mark(top, below, name, [row for row in runs if row["held"] == held], "run", COLOR[held])
+        _mark(top, below, name, flow, "flow", COLORS["ink"])
+        values = [row[name] for row in linear if row["period"] >= shortest] or [row[name] for row in linear]
+        if values:  # no higher than thrice what is usual: undamped peaks have no height
+            top.set_ylim(0, 1.08 * min(max(values), 3 * float(np.median(values))))
+        top.set_title(title)
+        below.set(xlabel="period [s]", ylim=(-190, 190), yticks=range(-180, 181, 90))
+        for axes in (top, below):
+            axes.axvspan(0, shortest, color=COLORS["sand"], alpha=0.25, lw=0)
+            axes.set(xlim=(2, 20.5), xticks=[2, 5, 10, 15, 20])
+    panels[0, 0].set_ylabel("amplitude")
+    panels[1, 0].set_ylabel("phase behind the crest [deg]")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    one_each = dict(zip(labels, handles, strict=True))
+    legend_below(figure, 0.3, 5, sorted(one_each.values(), key=lambda line: line.get_marker() != "None"))
+    return figure
+
+
+def _mark(top: Any, below: Any, name: str, rows: list[Row], source: str, color: str) -> None:
+    """Points of runs or of potential flow, if there are any."""
+    if not rows:
+        return
+    marker, label = {"run": ("o", "runs in time"), "flow": ("+", "potential flow, free")}[source]
+    style = {"ls": "", "marker": marker, "color": color, "mfc": "none", "ms": 5, "label": label}
+    period = [row["period"] for row in rows]
+    top.plot(period, [row[f"{name}_{source}"] for row in rows], **style)
+    below.plot(period, [row[f"{_motion(name)}_{source}_phase"] for row in rows], **style)
+
+
+def _motion(name: str) -> str:
+    """Motion with its phase below a panel."""
+    return name.split("_")[0]
+
+
+def draw_levers(levers: list[Row], GM: dict[str, float]) -> Figure:
+    """Righting levers over the heel, with the slope GM at 0; GM: held -> value."""
+    figure = new_figure(PAGE / 2, 2.6)
+    axes = figure.subplots()
+    for held, rows in groups(levers, "held").items():
+        heel, lever = ([row[key] for row in rows] for key in ("heel_deg", "lever"))
+        axes.plot(heel, lever, color=COLOR[held], label=held)
+        axes.plot([0, 20], [0, GM[held] * math.radians(20)], ":", color=COLOR[held], lw=0.8)
+    axes.axhline(0, color=COLORS["ink"], lw=0.6)
+    axes.set(xlabel="heel [deg]", ylabel="righting lever GZ [m]", xlim=(0, 180), xticks=range(0, 181, 30))
+    if levers:
+        axes.legend()
+    return figure

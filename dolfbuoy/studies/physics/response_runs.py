@@ -1,7 +1,9 @@
-"""Runs in time beside the linear response: amplitudes in regular waves, standard deviations in an irregular sea."""
+"""Runs in time against the linear response: amplitudes in regular waves, standard deviations in an irregular sea."""
 
 import math
 import time
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +15,12 @@ from ...linear.response import small_waves
 from ...linear.seaway import Seaway
 from ...model.prescribed_ends import motion_of
 from ...model.sea import heading, wavenumber
+from ...scene import Scene
 from ...scene.cable import MOTION, Top
 from ...scene.sections import Initial, Time
+from ...scene.waves import Waves
+from ...statics.catenary import Array
+from ..study import Row
 
 #: Periods of a run in which the wave grows, in which it settles, and that are looked at; steps in each.
 GROWING, SETTLING, FITTED, STEPS = 6, 6, 4, 200
@@ -26,7 +32,7 @@ LEAST = 0.02
 KINDS = {"surge": "motion", "sway": "motion", "heave": "motion", "roll": "turn", "pitch": "turn"}
 
 
-def measured(scene, period, direction_deg, amplitude) -> dict[str, complex]:
+def measured(scene: Scene, period: float, direction_deg: float, amplitude: float) -> dict[str, complex]:
     """Name -> complex amplitude per metre, as `linear.seaway` has them, of a run from rest with BDF2; and "seconds".
 
     Ends that the scene moves are held still.  "unsettled": by how much amplitudes still change, as a part of them.
@@ -39,7 +45,7 @@ def measured(scene, period, direction_deg, amplitude) -> dict[str, complex]:
     times, values, place = _history(run, direction_deg)
     crest = amplitude * np.exp(1j * wavenumber(run) * float(heading(direction_deg) @ place))
 
-    def fitted(start, stop):
+    def fitted(start: float, stop: float) -> dict[str, complex]:
         """Harmonics per crest over the periods before the end between these."""
         rows = (times > end - (start + 1e-6) * period) & (times < end - (stop - 1e-6) * period)
         columns = np.array([column[rows] for column in values.values()]).T
@@ -50,7 +56,7 @@ def measured(scene, period, direction_deg, amplitude) -> dict[str, complex]:
     return fitted(FITTED, 0) | {"seconds": time.monotonic() - began, "unsettled": unsettled}
 
 
-def measured_in_sea(scene, waves) -> tuple[dict[str, float], dict[str, float]]:
+def measured_in_sea(scene: Scene, waves: Waves) -> tuple[dict[str, float], dict[str, float]]:
     """Standard deviations by name, and "seconds": of the linear response, and of a run with BDF2 over "time" [s].
 
     Both in the same components, drag linearised for them, over the same time: no chance is in their difference.
@@ -66,25 +72,27 @@ def measured_in_sea(scene, waves) -> tuple[dict[str, float], dict[str, float]]:
     began = time.monotonic()
     seaway = Seaway(scene.model_copy(update={"waves": waves}), waves.direction_deg)
     try:
-        own = seaway.over_time(waves, times[kept])
+        linear = seaway.over_time(waves, times[kept])
     finally:
         seaway.destroy()
-    own = {name: float(np.std(column)) for name, column in own.items()}
+    own = {name: float(np.std(column)) for name, column in linear.items()}
     return own | {"seconds": time.monotonic() - began}, run | {"seconds": seconds, "time": SEEN * period}
 
 
-def _run(scene, waves, end, period):
+def _run(scene: Scene, waves: Waves, end: float, period: float) -> Scene:
     stepping = Time(end=end, step=period / STEPS, scheme="bdf2", output_every=end)
     return held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
 
 
-def _history(scene, direction_deg):
+def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array], Array]:
     """Times, name -> values as in `linear.seaway`, and the place of C of the first buoy at rest (without a buoy: of the
     first top)."""
     record = simulate(scene, comm=MPI.COMM_SELF)
     if record.attrs["failed_steps"]:
         raise SolveError("steps failed: these waves are too rough for regular steps")
-    found, buoys, cables = {}, record.get("buoy", []), record.get("cable", [])
+    found: dict[str, Array] = {}
+    buoys: Any = record.get("buoy", [])
+    cables: Any = record.get("cable", [])
     for name in buoys:
         one, ending = record.sel(buoy=name), f" of {name.item()}" if len(buoys) > 1 else ""
         moved, q = one.buoy_position.values - one.buoy_position.values[0], one.buoy_orientation.values
@@ -102,47 +110,38 @@ def _history(scene, direction_deg):
     return record.time.values, found, place
 
 
-def harmonics(times: np.ndarray, values: np.ndarray, omega: float) -> np.ndarray:
-    """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares beside a parabola in time."""
+def harmonics(times: Array, values: Array, omega: float) -> Any:
+    """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares, with a parabola in time."""
     phase, slow = omega * times, (times - times.mean()) / np.ptp(times)
     basis = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(slow), slow, slow**2])
     cosine, sine = np.linalg.lstsq(basis, values, rcond=None)[0][:2]
     return cosine + 1j * sine
 
 
-def compared(own: dict[str, complex], run: dict[str, complex]) -> dict[str, float]:
-    """Difference [%] of the linear amplitudes' sizes from those of a run, of what moves at all beside its like.
+def compared(own: Mapping[str, complex], run: Mapping[str, complex]) -> dict[str, float]:
+    """Difference [%] of the linear amplitudes' sizes from those of a run, of all that moves compared with its like.
 
     Without yaw, which of most buoys nothing holds.
     """
     found = {}
     for kind in ("motion", "turn", "tension"):
-        sizes = {name: abs(run[name]) for name in run if name in own and _kind_of(name) == kind}
+        names = [n for n in run if n in own and KINDS.get(n.split()[0], n.partition("_")[0]) == kind]
+        sizes = {name: abs(run[name]) for name in names}
         for name in (n for n in sizes if sizes[n] > LEAST * max(sizes.values())):
             found[name] = 100 * (abs(own[name]) / sizes[name] - 1)
     return found
 
 
-def _kind_of(name):
-    return "tension" if name.startswith("tension") else KINDS.get(name.split()[0])
-
-
-def held_still(scene):
+def held_still(scene: Scene) -> Scene:
     """The scene with all ends that it moves held where they are at t = 0."""
-    cables = scene.cable and [_with_still_top(cable) for cable in scene.cable]
-    joints = scene.joint and [_still_joint(joint) for joint in scene.joint]
+
+    def still(section: Any, end: Any, changes: Callable[[Any], Row]) -> Any:
+        moved = end is not None and end.kind == "prescribed"
+        return section.model_copy(update=changes(tuple(motion_of(end)(0.0)))) if moved else section
+
+    rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
+    cables = scene.cable and [
+        still(c, c.top, lambda place: {"top": Top(kind="fixed", position=place)}) for c in scene.cable
+    ]
+    joints = scene.joint and [still(j, j.held, lambda place: rest | {"position": place}) for j in scene.joint]
     return scene.model_copy(update={"cable": cables, "joint": joints})
-
-
-def _with_still_top(cable):
-    if cable.top is None or cable.top.kind != "prescribed":
-        return cable
-    top = Top(kind="fixed", position=tuple(motion_of(cable.top)(0.0)))
-    return cable.model_copy(update={"top": top})
-
-
-def _still_joint(joint):
-    if joint.held is None or joint.held.kind != "prescribed":
-        return joint
-    at_rest = dict.fromkeys((*MOTION, "phase_deg", "ramp"))
-    return joint.model_copy(update=at_rest | {"position": tuple(motion_of(joint.held)(0.0))})
