@@ -40,7 +40,8 @@ class Checkpoint:
     @property
     def complete(self) -> bool:
         """True if nothing is left to do."""
-        return bool(self.t >= self.scene.time.end - 1e-9 * self.scene.time.step)
+        time: Any = self.scene.time
+        return bool(self.t >= time.end - 1e-9 * time.step)
 
 
 def write(point: Checkpoint) -> None:
@@ -68,7 +69,8 @@ def load(folder: str | Path, ranks: int, end: float | None = None) -> Checkpoint
     if difference:
         raise InputError(f"{folder / 'scene.toml'} is no longer the scene of the run: {difference} is different.")
     point = Checkpoint(folder, scene, tree["states"], tree["rows"], tree["next_frame"])
-    if end is not None and end < point.t - 1e-9 * scene.time.step:
+    time: Any = scene.time
+    if end is not None and end < point.t - 1e-9 * time.step:
         raise InputError(f"time.end = {end:g}: the run has reached t = {point.t:g} s already.")
     return point
 

@@ -27,7 +27,8 @@ QUANTITIES = {name: one.compared for name, one in quantities.QUANTITIES.items() 
 
 def window_start(scene: Scene) -> float:
     """Errors count from here: after the ramp, or a tenth of the run."""
-    ramp, end = ramp_of(scene), scene.time.end
+    time: Any = scene.time
+    ramp, end = ramp_of(scene), time.end
     return ramp if 0 < ramp <= 0.8 * end else 0.1 * end
 
 

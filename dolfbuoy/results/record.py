@@ -235,7 +235,7 @@ def verify(path: str | Path) -> None:
     is an old one."""
     with undamaged(path, DAMAGED):
         _check_seal(path)
-        check_hdf5(path)
+        check_hdf5(Path(path))
         with netCDF4.Dataset(path) as file:
             found = {name: file.getncattr(name) for name in file.ncattrs()}
     check_format(found, str(path))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,10 +19,11 @@ OFTEN, MOST = 0.05, 0.5
 
 def cut(record: xr.Dataset, scene: Scene) -> float:
     """Part of the steps of a run that could not be taken as they were; with a tolerance, of those that failed."""
+    time: Any = scene.time
     steps, failed = record.sizes["time"] - 1, record.attrs.get("failed_steps", 0)
-    if not failed or not steps or scene.time.tolerance is not None:
+    if not failed or not steps or time.tolerance is not None:
         return float(min(failed / max(steps, 1), 1.0))
-    step = scene.time.step
+    step = time.step
     numbers = np.ceil(record.time.values[1:] / step - 1e-6)
     count = len(np.unique(numbers))  # a step may have been made smaller without having failed
     smaller = numbers[record.time_step.values[1:] < (1 - 1e-6) * step]

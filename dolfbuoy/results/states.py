@@ -31,7 +31,9 @@ def states_of(record: xr.Dataset, scene: Scene) -> list[str]:
 
 def is_under(displaced: Any, scene: Scene, buoy: Buoy) -> Any:
     """True if a buoy that displaces this mass of water [kg] is under water."""
-    return displaced >= (1 - LEAST_FREEBOARD) * scene.sea.density * shape_of(buoy).volume()
+    sea: Any = scene.sea
+    hull: Any = shape_of(buoy)
+    return displaced >= (1 - LEAST_FREEBOARD) * sea.density * hull.volume()
 
 
 def _lean(record: xr.Dataset) -> list[str]:

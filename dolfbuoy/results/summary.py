@@ -44,7 +44,7 @@ def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
     rows += bars.summary_rows(record)
     steps = record.sizes["time"] - 1
     rows.append(("steps, of which retried", f"{steps}, {record.attrs['failed_steps']}", ""))
-    if scene.time.tolerance is None and (smaller := record.attrs.get("rejected_steps", 0)):
+    if scene.time and scene.time.tolerance is None and (smaller := record.attrs.get("rejected_steps", 0)):
         rows.append(("steps made smaller where a line came taut", str(smaller), ""))
     if steps:
         rows.append(("Newton iterations per step", f"{float(record.newton_iterations[1:].mean()):.2f}", ""))
@@ -169,7 +169,7 @@ def remaining_amplitude(period: float, scene: Scene) -> float:
 
     Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
     """
-    time = scene.time
+    time: Any = scene.time
     factor = make_scheme(time.scheme, time.spectral_radius).amplification(2 * math.pi / period, time.step)
     return float(abs(factor) ** (time.end / time.step))
 
