@@ -301,7 +301,7 @@ def _sound(record, scene, comm):
     if (sentence := bcast(comm, unsound and str(unsound))) is not None:
         raise unsound or NoResult(sentence)
     if comm.rank == 0 and retried.cut(record, scene) > retried.OFTEN:
-        warnings.warn(*retried.said(record, scene), stacklevel=3)
+        warnings.warn(*retried.sentences(record, scene), stacklevel=3)
     return record
 
 

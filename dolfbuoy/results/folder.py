@@ -181,7 +181,7 @@ def go_on(path: str | Path, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
 
 
 def finish(path: str | Path, kind: str, requested: Scene | None = None) -> None:
-    """Note that a result is complete; requested: the scene that asked for it, if that is not the one of the result."""
+    """Note that a result is complete; requested: the scene that was requested, if that is not the one of the result."""
     manifest = _manifest(Path(path))
     manifest[kind]["finished"] = True
     if requested is not None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 #: Largest displacement in a picture, as a part of its largest extent; turns look at most this large [rad].
 SHOWN, TURNED = 0.12, 0.25
-#: What is said of a mode of each kind, where a period would stand.
+#: Words for a mode of each kind, where a period would stand.
 KINDS = {
     "oscillates": "",
     "creeps": "overdamped: creeps back",

@@ -58,7 +58,7 @@ class Record:
 
     path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time, of
     which those that are `changing` may.
-    labels: of the dimensions beside xyz and quaternion.  counts: rows on disk along `time` and `frame`.
+    labels: of the dimensions besides xyz and quaternion.  counts: rows on disk along `time` and `frame`.
     """
 
     def __init__(
@@ -270,7 +270,7 @@ def put(path: str | Path, more: xr.Dataset) -> None:
 
 
 def seal(path: str | Path) -> None:
-    """Put a checksum behind the end of a file that is complete, where HDF5 does not look."""
+    """Put a checksum after the end of a file that is complete, where HDF5 does not look."""
     with open(path, "r+b") as file:
         file.write(SEAL + struct.pack("<I", _checksum(file, os.fstat(file.fileno()).st_size)))
 
@@ -285,7 +285,7 @@ def _check_seal(path: str | Path) -> None:
 
 
 def _checksum(file: Any, size: int) -> int:
-    """CRC-32 of the first bytes of an open file, which is left behind them."""
+    """CRC-32 of the first bytes of an open file, which is left just after them."""
     checksum = 0
     while size > 0:
         piece = file.read(min(size, 2**20))

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TENSIONS = ("tension_top", "tension_anchor")
-#: What is said wherever these numbers are shown.
+#: Note wherever these numbers are shown.
 LINEAR = (
     "Linear: standard deviations and amplitudes about the mean, no extremes; slack lines, snaps, a buoy under water "
     "and drift are not in it."
 )
-#: What is said of a scene that moves the ends of its lines.
+#: Note on a scene that moves the ends of its lines.
 HELD = "Ends that the scene moves are held still: only the waves are in this response."
 
 
@@ -37,7 +37,7 @@ def dataset_of_response(
     height: float | None,
     sea: tuple[Any, Any] | None = None,
 ) -> xr.Dataset:
-    """Amplitudes per metre over periods, in small waves and in waves of a height [m] (None: not asked for).
+    """Amplitudes per metre over periods, in small waves and in waves of a height [m] (None: not requested).
 
     seaway: `linear.seaway.Seaway`.  small, high: its X (rows, periods).  sea: (`linear.spectrum.Bins`, its X) of an
     irregular one.

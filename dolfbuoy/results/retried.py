@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from ..scene import Scene
 
-#: Part of the steps from which on it is said that they were cut; and no result is left where so many were.
+#: Part of the steps from which on a sentence says that they were cut; and no result is left where so many were.
 OFTEN, MOST = 0.05, 0.5
 
 
@@ -30,7 +30,7 @@ def cut(record: xr.Dataset, scene: Scene) -> float:
     return float(min(len(np.unique(smaller)), failed) / count)
 
 
-def said(record: xr.Dataset, scene: Scene) -> list[str]:
+def sentences(record: xr.Dataset, scene: Scene) -> list[str]:
     """A sentence about steps that were retried, if there are any."""
     failed, share = record.attrs.get("failed_steps", 0), cut(record, scene)
     doubt = f", in {100 * share:.3g} % of the run: see whether its numbers stay with a smaller time.step"

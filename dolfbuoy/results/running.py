@@ -51,7 +51,7 @@ class Extremes:
     def values(self, observer: Observer) -> dict[str, NDArray[Any]]:
         """By their names in a record, along the lines, on rank 0; collective.
 
-        Those behind the ramp are there if there is a ramp, and once it is over.
+        Those after the ramp are there if there is a ramp, and once it is over.
         """
         lines = self._lines
         if lines is None:
@@ -59,8 +59,8 @@ class Extremes:
         places = lines.node_dofs[: lines.owned_nodes]
         whole = self.kept[:, 0].min(axis=0), self.kept[:, 1].max(axis=0)
         cells = {
-            f"cable_tension_{name}{behind}": getattr(rows[lines.T_dofs], fold)(axis=1)
-            for behind, of_span in (("", whole), ("_after_ramp", self.kept[1]))
+            f"cable_tension_{name}{ending}": getattr(rows[lines.T_dofs], fold)(axis=1)
+            for ending, of_span in (("", whole), ("_after_ramp", self.kept[1]))
             for (name, fold), rows in zip((("minimum", "min"), ("maximum", "max")), of_span, strict=True)
         }
         loads = np.array([piece.section.breaking_load or np.nan for piece in lines.pieces])
@@ -76,7 +76,7 @@ class Extremes:
 
 
 class Envelope(NamedTuple):
-    """Tension of each element of a cable [N], behind the ramp: extremes of all steps, mean of the recorded frames."""
+    """Tension of each element of a cable [N], after the ramp: extremes of all steps, mean of the recorded frames."""
 
     least: NDArray[Any]
     mean: NDArray[Any]
@@ -87,7 +87,7 @@ class Envelope(NamedTuple):
 
 
 def envelope_of(record: xr.Dataset, scene: Scene) -> Envelope:
-    """Envelope of the record of one cable.  Raises TooShort if there are fewer than two frames behind the ramp."""
+    """Envelope of the record of one cable.  Raises TooShort if there are fewer than two frames after the ramp."""
     frames = record.frame.values
     rows = after_ramp(frames, scene, 2, "envelope of the tension")
     mean = mean_over_time(frames[rows], record.cable_tension.values[rows])

@@ -172,15 +172,15 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     coordinates = {"run": [run.name for run in runs], "set": np.arange(len(sets)), "set_of_run": ("run", member)}
     if found:
         coordinates["bound"] = ["estimate", "low", "high"]
-    told: dict[str, Any] = {
+    attributes: dict[str, Any] = {
         "exponent": fatigue.exponent,
         "frequency_Hz": fatigue.frequency,
         "hours": HOURS,
         "covered": COVERED,
     }
-    told |= {"constant": fatigue.constant} if fatigue.constant else {}
-    told["notes"] = "\n".join([*_parted(runs), *notes])
-    return xr.Dataset(data | found, coordinates | columns.names, attrs=told)
+    attributes |= {"constant": fatigue.constant} if fatigue.constant else {}
+    attributes["notes"] = "\n".join([*_parted(runs), *notes])
+    return xr.Dataset(data | found, coordinates | columns.names, attrs=attributes)
 
 
 def _parted(runs: list[Run]) -> list[str]:
@@ -348,8 +348,8 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
         "part": ("series", [place_of(label).part for label in labels]),
         "unit": ("series", [described(label)[0] for label in labels]),
     }
-    told = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
-    return xr.Dataset(data, coordinates, attrs=told)
+    attributes = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
+    return xr.Dataset(data, coordinates, attrs=attributes)
 
 
 def _states(runs: list[Run], scatter: Path) -> Iterator[tuple[float, list[Run]]]:

@@ -199,7 +199,7 @@ def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
-    return found + retried.said(record, scene)
+    return found + retried.sentences(record, scene)
 
 
 def static_warnings(record: xr.Dataset, scene: Scene) -> list[str]:

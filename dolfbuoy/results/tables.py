@@ -83,7 +83,7 @@ def _text(value: Any, factor: float | None = None) -> str:
 
 
 def force_unit(values: Any) -> tuple[str, float]:
-    """Unit in which forces of this size [N] are said, and the factor to it: kN from 1000 N on.
+    """Unit in which forces of this size [N] are shown, and the factor to it: kN from 1000 N on.
 
     values: an array or a list; what is None or not finite does not count.
     """
@@ -92,7 +92,7 @@ def force_unit(values: Any) -> tuple[str, float]:
 
 
 def unit_of(values: Any, unit: str) -> tuple[str, float]:
-    """Unit in which values of a unit are said, and the factor to it: of forces by their size, else the same."""
+    """Unit in which values of a unit are shown, and the factor to it: of forces by their size, else the same."""
     return force_unit(values) if unit == "N" else (unit, 1.0)
 
 
