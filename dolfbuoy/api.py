@@ -296,12 +296,12 @@ def _put(record, bars, scene, folder):
 
 
 def _sound(record, scene, comm):
-    """The record of a finished run, said so if its steps were often retried.  Raises NoResult if most of them were."""
+    """The record of a finished run, with a warning if its steps were often retried.  Raises NoResult if most of them were."""
     unsound = retried.refused(record, scene) if comm.rank == 0 else None
     if (sentence := bcast(comm, unsound and str(unsound))) is not None:
         raise unsound or NoResult(sentence)
     if comm.rank == 0 and retried.cut(record, scene) > retried.OFTEN:
-        warnings.warn(*retried.said(record, scene), stacklevel=3)
+        warnings.warn(*retried.sentences(record, scene), stacklevel=3)
     return record
 
 

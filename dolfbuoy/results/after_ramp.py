@@ -1,8 +1,12 @@
 """The part of a run after its ramp: rows, spectra; and the scene of a record."""
 
-from typing import TYPE_CHECKING
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..scene import Scene, kept_scene
@@ -21,6 +25,10 @@ DECADES, NOISE = 6, 1e-12
 BEHIND = 1 - 1e-9
 
 
+#: Name, frequencies [Hz], densities.
+Curve = tuple[str, NDArray[Any], NDArray[Any]]
+
+
 class Missing(InputError):
     """A record, or a scene, without what a figure shows."""
 
@@ -29,7 +37,7 @@ class TooShort(InputError):
     """A record that ends before there is enough of it for a figure."""
 
 
-def scene_of(record: "xr.Dataset") -> Scene:
+def scene_of(record: xr.Dataset) -> Scene:
     """The scene in the attributes of a record.  Raises InputError without one, or for an old one."""
     if "scene" not in record.attrs:
         raise InputError("This record does not carry its scene: give the scene beside it.")
@@ -37,7 +45,7 @@ def scene_of(record: "xr.Dataset") -> Scene:
     return kept_scene(record.attrs["scene"])
 
 
-def after_ramp(times: np.ndarray, scene: Scene, at_least: int, what: str) -> np.ndarray:
+def after_ramp(times: NDArray[Any], scene: Scene, at_least: int, what: str) -> NDArray[Any]:
     """Rows of the times from the end of the ramp on.  Raises TooShort, with `what` needs them, if they are too few."""
     ramp = ramp_of(scene)
     rows = np.flatnonzero(times >= ramp * BEHIND)
@@ -47,7 +55,9 @@ def after_ramp(times: np.ndarray, scene: Scene, at_least: int, what: str) -> np.
     return rows
 
 
-def spectra_of(record: "xr.Dataset", scene: Scene, what: str, series) -> tuple[list[tuple], float | None]:
+def spectra_of(
+    record: xr.Dataset, scene: Scene, what: str, series: Iterable[tuple[str, NDArray[Any]]]
+) -> tuple[list[Curve], float | None]:
     """[(name, frequencies [Hz], densities), ...] of (name, values over the whole run) after the ramp, and the period of
     the drive.  Raises TooShort."""
     period, times = period_of(scene), record.time.values
@@ -61,7 +71,7 @@ def spectra_of(record: "xr.Dataset", scene: Scene, what: str, series) -> tuple[l
     return [(name, *density(t, values[rows], period)) for name, values in series], period
 
 
-def window_of(curves: list[tuple], period: float | None) -> tuple[float, float, float]:
+def window_of(curves: list[Curve], period: float | None) -> tuple[float, float, float]:
     """Largest frequency [Hz], least and largest density in which curves of `spectra_of` are shown.
 
     Up to where the highest of them vanishes, and to the fourth harmonic of the drive.
@@ -72,7 +82,7 @@ def window_of(curves: list[tuple], period: float | None) -> tuple[float, float, 
     return max(end, 4 / period if period else 0.0, 4 * f[1]), highest / 10**DECADES, 4 * highest
 
 
-def density(t: np.ndarray, x: np.ndarray, period: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+def density(t: NDArray[Any], x: NDArray[Any], period: float | None = None) -> tuple[NDArray[Any], NDArray[Any]]:
     """Frequencies [Hz] and one-sided power spectral density [unit of x squared / Hz] of a series, without its trend.
 
     Welch's method on equal steps, to which x is interpolated: Hann windows of half the series that overlap by half;
@@ -86,7 +96,7 @@ def density(t: np.ndarray, x: np.ndarray, period: float | None = None) -> tuple[
     return welch(np.interp(grid, t, x), rate, segment)
 
 
-def welch(x: np.ndarray, rate: float, size: int) -> tuple[np.ndarray, np.ndarray]:
+def welch(x: NDArray[Any], rate: float, size: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Frequencies and one-sided density of equally spaced values, as scipy.signal.welch(detrend="linear") has them.
 
     Loading scipy.signal takes a tenth of what a run of `driven` takes.

@@ -1,10 +1,15 @@
 """Error bars of a record in tables: `largest top tension 11.17 +- 0.05 kN`."""
 
+from __future__ import annotations
+
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from .quantities import declared
 from .tables import force_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Numbers of an output, and their names before that of the series.
 NUMBERS = {"max": "largest", "min": "smallest", "mean": "mean", "std": "standard deviation of"}
@@ -30,7 +35,7 @@ class Row(NamedTuple):
     chance: str
 
 
-def rows_of(record) -> list[Row]:
+def rows_of(record: xr.Dataset) -> list[Row]:
     """All outputs that have a bar or the reason why they have none; empty for a record without bars."""
     if "bar" not in record:
         return []
@@ -53,7 +58,7 @@ def rows_of(record) -> list[Row]:
     return found
 
 
-def summary_rows(record) -> list[tuple[str, str, str]]:
+def summary_rows(record: xr.Dataset) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of the outputs in SHOWN, and a sentence where there is something to say about all."""
     rows = []
     for row in rows_of(record):
@@ -76,7 +81,7 @@ def number_with(value: float, bar: float) -> tuple[str, str]:
     return f"{value:.{digits}f}", f"{bar:.{digits}f}"
 
 
-def _name(series):
+def _name(series: str) -> str:
     if series == "anchor":
         return "anchor force"
     quantity = declared(series)

@@ -4,10 +4,14 @@ The record is written first, so that after a kill at any moment it is as long as
 longer is cut off and computed again.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..scene import Scene, kept_scene, load_scene
@@ -24,19 +28,20 @@ class Checkpoint:
 
     folder: Path
     scene: Scene
-    states: list[dict]
+    states: list[dict[str, Any]]
     rows: dict[str, int]
     next_frame: float
 
     @property
     def t(self) -> float:
         """Time that was reached [s]."""
-        return self.states[0]["t"]
+        return float(self.states[0]["t"])
 
     @property
     def complete(self) -> bool:
         """True if nothing is left to do."""
-        return self.t >= self.scene.time.end - 1e-9 * self.scene.time.step
+        time: Any = self.scene.time
+        return bool(self.t >= time.end - 1e-9 * time.step)
 
 
 def write(point: Checkpoint) -> None:
@@ -47,7 +52,7 @@ def write(point: Checkpoint) -> None:
         np.savez(file, **_flatten(tree))
 
 
-def load(folder, ranks: int, end: float | None = None) -> Checkpoint:
+def load(folder: str | Path, ranks: int, end: float | None = None) -> Checkpoint:
     """The checkpoint of a run on as many ranks; end: another end of the run [s], not before the time that was reached.
 
     Raises InputError if there is no run, or not this one.
@@ -64,7 +69,8 @@ def load(folder, ranks: int, end: float | None = None) -> Checkpoint:
     if difference:
         raise InputError(f"{folder / 'scene.toml'} is no longer the scene of the run: {difference} is different.")
     point = Checkpoint(folder, scene, tree["states"], tree["rows"], tree["next_frame"])
-    if end is not None and end < point.t - 1e-9 * scene.time.step:
+    time: Any = scene.time
+    if end is not None and end < point.t - 1e-9 * time.step:
         raise InputError(f"time.end = {end:g}: the run has reached t = {point.t:g} s already.")
     return point
 
@@ -82,10 +88,10 @@ def read_scene(folder: Path, end: float | None = None) -> Scene:
     return scene if end is None else load_scene(scene, **{"time.end": end})
 
 
-def _read(path):
+def _read(path: Path) -> dict[str, Any]:
     otherwise = "is damaged, or not a checkpoint: the run can only begin anew, with --overwrite."
     with undamaged(path, otherwise), open(path, "rb") as file, np.load(file) as leaves:
-        tree = _unflatten(dict(leaves))
+        tree: dict[str, Any] = _unflatten(dict(leaves))
         number = tree["format"]
         if number == FORMAT:
             kept = {name: tree[name] for name in ("states", "rows", "next_frame")}
@@ -100,7 +106,7 @@ def _read(path):
     return tree
 
 
-def _flatten(tree, path=""):
+def _flatten(tree: Any, path: str = "") -> dict[str, NDArray[Any]]:
     """Nested dicts and lists -> {"a/0/b": array}; None is left out."""
     if tree is None:
         return {}
@@ -111,9 +117,9 @@ def _flatten(tree, path=""):
     return {name: leaf for key, item in items for name, leaf in _flatten(item, f"{prefix}{key}").items()}
 
 
-def _unflatten(leaves):
+def _unflatten(leaves: dict[str, NDArray[Any]]) -> Any:
     """The inverse; a dict whose keys are numbers is a list, an array without dimensions a number or a text."""
-    tree = {}
+    tree: dict[str, Any] = {}
     for path, leaf in leaves.items():
         *branches, last = path.split("/")
         node = tree
@@ -123,7 +129,7 @@ def _unflatten(leaves):
     return _with_lists(tree)
 
 
-def _with_lists(node):
+def _with_lists(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     if node and all(key.isdigit() for key in node):
@@ -131,7 +137,7 @@ def _with_lists(node):
     return {key: _with_lists(item) for key, item in node.items()}
 
 
-def _difference(a, b, path=""):
+def _difference(a: Any, b: Any, path: str = "") -> str | None:
     """Key of the first value in which two scenes differ, or None; the end of the run may be moved."""
     if not (isinstance(a, dict) and isinstance(b, dict)):
         return None if a == b or path == "time.end" else path

@@ -5,10 +5,15 @@ relative to the range (max - min) of the reference; of a vector the diagonal of 
 here is anything with times `t` and `values`, name -> array.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from ..errors import InputError
@@ -34,7 +39,7 @@ class Reference:
     start: errors count from this time on.  whole: the run whose ranges errors are relative to, if it is another.
     """
 
-    def __init__(self, run, start: float, whole: "Reference | None" = None):
+    def __init__(self, run: Any, start: float, whole: Reference | None = None) -> None:
         self.start, self.end, self.whole = start, run.t[-1], whole or self
         self.splines = {name: CubicSpline(run.t, values) for name, values in run.values.items()}
         inside = run.t >= start - 1e-9 * self.end
@@ -44,7 +49,7 @@ class Reference:
         """max - min after the start; of a vector the diagonal of the box."""
         return float(np.linalg.norm(np.ptp(self.whole.inside[name], axis=0)))
 
-    def error(self, run, name: str) -> Error:
+    def error(self, run: Any, name: str) -> Error:
         """Error of a run at its own times.  A quantity that does not vary has errors inf, unless they are 0."""
         inside = (run.t >= self.start - 1e-9 * self.end) & (run.t <= self.end * (1 + 1e-9))
         t, values = np.minimum(run.t[inside], self.end), _columns(run.values[name])[inside]
@@ -54,11 +59,11 @@ class Reference:
         return Error(_relative(_rms(t, np.linalg.norm(difference, axis=1)), size), _relative(largest, size))
 
 
-def _columns(values):
+def _columns(values: Any) -> NDArray[Any]:
     return np.asarray(values, dtype=float).reshape(len(values), -1)
 
 
-def _rms(t, values):
+def _rms(t: NDArray[Any], values: NDArray[Any]) -> float:
     """Root of the mean square over time (trapezoidal rule, exact for unequal steps)."""
     if len(t) < 2:
         raise InputError("The run is too short to compare: fewer than two of its times lie after the ramp.")
@@ -66,11 +71,11 @@ def _rms(t, values):
     return float(np.sqrt(np.sum(np.diff(t) * (squares[1:] + squares[:-1]) / 2) / (t[-1] - t[0])))
 
 
-def _relative(value, size):
+def _relative(value: float, size: float) -> float:
     return float(value / size) if size > 0 else (0.0 if value == 0 else float("inf"))
 
 
-def own_error(changes, highest: float = 2.0) -> float:
+def own_error(changes: Sequence[float], highest: float = 2.0) -> float:
     """Richardson: error of the finest of runs that are each twice as fine as the one before.
 
     changes: errors of each but the last against its next.  The order is that of the last two changes, between 1 and
@@ -98,7 +103,7 @@ class Curve:
     The error never falls as x grows: a bump counts for all larger x.  Beyond the largest x nothing is known.
     """
 
-    def __init__(self, points):
+    def __init__(self, points: Iterable[tuple[float, float]]) -> None:
         points = sorted((x, e) for x, e in points if e > 0)
         self.x = np.array([x for x, _ in points])
         self.error = np.maximum.accumulate([e for _, e in points]) if points else np.array([])
@@ -117,7 +122,7 @@ class Curve:
             return float(self.error[0] * (x / self.x[0]) ** self.order)
         return float(np.exp(np.interp(math.log(x), np.log(self.x), np.log(self.error))))
 
-    def largest(self, error: float, sizes) -> float | None:
+    def largest(self, error: float, sizes: Iterable[float]) -> float | None:
         """The largest of these sizes with at most this error."""
         return next((x for x in sorted(sizes, reverse=True) if self(x) <= error), None)
 
@@ -129,7 +134,7 @@ def nice_numbers(low: float, high: float) -> list[float]:
     return [x for x in numbers if low <= x <= high * (1 + 1e-9)]
 
 
-def orders(rows: list[dict], error: str, size: str = "h") -> None:
+def orders(rows: list[dict[str, Any]], error: str, size: str = "h") -> None:
     """Add the observed order between consecutive rows as `order_<error>` (None in the first)."""
     for before, row in zip([None, *rows], rows, strict=False):
         row[f"order_{error}"] = None
@@ -137,7 +142,7 @@ def orders(rows: list[dict], error: str, size: str = "h") -> None:
             row[f"order_{error}"] = math.log(before[error] / row[error]) / math.log(before[size] / row[size])
 
 
-def reach(points, accuracy: float) -> dict | None:
+def reach(points: Iterable[tuple[float, float, float]], accuracy: float) -> dict[str, Any] | None:
     """Size and seconds at which a family has this error; points: (size, error, seconds), errors grow with the size.
 
     Powers between the measurements, and beyond the finest (`extrapolated`), where the work is inverse to the size; the
@@ -158,7 +163,7 @@ def reach(points, accuracy: float) -> dict | None:
     return {"size": float(size), "seconds": wall, "note": beyond}
 
 
-def pareto(points) -> list[int]:
+def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
     """Indices of (time, error) that no other point beats in both, from the fastest on."""
     front, best = [], float("inf")
     for i in sorted(range(len(points)), key=lambda i: tuple(points[i])):

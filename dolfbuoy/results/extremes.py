@@ -6,12 +6,16 @@ it the interval, is found once for each number of runs from samples of u = 0, b 
 Crests of a sea are independent Rayleigh ones (Cartwright and Longuet-Higgins 1956, narrow band).
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from ..model.spectra import Spectrum
@@ -53,7 +57,7 @@ class Gumbel:
         low, high = np.quantile(_pivots(self.runs, float(times)), [(1 - COVERED) / 2, (1 + COVERED) / 2])
         return found - self.scale * float(high), found - self.scale * float(low)
 
-    def above(self, x: np.ndarray, times: float = 1.0) -> np.ndarray:
+    def above(self, x: ArrayLike, times: float = 1.0) -> Any:
         """Probability that the largest value is above x."""
         return -np.expm1(-times * np.exp(-(np.asarray(x) - self.location) / self.scale))
 
@@ -77,16 +81,16 @@ def fit_gumbel(maxima: Sequence[float]) -> Gumbel:
 
     Raises InputError if they are fewer than LEAST, or all the same.
     """
-    maxima = np.asarray(maxima, dtype=float)
-    if len(maxima) < LEAST:
-        raise InputError(f"an extreme needs {LEAST} seeds at least, and here are {len(maxima)}")
-    if np.ptp(maxima) <= 1e-6 * np.abs(maxima).max():
+    values = np.asarray(maxima, dtype=float)
+    if len(values) < LEAST:
+        raise InputError(f"an extreme needs {LEAST} seeds at least, and here are {len(values)}")
+    if np.ptp(values) <= 1e-6 * np.abs(values).max():
         raise InputError("the largest values are all the same: without chance there is no distribution of them")
-    (location,), (scale,) = _likeliest(maxima[None])
-    return Gumbel(float(location), float(scale), len(maxima))
+    (location,), (scale,) = _likeliest(values[None])
+    return Gumbel(float(location), float(scale), len(values))
 
 
-def _likeliest(samples):
+def _likeliest(samples: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """u and b of each row: b is the root of mean(x) - b - sum(x e^(-x/b)) / sum(e^(-x/b)), which falls with b.
 
     All rows at once, as `_pivots` needs them: scipy.stats.gumbel_r.fit takes one sample at a time.
@@ -104,12 +108,12 @@ def _likeliest(samples):
 
 
 @functools.cache
-def _pivots(runs, times):
+def _pivots(runs: int, times: float) -> NDArray[Any]:
     """(estimate - truth) / estimated scale of the most probable value, of many samples of so many maxima."""
     samples = np.random.default_rng(_SEED).gumbel(size=(_SAMPLES, runs))
     location, scale = _likeliest(samples)
     rise = math.log(times)
-    return (location + scale * rise - rise) / scale
+    return np.asarray((location + scale * rise - rise) / scale)
 
 
 # -- a Gaussian sea --------------------------------------------------------------------------------------------------

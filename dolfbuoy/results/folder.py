@@ -4,6 +4,8 @@
 written.  Only these are ever replaced or removed; whatever else lies in the folder is the user's.
 """
 
+from __future__ import annotations
+
 import fcntl
 import hashlib
 import json
@@ -11,9 +13,10 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..elsewhere import MPI
 from ..errors import InputError
@@ -23,9 +26,14 @@ from ..writing import replacing, write_text
 from . import checkpoint
 from .record import save, verify
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene import Scene
+
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
 #: What each kind of result consists of, the record first; a run has figures too.
-FILES = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
+FILES: dict[str, tuple[str, ...]] = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
 _WITHOUT_RUN = ("static", "modes", "stiffness", "offsets", "response", "periodic")
 FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
 FILES["sweep"] = ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html")
@@ -39,35 +47,35 @@ _OWN = re.compile(
 
 
 @contextmanager
-def claimed(path, comm=MPI.COMM_SELF, shared=False):
+def claimed(path: str | Path, comm: Any = MPI.COMM_SELF, shared: bool = False) -> Iterator[None]:
     """Make a folder, and be the only process, or the only group of ranks, that writes in it.
 
     Collective; the lock is that of rank 0 and ends with its process.  shared: others that share it may write too.
     Raises InputError if there is another, or if nothing can be written there.
     """
-    lock = _on_root(comm, _lock, Path(path), shared)
+    with _agreed(comm) as root:
+        lock = _lock(Path(path), shared) if root else None
     try:
         yield
     finally:
-        if comm.rank == 0:
+        if lock is not None:
             os.close(lock)
 
 
-def _on_root(comm, function, *arguments):
-    """Result of a function on rank 0, on all ranks; an InputError of it is raised by all."""
-    result, error = None, None
-    if comm.rank == 0:
-        try:
-            result = function(*arguments)
-        except InputError as refused:
-            error = refused
-    result, error = bcast(comm, (result, error))
+@contextmanager
+def _agreed(comm: Any) -> Iterator[bool]:
+    """A block for rank 0, where it is given True; an InputError in it is raised on all ranks."""
+    error = None
+    try:
+        yield comm.rank == 0
+    except InputError as refused:
+        error = refused
+    error = bcast(comm, error)
     if error is not None:
         raise error
-    return result
 
 
-def _lock(path, shared):
+def _lock(path: Path, shared: bool) -> int:
     try:
         path.mkdir(parents=True, exist_ok=True)
         lock = os.open(path / LOCK, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
@@ -85,16 +93,20 @@ def _lock(path, shared):
     return lock
 
 
-def holds(path, kind: str, scene, overwrite: bool = False, comm=MPI.COMM_SELF) -> bool:
+def holds(path: str | Path, kind: str, scene: Scene, overwrite: bool = False, comm: Any = MPI.COMM_SELF) -> bool:
     """True if the finished result of this scene is in the folder already; collective.
 
     kind: a key of FILES.  Raises InputError if the results of something else, or a file of the user's, would be
     replaced; overwrite: results may be, a file of the user's never.
     """
-    return _on_root(comm, _holds, Path(path), kind, scene, overwrite)
+    found = False
+    with _agreed(comm) as root:
+        if root:
+            found = _holds(Path(path), kind, scene, overwrite)
+    return bool(bcast(comm, found))
 
 
-def _holds(path, kind, scene, overwrite):
+def _holds(path: Path, kind: str, scene: Scene, overwrite: bool) -> bool:
     entry = _manifest(path).get(kind, {})
     record = path / FILES[kind][0]
     listed = record.name in entry.get("files", ()) and record.exists()
@@ -117,7 +129,7 @@ def _holds(path, kind, scene, overwrite):
     return False
 
 
-def _check_own(path, name, entry):
+def _check_own(path: Path, name: str, entry: dict[str, Any]) -> None:
     """Refuse to replace a file that is not the program's, or a scene that was edited."""
     file = path / name
     if not os.path.lexists(file):
@@ -130,12 +142,12 @@ def _check_own(path, name, entry):
     )
 
 
-def digest(scene) -> str:
+def digest(scene: Scene) -> str:
     """Text of the complete scene, as it is written."""
     return hashlib.sha256(scene.to_toml().encode()).hexdigest()
 
 
-def begin(path, kind: str, scene) -> None:
+def begin(path: str | Path, kind: str, scene: Scene) -> None:
     """Remove the former result of this kind, note the new one, and write its scene.  Raises OSError."""
     path = Path(path)
     manifest = _manifest(path)
@@ -149,28 +161,27 @@ def begin(path, kind: str, scene) -> None:
     _save_scene(path, kind, scene)
 
 
-def go_on(path, scene, comm=MPI.COMM_SELF) -> None:
+def go_on(path: str | Path, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
     """Note that the run in a folder goes on, perhaps to another end; collective.
 
     Raises InputError for a damaged record, or an edited scene that would be replaced.
     """
+    path = Path(path)
     comm.barrier()  # nobody reads the old scene any more
-    _on_root(comm, _go_on, Path(path), scene)
+    with _agreed(comm) as root:
+        if root:
+            verify(path / "results.nc")
+            manifest = _manifest(path)
+            entry = manifest.get("run", {})
+            if load_scene(path / "scene.toml") != scene:
+                if "scene" in entry:
+                    _check_own(path, "scene.toml", entry)
+                _save_scene(path, "run", scene)
+            _note(path, manifest, "run", scene, (*FILES["run"], *entry.get("files", ())))
 
 
-def _go_on(path, scene):
-    verify(path / "results.nc")
-    manifest = _manifest(path)
-    entry = manifest.get("run", {})
-    if load_scene(path / "scene.toml") != scene:
-        if "scene" in entry:
-            _check_own(path, "scene.toml", entry)
-        _save_scene(path, "run", scene)
-    _note(path, manifest, "run", scene, (*FILES["run"], *entry.get("files", ())))
-
-
-def finish(path, kind: str, requested=None) -> None:
-    """Note that a result is complete; requested: the scene that asked for it, if that is not the one of the result."""
+def finish(path: str | Path, kind: str, requested: Scene | None = None) -> None:
+    """Note that a result is complete; requested: the scene that was requested, if that is not the one of the result."""
     manifest = _manifest(Path(path))
     manifest[kind]["finished"] = True
     if requested is not None:
@@ -178,7 +189,7 @@ def finish(path, kind: str, requested=None) -> None:
     _write(Path(path), manifest)
 
 
-def keep(path, kind: str, scene, dataset, comm=MPI.COMM_SELF) -> None:
+def keep(path: str | Path, kind: str, scene: Scene, dataset: xr.Dataset, comm: Any = MPI.COMM_SELF) -> None:
     """Write a result that takes no time, in the place of the former one of its kind; collective, saved by rank 0.
 
     Raises InputError if a file of the user's would be replaced, OSError.
@@ -191,7 +202,7 @@ def keep(path, kind: str, scene, dataset, comm=MPI.COMM_SELF) -> None:
             finish(path, kind)
 
 
-def make_ready(path, kind: str, scene, comm=MPI.COMM_SELF) -> None:
+def make_ready(path: str | Path, kind: str, scene: Scene, comm: Any = MPI.COMM_SELF) -> None:
     """Before the work: see that `keep` will be able to write there, if there is a path; collective.
 
     Raises InputError if the folder cannot be made, is in use, or a file of the user's would be replaced.
@@ -201,67 +212,67 @@ def make_ready(path, kind: str, scene, comm=MPI.COMM_SELF) -> None:
             holds(path, kind, scene, True, comm)
 
 
-def enlist(path, files: Iterable[Path], kind: str = "run", comm=MPI.COMM_SELF) -> None:
+def enlist(path: str | Path, files: Iterable[Path], kind: str = "run", comm: Any = MPI.COMM_SELF) -> None:
     """Note files that are about to be written; collective.  Raises InputError if one is there that is the user's."""
-    _on_root(comm, _enlist, Path(path), files, kind)
+    path = Path(path)
+    with _agreed(comm) as root:
+        if root:
+            manifest = _manifest(path)
+            entry = manifest.setdefault(kind, {"files": []})
+            names = [file.relative_to(path).as_posix() for file in files]
+            for name in names:
+                _check_own(path, name, entry)
+            entry["files"] = list(dict.fromkeys([*entry["files"], *names]))
+            _write(path, manifest)
 
 
-def _enlist(path, files, kind):
-    manifest = _manifest(path)
-    entry = manifest.setdefault(kind, {"files": []})
-    names = [file.relative_to(path).as_posix() for file in files]
-    for name in names:
-        _check_own(path, name, entry)
-    entry["files"] = list(dict.fromkeys([*entry["files"], *names]))
-    _write(path, manifest)
-
-
-def remark(path, kind: str, **facts) -> None:
+def remark(path: str | Path, kind: str, **facts: Any) -> None:
     """Note what else is known of a result, until another takes its place."""
     manifest = _manifest(Path(path))
     manifest[kind] |= facts
     _write(Path(path), manifest)
 
 
-def remarks(path, kind: str) -> dict:
+def remarks(path: str | Path, kind: str) -> dict[str, Any]:
     """Notes of `remark`, among the rest of the manifest's entry; empty if there is none."""
-    return _manifest(Path(path)).get(kind, {})
+    found: dict[str, Any] = _manifest(Path(path)).get(kind, {})
+    return found
 
 
-def can_resume(path, scene) -> bool:
+def can_resume(path: str | Path, scene: Scene) -> bool:
     """True if the folder holds a checkpoint of a run of this scene."""
     entry = _manifest(Path(path)).get("run", {})
     return entry.get("scene") == digest(scene) and all((Path(path) / name).is_file() for name in FILES["run"])
 
 
-def is_edited(path, scene) -> bool:
+def is_edited(path: str | Path, scene: Scene) -> bool:
     """True if the scene in a folder is known not to be that of its run."""
     written = _manifest(Path(path)).get("run", {}).get("scene")
     return written is not None and written != digest(scene)
 
 
-def _note(path, manifest, kind, scene, files):
+def _note(path: Path, manifest: dict[str, Any], kind: str, scene: Scene, files: Iterable[str]) -> None:
     command = shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
     entry = {"scene": digest(scene), "command": command, "finished": False, "files": list(dict.fromkeys(files))}
     _write(path, manifest | {kind: entry})
 
 
-def _save_scene(path, kind, scene):
+def _save_scene(path: Path, kind: str, scene: Scene) -> None:
     with replacing(path / FILES[kind][1]) as part:
         scene.save(part)
 
 
-def _write(path, manifest):
+def _write(path: Path, manifest: dict[str, Any]) -> None:
     write_text(path / MANIFEST, json.dumps(manifest, indent=1))
 
 
-def _manifest(path):
+def _manifest(path: Path) -> dict[str, Any]:
     """Entries of the manifest by kind; none if there is no manifest.  Raises InputError for a damaged one."""
     file = path / MANIFEST
     try:
         if file.exists() and not file.is_file():
             raise ValueError("a pipe would be read for ever")
-        manifest = json.loads(file.read_text(encoding="utf-8"))
+        manifest: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
         good = all(kind in FILES and _is_entry(entry) for kind, entry in manifest.items())
     except FileNotFoundError:
         return {}
@@ -272,6 +283,6 @@ def _manifest(path):
     return manifest
 
 
-def _is_entry(entry):
+def _is_entry(entry: dict[str, Any]) -> bool:
     files = entry.get("files")
     return isinstance(files, list) and all(isinstance(name, str) and _OWN.fullmatch(name) for name in files)

@@ -1,15 +1,20 @@
 """Datasets of numbers that are not over time: modes, responses, stiffnesses, offsets."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Labels of the dimension `part` of complex numbers, which NetCDF does not have.
 PARTS = ("real", "imaginary")
+#: Dimensions, values, and attributes, or unit and long name.
+Variable = tuple[Any, ...]
 
 
 def unit_and_name(unit: str, text: str) -> dict[str, str]:
@@ -17,7 +22,9 @@ def unit_and_name(unit: str, text: str) -> dict[str, str]:
     return {"units": unit, "long_name": text} if unit else {"long_name": text}
 
 
-def labelled(variables: Mapping[str, tuple], labels: Mapping[str, Sequence], attributes: dict) -> "xr.Dataset":
+def labelled(
+    variables: Mapping[str, Variable], labels: Mapping[str, Sequence[Any]], attributes: dict[str, Any]
+) -> xr.Dataset:
     """A dataset of {name: (dimensions, values, (unit, long name))}; labels: coordinates by their dimension.
 
     Complex values become their two parts, where `part` stands among the dimensions.
@@ -28,12 +35,12 @@ def labelled(variables: Mapping[str, tuple], labels: Mapping[str, Sequence], att
     return xr.Dataset(made, {name: list(names) for name, names in labels.items()}, attributes)
 
 
-def _real(dims, values):
+def _real(dims: Sequence[str], values: NDArray[Any]) -> NDArray[Any]:
     if not np.iscomplexobj(values):
         return values
     return np.stack([values.real, values.imag], axis=list(dims).index("part"))
 
 
-def complex_of(variable: "xr.DataArray") -> np.ndarray:
+def complex_of(variable: xr.DataArray) -> NDArray[Any]:
     """Complex numbers of a variable over `part`."""
-    return variable.isel(part=0).values + 1j * variable.isel(part=1).values
+    return np.asarray(variable.isel(part=0).values + 1j * variable.isel(part=1).values)

@@ -1,11 +1,16 @@
 """Runs of which some quantities are kept, as they are compared, and what they cost."""
 
+from __future__ import annotations
+
 import platform
 import time as clock
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI
 from ..errors import InputError
@@ -22,7 +27,8 @@ QUANTITIES = {name: one.compared for name, one in quantities.QUANTITIES.items() 
 
 def window_start(scene: Scene) -> float:
     """Errors count from here: after the ramp, or a tenth of the run."""
-    ramp, end = ramp_of(scene), scene.time.end
+    time: Any = scene.time
+    ramp, end = ramp_of(scene), time.end
     return ramp if 0 < ramp <= 0.8 * end else 0.1 * end
 
 
@@ -46,8 +52,8 @@ def check_quantity(scene: Scene, quantity: str) -> None:
 class Run:
     """Quantities (time, numbers) over time, and what they cost: seconds of the stepping loop alone."""
 
-    t: np.ndarray
-    values: dict[str, np.ndarray]
+    t: NDArray[Any]
+    values: dict[str, NDArray[Any]]
     wall: float = 0.0
     cpu: float = 0.0
     steps: int = 0
@@ -56,19 +62,19 @@ class Run:
     failed: int = 0
     unknowns: int = 0
 
-    def save(self, file) -> None:
+    def save(self, file: Any) -> None:
         """Write times and quantities, for `kept`."""
         with replacing(file) as part, open(part, "wb") as open_part:
             np.savez_compressed(open_part, t=self.t, **self.values)
 
     @classmethod
-    def kept(cls, file) -> "Run":
+    def kept(cls, file: Any) -> Run:
         """Times and quantities from a file."""
         with np.load(file) as data:
             return cls(data["t"], {name: data[name] for name in data.files if name != "t"})
 
 
-def compute(scene: Scene, names, repeats: int = 1, comm=MPI.COMM_SELF) -> Run:
+def compute(scene: Scene, names: Iterable[str], repeats: int = 1, comm: Any = MPI.COMM_SELF) -> Run:
     """Run a scene; times are medians over the repeats.  Raises SolveError."""
     runs = [_once(scene, names, comm) for _ in range(repeats)]
     run = runs[0]
@@ -76,7 +82,7 @@ def compute(scene: Scene, names, repeats: int = 1, comm=MPI.COMM_SELF) -> Run:
     return run
 
 
-def _once(scene, names, comm):
+def _once(scene: Scene, names: Iterable[str], comm: Any) -> Run:
     simulation = Simulation(scene, comm)  # compiles the forms and finds the equilibrium
     try:
         times, rows = [0.0], [_look(simulation, names)]
@@ -93,7 +99,7 @@ def _once(scene, names, comm):
         simulation.problem.destroy()
 
 
-def _look(simulation, names):
+def _look(simulation: Any, names: Iterable[str]) -> dict[str, NDArray[Any]]:
     """The numbers of each cable and of each buoy side by side."""
     problem = simulation.problem
     states = [buoy.fields.of(problem.system.u[buoy.part.slice]) for buoy in problem.buoys.values()]

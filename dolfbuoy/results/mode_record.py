@@ -1,8 +1,11 @@
 """Natural modes as a dataset, modes.nc: eigenvalues, names, and shapes named as the frames of a run."""
 
-from typing import TYPE_CHECKING
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .labelled import PARTS, labelled
 from .observe import Observer, attributes
@@ -13,7 +16,7 @@ if TYPE_CHECKING:
 
 #: Largest displacement in a picture, as a part of its largest extent; turns look at most this large [rad].
 SHOWN, TURNED = 0.12, 0.25
-#: What is said of a mode of each kind, where a period would stand.
+#: Words for a mode of each kind, where a period would stand.
 KINDS = {
     "oscillates": "",
     "creeps": "overdamped: creeps back",
@@ -39,7 +42,7 @@ UNITS = {
 } | {name: (one.unit, one.long_name) for name, one in over("").items()}
 
 
-def dataset_of_modes(found, modes) -> "xr.Dataset":
+def dataset_of_modes(found: Any, modes: list[Any]) -> xr.Dataset:
     """The modes of a linearised scene (`linear.natural`), complete on rank 0.  Collective.
 
     A shape is the real part of x exp(lambda t) at t = 0 and, as imaginary part, minus that a quarter period later; its
@@ -56,9 +59,9 @@ def dataset_of_modes(found, modes) -> "xr.Dataset":
     return labelled(made, labels, attributes(found.problem)).set_coords([n for n in over("") if n in made])
 
 
-def _numbers(modes):
+def _numbers(modes: list[Any]) -> dict[str, Any]:
     roots = np.array([mode.root for mode in modes], dtype=complex)
-    found = {"eigenvalue": (("mode", "part"), roots)}
+    found: dict[str, Any] = {"eigenvalue": (("mode", "part"), roots)}
     for name in ("omega", "period", "damping_ratio", "residual"):
         found[name] = (("mode",), np.array([getattr(mode, name) for mode in modes], dtype=float))
     for name in ("name", "kind"):
@@ -70,7 +73,7 @@ def _numbers(modes):
     return found
 
 
-def _lines(found, modes):
+def _lines(found: Any, modes: list[Any]) -> dict[str, Any]:
     """Displacements and tensions of the lines' nodes and elements, by the Observer that records frames."""
     problem = found.problem
     if problem.lines is None:
@@ -92,13 +95,13 @@ def _lines(found, modes):
     return made
 
 
-def _local(numbering, values):
+def _local(numbering: Any, values: NDArray[Any]) -> NDArray[Any]:
     """Values of all unknowns among those of this rank; 0 of what is given."""
     index = numbering.global_index
     return np.where(index >= 0, values[index], 0.0)
 
 
-def _bodies(bodies, modes):
+def _bodies(bodies: list[Any], modes: list[Any]) -> dict[str, Any]:
     if not bodies:
         return {}
     motions = np.array([[body.motion(mode.vector) for body in bodies] for mode in modes], dtype=complex)
@@ -110,17 +113,17 @@ def _bodies(bodies, modes):
     }
 
 
-def enlargement(dataset, mode) -> float:
+def enlargement(dataset: xr.Dataset, mode: xr.Dataset) -> float:
     """Factor by which a shape is enlarged: to SHOWN of the extent of the picture, turns not beyond TURNED."""
     places = [dataset[n].values.reshape(-1, 3) for n in ("rest_cable_position", "rest_buoy_position") if n in dataset]
     places = np.concatenate(places)
     extent = np.ptp(places, axis=0).max() or 1.0
     moved = [np.abs(mode[n].values).max() for n in ("cable_position", "buoy_position") if n in mode]
     turned = np.abs(mode.buoy_rotation.values).max() if "buoy_rotation" in mode else 0.0
-    return min(SHOWN * extent / max(*moved, 1e-12), TURNED / max(turned, 1e-12))
+    return float(min(SHOWN * extent / max(*moved, 1e-12), TURNED / max(turned, 1e-12)))
 
 
-def moving(dataset, number: int, times, phases) -> "xr.Dataset":
+def moving(dataset: xr.Dataset, number: int, times: NDArray[Any], phases: NDArray[Any]) -> xr.Dataset:
     """A record of a run in which the system does nothing but mode `number` (from 1): enlarged, Re(phase x) about the
     rest at these times [s], phases: complex (n,)."""
     import xarray as xr
@@ -128,10 +131,12 @@ def moving(dataset, number: int, times, phases) -> "xr.Dataset":
     mode = dataset.isel(mode=number - 1)
     z = enlargement(dataset, mode) * np.asarray(phases, dtype=complex)
 
-    def moved(name):
+    def moved(name: str) -> NDArray[Any]:
         return np.tensordot(np.column_stack([z.real, -z.imag]), mode[name].values, axes=1)
 
-    data = {"time": ("time", times)} | {n: dataset[n] for n in (*over(""), "cable", "buoy") if n in dataset}
+    data: dict[str, Any] = {"time": ("time", times)} | {
+        n: dataset[n] for n in (*over(""), "cable", "buoy") if n in dataset
+    }
     if "cable_position" in mode:
         positions = dataset.rest_cable_position.values + moved("cable_position")
         data |= {"frame": ("frame", times), "cable_position": (("frame", "node", "xyz"), positions)}
@@ -144,7 +149,7 @@ def moving(dataset, number: int, times, phases) -> "xr.Dataset":
     return xr.Dataset(data)
 
 
-def _turned(q4, turn):
+def _turned(q4: NDArray[Any], turn: NDArray[Any]) -> NDArray[Any]:
     """A unit quaternion after a rotation vector in the world frame."""
     angle = np.linalg.norm(turn)
     w, v = np.cos(angle / 2), (np.sin(angle / 2) / angle if angle else 0.0) * turn

@@ -1,12 +1,16 @@
 """The recorded numbers of a problem: the 19 numbers, tensions, the wet hull, and shapes of the cable."""
 
+from __future__ import annotations
+
 import itertools
 import time as clock
+from collections.abc import Iterable
 from contextlib import suppress
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..model import effects
 from ..model.airy import components_of
@@ -23,59 +27,66 @@ from .quantities import over
 from .record import FORMAT
 from .utilisation import Utilisation, stressed
 
+if TYPE_CHECKING:
+    from ..model.problem import Problem
+
+
+#: Array, place in it, and factor.
+Entry = tuple[NDArray[Any], int, float]
+
 
 class Hull(NamedTuple):
     """Results of `Buoy.wet_hull_form` for the wet hulls: displaced mass, centre of buoyancy, length, diameter, eta."""
 
-    mass: np.ndarray
-    centre: np.ndarray
-    length: np.ndarray
-    diameter: np.ndarray
-    surface: np.ndarray
+    mass: NDArray[Any]
+    centre: NDArray[Any]
+    length: NDArray[Any]
+    diameter: NDArray[Any]
+    surface: NDArray[Any]
 
 
 class Absent(KeyError):
     """Something that a problem does not have, so that a quantity of it is not recorded."""
 
 
-class Noted(dict):
+class Noted(dict[str, NDArray[Any]]):
     """Notes of instants: source -> numbers (..., count), of which a Quantity is read; else Absent.
 
     Sources: anchor_force, end_tension, tension_anchor, bed, utilisation, buoy, mooring, water, joint.
     """
 
-    def __init__(self, columns, problem, masses):
+    def __init__(self, columns: dict[str, NDArray[Any]], problem: Problem, masses: NDArray[Any]) -> None:
         super().__init__(columns)
         self.problem, self._masses = problem, masses
 
-    def __missing__(self, source):
+    def __missing__(self, source: str) -> NDArray[Any]:
         raise Absent(source)
 
-    def each(self, source: str, size: int) -> np.ndarray:
+    def each(self, source: str, size: int) -> NDArray[Any]:
         """Numbers of each of n things, (..., n, size)."""
         flat = self[source]
-        return flat.reshape(*flat.shape[:-1], -1, size)
+        return np.asarray(flat.reshape(*flat.shape[:-1], -1, size))
 
     @cached_property
-    def buoy(self):
+    def buoy(self) -> Any:
         """Fields of the buoys' states, (..., buoy, size) each."""
         fields = MOTION if self.problem.dynamic else REST
         return fields.of(self.each("buoy", fields.size))
 
     @property
-    def motion(self):
+    def motion(self) -> Any:
         """As `buoy`, of what moves."""
         if not self.problem.dynamic:
             raise Absent("motion")
         return self.buoy
 
     @cached_property
-    def turns(self):
+    def turns(self) -> Any:
         """(roll, pitch, yaw) [degree]."""
         return roll_pitch_yaw(self.buoy.orientation)
 
     @cached_property
-    def attachment(self):
+    def attachment(self) -> Any:
         """Points and forces of the cables' ends on buoys."""
         return FIELDS.of(self.each("mooring", FIELDS.size))
 
@@ -97,7 +108,7 @@ class Observer:
     end_forces: by name, arrays that are up to date whenever `note` is called.
     """
 
-    def __init__(self, problem, end_forces=None):
+    def __init__(self, problem: Problem, end_forces: dict[str, NDArray[Any]] | None = None) -> None:
         self.problem, self.comm, self.network = problem, problem.comm, problem.network
         self._masses = np.array([mass_properties(b).mass for b in self.network.buoys.values()])
         self._lying = np.zeros((len(self.network.cables), 4))
@@ -110,8 +121,8 @@ class Observer:
         self._row = np.zeros(self.width)
         self._pick = picked([entry for entries in sources.values() for entry in entries], self._row)
 
-    def _sources(self, end_forces):
-        """What is noted at an instant, by name: where its numbers stand, as `picked` has them; 0 on other ranks."""
+    def _sources(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, list[Entry]]:
+        """Entries for `picked` of all that is noted at an instant, by name; 0 on other ranks."""
         problem, u, found, root = self.problem, self.problem.system.u, {}, self.comm.rank == 0
         for name, force in end_forces.items():
             found[name] = _all_of(force, root)
@@ -138,18 +149,20 @@ class Observer:
             found["joint"] = _joined(map(self._place_of, self.network.joints))
         return found
 
-    def _tension_at(self, cable):
+    def _tension_at(self, cable: int) -> list[Entry]:
         """Entries of T_h(0) of a cable."""
-        problem, u, piece = self.problem, self.problem.system.u, self.network.first_of(cable)
+        lines: Any = self.problem.lines
+        u, piece = self.problem.system.u, self.network.first_of(cable)
 
-        def tension():
-            return problem.lines.anchor_tension(u, piece)
+        def tension() -> float:
+            tension_there: float = lines.anchor_tension(u, piece)
+            return tension_there
 
         return traced(tension, [u]) if np.isfinite(tension()) else _all_of(np.zeros(1))
 
-    def _place_of(self, joint):
+    def _place_of(self, joint: str) -> list[Entry]:
         """Entries of the place of a joint, from the first end there."""
-        lines = self.problem.lines
+        lines: Any = self.problem.lines
         ends = (
             (k, i)
             for k, piece in enumerate(self.network.pieces)
@@ -161,21 +174,21 @@ class Observer:
             return _all_of(np.zeros(3))
         return [(self.problem.system.u, int(dof), 1.0) for dof in lines.end_dofs[piece][end]]
 
-    def labels(self) -> dict[str, np.ndarray]:
-        """Names of cables, buoys, joints, ... by the dimensions that this record has beside xyz and quaternion."""
+    def labels(self) -> dict[str, NDArray[Any]]:
+        """Names of cables, buoys, joints, ... by the dimensions that this record has besides xyz and quaternion."""
         n = self.network
         ends = [f"{n.cables[n.pieces[k].cable]}.{('from', 'to')[end]}" for k, end in attached_ends(n)]
         found = {"cable": n.cables, "buoy": n.buoys, "attachment": ends, "joint": n.joints, "segment": stressed(n)}
         return {name: np.array(list(names)) for name, names in found.items() if names}
 
-    def values(self, end_forces):
+    def values(self, end_forces: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Quantities of this instant.  end_forces: of the Simulation, or of the Problem at rest."""
         row, noted = self.note(), {name: np.ravel(force) for name, force in end_forces.items()}
         if row is not None:
             noted |= {name: row[place].copy() for name, place in self._places.items()}
         return self._quantities(noted)
 
-    def note(self):
+    def note(self) -> NDArray[Any] | None:
         """The numbers of this instant in one row, whose memory is used again, for `values_of`; None on other ranks."""
         if self._wet:
             self.problem.system.read_given()
@@ -191,20 +204,21 @@ class Observer:
         self.comm.Reduce(self._row, total)
         return total if self.comm.rank == 0 else None
 
-    def _note_bed(self):
+    def _note_bed(self) -> None:
         """Length of each cable on the bed, and where its uppermost piece there leaves it."""
-        lines, u = self.problem.lines, self.problem.system.u
+        lines: Any = self.problem.lines
+        u = self.problem.system.u
         for cable, row in enumerate(self._lying):
             pieces = range(self.network.first_of(cable), self.network.last_of(cable) + 1)
             found = [lines.grounded(u, piece) for piece in pieces]
             last = next((one for one in reversed(found) if one.length > 0), found[-1])
             row[:] = sum(one.length for one in found), *last.touchdown
 
-    def values_of(self, rows):
+    def values_of(self, rows: NDArray[Any]) -> dict[str, NDArray[Any]]:
         """Quantities at instants (..., numbers of `note`), without time and solver."""
         return self._quantities({name: rows[..., place] for name, place in self._places.items()})
 
-    def _quantities(self, columns):
+    def _quantities(self, columns: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         noted, found = Noted(columns, self.problem, self._masses), {}
         for name, quantity in over("time").items():
             if quantity.read:
@@ -212,12 +226,12 @@ class Observer:
                     found[name] = quantity.read(noted)
         return found
 
-    def fixed(self):
+    def fixed(self) -> dict[str, NDArray[Any]]:
         """Arc lengths of nodes and cells, in order, what grows on these, and components of an irregular sea, on rank 0
         (others: nothing)."""
         return self._along() | self._grown() | (self._components() if self.comm.rank == 0 else {})
 
-    def _grown(self):
+    def _grown(self) -> dict[str, NDArray[Any]]:
         """After `_along`, which finds the order."""
         growth = self.problem.lines.growth if self.problem.lines else None
         if growth is None:
@@ -227,14 +241,14 @@ class Observer:
             return {}
         return dict(zip(("growth_diameter", "growth_mass", "growth_weight"), found[self._cell_order].T, strict=True))
 
-    def _components(self):
+    def _components(self) -> dict[str, NDArray[Any]]:
         waves = self.problem.scene.waves
         if waves is None or not waves.irregular or not self.problem.dynamic:
             return {}
         names = (f"wave_{name}" for name in ("amplitude", "period", "direction_deg", "phase_deg"))
         return dict(zip(names, components_of(waves).as_rows().T, strict=True))
 
-    def _along(self):
+    def _along(self) -> dict[str, NDArray[Any]]:
         """Cable after cable, each from its lower end on, and which cable and segment they belong to."""
         lines = self.problem.lines
         if lines is None:
@@ -246,9 +260,10 @@ class Observer:
         self._node_order, self._cell_order = np.argsort(s, kind="stable"), np.argsort(middle, kind="stable")
         return self._of_pieces(s[self._node_order], middle[self._cell_order])
 
-    def _of_pieces(self, s, middle):
+    def _of_pieces(self, s: NDArray[Any], middle: NDArray[Any]) -> dict[str, NDArray[Any]]:
         """`fixed` from sorted mesh coordinates; a node between two segments counts once, with the lower one."""
-        lines, pieces = self.problem.lines, self.network.pieces
+        lines: Any = self.problem.lines
+        pieces = self.network.pieces
         piece, of_cell = lines.line_at(s), lines.line_at(middle)
         number = np.array([p.number for p in pieces])
         lengths = [p.section.length for p in pieces]
@@ -261,12 +276,13 @@ class Observer:
         found |= {"cable_of_node": cable[piece], "cable_of_cell": cable[of_cell]}
         return found | {"segment_of_cell": number[of_cell]}
 
-    def parted(self, fixed) -> str:
+    def parted(self, fixed: dict[str, NDArray[Any]]) -> str:
         """Which cables have parted, where and when, in words, on rank 0; fixed: what `fixed` gave, where `parted_at` is
         brought up to date."""
         if not any(piece.section.fails_at for piece in self.network.pieces):
             return ""
-        since = self._gather(self.problem.lines.parted_at)
+        lines: Any = self.problem.lines
+        since = self._gather(lines.parted_at)
         if self.comm.rank != 0:
             return ""
         fixed["parted_at"] = since = since[self._cell_order]
@@ -275,17 +291,18 @@ class Observer:
         where = (f"{self.network.cables[cable[k]]} at s = {fixed['s_cell'][k]:g} m, t = {since[k]:g} s" for k in gone)
         return "; ".join(where)
 
-    def frame(self, velocity=None):
+    def frame(self, velocity: NDArray[Any] | None = None) -> dict[str, NDArray[Any]]:
         """Shape, velocity and element tensions in order from the anchor, on rank 0; call `fixed` before.
 
         velocity: of the lines' unknowns [m/s]; at rest there is none.
         """
-        cable, u = self.problem.lines, self.problem.system.u
+        cable: Any = self.problem.lines
+        u = self.problem.system.u
         nodes = {"cable_position": u} | ({} if velocity is None else {"cable_velocity": velocity})
         nodes = {name: values[cable.node_dofs[: cable.owned_nodes]] for name, values in nodes.items()}
         return self.along(nodes, {"cable_tension": cable.mean_tension(u)})
 
-    def along(self, nodes, cells):
+    def along(self, nodes: dict[str, NDArray[Any]], cells: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         """Arrays of this rank's nodes and of its elements in order from the anchor, on rank 0; call `fixed` before."""
         of_nodes, of_cells = ({name: self._gather(x) for name, x in arrays.items()} for arrays in (nodes, cells))
         if self.comm.rank != 0:
@@ -293,24 +310,24 @@ class Observer:
         found = {name: values[self._node_order] for name, values in of_nodes.items()}
         return found | {name: values[self._cell_order] for name, values in of_cells.items()}
 
-    def _gather(self, array):
+    def _gather(self, array: NDArray[Any]) -> Any:
         if self.comm.size == 1:
             return np.array(array)
         parts = self.comm.gather(np.ascontiguousarray(array), root=0)
         return np.concatenate(parts) if parts is not None else None
 
 
-def _all_of(array, here=True):
+def _all_of(array: NDArray[Any], here: bool = True) -> list[Entry]:
     """Entries for `picked` of all numbers of an array; zeros if it is not here."""
     array = array.ravel() if here else np.zeros(array.size)
     return [(array, k, 1.0) for k in range(array.size)]
 
 
-def _joined(lists):
+def _joined(lists: Iterable[list[Entry]]) -> list[Entry]:
     return list(itertools.chain.from_iterable(lists))
 
 
-def attributes(problem) -> dict:
+def attributes(problem: Problem) -> dict[str, Any]:
     """Global attributes of a record: after CF, versions, the complete scene as TOML, what was solved and how."""
     versions = {f"version_{name}": value for name, value in compat.versions().items()}
     return {

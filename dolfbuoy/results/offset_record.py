@@ -1,10 +1,13 @@
 """Offset curves as a dataset, offsets.nc: what is recorded of an equilibrium, over directions and sizes of a load."""
 
-from typing import TYPE_CHECKING
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .labelled import unit_and_name
+from .labelled import Variable, unit_and_name
 from .observe import Observer, attributes
 from .offsets import smallest_circle
 from .record import dataset_of
@@ -13,6 +16,9 @@ from .states import is_under
 if TYPE_CHECKING:
     import xarray as xr
 
+    from ..model.problem import Problem
+    from ..scene import Scene
+
 #: A line with less tension than this part of the forces of its scene is slack.
 LEAST_TENSION = 1e-4
 LOADS = {
@@ -20,7 +26,7 @@ LOADS = {
     "current": ("m s-1", "speed of the current at the surface"),
 }
 TOWARDS = unit_and_name("degree", "direction of the load, from x towards y")
-LOADED = {
+_LOADED = {
     "found": ("1", "whether there is an equilibrium"),
     "slack": ("1", "whether some of the line is slack"),
     "under": ("1", "whether a buoy is drawn under the water"),
@@ -30,28 +36,31 @@ LOADED = {
     "watch_radius": ("m", "radius of the smallest circle around the places of C under loads towards all sides"),
     "watch_centre": ("m", "its centre"),
 }
-LOADED = {name: unit_and_name(*words) for name, words in LOADED.items()}
+LOADED = {name: unit_and_name(*words) for name, words in _LOADED.items()}
 DRAWN_UNDER = "the buoy is drawn under the water"
 
 
 class Rows:
     """Collects equilibria (`statics.offsets.Rest`) one after the other; collective."""
 
-    def __init__(self, load):
-        self.load, self._observer, self._rows = load, None, []
-        self.attributes, self.labels = {}, {}
+    def __init__(self, load: str) -> None:
+        self.load = load
+        self._observer: Observer | None = None
+        self._rows: list[tuple[float, float, dict[str, Any]]] = []
+        self.attributes: dict[str, Any] = {}
+        self.labels: dict[str, NDArray[Any]] = {}
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._rows)
 
-    def add(self, rest):
+    def add(self, rest: Any) -> None:
         """One more; its Problem may change afterwards."""
         row = {"found": rest.problem is not None, "slack": False, "under": False}
         if rest.problem is not None:
             row |= self._values(rest.problem)
         self._rows.append((rest.direction, rest.size, row))
 
-    def _values(self, problem):
+    def _values(self, problem: Problem) -> dict[str, Any]:
         if self._observer is None or self._observer.problem is not problem:
             self._observer, self.attributes = Observer(problem), attributes(problem)
             self.labels = self._observer.labels()
@@ -60,7 +69,7 @@ class Rows:
         slack = smallest <= LEAST_TENSION * problem.typical_force
         return values | {"smallest_tension": smallest, "slack": slack, "under": _is_under(problem.scene, values)}
 
-    def dataset(self, at_rest) -> "xr.Dataset":
+    def dataset(self, at_rest: NDArray[Any] | None) -> xr.Dataset:
         """All of them on rank 0; at_rest: r_C without any load [m], or None."""
         import xarray as xr
 
@@ -73,9 +82,11 @@ class Rows:
             data[name] = np.reshape(values, (len(directions), len(sizes), *shape))
         recorded = {n: np.zeros(s) for n, s in shapes.items() if n not in LOADED}
         described = dataset_of(recorded, {}, self.attributes, self.labels)
-        variables = {n: (("direction", self.load, *described[n].dims), data[n], described[n].attrs) for n in described}
+        over, variables = ("direction", self.load), dict[str, Variable]()
+        for name, one in described.data_vars.items():
+            variables[str(name)] = (*over, *one.dims), data[str(name)], one.attrs
         for name in (n for n in LOADED if n in data):
-            variables[name] = (("direction", self.load), data[name], LOADED[name])
+            variables[name] = over, data[name], LOADED[name]
         made = xr.Dataset(variables, attrs=self.attributes)
         made = made.assign_coords({k: described[k] for k in described.coords})
         made["direction"] = "direction", directions, TOWARDS
@@ -86,19 +97,20 @@ class Rows:
         return made
 
 
-def top_tension(dataset) -> "xr.DataArray":
+def top_tension(dataset: xr.Dataset) -> xr.DataArray:
     """Largest tension at the upper end of a line [N], over directions and sizes."""
-    return dataset.tension_top.max("cable")
+    largest: xr.DataArray = dataset.tension_top.max("cable")
+    return largest
 
 
-def _is_under(scene, values):
+def _is_under(scene: Scene, values: dict[str, Any]) -> bool:
     if scene.sea is None or "displaced_mass" not in values:
         return False
     found = zip(values["displaced_mass"], scene.network.buoys.values(), strict=True)
     return any(bool(is_under(mass, scene, buoy)) for mass, buoy in found)
 
 
-def _with_offsets(made, at_rest):
+def _with_offsets(made: xr.Dataset, at_rest: NDArray[Any]) -> xr.Dataset:
     dx, dims = made.buoy_position.values - at_rest, made.buoy_position.dims[:-1]
     angle = np.radians(made.direction.values).reshape(-1, *[1] * (len(dims) - 1))
     made["offset"] = (dims, np.hypot(dx[..., 0], dx[..., 1]), LOADED["offset"])
@@ -107,7 +119,7 @@ def _with_offsets(made, at_rest):
     return made
 
 
-def _with_watch_circles(made):
+def _with_watch_circles(made: xr.Dataset) -> xr.Dataset:
     """Add the circle of every size of the load and every buoy; nan without an equilibrium under one of them."""
     import xarray as xr
 
@@ -120,14 +132,14 @@ def _with_watch_circles(made):
     return made.assign_coords(xy=["x", "y"])
 
 
-def _circle(places):
+def _circle(places: NDArray[Any]) -> NDArray[Any]:
     if not np.isfinite(places).all():
         return np.full(3, np.nan)
     centre, radius = smallest_circle(places)
     return np.array([*centre, radius])
 
 
-def sentences(dataset) -> list[str]:
+def sentences(dataset: xr.Dataset) -> list[str]:
     """Warnings, one for each kind and direction."""
     load, found = dataset.slack.dims[1], []
     unit = LOADS[load][0].replace(" s-1", "/s")

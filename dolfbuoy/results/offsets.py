@@ -1,11 +1,15 @@
 """Excursion of a buoy in the horizontal plane: the smallest circle around its track."""
 
+from __future__ import annotations
+
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 
-def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
+def smallest_circle(points: NDArray[Any]) -> tuple[NDArray[Any], float]:
     """(centre, radius) of the smallest circle that holds all points (n, 2).
 
     Grown over the corners of their convex hull: a corner outside lies on the circle of all before it and itself.
@@ -25,24 +29,24 @@ def smallest_circle(points: np.ndarray) -> tuple[np.ndarray, float]:
     return circle
 
 
-def corners(points: np.ndarray) -> np.ndarray:
+def corners(points: NDArray[Any]) -> NDArray[Any]:
     """Corners (k, 2) of the convex hull of points (n, 2), counter-clockwise; of points on one line its ends."""
     from scipy.spatial import ConvexHull, QhullError  # no run should wait for it
 
     points = np.unique(np.asarray(points, dtype=float), axis=0)
     try:
-        return points[ConvexHull(points).vertices]
+        return np.asarray(points[ConvexHull(points).vertices])
     except (QhullError, ValueError):  # fewer than three, or on one line
         along = np.argsort(points @ (points[-1] - points[0]), kind="stable")
         return points[along[[0, -1]]] if len(points) > 1 else points
 
 
-def _outside(circle, p):
+def _outside(circle: tuple[NDArray[Any], float], p: NDArray[Any]) -> bool:
     centre, radius = circle
     return math.dist(centre, p) > radius * (1 + 1e-12)
 
 
-def _through(p, q, r):
+def _through(p: NDArray[Any], q: NDArray[Any], r: NDArray[Any]) -> tuple[NDArray[Any], float]:
     """The circle through three points; of three on one line the one over the farthest two."""
     a, b = q - p, r - p
     cross = 2 * (a[0] * b[1] - a[1] * b[0])

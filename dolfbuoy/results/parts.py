@@ -28,23 +28,23 @@ class Part(NamedTuple):
         return [f"{self.label}: {sentence}" if self.label else sentence for sentence in sentences]
 
 
-def names_of(record, kind: str) -> list[str]:
+def names_of(record: "xr.Dataset", kind: str) -> list[str]:
     """Names of the cables or the buoys of a record.  Raises InputError for a record that lost that dimension."""
     if kind in record.dims:
-        return record[kind].values.tolist()
+        return list(record[kind].values.tolist())
     for name in record.data_vars:
         if name in QUANTITIES and kind in QUANTITIES[name].dims:
             raise InputError(f"{name} of this record has no dimension {kind}: give the record as it was, not squeezed.")
     return []
 
 
-def parts_of(record, *kinds: str) -> list[Part]:
+def parts_of(record: "xr.Dataset", *kinds: str) -> list[Part]:
     """Part of each cable and each buoy in turn.  Lazy: nothing is copied."""
     named = [(kind, name, names_of(record, kind)) for kind in kinds for name in names_of(record, kind)]
     return [Part(name if len(names) > 1 else "", part_of(record, kind, name)) for kind, name, names in named]
 
 
-def part_of(record, kind: str, name: str):
+def part_of(record: "xr.Dataset", kind: str, name: str) -> "xr.Dataset":
     """The record of the cable, or the buoy, of this name."""
     found = record.drop_dims((_SHARED - OWN[kind]) & set(record.dims))
     number = names_of(record, kind).index(name)
@@ -57,7 +57,7 @@ def part_of(record, kind: str, name: str):
     return found.isel({kind: number})
 
 
-def alone(record):
+def alone(record: "xr.Dataset") -> "xr.Dataset":
     """A record without the dimensions cable, buoy, attachment and segment where there is one: to look at by hand."""
     return record.squeeze(
         [d for d in ("cable", "buoy", "attachment", "segment") if record.sizes.get(d) == 1], drop=True

@@ -1,10 +1,12 @@
 """Quantities of a record, each declared once: record, observer, tables, figures, page and ParaView follow from it."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
+from numpy.typing import NDArray
 
 from . import attitude
 
@@ -45,7 +47,7 @@ class Quantity:
     long_name: str
     over: str = "time"
     standard_name: str = ""
-    read: Callable[["Noted"], np.ndarray] | None = None
+    read: Callable[[Noted], NDArray[Any]] | None = None
     main: bool = False
     shown: Mapping[str, str] = field(default_factory=dict)
     curves: tuple[Curve, ...] = ()
@@ -108,7 +110,7 @@ _run_cells = _of("cell", "run")
 _node = _of("node", "")
 _cell = _of("cell", "")
 _component = _of("component", "")
-_ALL = (
+_ALL: tuple[Quantity, ...] = (
     _whole("time", "s", "time"),
     _whole("time_step", "s", "step that led to this time", effort=True),
     _whole("newton_iterations", "1", "Newton iterations of that step", effort=True, integer=True),
@@ -334,7 +336,7 @@ _ALL += tuple(_error_of(one) for one in _ALL if one.has_outputs or one.name == "
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 
 
-def errors(values: Mapping[str, np.ndarray], corrected: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def errors(values: Mapping[str, NDArray[Any]], corrected: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Errors of quantities, by the names of those, from values of a run and of its corrected trajectory."""
     found = {}
     for name in values.keys() & corrected.keys():

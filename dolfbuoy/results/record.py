@@ -4,17 +4,21 @@ New rows are appended to a copy of the file which then replaces it in one atomic
 complete at every instant, on a full disk too.
 """
 
+from __future__ import annotations
+
 import os
 import shutil
 import struct
 import time as clock
 import traceback
 import zlib
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elsewhere import netCDF4, quick_start
 from ..errors import InputError
@@ -40,7 +44,7 @@ UNFIT = "does not hold what its scene must have: it is damaged, or of another pr
 CHUNK = 512  # rows of a series that lie together in the file
 
 
-def reserve(part, size):
+def reserve(part: Path, size: int) -> None:
     """Claim `size` more bytes on the disk for a file.  Raises OSError when they are not to be had.
 
     HDF5, once it has run out of space in the middle of something, crashes at the end of the program.
@@ -54,15 +58,21 @@ class Record:
 
     path: the file; written by the rank that calls.  attributes: global attributes.  fixed: values without time, of
     which those that are `changing` may.
-    labels: of the dimensions beside xyz and quaternion.  counts: rows on disk along `time` and `frame`.
+    labels: of the dimensions besides xyz and quaternion.  counts: rows on disk along `time` and `frame`.
     """
 
-    def __init__(self, path, attributes, fixed, labels):
+    def __init__(
+        self,
+        path: str | Path,
+        attributes: dict[str, Any],
+        fixed: dict[str, NDArray[Any]],
+        labels: dict[str, NDArray[Any]],
+    ) -> None:
         self.path, self.attributes, self.fixed = Path(path), dict(attributes), fixed
         self.labels = LABELS | labels
         self.counts = {"time": 0, "frame": 0}
-        self.extremes: dict[str, np.ndarray] = {}  #: of all steps until the next `flush`, by name
-        self._blocks: list[dict] = []
+        self.extremes: dict[str, NDArray[Any]] = {}  #: of all steps until the next `flush`, by name
+        self._blocks: list[dict[str, NDArray[Any]]] = []
         self._started = clock.monotonic()
 
     @property
@@ -70,11 +80,11 @@ class Record:
         """True if anything that was added is not on disk yet."""
         return bool(self._blocks)
 
-    def add(self, values):
+    def add(self, values: Mapping[str, Any]) -> None:
         """More rows of each of the named values, (rows, ...) each; on disk after the next `flush`."""
         self._blocks.append({name: np.array(rows) for name, rows in values.items()})
 
-    def series(self) -> "xr.Dataset":
+    def series(self) -> xr.Dataset:
         """Rows that were added and are not on disk yet, over time, as `read` would return it; without frames."""
         import xarray as xr
 
@@ -84,12 +94,12 @@ class Record:
         }
         return xr.Dataset(data, _named(data, self.labels), self.attributes).set_coords("time")
 
-    def _columns(self):
+    def _columns(self) -> dict[str, NDArray[Any]]:
         """All rows that are not on disk yet, by name."""
         blocks = {name: [block[name] for block in self._blocks if name in block] for name in over("time", "frame")}
         return {name: np.concatenate(of_name) for name, of_name in blocks.items() if of_name}
 
-    def flush(self):
+    def flush(self) -> None:
         """Bring everything that was added to the disk.  Raises OSError; what was on disk before stays there."""
         fresh = self.counts["time"] == 0
         columns = self._columns()
@@ -114,7 +124,7 @@ class Record:
             self.counts[axis] += len(columns.get(axis, ()))
         self._blocks.clear()
 
-    def take_up(self, counts):
+    def take_up(self, counts: dict[str, int]) -> None:
         """Go on with the record on disk, cut back to `counts` rows.  Raises InputError if it is shorter."""
         with netCDF4.Dataset(self.path) as old:
             old.set_auto_mask(False)
@@ -130,7 +140,7 @@ class Record:
                 self._copy(old, counts)
         self.counts = dict(counts)
 
-    def _copy(self, old, counts):
+    def _copy(self, old: Any, counts: dict[str, int]) -> None:
         """Write the record again, as long as `counts`."""
         with replacing(self.path) as part:
             reserve(part, self.path.stat().st_size)
@@ -142,7 +152,7 @@ class Record:
                 file.setncatts({name: old.getncattr(name) for name in old.ncattrs() if not name.startswith("bar_")})
             seal(part)
 
-    def _define(self, file):
+    def _define(self, file: Any) -> None:
         file.createDimension("time", None)
         for name, labels in self.labels.items():
             file.createDimension(name, len(labels))
@@ -157,20 +167,20 @@ class Record:
         if any(set(QUANTITIES[name].dims) & set(ALONG) for name in self.fixed):
             file.createDimension("frame", None)
 
-    def _append(self, file, name, rows):
+    def _append(self, file: Any, name: str, rows: NDArray[Any]) -> None:
         if name not in file.variables:
             self._variable(file, name, (_axis(name), *QUANTITIES[name].dims))
         first = self.counts[_axis(name)]
         file.variables[name][first : first + len(rows)] = rows
 
-    def _put_extremes(self, file):
+    def _put_extremes(self, file: Any) -> None:
         for name, values in self.extremes.items():
             if name not in file.variables:
                 self._variable(file, name, QUANTITIES[name].dims)
             file.variables[name][:] = values
 
     @staticmethod
-    def _variable(file, name, dimensions):
+    def _variable(file: Any, name: str, dimensions: Sequence[str]) -> Any:
         quantity = QUANTITIES[name]
         kind = "i4" if quantity.integer else "f8"
         sizes = [CHUNK if d == "time" else 1 if d == "frame" else len(file.dimensions[d]) for d in dimensions]
@@ -182,17 +192,17 @@ class Record:
         return variable
 
 
-def _named(data, labels):
+def _named(data: Mapping[str, Any], labels: dict[str, NDArray[Any]]) -> dict[str, Any]:
     """Coordinates with the names of what these variables have dimensions of."""
     used = {dimension for dimensions, *_ in data.values() for dimension in dimensions}
     return {k: (k, labels[k], {"long_name": LABELED[k]}) for k in labels if k in used}
 
 
-def _axis(name):
+def _axis(name: str) -> str:
     return QUANTITIES[name].over
 
 
-def _room(columns):
+def _room(columns: dict[str, NDArray[Any]]) -> int:
     """Bytes that these new rows may take in the file, with chunks begun and what HDF5 notes about them."""
     size = 2**17
     for name, rows in columns.items():
@@ -201,12 +211,12 @@ def _room(columns):
     return size
 
 
-def _length(attributes):
+def _length(attributes: dict[str, Any]) -> int:
     """Bytes of attributes, about; a scene may be long."""
     return sum(len(str(value).encode()) for value in attributes.values())
 
 
-def read(path, own: bool = False) -> "xr.Dataset":
+def read(path: str | Path, own: bool = False) -> xr.Dataset:
     """Load a record into memory.  Raises InputError for a damaged one, or one of an older dolfbuoy.
 
     own: this process has written all of it, so that it leads to no other file; to look costs h5py, 30 ms of a start.
@@ -220,18 +230,18 @@ def read(path, own: bool = False) -> "xr.Dataset":
         return dataset.load()
 
 
-def verify(path) -> None:
+def verify(path: str | Path) -> None:
     """Raise InputError for a record that is damaged, at which HDF5 may crash, whose numbers are in other files, or that
     is an old one."""
     with undamaged(path, DAMAGED):
         _check_seal(path)
-        check_hdf5(path)
+        check_hdf5(Path(path))
         with netCDF4.Dataset(path) as file:
             found = {name: file.getncattr(name) for name in file.ncattrs()}
     check_format(found, str(path))
 
 
-def check_format(attributes, name: str) -> None:
+def check_format(attributes: dict[str, Any], name: str) -> None:
     """Raise InputError for the attributes of a record that an older dolfbuoy wrote."""
     version = attributes.get("version_dolfbuoy")
     if version is not None and attributes.get("format") != FORMAT:
@@ -241,7 +251,7 @@ def check_format(attributes, name: str) -> None:
         )
 
 
-def put(path, more: "xr.Dataset") -> None:
+def put(path: str | Path, more: xr.Dataset) -> None:
     """Put variables without time into a finished record, or in the place of those of these names.  Raises OSError."""
     with replacing(path) as part:
         shutil.copyfile(path, part)
@@ -259,13 +269,13 @@ def put(path, more: "xr.Dataset") -> None:
         seal(part)
 
 
-def seal(path) -> None:
-    """Put a checksum behind the end of a file that is complete, where HDF5 does not look."""
+def seal(path: str | Path) -> None:
+    """Put a checksum after the end of a file that is complete, where HDF5 does not look."""
     with open(path, "r+b") as file:
         file.write(SEAL + struct.pack("<I", _checksum(file, os.fstat(file.fileno()).st_size)))
 
 
-def _check_seal(path):
+def _check_seal(path: str | Path) -> None:
     """Raise ValueError for a file that has changed since it was sealed; one without a seal passes."""
     size = os.stat(path).st_size - len(SEAL) - 4
     with open(path, "rb") as file:
@@ -274,8 +284,8 @@ def _check_seal(path):
             raise ValueError("the checksum is another one")
 
 
-def _checksum(file, size):
-    """CRC-32 of the first bytes of an open file, which is left behind them."""
+def _checksum(file: Any, size: int) -> int:
+    """CRC-32 of the first bytes of an open file, which is left just after them."""
     checksum = 0
     while size > 0:
         piece = file.read(min(size, 2**20))
@@ -284,7 +294,7 @@ def _checksum(file, size):
 
 
 @contextmanager
-def undamaged(path, otherwise):
+def undamaged(path: str | Path, otherwise: str) -> Iterator[None]:
     """Raise InputError, with the path and `otherwise`, for any error of the libraries that read a damaged file."""
     try:
         yield
@@ -295,7 +305,7 @@ def undamaged(path, otherwise):
 
 
 @contextmanager
-def fitting(path):
+def fitting(path: str | Path) -> Iterator[None]:
     """Raise InputError, with the path, for a record without a variable, label or row that it must have.
 
     Such a lack shows where xarray looks a name up, or where sizes do not match.  All other errors are faults of the
@@ -313,14 +323,16 @@ def fitting(path):
         raise InputError(f"{path} {UNFIT}") from error
 
 
-def nothing() -> "xr.Dataset":
+def nothing() -> xr.Dataset:
     """The record on ranks that do not have it."""
     import xarray as xr
 
     return xr.Dataset()
 
 
-def dataset_of(values, fixed, attributes, labels) -> "xr.Dataset":
+def dataset_of(
+    values: Mapping[str, Any], fixed: Mapping[str, Any], attributes: dict[str, Any], labels: dict[str, NDArray[Any]]
+) -> xr.Dataset:
     """A record without time: variables without time or frame, and coordinates."""
     import xarray as xr
 
@@ -331,7 +343,7 @@ def dataset_of(values, fixed, attributes, labels) -> "xr.Dataset":
     return xr.Dataset(data, coords=_named(data, LABELS | labels) | along, attrs=attributes)
 
 
-def save(dataset: "xr.Dataset", path) -> None:
+def save(dataset: xr.Dataset, path: str | Path) -> None:
     """Write a record without time.  Raises OSError."""
     with replacing(path) as part:
         reserve(part, dataset.nbytes + 2**17 + _length(dataset.attrs))

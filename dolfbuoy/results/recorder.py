@@ -1,6 +1,11 @@
 """Record and checkpoint of a run, written as it goes."""
 
+from __future__ import annotations
+
 import time as clock
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +16,9 @@ from .observe import Observer, attributes
 from .quantities import errors
 from .record import Record
 from .running import Extremes
+
+if TYPE_CHECKING:
+    from ..motion.simulation import Simulation
 
 ROWS, NUMBERS = 1024, 4_000_000  # instants, or numbers, that are noted before quantities are made of them
 
@@ -25,7 +33,14 @@ class Recorder:
 
     pause, share = 1.0, 0.02
 
-    def __init__(self, simulation, folder, point=None, late=False, corrected=None):
+    def __init__(
+        self,
+        simulation: Simulation,
+        folder: Path,
+        point: checkpoint.Checkpoint | None = None,
+        late: bool = False,
+        corrected: Callable[..., Any] | None = None,
+    ) -> None:
         self.simulation, self.folder, scene = simulation, folder, simulation.scene
         self.observer = Observer(simulation.problem, simulation.latest_end_forces)
         self._extremes = Extremes(simulation.problem)
@@ -39,8 +54,8 @@ class Recorder:
         rows = max(1, min(ROWS, NUMBERS // (3 + self.observer.width)))
         self._rows, self._count = np.zeros((rows, 3 + self.observer.width)), 0
         kept = point.states[simulation.comm.rank].get("corrected") if point else None
-        self._corrected = corrected(simulation, kept) if corrected else None
-        if corrected:
+        self._corrected: Any = corrected(simulation, kept) if corrected else None
+        if self._corrected:
             self._corrected_observer = Observer(simulation.problem, self._corrected.end_forces)
             self._corrected_rows = np.zeros((rows, self.observer.width))
         self._next_frame, self._next_save = 0.0, clock.monotonic() + self.pause
@@ -55,7 +70,7 @@ class Recorder:
             if self.root:
                 self.record.take_up(point.rows)
 
-    def add(self, step, iterations):
+    def add(self, step: float, iterations: int) -> None:
         """The present state."""
         sim, noted = self.simulation, self.observer.note()
         self._extremes.note(sim.t)
@@ -73,7 +88,7 @@ class Recorder:
         if bcast(sim.comm, clock.monotonic() > self._next_save):
             self.save()
 
-    def _note_corrected(self, step, noted):
+    def _note_corrected(self, step: float, noted: Any) -> None:
         """As `noted`, of the corrected trajectory; nan where there is none."""
         if step > 0 and self._corrected.follow(step):
             noted = self._corrected_observer.note()
@@ -83,7 +98,7 @@ class Recorder:
         if self.root:
             self._corrected_rows[self._count] = noted
 
-    def _make_values(self):
+    def _make_values(self) -> None:
         """Quantities of all instants that were noted go to the record."""
         rows, count, self._count = self._rows[: self._count], self._count, 0
         if count == 0:
@@ -94,7 +109,7 @@ class Recorder:
         steps = {"time": rows[:, 0], "time_step": rows[:, 1], "newton_iterations": rows[:, 2]}
         self.record.add(steps | values)
 
-    def _add_frame(self):
+    def _add_frame(self) -> None:
         sim = self.simulation
         self._next_frame = self.interval * (np.floor((sim.t + self._tolerance) / self.interval) + 1)
         if sim.problem.lines:
@@ -102,7 +117,7 @@ class Recorder:
             if self.root:
                 self.record.add({name: [value] for name, value in ({"frame": sim.t} | values).items()})
 
-    def save(self):
+    def save(self) -> None:
         """Bring all rows to the disk, then the state after the last one."""
         begin = clock.monotonic()
         comm = self.simulation.comm
@@ -120,7 +135,7 @@ class Recorder:
         end = clock.monotonic()
         self._next_save = end + max(self.pause, (end - begin) / self.share)
 
-    def close(self):
+    def close(self) -> None:
         """Bring what is left to the disk.  No checkpoint: a step may have been broken off in the middle.
 
         Not collective: extremes on several ranks are those of the last `save`.
@@ -130,12 +145,12 @@ class Recorder:
                 self.record.extremes = self._extremes.values(self.observer)
             self._flush()
 
-    def _flush(self):
+    def _flush(self) -> None:
         self._make_values()
         self._tell()
         self.record.flush()
 
-    def _tell(self):
+    def _tell(self) -> None:
         """Attributes of what has happened until now."""
         sim = self.simulation
         self.record.attributes |= {

@@ -1,34 +1,48 @@
 """The linear response to waves as a dataset, response.nc."""
 
-from typing import TYPE_CHECKING
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .labelled import PARTS, complex_of, labelled
 from .observe import attributes
 from .parts import names_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
+
+    from .labelled import Variable
 
 MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 TENSIONS = ("tension_top", "tension_anchor")
-#: What is said wherever these numbers are shown.
+#: Note wherever these numbers are shown.
 LINEAR = (
     "Linear: standard deviations and amplitudes about the mean, no extremes; slack lines, snaps, a buoy under water "
     "and drift are not in it."
 )
-#: What is said of a scene that moves the ends of its lines.
+#: Note on a scene that moves the ends of its lines.
 HELD = "Ends that the scene moves are held still: only the waves are in this response."
 
 
-def dataset_of_response(seaway, periods, small, high, height, sea=None) -> "xr.Dataset":
-    """Amplitudes per metre over periods, in small waves and in waves of a height [m] (None: not asked for).
+def dataset_of_response(
+    seaway: Any,
+    periods: NDArray[Any],
+    small: NDArray[Any] | None,
+    high: NDArray[Any] | None,
+    height: float | None,
+    sea: tuple[Any, Any] | None = None,
+) -> xr.Dataset:
+    """Amplitudes per metre over periods, in small waves and in waves of a height [m] (None: not requested).
 
     seaway: `linear.seaway.Seaway`.  small, high: its X (rows, periods).  sea: (`linear.spectrum.Bins`, its X) of an
     irregular one.
     """
-    data = {"period": (("period",), periods, ("s", "period of the waves"))}
+    data: dict[str, Variable] = {"period": (("period",), periods, ("s", "period of the waves"))}
     for name, X, words in (("rao", small, "in small waves"), ("rao_drag", high, "in waves of this height")):
         if X is not None:
             data |= _amplitudes(seaway, name, X, words)
@@ -36,7 +50,7 @@ def dataset_of_response(seaway, periods, small, high, height, sea=None) -> "xr.D
     data["tension_mean"] = (("cable", "tension"), means, ("N", "tension at rest"))
     if sea is not None:
         data |= _irregular(seaway, *sea)
-    labels = {"motion": MOTIONS, "part": PARTS, "tension": TENSIONS}
+    labels: dict[str, Sequence[str]] = {"motion": MOTIONS, "part": PARTS, "tension": TENSIONS}
     labels["cable"] = [line.name for line in seaway.found.lines]
     if seaway.found.bodies:
         labels["buoy"] = [body.name for body in seaway.found.bodies]
@@ -46,12 +60,12 @@ def dataset_of_response(seaway, periods, small, high, height, sea=None) -> "xr.D
     return labelled(data, labels, info)
 
 
-def _motions(seaway, X):
+def _motions(seaway: Any, X: NDArray[Any]) -> NDArray[Any]:
     """(buoy, motion, ...)."""
     return np.array([np.array(motion) for motion in seaway.motions(X)])
 
 
-def _by_line(seaway, values):
+def _by_line(seaway: Any, values: NDArray[Any]) -> NDArray[Any]:
     """(cable, tension, ...) of (tensions of a Seaway, ...); nan of a top that is free."""
     found = np.full((len(seaway.found.lines), len(TENSIONS), *values.shape[1:]), np.nan, dtype=values.dtype)
     for (what, cable), value in zip(seaway.tension_slopes(), values, strict=True):
@@ -59,7 +73,7 @@ def _by_line(seaway, values):
     return found
 
 
-def _amplitudes(seaway, name, X, words):
+def _amplitudes(seaway: Any, name: str, X: NDArray[Any], words: str) -> dict[str, Variable]:
     found, tensions = {}, _by_line(seaway, seaway.tensions(X))
     if seaway.found.bodies:
         what = "m/m, rad/m", f"motions of C {words}"
@@ -68,7 +82,7 @@ def _amplitudes(seaway, name, X, words):
     return found | {f"{name}_tension": (("cable", "tension", "period", "part"), tensions, what)}
 
 
-def _irregular(seaway, bins, X):
+def _irregular(seaway: Any, bins: Any, X: NDArray[Any]) -> dict[str, Variable]:
     """Spectra and standard deviations."""
     tensions = np.abs(_by_line(seaway, seaway.tensions(X))) ** 2
     elevation = bins.density(np.ones_like(bins.energy))
@@ -88,13 +102,13 @@ def _irregular(seaway, bins, X):
     return found
 
 
-def each_buoy(dataset) -> list[tuple[str, "xr.Dataset"]]:
+def each_buoy(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """(" of its name", empty for the only one, its part) of each buoy."""
     names = names_of(dataset, "buoy")
     return [(f" of {name}" if len(names) > 1 else "", dataset.sel(buoy=name)) for name in names]
 
 
-def each_tension(dataset) -> list[tuple[str, "xr.Dataset"]]:
+def each_tension(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     """(name, with that of the cable if there are several, its part) of each tension; not of tops that are free."""
     names = names_of(dataset, "cable")
     found = [
@@ -105,7 +119,7 @@ def each_tension(dataset) -> list[tuple[str, "xr.Dataset"]]:
     return [(name, one) for name, one in found if np.isfinite(one.tension_mean)]
 
 
-def warnings(dataset) -> list[str]:
+def warnings(dataset: xr.Dataset) -> list[str]:
     """Warnings of a response that is no longer linear: a line goes slack."""
     found = []
     for name, one in each_tension(dataset):

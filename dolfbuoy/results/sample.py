@@ -7,10 +7,14 @@ All that counts is after the ramp.  A sample is a plain dict, so that a store of
      "parted": which lines have, where and when, if any have}
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..model.airy import AirySum
@@ -31,14 +35,18 @@ NUMBERS = ("mean", "standard_deviation", "skewness", "minimum", "maximum", "peri
 FIXED_POINT, OFFSET = "fixed_point_elevation", "offset"
 
 
-def numbers_of(record: "xr.Dataset") -> dict[str, dict[str, float]]:
+def numbers_of(record: xr.Dataset) -> dict[str, dict[str, float]]:
     """STATISTICS of every series over the whole run, in the units of the record."""
     return {series.label: series.numbers(STATISTICS) for series in series_of(record)}
 
 
 def sample_of(
-    record: "xr.Dataset", scene: Scene, start: float | None = None, point=None, bins: int | None = None
-) -> dict:
+    record: xr.Dataset,
+    scene: Scene,
+    start: float | None = None,
+    point: Sequence[float] | None = None,
+    bins: int | None = None,
+) -> dict[str, Any]:
     """The sample of a record.
 
     start: what comes before does not count [s]; by default the end of the ramp.  point: (x, y) of the fixed point [m];
@@ -70,7 +78,7 @@ def sample_of(
     return found | {key: value for key, value in record.attrs.items() if key == "parted"}
 
 
-def binned(values: np.ndarray, counts: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
+def binned(values: NDArray[Any], counts: NDArray[Any], bins: int) -> tuple[NDArray[Any], NDArray[Any]]:
     """Values and counts in so many bins of equal width at most, each with its mean value; as they are if few enough.
 
     A sum of value^m then misses a part of about m (m - 1) / (24 bins^2) of what the largest values bring.
@@ -83,42 +91,49 @@ def binned(values: np.ndarray, counts: np.ndarray, bins: int) -> tuple[np.ndarra
     return np.bincount(place, counts * values, bins)[kept] / total[kept], total[kept]
 
 
-def _listed(pair, bins):
+def _listed(pair: tuple[NDArray[Any], NDArray[Any]], bins: int | None) -> list[list[float]]:
     """[values, counts] as lists; in bins to seven digits."""
     if bins is None:
         return [column.tolist() for column in pair]
     return [[float(f"{x:.7g}") for x in column] for column in binned(*pair, bins)]
 
 
-def _added(late, scene, tracks, anchor, point):
+def _added(
+    late: xr.Dataset,
+    scene: Scene,
+    tracks: dict[str, NDArray[Any]],
+    anchor: Sequence[float] | None,
+    point: Sequence[float],
+) -> Iterator[Series]:
     """Series that a record does not have."""
     t = late.time.values
     if scene.waves:
-        eta = AirySum.of(scene).over_time(t, point)
+        eta = AirySum.of(scene).over_time(t, np.asarray(point))
         yield Series(FIXED_POINT, t, eta, 1e-9 * np.abs(eta).max())
     for name, track in tracks.items() if anchor is not None else ():
         noise = 1e-9 * np.abs(late.buoy_position.values).max()
         yield Series(f"{OFFSET}{OF_PART}{name}", t, np.linalg.norm(track - np.array(anchor), axis=-1), noise)
 
 
-def _tracks(record):
+def _tracks(record: xr.Dataset) -> dict[str, NDArray[Any]]:
     """(x, y) of every buoy over time."""
     return {name: record.buoy_position.sel(buoy=name).values[:, :2] for name in names_of(record, "buoy")}
 
 
-def _anchor(scene):
+def _anchor(scene: Scene) -> Sequence[float] | None:
     """(x, y) of the anchor, if there is one line and it has one."""
     network = scene.network
-    held = len(network.cables) == 1 and network.pieces[0].ends[0].kind == "fixed"
-    return network.pieces[0].ends[0].top.position[:2] if held else None
+    end = network.pieces[0].ends[0] if len(network.cables) == 1 else None
+    return end.top.position[:2] if end and end.top and end.top.position and end.kind == "fixed" else None
 
 
 # -- fatigue ---------------------------------------------------------------------------------------------------------
 
 
-def pair_of(sample: dict, kept: str, label: str) -> tuple[np.ndarray, np.ndarray]:
+def pair_of(sample: dict[str, Any], kept: str, label: str) -> tuple[NDArray[Any], NDArray[Any]]:
     """(values, counts) of its "peaks" or "cycles"."""
-    return tuple(np.array(column, dtype=float) for column in sample[kept].get(label, ([], [])))
+    values, counts = sample[kept].get(label, ([], []))
+    return np.array(values, dtype=float), np.array(counts, dtype=float)
 
 
 @dataclass(frozen=True)
@@ -138,7 +153,7 @@ class Fatigue:
             if value is not None and not 0 < value < np.inf:
                 raise InputError(f"{name} = {value}: must be a positive number.")
 
-    def equivalent_load(self, sample: dict, label: str) -> float:
+    def equivalent_load(self, sample: dict[str, Any], label: str) -> float:
         """The constant range that does the same damage at the frequency, (sum n S^m / N)^(1/m) [unit of ranges]."""
         ranges, counts = pair_of(sample, "cycles", label)
         largest, m = ranges.max(initial=0.0), self.exponent
@@ -147,7 +162,7 @@ class Fatigue:
         number = self.frequency * sample["duration"]
         return float(largest * (np.sum(counts * (ranges / largest) ** m) / number) ** (1 / m))
 
-    def power_sum(self, sample: dict, label: str) -> float:
+    def power_sum(self, sample: dict[str, Any], label: str) -> float:
         """sum n S^m; over the constant it is the Miner sum."""
         ranges, counts = pair_of(sample, "cycles", label)
         return float(np.sum(counts * ranges**self.exponent))

@@ -5,14 +5,17 @@ Peaks are the highest values between two upward crossings of the mean.  Rainflow
 package `rainflow`.  Peaks and ranges come as two arrays, values and counts: a half cycle counts 0.5.
 """
 
+from __future__ import annotations
+
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from .labelled import unit_and_name
@@ -21,10 +24,19 @@ from .quantities import QUANTITIES, declared
 if TYPE_CHECKING:
     import xarray as xr
 
+    from .labelled import Variable
+
 #: Dimensions of a record over its parts, and what stands before the name of a part in a label.
 OF, OF_PART = ("cable", "buoy", "attachment", "segment", "joint"), " of "
 #: Units of numbers that are not in the unit of their series.
-UNITS = {"skewness": "1", "period": "s", "dominant_period": "s", "memory": "s"}
+UNITS = {"skewness": "1", "period": "s", "dominant_period": "s", "memory": "s", "m0": "m2", "damage": "1"}
+#: What numbers are called where their names are no words.
+WORDS = {
+    "m0": "variance m0",
+    "Hs": "significant height 4 sqrt(m0)",
+    "equivalent_load": "damage-equivalent range",
+    "damage": "Miner sum of the run",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +47,8 @@ class Series:
     """
 
     label: str
-    t: np.ndarray
-    x: np.ndarray
+    t: NDArray[Any]
+    x: NDArray[Any]
     noise: float = 0.0
 
     def numbers(self, names: Iterable[str]) -> dict[str, float]:
@@ -110,13 +122,13 @@ class Series:
             return math.nan
         return float((grid[-1] - grid[0]) * np.sum(power**2) / np.sum(power) ** 2 / 2)
 
-    def peaks(self) -> tuple[np.ndarray, np.ndarray]:
+    def peaks(self) -> tuple[NDArray[Any], NDArray[Any]]:
         """(highest values between neighbouring upward crossings of the mean, ones), in order."""
         rows = self._up_crossings
         found = np.maximum.reduceat(self.x, rows + 1)[:-1] if len(rows) > 1 else np.zeros(0)
         return found, np.ones(len(found))
 
-    def ranges(self) -> tuple[np.ndarray, np.ndarray]:
+    def ranges(self) -> tuple[NDArray[Any], NDArray[Any]]:
         """(rainflow ranges, rising, and their cycles); the residue counts half."""
         try:
             from rainflow import count_cycles  # the only place that needs it
@@ -128,11 +140,11 @@ class Series:
         found = found[found[:, 0] > 0]
         return found[:, 0], found[:, 1]
 
-    def _average(self, values):
+    def _average(self, values: NDArray[Any]) -> float:
         return float(mean_over_time(self.t, values))
 
     @cached_property
-    def _up_crossings(self):
+    def _up_crossings(self) -> NDArray[Any]:
         """Rows, each the last one below the mean before one on or above it; none in what is noise."""
         if len(self.x) < 2 or np.ptp(self.x) <= 2 * self.noise:
             return np.zeros(0, dtype=int)
@@ -140,19 +152,19 @@ class Series:
         return np.flatnonzero(~above[:-1] & above[1:])
 
 
-def mean_over_time(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+def mean_over_time(t: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
     """Mean of values (time, ...), by the trapezoidal rule."""
     weights = np.convolve(np.diff(t), [0.5, 0.5]) if len(t) > 1 else np.ones(1)
-    return np.average(values, axis=0, weights=weights)
+    return np.asarray(np.average(values, axis=0, weights=weights))
 
 
-def unwrapped(record: "xr.Dataset", name: str) -> np.ndarray:
+def unwrapped(record: xr.Dataset, name: str) -> NDArray[Any]:
     """Values of a variable over time; of an angle [degree] without the jump where it turns on over 180."""
     values = record[name].values
     return np.unwrap(values, period=360, axis=0) if name in QUANTITIES and QUANTITIES[name].turning else values
 
 
-def series_of(record: "xr.Dataset") -> Iterator[Series]:
+def series_of(record: xr.Dataset) -> Iterator[Series]:
     """Every scalar series of a record and every component of another.  Angles turn on over 180 degrees."""
     for name, variable in record.data_vars.items():
         if variable.dims[:1] != ("time",) or (name in QUANTITIES and QUANTITIES[name].effort):
@@ -160,35 +172,37 @@ def series_of(record: "xr.Dataset") -> Iterator[Series]:
         columns = unwrapped(record, name).reshape(variable.shape[0], -1)
         own = len(set(variable.dims) & set(OF))
         labels = itertools.product(*(record[dim].values.astype(str) for dim in variable.dims[1:]))
-        for label, x in zip(labels, columns.T, strict=True):
-            label = OF_PART.join(["_".join([name, *label[own:]]), *label[:own]])
+        for parts, x in zip(labels, columns.T, strict=True):
+            label = OF_PART.join(["_".join([str(name), *parts[own:]]), *parts[:own]])
             yield Series(label, record.time.values, x, 1e-9 * np.abs(columns).max())
 
 
 # -- the largest oscillation -----------------------------------------------------------------------------------------
 
 
-def _fitted(known, t, window, phase):
+def _fitted(
+    known: NDArray[Any], t: NDArray[Any], window: NDArray[Any], phase: NDArray[Any]
+) -> tuple[NDArray[Any], float]:
     """Least squares of x for constant, trend, cosine and sine, and the change of frequency that would lower the rest.
 
     Rows of the triangular factor stand for those of all instants: the last of them for what the fit leaves over.
     """
     (one, trend, x), cos, sin = known, np.cos(phase), np.sin(phase)
     columns = np.array([one, trend, window * cos, window * sin, t * cos, t * sin, x])
-    R = np.linalg.qr(columns.T, mode="r")
+    R: Any = np.linalg.qr(columns.T, mode="r")
     fit = np.linalg.lstsq(R[:4, :4], R[:4, 6], rcond=None)[0]
     slope = 2 * np.pi * (fit[3] * R[4:, 4] - fit[2] * R[4:, 5])  # of the fit, by frequency
     return fit, slope @ R[4:, 6] / (slope @ slope)
 
 
-def _peak(t, x):
+def _peak(t: NDArray[Any], x: NDArray[Any]) -> float:
     """Frequency of the largest Fourier amplitude, on a grid of an eighth of the resolution."""
     grid = np.linspace(t[0], t[-1], len(t))
     y, about = np.interp(grid, t, x - x.mean()), grid - grid.mean()
     y = (y - y.mean() - (about @ y) / (about @ about) * about) * np.hanning(len(y))
     amplitude = np.abs(np.fft.rfft(y, 8 * len(y)))
     amplitude[:8] = 0.0  # less than one period
-    return np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0]))
+    return float(np.argmax(amplitude) / (8 * len(y) * (grid[1] - grid[0])))
 
 
 # -- labels and variables --------------------------------------------------------------------------------------------
@@ -221,14 +235,15 @@ class Columns:
     """
 
     def __init__(self, labels: Iterable[str]) -> None:
-        self.labels, self.names = list(dict.fromkeys(labels)), {}
+        self.labels = list(dict.fromkeys(labels))
+        self.names: dict[str, list[str]] = {}
         for _, dimension, part in map(place_of, self.labels):
             if dimension and part not in self.names.setdefault(dimension, []):
                 self.names[dimension].append(part)
 
     def variables(
-        self, columns: dict[str, np.ndarray], ending: str, words: str, dims: tuple[str, ...], unit: str | None = None
-    ) -> dict[str, tuple]:
+        self, columns: Mapping[str, Any], ending: str, words: str, dims: tuple[str, ...], unit: str | None = None
+    ) -> dict[str, Variable]:
         """{name_ending: (dimensions, array, attributes)}; the part's dimension is the second.  unit: if another one."""
         found = {}
         for label, column in columns.items():
@@ -243,18 +258,23 @@ class Columns:
             found.setdefault(f"{name}_{ending}", whole)[1][:, names.index(part)] = column
         return found
 
-    def table(self, rows: list[dict], numbers: Iterable[str], dim: str) -> dict[str, tuple]:
-        """<series>_<number> over `dim` of rows {label: {number: value}}; nan where a row has none."""
-        data = {}
+    def table(
+        self, rows: list[dict[str, dict[str, float]]], numbers: Iterable[str], dim: str, complete: bool = True
+    ) -> dict[str, Variable]:
+        """<series>_<number> over `dim` of rows {label: {number: value}}; nan where a row has none, and without
+        `complete` no variable where all have none."""
+        data: dict[str, Variable] = {}
         for number in numbers:
-            columns = {label: [row.get(label, {}).get(number, np.nan) for row in rows] for label in self.labels}
-            data |= self.variables(columns, number, number.replace("_", " "), (dim,), UNITS.get(number))
+            columns = {label: [row.get(label, {}).get(number) for row in rows] for label in self.labels}
+            found = {k: column for k, column in columns.items() if complete or any(x is not None for x in column)}
+            words = WORDS.get(number, number.replace("_", " "))
+            data |= self.variables(found, number, words, (dim,), UNITS.get(number))
         return data
 
 
 def each_series(
-    dataset: "xr.Dataset", statistic: str, chosen: Iterable[str] | None = None
-) -> list[tuple[str, str, "xr.Dataset"]]:
+    dataset: xr.Dataset, statistic: str, chosen: Iterable[str] | None = None
+) -> list[tuple[str, str, xr.Dataset]]:
     """(name, with its part if there are several; name; what the dataset has of it, without the part's dimension) of all
     series of which there is this statistic, or of those chosen, in their order."""
     found, ending = [], f"_{statistic}"
@@ -268,7 +288,7 @@ def each_series(
     return found
 
 
-def _of_part(dataset, name, dimension, part):
+def _of_part(dataset: xr.Dataset, name: str, dimension: str | None, part: str | None) -> xr.Dataset:
     """The variables of a series of one part, and of all lists of its peaks and ranges."""
     if dimension is None:
         return dataset

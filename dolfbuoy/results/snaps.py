@@ -1,11 +1,21 @@
 """Warnings about lines that came taut with a jerk or landed on the bed: short peaks, and pulses without damping."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..model.seabed import height_of_bed
 from .tables import force_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene import Scene
+    from ..scene.cable import Cable
 
 #: Steps above half its height that a peak needs: a snap on 6 was 6 % too low, on 3 it was 18 to 37 %.
 STEPS_OF_A_PEAK = 6
@@ -16,7 +26,7 @@ PULSES = (
 )
 
 
-def short_peaks(record, low, high) -> list[str]:
+def short_peaks(record: xr.Dataset, low: str, high: str) -> list[str]:
     """Largest tensions of a cable that rest on a few steps: smaller ones may find larger.  low, high: its ends."""
     found = []
     for end, force in ((low, np.linalg.norm(record.anchor_force, axis=-1)), (high, record.tension_top.values)):
@@ -29,7 +39,7 @@ def short_peaks(record, low, high) -> list[str]:
     return found
 
 
-def steps_of_peak(force) -> float:
+def steps_of_peak(force: ArrayLike) -> float:
     """Steps in a row about the largest force that are above the middle of it and the median; inf if it hardly rises."""
     force = np.asarray(force)
     largest, usual = force.max(), np.median(force)
@@ -42,12 +52,12 @@ def steps_of_peak(force) -> float:
     return int(after[0] - before[-1] - 1)
 
 
-def undamped(record, scene, sections) -> list[str]:
+def undamped(record: xr.Dataset, scene: Scene, sections: list[Cable]) -> list[str]:
     """Warning of an elastic cable without damping that went slack or lay on the bed; sections: of its segments.
 
     Slack is seen in the recorded frames.
     """
-    bare = np.array([math.isfinite(c.axial_stiffness) and not c.damping for c in sections])
+    bare = np.array([c.axial_stiffness != math.inf and not c.damping for c in sections])
     slackens = bare & [c.slack == "tension-only" for c in sections]
     segment = record.segment_of_cell.values
     slack = (record.cable_tension.values[:, slackens[segment]] <= 0).any()
@@ -55,7 +65,7 @@ def undamped(record, scene, sections) -> list[str]:
     return [f"The cable {' and '.join(said)}, and has {PULSES}"] if said else []
 
 
-def _lies(record, scene, cells):
+def _lies(record: xr.Dataset, scene: Scene, cells: NDArray[Any]) -> bool:
     """True if any of these cells ever lay on the bed, with both ends."""
     if not scene.seabed:
         return False

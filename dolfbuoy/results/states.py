@@ -1,9 +1,19 @@
 """Sentences about buoys that are not as a buoy should be: leaning far, capsized, under water."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from ..model.rigid import shape_of
 from .parts import names_of, parts_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene import Scene
+    from ..scene.buoy import Buoy
 
 #: A cone angle that is called a lean, and one that is a capsize [deg].
 LEAN, CAPSIZE = 45.0, 90.0
@@ -11,7 +21,7 @@ LEAN, CAPSIZE = 45.0, 90.0
 LEAST_FREEBOARD = 1e-6
 
 
-def states_of(record, scene) -> list[str]:
+def states_of(record: xr.Dataset, scene: Scene) -> list[str]:
     """Sentences about the buoys of a run or an equilibrium, with their names if there are several."""
     found = []
     for name, part in zip(names_of(record, "buoy"), parts_of(record, "buoy"), strict=True):
@@ -19,12 +29,14 @@ def states_of(record, scene) -> list[str]:
     return found
 
 
-def is_under(displaced, scene, buoy):
+def is_under(displaced: Any, scene: Scene, buoy: Buoy) -> Any:
     """True if a buoy that displaces this mass of water [kg] is under water."""
-    return displaced >= (1 - LEAST_FREEBOARD) * scene.sea.density * shape_of(buoy).volume()
+    sea: Any = scene.sea
+    hull: Any = shape_of(buoy)
+    return displaced >= (1 - LEAST_FREEBOARD) * sea.density * hull.volume()
 
 
-def _lean(record):
+def _lean(record: xr.Dataset) -> list[str]:
     angle = np.atleast_1d(record.cone_angle.values)
     worst, largest = int(angle.argmax()), angle.max()
     if largest < LEAN:
@@ -40,7 +52,7 @@ def _lean(record):
     ]
 
 
-def _under(record, scene, buoy):
+def _under(record: xr.Dataset, scene: Scene, buoy: Buoy) -> list[str]:
     if scene.sea is None or "displaced_mass" not in record:
         return []
     displaced = np.atleast_1d(record.displaced_mass.values)

@@ -4,14 +4,19 @@ Runs whose scenes are equal but for `waves.seed` are a set: their cycles and pea
 each is one of the maxima that Gumbel's distribution is fitted to.
 """
 
+from __future__ import annotations
+
+import itertools
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..parallel.cases import store_in
@@ -19,9 +24,9 @@ from ..scene import Scene
 from ..scene.variants import SEED, in_words, probabilities
 from .after_ramp import scene_of
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
-from .labelled import unit_and_name
+from .labelled import Variable, unit_and_name
 from .offsets import smallest_circle
-from .quantities import QUANTITIES
+from .quantities import declared
 from .record import fitting, read
 from .sample import NUMBERS, OFFSET, STATISTICS, Fatigue, pair_of, sample_of
 from .series import OF_PART, Columns, described, place_of
@@ -38,28 +43,28 @@ class Run:
     """
 
     name: str
-    sample: dict
+    sample: dict[str, Any]
     set: str
-    changes: dict | None = None
+    changes: dict[str, Any] | None = None
     seconds: float = np.nan
 
 
 # -- of the cases of a sweep -----------------------------------------------------------------------------------------
 
 
-def collect(rows: list[dict]) -> xr.Dataset:
+def collect(rows: list[dict[str, Any]]) -> xr.Dataset:
     """One dataset over the dimension `case`: varied keys, status, and <quantity>_<statistic>."""
     keys = list(dict.fromkeys(key for row in rows for key in row["changes"]))
     data = {key.replace(".", "_"): ("case", _column([row["changes"][key] for row in rows])) for key in keys}
     data["status"] = ("case", np.array([row["status"] for row in rows], dtype=object))
     columns = Columns(label for row in rows for label in row["statistics"])
     known = {number for row in rows for numbers in row["statistics"].values() for number in numbers}
-    bars = sorted(known - set(STATISTICS))  # error bars, where the scene asks for them
-    data |= columns.table([row["statistics"] for row in rows], [*STATISTICS, *bars], "case")
+    numbers = [*STATISTICS, *sorted(known - set(STATISTICS))]  # and error bars, where the scene asks for them
+    data |= columns.table([row["statistics"] for row in rows], numbers, "case")
     return xr.Dataset(data, columns.names, attrs={"varied": ", ".join(keys)})
 
 
-def _column(values):
+def _column(values: list[Any]) -> NDArray[Any]:
     """Numbers as numbers, anything else (words, lists) as text."""
     if all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
         return np.array(values)
@@ -69,7 +74,12 @@ def _column(values):
 # -- of runs ---------------------------------------------------------------------------------------------------------
 
 
-def statistics(runs, start: float | None = None, point=None, **fatigue) -> xr.Dataset:
+def statistics(
+    runs: xr.Dataset | str | Path | Iterable[xr.Dataset | str | Path],
+    start: float | None = None,
+    point: Sequence[float] | None = None,
+    **fatigue: Any,
+) -> xr.Dataset:
     """Statistics of runs, the ramp left out: a dataset over `run` and `set`, see `together`.
 
     runs: records, folders of runs or of sweeps, or one of them.  start [s], point [m]: see `sample_of`, not of sweeps.
@@ -80,7 +90,7 @@ def statistics(runs, start: float | None = None, point=None, **fatigue) -> xr.Da
     return together(runs_of(runs, start, point), Fatigue(**fatigue))
 
 
-def runs_of(sources: Iterable, start: float | None = None, point=None) -> list[Run]:
+def runs_of(sources: Iterable[Any], start: float | None = None, point: Sequence[float] | None = None) -> list[Run]:
     """Runs of records, of folders of runs, and of folders of sweeps, whose cases are runs each.  Raises InputError."""
     found = []
     for k, source in enumerate(sources):
@@ -95,11 +105,11 @@ def runs_of(sources: Iterable, start: float | None = None, point=None) -> list[R
     return found
 
 
-def _cases_in(folder):
+def _cases_in(folder: Path) -> list[Run]:
     """Runs of a sweep; those that failed, or end in their ramp, are left out."""
     found = []
     for result in store_in(folder).results():
-        if result.get("sample"):
+        if result and result.get("sample"):
             changes = result["changes"]
             state = {key: value for key, value in changes.items() if key != SEED}
             same = json.dumps([result["base"], state], sort_keys=True)
@@ -109,7 +119,7 @@ def _cases_in(folder):
     return sorted(found, key=lambda run: (run.set, run.name))
 
 
-def _run(source, number, start, point):
+def _run(source: xr.Dataset | str | Path, number: int, start: float | None, point: Sequence[float] | None) -> Run:
     if isinstance(source, xr.Dataset):
         record, name = source, f"run {number}"
     else:
@@ -152,7 +162,8 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
         "duration": ("run", [s["duration"] for s in samples], unit_and_name("s", "length of the time that counts")),
     }
     data |= columns.table([sample["series"] for sample in samples], NUMBERS, "run")
-    data |= _elevations(data) | _damage(runs, fatigue, columns) | _circles(sets, columns.names.get("buoy"))
+    data |= columns.table(_further(runs, fatigue), FURTHER, "run", complete=False)
+    data |= _circles(sets, columns.names.get("buoy", []))
     words = "peaks", "probability that a peak is as high or higher"
     data |= _pools(sets, "peaks", "peak", "exceedance", words)
     words = "rainflow ranges", "cycles of this range, half cycles as 0.5"
@@ -161,13 +172,18 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
     coordinates = {"run": [run.name for run in runs], "set": np.arange(len(sets)), "set_of_run": ("run", member)}
     if found:
         coordinates["bound"] = ["estimate", "low", "high"]
-    told = {"exponent": fatigue.exponent, "frequency_Hz": fatigue.frequency, "hours": HOURS, "covered": COVERED}
-    told |= {"constant": fatigue.constant} if fatigue.constant else {}
-    told["notes"] = "\n".join([*_parted(runs), *notes])
-    return xr.Dataset(data | found, coordinates | columns.names, attrs=told)
+    attributes: dict[str, Any] = {
+        "exponent": fatigue.exponent,
+        "frequency_Hz": fatigue.frequency,
+        "hours": HOURS,
+        "covered": COVERED,
+    }
+    attributes |= {"constant": fatigue.constant} if fatigue.constant else {}
+    attributes["notes"] = "\n".join([*_parted(runs), *notes])
+    return xr.Dataset(data | found, coordinates | columns.names, attrs=attributes)
 
 
-def _parted(runs):
+def _parted(runs: list[Run]) -> list[str]:
     """A sentence about runs in which lines parted."""
     gone = [run for run in runs if run.sample.get("parted")]
     if not gone:
@@ -177,43 +193,41 @@ def _parted(runs):
     return [f"Lines parted, {which}; numbers mix what was before and after, unless --from is later than that."]
 
 
-def _labels(runs, kept):
+def _labels(runs: list[Run], kept: str) -> list[str]:
     """Labels of the series, peaks or cycles of runs."""
     return list(dict.fromkeys(label for run in runs for label in run.sample[kept]))
 
 
-def _elevations(data):
-    """Variance and significant height of elevations; their mean periods are there already."""
-    found = {}
-    places = (name for name, one in QUANTITIES.items() if one.place)
-    for name in (name for name in places if f"{name}_standard_deviation" in data):
-        (dims, deviation, _), text = data[f"{name}_standard_deviation"], described(name)[1]
-        found[f"{name}_m0"] = dims, deviation**2, unit_and_name("m2", f"variance m0: {text}")
-        found[f"{name}_Hs"] = dims, 4 * deviation, unit_and_name("m", f"significant height 4 sqrt(m0): {text}")
-    return found
+#: Numbers of some series: of elevations, whose mean periods are among NUMBERS, and of what has cycles.
+FURTHER = ("m0", "Hs", "equivalent_load", "damage")
 
 
-def _damage(runs, fatigue, columns):
-    """Equivalent loads, and with a constant Miner sums."""
-    labels = _labels(runs, "cycles")
-    loads = {label: [fatigue.equivalent_load(run.sample, label) for run in runs] for label in labels}
-    data = columns.variables(loads, "equivalent_load", "damage-equivalent range", ("run",))
-    if fatigue.constant:
-        sums = {label: [fatigue.power_sum(run.sample, label) / fatigue.constant for run in runs] for label in labels}
-        data |= columns.variables(sums, "damage", "Miner sum of the run", ("run",), "1")
-    return data
+def _further(runs: list[Run], fatigue: Fatigue) -> list[dict[str, dict[str, float]]]:
+    """FURTHER of each run; damage with a constant only."""
+    rows: list[dict[str, dict[str, float]]] = []
+    for sample in (run.sample for run in runs):
+        deviations = {label: numbers["standard_deviation"] for label, numbers in sample["series"].items()}
+        elevations = {label: d for label, d in deviations.items() if declared(place_of(label).name).place}
+        row = {label: {"m0": deviation * deviation, "Hs": 4 * deviation} for label, deviation in elevations.items()}
+        for label in _labels(runs, "cycles"):
+            row[label] = {"equivalent_load": fatigue.equivalent_load(sample, label)}
+            if fatigue.constant:
+                row[label]["damage"] = fatigue.power_sum(sample, label) / fatigue.constant
+        rows.append(row)
+    return rows
 
 
-def exceedance(values: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def exceedance(values: NDArray[Any], counts: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
     """(values, falling, and the probability that a peak is as high or higher): i/(N + 1) for the i-th of N."""
     order = np.argsort(values)[::-1]
     above = np.cumsum(counts[order])
     return values[order], above / (above[-1] + 1) if len(above) else above
 
 
-def _pools(sets, kept, ending, other, words):
+def _pools(sets: list[list[Run]], kept: str, ending: str, other: str, words: tuple[str, str]) -> dict[str, Any]:
     """Peaks or cycles of the runs of each set, one set and one part after the other, numbered by _set and named."""
-    data, by_name = {}, {}
+    data: dict[str, Variable] = {}
+    by_name: dict[str, list[tuple[Any, ...]]] = {}
     for label in _labels([run for runs in sets for run in runs], kept):
         for k, runs in enumerate(sets):
             pairs = zip(*(pair_of(run.sample, kept, label) for run in runs), strict=True)
@@ -232,40 +246,34 @@ def _pools(sets, kept, ending, other, words):
     return data
 
 
-def _circles(sets, buoys):
+def _circles(sets: list[list[Run]], buoys: list[str]) -> dict[str, Any]:
     """The smallest circle around the tracks of each set, anywhere and about the anchor; the hulls of the tracks."""
-    tracks = [
-        (k, buoy, point)
-        for k, runs in enumerate(sets)
-        for run in runs
-        for buoy in buoys or ()
-        for point in run.sample.get("corners", {}).get(buoy, [])
-    ]
+    tracks = {}
+    for (k, runs), buoy in itertools.product(enumerate(sets), buoys):
+        corners = [point for run in runs for point in run.sample.get("corners", {}).get(buoy, [])]
+        if corners:
+            tracks[k, buoy] = np.array(corners)
     if not tracks:
         return {}
-    circles, watch = np.full((3, len(sets), len(buoys)), np.nan), np.full((len(sets), len(buoys)), np.nan)
-    pools = {}
-    for k, buoy, point in tracks:
-        pools.setdefault((k, buoys.index(buoy)), []).append(point)
-    for (k, j), points in pools.items():
-        centre, radius = smallest_circle(np.array(points))
-        circles[:, k, j] = *centre, radius
-        farthest = f"{OFFSET}{OF_PART}{buoys[j]}"
-        watch[k, j] = max(run.sample["series"].get(farthest, {}).get("maximum", np.nan) for run in sets[k])
-    text, dims = "the smallest circle that holds the tracks of C", ("set", "buoy")
-    numbers, names, points = zip(*tracks, strict=True)
-    x, y = np.transpose(points)
-    hull = unit_and_name("m", "corners of the convex hull of the track of C")
-    return {
-        "circle_x": (dims, circles[0], unit_and_name("m", f"x of the middle of {text}")),
-        "circle_y": (dims, circles[1], unit_and_name("m", f"y of the middle of {text}")),
-        "circle_radius": (dims, circles[2], unit_and_name("m", f"radius of {text}")),
-        "watch_circle_radius": (dims, watch, unit_and_name("m", f"about the anchor: radius of {text}")),
-        "corner_set": ("corner", np.array(numbers), {"long_name": "set"}),
-        "corner_buoy": ("corner", np.array(names), {"long_name": "buoy"}),
-        "corner_x": ("corner", x, hull),
-        "corner_y": ("corner", y, hull),
+    circles = np.full((4, len(sets), len(buoys)), np.nan)
+    for (k, buoy), points in tracks.items():
+        centre, radius = smallest_circle(points)
+        farthest = (run.sample["series"].get(f"{OFFSET}{OF_PART}{buoy}", {}) for run in sets[k])
+        watch = max(numbers.get("maximum", np.nan) for numbers in farthest)
+        circles[:, k, buoys.index(buoy)] = *centre, radius, watch
+    text = "the smallest circle that holds the tracks of C"
+    words = {"circle_x": "x of the middle of", "circle_y": "y of the middle of", "circle_radius": "radius of"}
+    words |= {"watch_circle_radius": "about the anchor: radius of"}
+    data: dict[str, Variable] = {
+        name: (("set", "buoy"), values, unit_and_name("m", f"{what} {text}"))
+        for (name, what), values in zip(words.items(), circles, strict=True)
     }
+    numbers, names = zip(*(place for place, points in tracks.items() for _ in points), strict=True)
+    data["corner_set"] = "corner", np.array(numbers), {"long_name": "set"}
+    data["corner_buoy"] = "corner", np.array(names), {"long_name": "buoy"}
+    for name, column in zip("xy", np.concatenate([*tracks.values()]).T, strict=True):
+        data[f"corner_{name}"] = "corner", column, unit_and_name("m", "corners of the convex hull of the track of C")
+    return data
 
 
 def gumbels(runs: list[Run], label: str) -> tuple[Gumbel, float]:
@@ -278,9 +286,11 @@ def gumbels(runs: list[Run], label: str) -> tuple[Gumbel, float]:
     return fit_gumbel([run.sample["series"][label]["maximum"] for run in runs]), float(lengths[0])
 
 
-def _extremes(sets, columns):
+def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], list[str]]:
     """(variables over set, sentences about what there is not)."""
-    found, reasons, data = {}, {}, {}
+    found: dict[str, NDArray[Any]] = {}
+    reasons: dict[str, list[tuple[int, str]]] = {}
+    data: dict[str, Variable] = {}
     for label in _labels([run for runs in sets for run in runs], "peaks"):
         rows = found[label] = np.full((len(sets), 5), np.nan)
         for k, runs in enumerate(sets):
@@ -303,7 +313,7 @@ def _extremes(sets, columns):
     return {name: one for name, one in data.items() if np.isfinite(one[1]).any()}, list(_told(reasons, len(sets)))
 
 
-def _told(reasons: dict[str, list], sets: int) -> Iterator[str]:
+def _told(reasons: dict[str, list[tuple[int, str]]], sets: int) -> Iterator[str]:
     """A sentence for each reason why something has no distribution."""
     for reason, missing in reasons.items():
         where, labels = {k for k, _ in missing}, sorted({label for _, label in missing})
@@ -324,7 +334,7 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
     """
     if not 0 < years < math.inf:
         raise InputError(f"--years {years}: must be a positive number.")
-    states, labels, reasons = list(_states(runs, scatter)), _labels(runs, "peaks"), []
+    states, labels, reasons = list(_states(runs, scatter)), _labels(runs, "peaks"), list[str]()
     rows = [_row(label, states, fatigue, years, reasons) for label in labels]
     names = {
         "damage_per_year": "Miner sum of a year",
@@ -338,11 +348,11 @@ def lifetime(runs: list[Run], scatter: Path, fatigue: Fatigue, years: float = YE
         "part": ("series", [place_of(label).part for label in labels]),
         "unit": ("series", [described(label)[0] for label in labels]),
     }
-    told = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
-    return xr.Dataset(data, coordinates, attrs=told)
+    attributes = {"years": years, "probability": sum(p for p, _ in states), "notes": next(iter(reasons), "")}
+    return xr.Dataset(data, coordinates, attrs=attributes)
 
 
-def _states(runs, scatter):
+def _states(runs: list[Run], scatter: Path) -> Iterator[tuple[float, list[Run]]]:
     """(probability, its runs) of every sea state that occurs."""
     for changes, probability in probabilities(scatter):
         mine = [run for run in runs if run.changes == changes]
@@ -353,7 +363,9 @@ def _states(runs, scatter):
             yield probability, mine
 
 
-def _row(label, states, fatigue, years, reasons):
+def _row(
+    label: str, states: list[tuple[float, list[Run]]], fatigue: Fatigue, years: float, reasons: list[str]
+) -> tuple[float, float, float, float]:
     """Damage per year, life, equivalent load, largest value; nan of what there is not, for the last with a reason."""
     damage = load = largest = math.nan
     if all(label in run.sample["cycles"] for _, mine in states for run in mine):
@@ -367,12 +379,12 @@ def _row(label, states, fatigue, years, reasons):
     return damage, 1 / damage if damage > 0 else math.nan, load, largest
 
 
-def _rate(label, runs, fatigue):
+def _rate(label: str, runs: list[Run], fatigue: Fatigue) -> float:
     """sum n S^m per second of a sea state, over all its runs."""
-    return sum(fatigue.power_sum(run.sample, label) for run in runs) / sum(run.sample["duration"] for run in runs)
+    return sum(fatigue.power_sum(run.sample, label) for run in runs) / float(sum(r.sample["duration"] for r in runs))
 
 
-def _largest(states, years):
+def _largest(states: list[tuple[float, Gumbel, float]], years: float) -> float:
     """The value that the largest of 3 h exceeds once in so many years; states: (probability, Gumbel, length of a run).
 
     Root of the probability that the largest value of any 3 h is above it; nan if the states are rarer than that.
@@ -383,8 +395,8 @@ def _largest(states, years):
     if sum(p for p, *_ in states) <= allowed:
         return math.nan
 
-    def above(x):
-        return sum(p * g.above(x, DURATION / t) for p, g, t in states)
+    def above(x: float) -> float:
+        return float(sum(p * g.above(x, DURATION / t) for p, g, t in states))
 
     low = min(g.location - 5 * g.scale for _, g, _ in states)
     high = max(g.most_probable(DURATION / t) + g.scale * (math.log(1 / allowed) + 5) for _, g, t in states)

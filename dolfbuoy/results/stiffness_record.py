@@ -1,14 +1,20 @@
 """Restoring matrices as a dataset, stiffness.nc."""
 
-from typing import TYPE_CHECKING
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .labelled import labelled
+from .labelled import Variable, labelled
 from .observe import attributes
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from ..model.problem import Problem
+    from ..scene import Scene
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
 REACTIONS = ("F_x", "F_y", "F_z", "tau_x", "tau_y", "tau_z")
@@ -21,12 +27,13 @@ SAID = {
 LEAST = 1e-6
 
 
-def dataset_of_stiffness(problem, found) -> "xr.Dataset":
+def dataset_of_stiffness(problem: Problem, found: Any) -> xr.Dataset:
     """Matrices of `linear.stiffness.Restoring`: the blocks of each body, with the others held.
 
     What is rigid is infinite, and `rigid` has its directions.
     """
-    data, is_rigid = {}, any(rigid.shape[1] for rigid in found.rigid)
+    data: dict[str, Variable] = {}
+    is_rigid = any(rigid.shape[1] for rigid in found.rigid)
     matrices = {"mooring": found.mooring, "hull": found.hull, "total": found.mooring + found.hull}
     for name, matrix in matrices.items():
         blocks, values, finite = [], [], []
@@ -53,28 +60,28 @@ def dataset_of_stiffness(problem, found) -> "xr.Dataset":
     return labelled(data, labels, attributes(problem))
 
 
-def _with_infinite(body, block, rigid):
+def _with_infinite(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:
     """The block across rigid directions (6, k), infinite where these have a part."""
     infinite = rigid @ rigid.T
     return np.where(np.abs(infinite) > LEAST, np.copysign(np.inf, infinite), _across(body, block, rigid))
 
 
-def _across(body, block, rigid):
+def _across(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:
     """The block of motions of which the part along rigid directions is taken away."""
     if not rigid.shape[1]:
         return block
     arms, across = body.arms, np.eye(6) - rigid @ rigid.T
-    return across @ (arms[:, None] * block * arms) @ across / arms[:, None] / arms
+    return np.asarray(across @ (arms[:, None] * block * arms) @ across / arms[:, None] / arms)
 
 
-def _eigenvalues(body, block, rigid):
+def _eigenvalues(body: Any, block: NDArray[Any], rigid: NDArray[Any]) -> NDArray[Any]:
     """Rising, infinite ones last."""
     across = np.linalg.svd(rigid)[0][:, rigid.shape[1] :] if rigid.shape[1] else np.eye(6)
     finite = np.linalg.eigvalsh(across.T @ body.scaled(block) @ across)
     return np.concatenate([finite, np.full(rigid.shape[1], np.inf)])
 
 
-def _motions(body, rigid):
+def _motions(body: Any, rigid: NDArray[Any]) -> NDArray[Any]:
     """(6, 6): rows of the eigenvalues that are infinite, the largest entry positive; nan of the others."""
     rows = np.full((6, 6), np.nan)
     for row, direction in zip(rows[6 - rigid.shape[1] :], rigid.T, strict=True):
@@ -83,7 +90,7 @@ def _motions(body, rigid):
     return rows
 
 
-def notes(dataset, scene) -> list[str]:
+def notes(dataset: xr.Dataset, scene: Scene) -> list[str]:
     """Notes on these matrices."""
     found = ["The mooring follows at rest; motion is in world axes, about C."]
     if "rigid" in dataset:
@@ -100,7 +107,7 @@ def notes(dataset, scene) -> list[str]:
     return found
 
 
-def on_friction(scene) -> list[str]:
+def on_friction(scene: Scene) -> list[str]:
     """Notes on the friction of the bed in linear equations."""
     if scene.seabed is None:
         return []
@@ -108,6 +115,6 @@ def on_friction(scene) -> list[str]:
     return [f"Friction of the bed {words}."]
 
 
-def _rows(rigid):
+def _rows(rigid: NDArray[Any]) -> NDArray[Any]:
     rows = rigid.reshape(-1, rigid.shape[-1])
-    return rows[np.isfinite(rows).all(axis=1)] + 0.0
+    return np.asarray(rows[np.isfinite(rows).all(axis=1)] + 0.0)

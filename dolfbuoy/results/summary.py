@@ -1,8 +1,13 @@
 """The table after a run or an equilibrium, and the warnings below it."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..meshes import number_of_cells
 from ..model.effects import called_by
@@ -16,8 +21,16 @@ from .states import states_of
 from .tables import force_unit, unit_of
 from .utilisation import never_parted, rows_of, warnings_of
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def summary(record, scene) -> list[tuple[str, str, str]]:
+    from ..scene import Scene
+    from ..scene.cable import Cable
+    from ..scene.network import Network
+    from .parts import Part
+
+
+def summary(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of a record: extremes, effort, and what the scheme's damping leaves."""
     network, lines = scene.network, parts_of(record, "cable")
     rows = [row for k, part in enumerate(lines) for row in _named(part, _of_line(part.record, *_ends(network, k)))]
@@ -31,7 +44,7 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     rows += bars.summary_rows(record)
     steps = record.sizes["time"] - 1
     rows.append(("steps, of which retried", f"{steps}, {record.attrs['failed_steps']}", ""))
-    if scene.time.tolerance is None and (smaller := record.attrs.get("rejected_steps", 0)):
+    if scene.time and scene.time.tolerance is None and (smaller := record.attrs.get("rejected_steps", 0)):
         rows.append(("steps made smaller where a line came taut", str(smaller), ""))
     if steps:
         rows.append(("Newton iterations per step", f"{float(record.newton_iterations[1:].mean()):.2f}", ""))
@@ -44,23 +57,23 @@ def summary(record, scene) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _named(part, rows):
+def _named(part: Part, rows: Iterable[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
     """Rows of a part, with its name if there are several."""
-    return [(*part.named([row[0]]), *row[1:]) for row in rows]
+    return [(part.named([name])[0], value, unit) for name, value, unit in rows]
 
 
-def _strength(lines):
+def _strength(lines: list[Part]) -> list[tuple[str, str, str]]:
     """Rows of what each line carries of its breaking load, and of its marine growth."""
     return [row for part in lines for row in _named(part, [*rows_of(part.record), *_grown(part.record)])]
 
 
-def _ends(network, cable):
+def _ends(network: Network, cable: int) -> tuple[str, str]:
     """Names of the ends of a cable: what they hang on; the end of the only cable on a buoy is the top."""
     low, high = network.ends_of(cable)
     return low, "the top" if len(network.cables) == 1 and high in network.buoys else high
 
 
-def _grown(record):
+def _grown(record: xr.Dataset) -> list[tuple[str, str, str]]:
     """Rows of what marine growth adds to a cable."""
     if "growth_weight" not in record:
         return []
@@ -78,42 +91,42 @@ def _grown(record):
 _OF = ("cable", "buoy", "attachment", "")
 
 
-def static_rows(record, scene) -> list[tuple[str, str, str]]:
+def static_rows(record: xr.Dataset, scene: Scene) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of an equilibrium: all numbers and vectors, of several cables or buoys in turn."""
-    network, rows = scene.network, []
-    for variable in record.data_vars.values():
-        of = "".join(d for d in variable.dims if d != "xyz")
+    network, found = scene.network, []
+    for key, variable in record.data_vars.items():
+        of = "".join(str(d) for d in variable.dims if d != "xyz")
         names = names_of(record, of)
         if of not in _OF or (of == "attachment" and len(names) > 1):  # ends of lines, which are there already
             continue
         for k, name in enumerate(names or [""]):
-            what = QUANTITIES[variable.name].at_ends if of == "cable" and len(names) > 1 else ""
+            what = QUANTITIES[str(key)].at_ends if of == "cable" and len(names) > 1 else ""
             if what:
                 what = what.format(**dict(zip(("low", "high"), network.ends_of(k), strict=True)))
             what = what or variable.attrs["long_name"]
             label = f"{name}: " if len(names) > 1 else ""
             row = _static_row(label + what, variable.values[k] if names else variable.values, variable.attrs["units"])
-            rows.append(((_OF.index(of), k), row))
+            found.append(((_OF.index(of), k), row))
     if any(len(names_of(record, of)) > 1 for of in _OF):
-        rows.sort(key=lambda pair: pair[0])
-    rows = [row for _, row in rows] + _strength(parts_of(record, "cable"))
+        found.sort(key=lambda pair: pair[0])
+    rows = [row for _, row in found] + _strength(parts_of(record, "cable"))
     for joint in names_of(record, "joint"):
         position = record.joint_position.sel(joint=joint)
         rows.append(_static_row(f"{joint}: position of the joint", position.values, "m"))
     return rows
 
 
-def _static_row(what, values, unit):
+def _static_row(what: str, values: NDArray[Any], unit: str) -> tuple[str, str, str]:
     unit, factor = unit_of(values, unit)
     return what, " ".join(f"{factor * v:.6g}" for v in values.ravel()), unit
 
 
-def _range(name, values, unit, scale=1.0):
+def _range(name: str, values: ArrayLike, unit: str, scale: float = 1.0) -> tuple[str, str, str]:
     """Row of `summary` of least and largest values."""
     return name, f"{float(np.min(values)) * scale:.4g} ... {float(np.max(values)) * scale:.4g}", unit
 
 
-def _of_line(record, low, high):
+def _of_line(record: xr.Dataset, low: str, high: str) -> list[tuple[str, str, str]]:
     """Rows of `summary` of a cable; low, high: what the ends s = 0 and s = L are called."""
     force, uplift = np.linalg.norm(record.anchor_force, axis=-1), -record.anchor_force.sel(xyz="z")
     rows = [
@@ -128,7 +141,7 @@ def _of_line(record, low, high):
     return rows + _declared(record, "cable")
 
 
-def _of_buoy(record):
+def _of_buoy(record: xr.Dataset) -> list[tuple[str, str, str]]:
     """Rows of `summary` of a buoy."""
     rows = [_range(f"{axis} of C", record.buoy_position.sel(xyz=axis), "m") for axis in "xyz"]
     if "surface_elevation" in record:
@@ -136,7 +149,7 @@ def _of_buoy(record):
     return rows + _declared(record, "buoy")
 
 
-def _declared(record, kind):
+def _declared(record: xr.Dataset, kind: str) -> list[tuple[str, str, str]]:
     """Ranges of what is declared to be in the table of a run."""
     rows = []
     for quantity in over("time").values():
@@ -151,12 +164,12 @@ def _declared(record, kind):
     return rows
 
 
-def remaining_amplitude(period, scene) -> float:
+def remaining_amplitude(period: float, scene: Scene) -> float:
     """Fraction of a free motion's amplitude that the scheme leaves at the end of the run, at the scene's step.
 
     Backward Euler multiplies the amplitude of x_tt = -omega^2 x by (1 + (omega dt)^2)^(-1/2) in each step.
     """
-    time = scene.time
+    time: Any = scene.time
     factor = make_scheme(time.scheme, time.spectral_radius).amplification(2 * math.pi / period, time.step)
     return float(abs(factor) ** (time.end / time.step))
 
@@ -168,7 +181,7 @@ ROUNDING = 1e-6
 SHARING_SLOWER_TO = 1_000_000
 
 
-def sharing_note(scene, ranks: int) -> str | None:
+def sharing_note(scene: Scene, ranks: int) -> str | None:
     """A sentence if one rank would run this scene faster than so many; None if not."""
     cells = sum(number_of_cells(piece.section.elements) for piece in scene.network.pieces)
     if ranks == 1 or cells > SHARING_SLOWER_TO:
@@ -179,17 +192,17 @@ def sharing_note(scene, ranks: int) -> str | None:
     )
 
 
-def warnings(record, scene) -> list[str]:
+def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
     """Sentences about where a run left the range of its model."""
     found = _of_lines(_left, record, scene) + _of_lines(_snaps, record, scene)
     found += _surfaced_bodies(record, scene) + states_of(record, scene) + never_parted(scene)
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
-    return found + retried.said(record, scene)
+    return found + retried.sentences(record, scene)
 
 
-def static_warnings(record, scene) -> list[str]:
+def static_warnings(record: xr.Dataset, scene: Scene) -> list[str]:
     """Sentences about the faults of an equilibrium: compressed or slack elements, an unresolved fold, the sea bed."""
     at_once = record.expand_dims("frame") if "cable_position" in record else record
     return (
@@ -200,7 +213,7 @@ def static_warnings(record, scene) -> list[str]:
     )
 
 
-def _of_lines(rule, record, scene):
+def _of_lines(rule: Callable[..., list[str]], record: xr.Dataset, scene: Scene) -> list[str]:
     """Sentences of a rule about each cable: rule(its record, scene, its number, its sections)."""
     found = []
     for k, part in enumerate(parts_of(record, "cable")):
@@ -209,12 +222,12 @@ def _of_lines(rule, record, scene):
     return found
 
 
-def _snaps(record, scene, cable, sections):
+def _snaps(record: xr.Dataset, scene: Scene, cable: int, sections: list[Cable]) -> list[str]:
     """Sentences about peaks of few steps, and lines that do not damp their pulses."""
     return snaps.short_peaks(record, *_ends(scene.network, cable)) + snaps.undamped(record, scene, sections)
 
 
-def _left(record, scene, _cable, sections):
+def _left(record: xr.Dataset, scene: Scene, _cable: int, sections: list[Cable]) -> list[str]:
     """Sentences about where a cable left the range of its model."""
     section, length = sections[0], sum(each.length for each in sections)
     found = _compressed(record) + _unresolved_fold(record, section)
@@ -225,7 +238,7 @@ def _left(record, scene, _cable, sections):
     return found + _surfaced(record, scene, length) + warnings_of(record, section.fails_at is not None)
 
 
-def _slack(record, _scene, _cable, sections):
+def _slack(record: xr.Dataset, _scene: Scene, _cable: int, sections: list[Cable]) -> list[str]:
     slack = record.cable_tension.values <= 1e-12 * np.abs(record.cable_tension.values).max()
     if sections[0].slack != "tension-only" or not slack.any():
         return []
@@ -241,7 +254,7 @@ ABOVE = 0.01
 UNSEEN = "where buoyancy and all forces of the water went on: give sea.dry_above = true."
 
 
-def _surfaced(record, scene, length):
+def _surfaced(record: xr.Dataset, scene: Scene, length: float) -> list[str]:
     """Sentence about a cable above the highest crest, by a part of its length, in equations without a surface."""
     if scene.sea is None or called_by(scene, "line_wet"):
         return []
@@ -249,7 +262,7 @@ def _surfaced(record, scene, length):
     return [f"The cable rose up to {highest:.3g} m above the water, {UNSEEN}"] if highest > ABOVE * length else []
 
 
-def _surfaced_bodies(record, scene):
+def _surfaced_bodies(record: xr.Dataset, scene: Scene) -> list[str]:
     """Sentences about floats and clumps above the highest crest in equations without a surface."""
     if scene.sea is None or called_by(scene, "joint_wet"):
         return []
@@ -258,7 +271,7 @@ def _surfaced_bodies(record, scene):
     return [f"{name}: It rose up to {z:.3g} m above the water, {UNSEEN}" for name, z in highest.items() if z > 0]
 
 
-def _compressed(record):
+def _compressed(record: xr.Dataset) -> list[str]:
     """Sentence about elements under compression, where and how much; rounding is not counted."""
     least = minimum(record, "cable_tension")
     smallest = min(float(least.min()), float(record.tension_anchor.min()))
@@ -274,7 +287,7 @@ def _compressed(record):
     ]
 
 
-def _unresolved_fold(record, section, corner=90.0, short=0.5):
+def _unresolved_fold(record: xr.Dataset, section: Cable, corner: float = 90.0, short: float = 0.5) -> list[str]:
     """Sentence about a fold that is smaller than the elements.
 
     There neighbouring elements turn by more than `corner` degrees, or the ends of an element are nearer than `short`
@@ -296,7 +309,7 @@ def _unresolved_fold(record, section, corner=90.0, short=0.5):
     return [f"A fold of the cable is not resolved{times}: {_places(record, bad.any(axis=0))}; use smaller ones there."]
 
 
-def _places(record, chosen):
+def _places(record: xr.Dataset, chosen: NDArray[Any]) -> str:
     """`elements 1 to 3 (s = 0 ... 0.3 m)` of a mask over the elements."""
     numbers = np.flatnonzero(chosen)
     s = record.s.values.ravel()[:: (record.sizes["node"] - 1) // len(chosen)]

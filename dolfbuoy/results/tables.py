@@ -1,9 +1,12 @@
 """Tables: on a terminal as wide as it is, in a pipe or a file as wide as they need to be."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
-from rich.console import Console
+from rich.console import Console, ConsoleDimensions
 from rich.markup import escape
 from rich.table import Table
 
@@ -14,8 +17,8 @@ ENDLESS = 10_000
 class Output(Console):
     """Standard output, whatever it is at the moment; only a terminal has a width."""
 
-    @property
-    def size(self):
+    @property  # type: ignore[misc]  # without a setter: its size is that of the terminal
+    def size(self) -> ConsoleDimensions:
         size = super().size
         return size if self.file.isatty() else size._replace(width=ENDLESS)
 
@@ -26,10 +29,10 @@ out = Output()
 class Plain(Table):
     """A table whose texts are shown as they are: to rich, a unit in brackets would be a style."""
 
-    def add_column(self, header="", **how):
-        super().add_column(escape(header), **how)
+    def add_column(self, header: Any = "", *arguments: Any, **how: Any) -> None:
+        super().add_column(escape(header), *arguments, **how)
 
-    def add_row(self, *cells, **how):
+    def add_row(self, *cells: Any, **how: Any) -> None:
         super().add_row(*map(escape, cells), **how)
 
 
@@ -41,7 +44,7 @@ def table(title: str, headings: Iterable[str], right: Iterable[str] | None = Non
     return shown
 
 
-def show(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterable[str] = ()) -> None:
+def show(title: str, rows: list[dict[str, Any]], columns: Mapping[str, str], notes: Iterable[str] = ()) -> None:
     """Print rows as a table, and sentences below it; columns: key -> heading.  Numbers get four digits, a column whose
     heading ends with [N] the unit of its size."""
     headings, cells = _texts(rows, columns)
@@ -53,25 +56,25 @@ def show(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterab
         out.print(note, soft_wrap=True, markup=False)
 
 
-def markdown(title: str, rows: list[dict], columns: Mapping[str, str], notes: Iterable[str] = ()) -> str:
+def markdown(title: str, rows: list[dict[str, Any]], columns: Mapping[str, str], notes: Iterable[str] = ()) -> str:
     """The same as markdown, without a title where that is empty."""
     headings, cells = _texts(rows, columns)
     lines = [_line(headings), "|" + "---|" * len(headings), *map(_line, cells)]
     return "\n\n".join([*([f"## {title}"] if title else []), "\n".join(lines), *notes]) + "\n"
 
 
-def _line(cells):
+def _line(cells: Iterable[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
 
 
-def _texts(rows, columns):
+def _texts(rows: list[dict[str, Any]], columns: Mapping[str, str]) -> tuple[list[str], list[list[str]]]:
     """Headings and rows of cells, as they are shown."""
     units = {key: force_unit([row.get(key) for row in rows]) for key in columns if columns[key].endswith("[N]")}
     headings = [f"{columns[key][:-3]}[{units[key][0]}]" if key in units else columns[key] for key in columns]
     return headings, [[_text(row.get(key), *units.get(key, ())[1:]) for key in columns] for row in rows]
 
 
-def _text(value, factor=None):
+def _text(value: Any, factor: float | None = None) -> str:
     if value is None:
         return "-"
     if factor is not None:
@@ -79,8 +82,8 @@ def _text(value, factor=None):
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def force_unit(values) -> tuple[str, float]:
-    """Unit in which forces of this size [N] are said, and the factor to it: kN from 1000 N on.
+def force_unit(values: Any) -> tuple[str, float]:
+    """Unit in which forces of this size [N] are shown, and the factor to it: kN from 1000 N on.
 
     values: an array or a list; what is None or not finite does not count.
     """
@@ -88,14 +91,14 @@ def force_unit(values) -> tuple[str, float]:
     return ("kN", 1e-3) if np.max(sizes, where=np.isfinite(sizes), initial=0.0) >= 1000 else ("N", 1.0)
 
 
-def unit_of(values, unit: str) -> tuple[str, float]:
-    """Unit in which values of a unit are said, and the factor to it: of forces by their size, else the same."""
+def unit_of(values: Any, unit: str) -> tuple[str, float]:
+    """Unit in which values of a unit are shown, and the factor to it: of forces by their size, else the same."""
     return force_unit(values) if unit == "N" else (unit, 1.0)
 
 
-def groups(rows: list[dict], *keys: str) -> dict:
+def groups(rows: list[dict[str, Any]], *keys: str) -> dict[Any, list[dict[str, Any]]]:
     """Rows by their value of a key, by their values of several, in the order in which these come."""
-    found = {}
+    found: dict[Any, list[dict[str, Any]]] = {}
     for row in rows:
         values = tuple(row[key] for key in keys)
         found.setdefault(values[0] if len(keys) == 1 else values, []).append(row)

@@ -1,11 +1,21 @@
 """Utilisation of lines: the largest tension of a segment over the breaking load of its material."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI
 from ..scene.network import Network
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..model.problem import Problem
+    from ..scene import Scene
 
 
 def stressed(network: Network) -> dict[str, int]:
@@ -23,9 +33,10 @@ class Utilisation:
     at both ends of a piece that is one element, half its weight is added.
     """
 
-    def __init__(self, problem):
+    def __init__(self, problem: Problem) -> None:
         self.problem, numbers = problem, list(stressed(problem.network).values())
-        lines, self.values = problem.lines, np.zeros(len(numbers))
+        lines: Any = problem.lines
+        self.values = np.zeros(len(numbers))
         self._loads = np.array([problem.network.pieces[k].section.breaking_load for k in numbers])
         cells = [np.flatnonzero(lines.line_of_cell == k) for k in numbers]
         self._mine = np.flatnonzero([len(found) for found in cells])  # some may be on other ranks
@@ -36,7 +47,7 @@ class Utilisation:
         if any(problem.network.pieces[k].section.tension_degree == 0 for k in numbers):
             self._ends = _Ends(problem, numbers, cells)
 
-    def note(self):
+    def note(self) -> None:
         """Collective."""
         u, comm, found = self.problem.system.u, self.problem.comm, np.full(len(self.values), -np.inf)
         if len(self._mine):
@@ -51,8 +62,9 @@ class Utilisation:
 class _Ends:
     """Tensions of degree 0 at both ends of pieces, from the two elements that are next to each; -inf of others."""
 
-    def __init__(self, problem, numbers, cells):
-        self.comm, lines = problem.comm, problem.lines
+    def __init__(self, problem: Problem, numbers: list[int], cells: list[NDArray[Any]]) -> None:
+        self.comm = problem.comm
+        lines: Any = problem.lines
         self._size, self._weight, entries = 2 * len(numbers), np.zeros(2 * len(numbers)), []
         for i, (k, mine) in enumerate(zip(numbers, cells, strict=True)):
             if problem.network.pieces[k].section.tension_degree:
@@ -68,28 +80,28 @@ class _Ends:
         row, dof, self._factor = np.array(entries, dtype=float).reshape(-1, 3).T
         self._row, self._dof = row.astype(int), dof.astype(int)
 
-    def largest(self, u):
+    def largest(self, u: NDArray[Any]) -> NDArray[Any]:
         """Tension at both ends of each piece [N]; collective, on rank 0."""
         found = np.bincount(self._row, u[self._dof] * self._factor, self._size)
         if self.comm.size > 1:
             self.comm.Reduce(found.copy(), found)
-        return (found + self._weight).reshape(-1, 2).max(axis=1)
+        return np.asarray((found + self._weight).reshape(-1, 2).max(axis=1))
 
 
-def _outermost(lines, cells):
+def _outermost(lines: Any, cells: NDArray[Any]) -> dict[tuple[float, float], int]:
     """(middle, length) -> dof of T of the two elements that are nearest to either end, of these."""
     middles, sizes = lines.cell_ends[cells].mean(axis=1), np.diff(lines.cell_ends[cells], axis=1)[:, 0]
     order = np.argsort(middles)
     return {(float(middles[c]), float(sizes[c])): lines.T_dofs[cells[c], 0] for c in (*order[:2], *order[-2:])}
 
 
-def rows_of(record) -> list[tuple[str, str, str]]:
+def rows_of(record: xr.Dataset) -> list[tuple[str, str, str]]:
     """(quantity, value, unit) of the record of one cable: the largest of each segment."""
     what = "largest tension over breaking load"
     return [(f"{what}, {name}" if name else what, f"{x:.4g}", "") for name, x in _largest(record)]
 
 
-def warnings_of(record, parts: bool) -> list[str]:
+def warnings_of(record: xr.Dataset, parts: bool) -> list[str]:
     """A sentence about a cable that would have broken; parts: whether the scene lets it (`fails_at`)."""
     above = [f"{x:.3g} times" + (f" ({name})" if name else "") for name, x in _largest(record) if x > 1]
     if not above:
@@ -98,7 +110,7 @@ def warnings_of(record, parts: bool) -> list[str]:
     return [f"The tension of the cable is above its breaking load: {', '.join(above)}{kept}."]
 
 
-def never_parted(scene) -> list[str]:
+def never_parted(scene: Scene) -> list[str]:
     """A sentence about each cable that parts at a time only, and that after the end of the run."""
     network, end = scene.network, scene.time.end if scene.time else math.inf
     rules = [(piece.cable, piece.section.fails_at) for piece in network.pieces if piece.section.fails_at]
@@ -110,7 +122,7 @@ def never_parted(scene) -> list[str]:
     ]
 
 
-def _largest(record):
+def _largest(record: xr.Dataset) -> list[tuple[str, float]]:
     """[(segment of the cable in words, empty if it is the whole, largest T/breaking load), ...]."""
     if "utilisation" not in record:
         return []

@@ -17,7 +17,6 @@ EXCUSED = (
     "meshes",
     "motion",
     "parallel",
-    "results",
     "solver",
     "writing",
 )
