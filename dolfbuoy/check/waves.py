@@ -41,7 +41,14 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
     k = wavenumber(scene)
     way = 2 * math.pi * wave.size / math.tanh(k * sea.depth)  # of the water at the surface
     _regular(wave, k, sea.depth, scene.gravity, report)
-    _step(scene, report)
+    omega = abs(main_propagation(scene).at_ground)
+    if scene.time is not None and scene.time.tolerance is None and omega:
+        step, period = scene.time.step, 2 * math.pi / omega
+        report.warn(
+            STEPS * step > period,
+            f"time.step = {step:g} s is {step / period:.2g} of the waves' period of {period:.4g} s: take "
+            f"{period / STEPS:.2g} s or less, or time.tolerance.",
+        )
     for buoy in buoys:
         about, D = report.about(buoy.name), buoy.shape.max_diameter
         _hull(scene, wave, buoy, k * D / 2, about)
@@ -136,18 +143,6 @@ def _regular(w: Waves, k: float, h: float, g: float, report: "Report") -> None:
         steepness > breaking,
         f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.",
     )
-
-
-def _step(scene: Scene, report: "Report") -> None:
-    """Warn of a given step that is long against the period at a fixed point."""
-    omega = abs(main_propagation(scene).at_ground)
-    if scene.time is not None and scene.time.tolerance is None and omega:
-        step, period = scene.time.step, 2 * math.pi / omega
-        report.warn(
-            STEPS * step > period,
-            f"time.step = {step:g} s is {step / period:.2g} of the waves' period of {period:.4g} s: take "
-            f"{period / STEPS:.2g} s or less, or time.tolerance.",
-        )
 
 
 def _strips(k_R: float, where: str, report: "Report") -> None:

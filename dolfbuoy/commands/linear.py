@@ -9,21 +9,8 @@ import typer
 from ..errors import InputError
 from ..parallel.ranks import rank
 from ..results.tables import force_unit
+from . import shared as cli
 from .app import app
-from .shared import (
-    OutOption,
-    PlotOption,
-    SceneArgument,
-    SetOption,
-    draw_into,
-    folder_of,
-    load,
-    number,
-    page_of,
-    print_table,
-    say,
-    say_warnings,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,12 +24,12 @@ ROUNDING = 1e-10
 
 @app.command()
 def modes(
-    scene: SceneArgument,
+    scene: cli.SceneArgument,
     count: Annotated[int, typer.Option("--number", help="Of modes, the slowest first, 1 to 500.")] = 10,
-    direction: Annotated[float, number("--direction", "Of surge and of the figures' plane, from x \\[deg].")] = 0.0,
-    folder: OutOption = None,
-    assign: SetOption = None,
-    plot: PlotOption = True,
+    direction: Annotated[float, cli.number("--direction", "Of surge and of the figures' plane, from x \\[deg].")] = 0.0,
+    folder: cli.OutOption = None,
+    assign: cli.SetOption = None,
+    plot: cli.PlotOption = True,
     paraview: Annotated[bool, typer.Option("--paraview", help="Write the shapes, moving, for ParaView.")] = False,
 ) -> None:
     """Natural periods, damping and shapes about the equilibrium.  Example: dolfbuoy modes short --number 10"""
@@ -51,7 +38,7 @@ def modes(
     from ..results.mode_record import KINDS
     from ..results.stiffness_record import on_friction
 
-    loaded, folder = load(scene, assign), folder_of(scene, folder)
+    loaded, folder = cli.load(scene, assign), cli.folder_of(scene, folder)
     found = find(loaded, count, folder, direction_deg=direction)
     if rank() != 0:
         return
@@ -61,11 +48,11 @@ def modes(
         numbers = [_number_of(mode[name].item()) for name in ("period", "omega", "damping_ratio")]
         rows.append([str(i + 1), mode.name.item(), *numbers, f"{mode.residual.item():.0e}", KINDS[mode.kind.item()]])
     headings = ("", "what moves", "period [s]", "omega [rad/s]", "damping ratio", "residual", "")
-    print_table(f"Modes of {loaded.title or scene}, {folder / 'modes.nc'}", headings, rows)
-    say(*on_friction(loaded))
+    cli.print_table(f"Modes of {loaded.title or scene}, {folder / 'modes.nc'}", headings, rows)
+    cli.say(*on_friction(loaded))
     if plot:
-        say(f"{len(draw_modes(folder, found, loaded, paraview, direction))} files in {folder}")
-        page_of("modes.nc", folder)
+        cli.say(f"{len(draw_modes(folder, found, loaded, paraview, direction))} files in {folder}")
+        cli.page_of("modes.nc", folder)
 
 
 def _number_of(value: float) -> str:
@@ -74,19 +61,19 @@ def _number_of(value: float) -> str:
 
 
 @app.command()
-def stiffness(scene: SceneArgument, folder: OutOption = None, assign: SetOption = None) -> None:
+def stiffness(scene: cli.SceneArgument, folder: cli.OutOption = None, assign: cli.SetOption = None) -> None:
     """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
     from ..linear_api import stiffness as find
     from ..results.response_record import each_buoy
     from ..results.stiffness_record import notes
 
-    loaded, folder = load(scene, assign), folder_of(scene, folder)
+    loaded, folder = cli.load(scene, assign), cli.folder_of(scene, folder)
     found = find(loaded, folder)
     if rank() != 0:
         return
     for of_buoy, one in each_buoy(found):
         _show_stiffness(of_buoy, one)
-    say(*notes(found, loaded))
+    cli.say(*notes(found, loaded))
 
 
 def _show_stiffness(of_buoy: str, found: "xr.Dataset") -> None:
@@ -95,10 +82,10 @@ def _show_stiffness(of_buoy: str, found: "xr.Dataset") -> None:
     for name in ("mooring", "hull", "total"):
         title = f"{found[name].attrs['long_name']}{of_buoy}; N and N m for 1 m and 1 rad"
         matrix = zip(found.reaction.values.tolist(), _stiffness_texts(found[name].values), strict=True)
-        print_table(f"\n{title}", ("", *found.motion.values.tolist()), ([first, *texts] for first, texts in matrix))
+        cli.print_table(f"\n{title}", ("", *found.motion.values.tolist()), ([first, *texts] for first, texts in matrix))
         rows.append([name, *_stiffness_texts(found[f"{name}_eigenvalue"].values[None])[0]])
     title = f"\nEigenvalues of the symmetric parts{of_buoy}, turns at the radius of gyration [N/m]"
-    print_table(title, ("", *map(str, range(1, 7))), rows)
+    cli.print_table(title, ("", *map(str, range(1, 7))), rows)
 
 
 def _stiffness_texts(values: "NDArray[Any]") -> list[list[str]]:
@@ -109,16 +96,16 @@ def _stiffness_texts(values: "NDArray[Any]") -> list[list[str]]:
 
 @app.command()
 def offsets(
-    scene: SceneArgument,
+    scene: cli.SceneArgument,
     force: Annotated[str | None, typer.Option("--force", help="Sizes \\[N], a,b,c or start:stop:step.")] = None,
     current: Annotated[str | None, typer.Option("--current", help="Or speeds at the surface \\[m/s].")] = None,
     directions: Annotated[str, typer.Option("--directions", help="Of the load, from x \\[deg].")] = "0:330:30",
     buoy: Annotated[
         str | None, typer.Option("--buoy", help="Of several, which the force acts on \\[default: each].")
     ] = None,
-    folder: OutOption = None,
-    assign: SetOption = None,
-    plot: PlotOption = True,
+    folder: cli.OutOption = None,
+    assign: cli.SetOption = None,
+    plot: cli.PlotOption = True,
 ) -> None:
     """Offsets and tensions under loads from many sides.  Example: dolfbuoy offsets short --force 0:5000:500"""
     from ..api import offsets as find
@@ -134,19 +121,19 @@ def offsets(
     if min(sizes) < 0:
         raise InputError(f"--{what} {min(sizes):g}: must not be negative; --directions turns the load round.")
     turns = list(dict.fromkeys(angle % 360 for angle in numbers_of("--directions", directions)))
-    loaded, folder = load(scene, assign), folder_of(scene, folder)
+    loaded, folder = cli.load(scene, assign), cli.folder_of(scene, folder)
     if buoy is not None and what == "current":
         raise InputError("--buoy: goes with --force, a current flows past all of them.")
     found = find(loaded, sizes, turns, what, folder, buoys=None if buoy is None else [buoy])
     if rank() != 0:
         return
     _show_offsets(found, what, folder)
-    say_warnings(sentences(found))
+    cli.say_warnings(sentences(found))
     if plot:
         tops = [end.top for piece in loaded.network.pieces for end in piece.ends if end.held]
         held = [top.position[:2] for top in tops if top and top.position]
-        draw_into(folder, "offsets", offsets=offset_curves(found, held))
-        say(f"figure: {folder / 'figures' / 'offsets'}.png")
+        cli.draw_into(folder, "offsets", offsets=offset_curves(found, held))
+        cli.say(f"figure: {folder / 'figures' / 'offsets'}.png")
 
 
 def _show_offsets(found: "xr.Dataset", what: str, folder: Path) -> None:
@@ -167,11 +154,11 @@ def _show_offsets(found: "xr.Dataset", what: str, folder: Path) -> None:
         rows.append([f"{direction:g}", f"{one[what].values[row]:g}", *texts, tension])
     title = f"Largest offset along the load and tension towards each side, {folder / 'offsets.nc'}"
     names = [f"offset{of_buoy} [m]" for of_buoy, _ in buoys]
-    print_table(title, ("direction [deg]", f"at {what}", *names, f"tension at the top [{unit}]"), rows)
+    cli.print_table(title, ("direction [deg]", f"at {what}", *names, f"tension at the top [{unit}]"), rows)
     for of_buoy, one in buoys if found.sizes["direction"] > 2 else ():
         last = one.isel({what: -1})
         x, y = np.round(last.watch_centre.values, 9) + 0.0
         if np.isfinite(x):
             size = f"{last[what].item():g} {'N' if what == 'force' else 'm/s'}"
             circle = f"a radius of {last.watch_radius.item():.4g} m about ({x:.4g}, {y:.4g})"
-            say(f"At {size} the watch circle{of_buoy} has {circle}.")
+            cli.say(f"At {size} the watch circle{of_buoy} has {circle}.")

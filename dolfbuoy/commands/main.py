@@ -15,25 +15,10 @@ from ..parallel import interruption, ranks
 from ..parallel.ranks import rank
 from ..results.tables import out, unit_of
 from ..writing import refuse_present
+from . import shared as cli
 from .app import app
 from .run import draw, run
-from .shared import (
-    InstantsOption,
-    Interrupted,
-    OutOption,
-    OverwriteOption,
-    ParaviewOption,
-    SceneArgument,
-    SetOption,
-    err,
-    folder_of,
-    load,
-    out_option,
-    page_of,
-    print_table,
-    say,
-    say_warnings,
-)
+from .shared import err
 
 
 def _print_version(requested: bool) -> None:
@@ -56,13 +41,13 @@ def list_scenes() -> None:
     """Shipped scenes.  Example: dolfbuoy list"""
     from ..scene import load_scene, shipped_scenes
 
-    print_table("Shipped scenes", ("name", "title"), [(name, load_scene(name).title) for name in shipped_scenes()])
+    cli.print_table("Shipped scenes", ("name", "title"), [(name, load_scene(name).title) for name in shipped_scenes()])
 
 
 @app.command()
-def check(scene: SceneArgument, assign: SetOption = None) -> None:
+def check(scene: cli.SceneArgument, assign: cli.SetOption = None) -> None:
     """Effects, derived numbers and warnings of a scene.  Example: dolfbuoy check short --set waves.amplitude=2"""
-    loaded = load(scene, assign)  # before the imports: a fault of the scene is shown without dolfinx too
+    loaded = cli.load(scene, assign)  # before the imports: a fault of the scene is shown without dolfinx too
     from ..check import check as examine
     from ..results.summary import remaining_amplitude
 
@@ -72,30 +57,35 @@ def check(scene: SceneArgument, assign: SetOption = None) -> None:
     for name, value, unit, remark in report.numbers:
         unit, factor = unit_of(value, unit)
         rows.append([name, f"{factor * value:.5g}", unit, remark])
-    print_table("Derived numbers", ("quantity", "value", "unit", "remark"), rows)
+    cli.print_table("Derived numbers", ("quantity", "value", "unit", "remark"), rows)
     if report.periods:
         columns = ["period", "value", "unit"] + (["after the run"] if loaded.time else [])
         rows = [[name, f"{period:.5g}", "s"] for name, period in report.periods.items()]
         for row, period in zip(rows, report.periods.values(), strict=True):
             row += [f"{100 * remaining_amplitude(period, loaded):.1f} %"] if loaded.time else []
-        print_table("\nPeriods, and the amplitude that the scheme and its step leave of a free motion", columns, rows)
-    say_warnings(report.warnings)
+        cli.print_table(
+            "\nPeriods, and the amplitude that the scheme and its step leave of a free motion", columns, rows
+        )
+    cli.say_warnings(report.warnings)
 
 
 @app.command()
 def static(
-    scene: SceneArgument, folder: OutOption = None, assign: SetOption = None, overwrite: OverwriteOption = False
+    scene: cli.SceneArgument,
+    folder: cli.OutOption = None,
+    assign: cli.SetOption = None,
+    overwrite: cli.OverwriteOption = False,
 ) -> None:
     """Equilibrium without waves, written to static.nc.  Example: dolfbuoy static short --out calm"""
     from ..api import solve_static
     from ..results.summary import static_rows, static_warnings
 
-    folder, loaded = folder_of(scene, folder), load(scene, assign)
+    folder, loaded = cli.folder_of(scene, folder), cli.load(scene, assign)
     record = solve_static(loaded, out=folder, overwrite=overwrite)
     if rank() == 0:
         title = f"Equilibrium, {folder / 'static.nc'}"
-        print_table(title, ("quantity", "value", "unit"), static_rows(record, loaded))
-        say_warnings(static_warnings(record, loaded))
+        cli.print_table(title, ("quantity", "value", "unit"), static_rows(record, loaded))
+        cli.say_warnings(static_warnings(record, loaded))
 
 
 app.command()(run)
@@ -103,15 +93,15 @@ app.command()(run)
 
 @app.command()
 def advise(
-    scene: SceneArgument,
+    scene: cli.SceneArgument,
     quantity: Annotated[
         str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
     ] = "tension_top",
     accuracy: Annotated[str, typer.Option("--accuracy", help="For example 1% or 0.01.")] = "1%",
     write: Annotated[Path | None, typer.Option("--write", metavar="FILE", help="Save the advised scene.")] = None,
-    folder: Annotated[Path | None, out_option("results/advise-NAME")] = None,
-    assign: SetOption = None,
-    overwrite: OverwriteOption = False,
+    folder: Annotated[Path | None, cli.out_option("results/advise-NAME")] = None,
+    assign: cli.SetOption = None,
+    overwrite: cli.OverwriteOption = False,
 ) -> None:
     """Cheapest settings that meet an accuracy, by a pilot.  Example: dolfbuoy advise short --accuracy 1%"""
     from .. import api  # noqa: F401  # what a run needs is there, before a folder is made
@@ -121,15 +111,15 @@ def advise(
     from ..results.folder import claimed
     from ..studies.accuracy import advise as study
 
-    loaded = load(scene, assign)
+    loaded = cli.load(scene, assign)
     check_feasible(loaded)
-    folder = folder_of(scene, folder, "advise")
+    folder = cli.folder_of(scene, folder, "advise")
     if write is not None and not write.is_dir():
         refuse_present([write], overwrite)
     if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
         raise InputError(f"--write {write}: must be a file, not a folder, where one can be written.")
     with claimed(folder, MPI.COMM_WORLD):
-        found = study.advise_all(loaded, quantity, parse_accuracy(accuracy), say)
+        found = study.advise_all(loaded, quantity, parse_accuracy(accuracy), cli.say)
         if isinstance(found, study.Advice):  # on rank 0
             study.report(found, folder, write)
 
@@ -151,8 +141,8 @@ def report(
 @app.command()
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")],
-    paraview: ParaviewOption = True,
-    instants: InstantsOption = 50,
+    paraview: cli.ParaviewOption = True,
+    instants: cli.InstantsOption = 50,
 ) -> None:
     """Figures (PNG, SVG) and ParaView files of a run.  Example: dolfbuoy plot results/short"""
     from ..results.checkpoint import read_scene
@@ -161,7 +151,9 @@ def plot(
     if not os.path.isfile(folder / "results.nc"):  # false too for a name that is too long
         raise InputError(f"{folder} is not the folder of a run: it has no results.nc.")
     if (folder / "scene.toml").is_file() and is_edited(folder, read_scene(folder)):
-        say_warnings([f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."])
+        cli.say_warnings(
+            [f"{folder / 'scene.toml'} is no longer the scene of the run: figures and record may disagree."]
+        )
     draw(folder, paraview, instants)
 
 
@@ -170,7 +162,7 @@ def page(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run, of modes, a sweep or a study.")],
 ) -> None:
     """One HTML file to look at and to send, of a run, modes, sweep or study.  Example: dolfbuoy page results/short"""
-    page_of(None, folder)
+    cli.page_of(None, folder)
 
 
 @app.command()
@@ -179,8 +171,8 @@ def doctor() -> None:
     from .doctor import examine, installed
 
     compat = installed()
-    print_table("Versions", ("package", "version"), compat.versions().items())
-    say(f"compiled forms are kept in {compat.jit_cache()}\n")
+    cli.print_table("Versions", ("package", "version"), compat.versions().items())
+    cli.say(f"compiled forms are kept in {compat.jit_cache()}\n")
     results = examine()
     for name, passed, found in results:
         out.print(f"{'[green]ok[/green]    ' if passed else '[red]FAILED[/red]'} {name}: {found}", soft_wrap=True)
@@ -207,7 +199,7 @@ def main() -> None:
     except BrokenPipeError:  # somebody's `| head` has read enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(0)
-    except Interrupted as stop:
+    except cli.Interrupted as stop:
         _fail(str(stop), 130)
     except SystemExit:
         if interruption.received():  # typer, interrupted while it reads the command line, prints nothing

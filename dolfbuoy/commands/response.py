@@ -9,20 +9,8 @@ import typer
 
 from ..errors import InputError
 from ..parallel.ranks import rank
+from . import shared as cli
 from .app import app
-from .shared import (
-    OutOption,
-    PlotOption,
-    SceneArgument,
-    SetOption,
-    draw_into,
-    folder_of,
-    load,
-    number,
-    print_table,
-    say,
-    say_warnings,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,25 +33,25 @@ Number = float | None
 
 @app.command()
 def response(
-    scene: SceneArgument,
+    scene: cli.SceneArgument,
     periods: Annotated[str | None, typer.Option("--periods", help="\\[s], a,b,c or start:stop:step.")] = None,
     height: Annotated[
-        Number, number("--height", "Regular waves, for the drag \\[m, default: the scene's].", min=0)
+        Number, cli.number("--height", "Regular waves, for the drag \\[m, default: the scene's].", min=0)
     ] = None,
-    significant: Annotated[Number, number("--significant-height", "Of an irregular sea \\[m].", min=0)] = None,
-    peak: Annotated[Number, number("--peak-period", "Of an irregular sea \\[s].", min=0.1)] = None,
-    gamma: Annotated[float, number("--gamma", "Of its peak.", min=1)] = 3.3,
+    significant: Annotated[Number, cli.number("--significant-height", "Of an irregular sea \\[m].", min=0)] = None,
+    peak: Annotated[Number, cli.number("--peak-period", "Of an irregular sea \\[s].", min=0.1)] = None,
+    gamma: Annotated[float, cli.number("--gamma", "Of its peak.", min=1)] = 3.3,
     spreading: Annotated[
-        Number, number("--spreading", "s of its cos^2s of half the angle \\[default: none].", min=0)
+        Number, cli.number("--spreading", "s of its cos^2s of half the angle \\[default: none].", min=0)
     ] = None,
-    direction: Annotated[Number, number("--direction", "Of the waves \\[deg, default: the scene's].")] = None,
+    direction: Annotated[Number, cli.number("--direction", "Of the waves \\[deg, default: the scene's].")] = None,
     verify: Annotated[
         str | None,
         typer.Option("--verify", metavar="PERIODS", help="Runs in time beside it, at these periods \\[s], or 'sea'."),
     ] = None,
-    folder: OutOption = None,
-    assign: SetOption = None,
-    plot: PlotOption = True,
+    folder: cli.OutOption = None,
+    assign: cli.SetOption = None,
+    plot: cli.PlotOption = True,
 ) -> None:
     """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8
 
@@ -80,7 +68,7 @@ def response(
         raise InputError("--significant-height: goes with --peak-period, both or none.")
     if spreading is not None and peak is None:
         raise InputError("--spreading: goes with --significant-height and --peak-period.")
-    loaded, folder = load(scene, assign), folder_of(scene, folder)
+    loaded, folder = cli.load(scene, assign), cli.folder_of(scene, folder)
     sea = None if peak is None else (significant, peak, gamma, spreading)
     checked, in_sea = _to_verify(verify)
     waves = irregular_waves(loaded, sea, direction)
@@ -98,10 +86,10 @@ def response(
         return
     seconds = time.monotonic() - began
     _show_response(found, folder)
-    say(f"{LINEAR}  {len(requested)} periods took {seconds:.2g} s.")
+    cli.say(f"{LINEAR}  {len(requested)} periods took {seconds:.2g} s.")
     if any(end.kind == "prescribed" for piece in loaded.network.pieces for end in piece.ends):
-        say(HELD)
-    say_warnings(warnings(found))
+        cli.say(HELD)
+    cli.say_warnings(warnings(found))
     runs = _verified(found, loaded, checked, height)
     if in_sea and waves is not None:
         _verify_in_sea(loaded, waves)
@@ -119,7 +107,7 @@ def _show_response(found: "xr.Dataset", folder: Path) -> None:
             table = np.column_stack(list(sizes.values()))
             rows = [[f"{T:g}", *(f"{x:.4g}" for x in row)] for T, row in zip(few.period.values, table, strict=True)]
             title = f"\n{folder / 'response.nc'}, amplitudes per metre in {words}{what}"
-            print_table(title, ("period [s]", *sizes), rows)
+            cli.print_table(title, ("period [s]", *sizes), rows)
     if "tension_std" in found:
         rows = []
         for of_buoy, one in each_buoy(found) if "motion_std" in found else ():
@@ -129,7 +117,7 @@ def _show_response(found: "xr.Dataset", folder: Path) -> None:
         for name, one in each_tension(found):
             rows.append([name, f"{one.tension_std.item():.5g}", f"{one.tension_mean.item():.5g}", "N"])
         title = "\nStandard deviations in the irregular sea"
-        print_table(title, ("", "standard deviation", "mean", "unit"), rows)
+        cli.print_table(title, ("", "standard deviation", "mean", "unit"), rows)
 
 
 def _few_periods(found: "xr.Dataset") -> "xr.Dataset":
@@ -181,10 +169,10 @@ def _verified(found: "xr.Dataset", scene: "Scene", periods: list[float], height:
             own |= {f"{n}{of_buoy}": complex_of(part[key].sel(motion=n)) for n in part.motion.values.tolist()}
         own |= {name: complex_of(part[f"{key}_tension"]) for name, part in each_tension(one)}
         run: dict[str, Any] = measured(scene, T, found.attrs["direction_deg"], height / 2 if height else SMALL)
-        say(f"{T:g} s against a run of {run['seconds']:.2g} s: {_differences(compared(own, run))}")
+        cli.say(f"{T:g} s against a run of {run['seconds']:.2g} s: {_differences(compared(own, run))}")
         if run["unsettled"] > UNSETTLED:
             change = f"its amplitudes still change by up to {100 * run['unsettled']:.2g} %"
-            say_warnings([f"The run of {T:g} s waves has not settled, {change}: in still water little damps it."])
+            cli.say_warnings([f"The run of {T:g} s waves has not settled, {change}: in still water little damps it."])
         runs.append({"period": T} | run)
     return runs
 
@@ -195,7 +183,7 @@ def _verify_in_sea(scene: "Scene", waves: "Waves") -> None:
 
     own, run = measured_in_sea(scene, waves)
     words = f"a run of {run['seconds']:.2g} s in {run['time']:.4g} s of it, both in the same components"
-    say(f"The sea, in {own['seconds']:.2g} s, against {words}: {_differences(compared(own, run))}")
+    cli.say(f"The sea, in {own['seconds']:.2g} s, against {words}: {_differences(compared(own, run))}")
 
 
 def _differences(found: dict[str, float]) -> str:
@@ -207,5 +195,5 @@ def _draw_response(found: "xr.Dataset", runs: list[dict[str, Any]], folder: Path
 
     figures = {"response_amplitudes": amplitudes(found, runs)}
     figures |= {"response_spectra": spectra(found)} if "tension_std" in found else {}
-    draw_into(folder, "response", **figures)
-    say(f"{2 * len(figures)} figures in {folder / 'figures'}")
+    cli.draw_into(folder, "response", **figures)
+    cli.say(f"{2 * len(figures)} figures in {folder / 'figures'}")

@@ -14,21 +14,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from ..errors import InputError, NoResult, NotAccurate
 from ..parallel import interruption
 from ..parallel.ranks import rank
-from .shared import (
-    InstantsOption,
-    Interrupted,
-    OutOption,
-    OverwriteOption,
-    ParaviewOption,
-    SetOption,
-    err,
-    folder_of,
-    load,
-    page_of,
-    print_table,
-    say,
-    say_warnings,
-)
+from . import shared as cli
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,12 +25,12 @@ if TYPE_CHECKING:
 
 def run(
     scene: Annotated[str | None, typer.Argument(metavar="SCENE", help="Name of a shipped scene, or path.")] = None,
-    folder: OutOption = None,
+    folder: cli.OutOption = None,
     t_end: Annotated[float | None, typer.Option("--t-end", help="End of the run \\[s].")] = None,
-    assign: SetOption = None,
+    assign: cli.SetOption = None,
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw figures, write ParaView files.")] = True,
-    paraview: ParaviewOption = True,
-    instants: InstantsOption = 50,
+    paraview: cli.ParaviewOption = True,
+    instants: cli.InstantsOption = 50,
     page: Annotated[
         bool | None, typer.Option("--page/--no-page", help="Write page.html \\[default: unless --no-plot].")
     ] = None,
@@ -60,7 +46,7 @@ def run(
     resume: Annotated[
         Path | None, typer.Option("--resume", metavar="DIR", help="Go on with a run that was stopped, or lengthen it.")
     ] = None,
-    overwrite: OverwriteOption = False,
+    overwrite: cli.OverwriteOption = False,
 ) -> None:
     """Run a scene in time.  Example: dolfbuoy run short --t-end 20 --set waves.amplitude=1"""
     from ..model.feasible import check_feasible
@@ -81,7 +67,7 @@ def run(
     shows: dict[str, Callable[[Path], None]] = (
         {"figures": partial(draw, paraview=paraview, instants=instants)} if plot else {}
     )
-    shows |= {"page.html": partial(page_of, "results.nc")} if (plot if page is None else page) else {}
+    shows |= {"page.html": partial(cli.page_of, "results.nc")} if (plot if page is None else page) else {}
     if resume is not None:
         if folder is not None or assign or requested or overwrite:
             raise InputError(
@@ -93,7 +79,7 @@ def run(
             _compute(loaded, resume, shows, {"resume": resume} | end)
         return
     scene = scene or ""  # it is given, as there is no run to go on with
-    loaded, folder = load(scene, assign, **end, **requested), folder_of(scene, folder)
+    loaded, folder = cli.load(scene, assign, **end, **requested), cli.folder_of(scene, folder)
     check_feasible(loaded)
     check_time(loaded)
     if accuracy is not None:
@@ -118,7 +104,7 @@ def _to_be_resumed(folder: Path, end: dict[str, Any]) -> "Scene | None":
     if not point.complete:
         return point.scene
     simulate(resume=folder, **end)  # notes that it is
-    say(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.")
+    cli.say(f"The run in {folder} is already complete: t = {point.t:g} s; --t-end lengthens it.")
     return None
 
 
@@ -138,7 +124,7 @@ def _show_again(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], 
 
     if rank() != 0:
         return
-    say(f"The run in {folder} is complete already; --overwrite computes it again.")
+    cli.say(f"The run in {folder} is complete already; --overwrite computes it again.")
     record = read(folder / "results.nc")
     _print_summary(record, scene, folder)
     for name, show in shows.items():
@@ -156,9 +142,9 @@ def _compute(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], Non
     from ..results.after_ramp import scene_of
     from ..results.summary import sharing_note
 
-    say_warnings(derived(scene).warnings)
+    cli.say_warnings(derived(scene).warnings)
     if rank() == 0 and (note := sharing_note(scene, MPI.COMM_WORLD.size)):
-        err.print(note, soft_wrap=True, highlight=False)
+        cli.err.print(note, soft_wrap=True, highlight=False)
     record: Any
     bar, unsound = _Bar(scene), None
     try:
@@ -168,7 +154,7 @@ def _compute(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], Non
         record, unsound = error.record, error
     except BaseException:
         if interruption.received():
-            raise Interrupted(_left(scene, folder)) from None
+            raise cli.Interrupted(_left(scene, folder)) from None
         raise
     if rank() != 0:
         return
@@ -194,10 +180,10 @@ def draw(folder: Path, paraview: bool = True, instants: int = 50) -> None:
     from ..results.figures import draw_all
     from ..results.paraview import export
 
-    figures = draw_all(folder, say)
+    figures = draw_all(folder, cli.say)
     exported = export(folder, instants) if paraview else []
     places = f"{folder / 'figures'} and {folder / 'paraview'}" if exported else f"{folder / 'figures'}"
-    say(f"{len(figures) + len(exported)} files in {places}")
+    cli.say(f"{len(figures) + len(exported)} files in {places}")
 
 
 class _Bar:
@@ -212,7 +198,7 @@ class _Bar:
             BarColumn(bar_width=20),
             TextColumn("{task.fields[speed]:.1f} x real time, {task.fields[newton]:.2f} Newton/step"),
             TimeRemainingColumn(compact=True),
-            console=err,
+            console=cli.err,
             disable=rank() != 0,
         )
 
@@ -241,5 +227,5 @@ def _print_summary(record: "xr.Dataset", scene: "Scene", folder: Path) -> None:
     from ..results import summary as results
 
     title = f"\n{scene.title or 'Run'}, {folder / 'results.nc'}"
-    print_table(title, ("quantity", "value", "unit"), results.summary(record, scene))
-    say_warnings(results.warnings(record, scene))
+    cli.print_table(title, ("quantity", "value", "unit"), results.summary(record, scene))
+    cli.say_warnings(results.warnings(record, scene))

@@ -10,18 +10,8 @@ from ..errors import InputError
 from ..parallel import interruption, ranks
 from ..parallel.ranks import rank
 from ..results.tables import unit_of
+from . import shared as cli
 from .app import app
-from .shared import (
-    Interrupted,
-    SceneArgument,
-    SetOption,
-    folder_of,
-    load,
-    out_option,
-    print_table,
-    say,
-    say_warnings,
-)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,13 +41,13 @@ LimitOption = Annotated[
 
 @app.command()
 def sweep(
-    scene: SceneArgument,
-    assign: SetOption = None,
+    scene: cli.SceneArgument,
+    assign: cli.SetOption = None,
     vary: VaryOption = None,
     table: TableOption = None,
     seeds: SeedsOption = None,
     latin: LatinOption = None,
-    folder: Annotated[Path | None, out_option("results/sweep-NAME")] = None,
+    folder: Annotated[Path | None, cli.out_option("results/sweep-NAME")] = None,
     part: PartOption = None,
     status: StatusOption = False,
     collect: CollectOption = False,
@@ -70,10 +60,10 @@ def sweep(
         raise InputError("--status: shows how far the sweep is, --collect writes what is there: give one of them.")
     if collect and part is not None:
         raise InputError("--collect: is about all parts: leave out --part.")
-    loaded = load(scene, assign)
+    loaded = cli.load(scene, assign)
     from ..studies import sweep as study
 
-    folder = folder_of(scene, folder, "sweep")
+    folder = cli.folder_of(scene, folder, "sweep")
     chosen = None if part is None else study.Part.parse(part)
     wanted = (loaded, vary or [], table)
     source = shlex.join([str(scene), *(word for text in assign or [] for word in ("--set", text))])
@@ -84,17 +74,17 @@ def sweep(
     if collect:
         _end(study.collected(planned, folder) if rank() == 0 else None, folder)
         return
-    how: dict[str, Any] = {"say": say_warnings, "retry": retry is not None, "limit": limit, "keep": keep}
+    how: dict[str, Any] = {"say": cli.say_warnings, "retry": retry is not None, "limit": limit, "keep": keep}
     try:
         if chosen is None:
             dataset = study.sweep(*wanted, folder, seeds=seeds, latin=latin, source=source, **how)
         else:
             study.run_part(planned, folder, chosen, **how)
     except interruption.TimeUp:
-        raise Interrupted(f"Stopped at the time limit; {_what_is_left(folder)}") from None
+        raise cli.Interrupted(f"Stopped at the time limit; {_what_is_left(folder)}") from None
     except BaseException:
         if interruption.received():
-            raise Interrupted(f"Interrupted; {_what_is_left(folder)}") from None
+            raise cli.Interrupted(f"Interrupted; {_what_is_left(folder)}") from None
         raise
     if chosen is None:
         _end(dataset, folder)
@@ -113,7 +103,7 @@ def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
 
     if dataset is not None:
         _show(dataset, folder)
-        say_warnings(_doubts(dataset))
+        cli.say_warnings(_doubts(dataset))
     done = dataset is not None and bool((dataset.status == "done").any())
     if not ranks.bcast(MPI.COMM_WORLD, done):
         raise typer.Exit(1)
@@ -147,9 +137,9 @@ def _show(dataset: "xr.Dataset", folder: Path) -> None:
         row = dataset.isel(case=i)
         values = [f"{factor * of[i].item():.5g}" for (_, of), (_, factor) in zip(shown, units, strict=True)]
         rows.append([*(str(row[k].item()) for k in keys), *values, row.status.item()])
-    print_table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", [*names, *titles, "status"], rows)
+    cli.print_table(f"{len(dataset.case)} cases, {folder / 'sweep.nc'}", [*names, *titles, "status"], rows)
     if dataset.sizes["case"] > MOST_ROWS:
-        say(f"... and {dataset.sizes['case'] - MOST_ROWS} more")
+        cli.say(f"... and {dataset.sizes['case'] - MOST_ROWS} more")
 
 
 #: Cases that are printed.
@@ -164,11 +154,11 @@ def _show_status(found: dict[str, Any], folder: Path, part: Any) -> None:
     remarks = {"cases": "", "done": f"{found['seconds']:.3g} s each" if found["done"] else ""}
     remarks |= {"failed": "run again with --retry failed" if found["failed"] else "", "missing": f"{begun}{rest}"}
     rows = [("all" if name == "cases" else name, str(found[name]), remark) for name, remark in remarks.items()]
-    print_table(f"{folder}{f', {part}' if part else ''}", ("cases", "number", "remark"), rows)
+    cli.print_table(f"{folder}{f', {part}' if part else ''}", ("cases", "number", "remark"), rows)
     if found["reasons"]:
         reasons = sorted(found["reasons"].items(), key=lambda item: -item[1])
         headings = ("number", "status of them")
-        print_table("\nWhy cases failed", headings, [(str(number), reason) for reason, number in reasons])
-    say_warnings(found["damaged"])
+        cli.print_table("\nWhy cases failed", headings, [(str(number), reason) for reason, number in reasons])
+    cli.say_warnings(found["damaged"])
     if found["foreign"]:
-        say_warnings([f"{found['foreign']} results are of another version of dolfbuoy, and do not count."])
+        cli.say_warnings([f"{found['foreign']} results are of another version of dolfbuoy, and do not count."])

@@ -1,7 +1,5 @@
 """Running MoorDyn on a scene that was exported: tensions and motions over time."""
 
-from __future__ import annotations
-
 import math
 import os
 import tempfile
@@ -10,16 +8,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..model.lines import top_position
 from .to_moordyn import Export
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Steps of MoorDyn in a call: within it driven ends keep their speed, and the jumps between make stiff lines ring.
 PER_CALL = 10

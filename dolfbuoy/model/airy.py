@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..roots import brentq
 from ..scene import Scene
 from ..scene.waves import COMPONENTS, ELEVATION, REGULAR, Waves
-from . import spectra
+from . import Array, spectra
 
 #: Where the band of a formula begins, in peak frequencies, and the part of m0 at which it ends.
 LOWEST, HIGHEST = 0.5, 0.999
@@ -28,16 +28,16 @@ class Components:
     """Arrays over the components: amplitudes [m], angular frequencies of `waves.period` [rad/s], directions towards
     which they run [deg], phases [rad]."""
 
-    amplitude: np.ndarray
-    frequency: np.ndarray
-    direction_deg: np.ndarray
-    phase: np.ndarray
+    amplitude: Array
+    frequency: Array
+    direction_deg: Array
+    phase: Array
 
     def __post_init__(self):
         for array in vars(self).values():
             array.setflags(write=False)
 
-    def as_rows(self) -> np.ndarray:
+    def as_rows(self) -> Array:
         """[amplitude [m], period [s], direction_deg, phase_deg] of each."""
         return np.array([self.amplitude, 2 * math.pi / self.frequency, self.direction_deg, np.degrees(self.phase)]).T
 
@@ -126,7 +126,7 @@ def is_spread(waves: Waves) -> bool:
     return waves.spreading is not None or not isinstance(waves.spectrum, str | list)
 
 
-def directions_at(waves: Waves, frequency: np.ndarray, parts: np.ndarray) -> np.ndarray:
+def directions_at(waves: Waves, frequency: Array, parts: Array) -> Array:
     """Angles from `direction_deg` on [deg] below which there are parts of the energy at each frequency [rad/s]."""
     if waves.spreading is not None:
         return np.degrees(spectra.cos2s_angles(waves.spreading, parts))
@@ -216,7 +216,7 @@ def current_felt(scene: Scene, k: float, direction_deg: float) -> float:
     return along * mean * 2 * k / -math.expm1(-4 * k * h)
 
 
-def current_speed(scene: Scene, z: np.ndarray | float, least: float = 0.0) -> np.ndarray:
+def current_speed(scene: Scene, z: Array | float, least: float = 0.0) -> Array:
     """Speed of the current at heights z [m/s]; least: 1 + z/h where a power law ends, as `forms.sea` cuts it off."""
     current = scene.current
     if isinstance(current.profile, list):
@@ -233,13 +233,13 @@ class AirySum:
     """Components by rising wavenumber: arrays of amplitude [m], k [1/m], angular frequency in the water and at a fixed
     point [rad/s], cosine and sine of the direction, phase [rad]; depth [m], and the ramp's duration [s]."""
 
-    amplitude: np.ndarray
-    wavenumber: np.ndarray
-    in_water: np.ndarray
-    at_ground: np.ndarray
-    cosine: np.ndarray
-    sine: np.ndarray
-    phase: np.ndarray
+    amplitude: Array
+    wavenumber: Array
+    in_water: Array
+    at_ground: Array
+    cosine: Array
+    sine: Array
+    phase: Array
     depth: float
     stretching: str
     ramp: float
@@ -264,11 +264,11 @@ class AirySum:
         """The ramp at a time."""
         return ramp(t, self.ramp)
 
-    def elevation(self, t: float, points: np.ndarray) -> np.ndarray:
+    def elevation(self, t: float, points: Array) -> Array:
         """eta [m] at points (..., 2 or 3)."""
         return np.cos(self._phases(t, points)) @ self.amplitude * self.grown(t)
 
-    def over_time(self, times: np.ndarray, point: np.ndarray) -> np.ndarray:
+    def over_time(self, times: Array, point: Array) -> Array:
         """eta [m] at these times, at one point (2 or 3,) or at one for each time (n, 2 or 3)."""
         x, y = np.moveaxis(np.broadcast_to(point, (len(times), np.shape(point)[-1]))[:, :2, None], 1, 0)
         heights = []
@@ -277,7 +277,7 @@ class AirySum:
             heights.append(np.cos(there - np.outer(times[part], self.at_ground)) @ self.amplitude)
         return np.concatenate(heights) * np.array([self.grown(t) for t in times])
 
-    def flow(self, t: float, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def flow(self, t: float, points: Array) -> tuple[Array, Array]:
         """Velocity [m/s] and local acceleration [m/s^2], each (..., 3), at points (..., 3)."""
         points = np.asarray(points, dtype=float)
         theta, k, h = self._phases(t, points), self.wavenumber, self.depth
@@ -290,13 +290,13 @@ class AirySum:
         w = self.in_water
         return velocity, self._vector(w * along * np.sin(theta), -w * upwards * np.cos(theta))
 
-    def stretched(self, z: np.ndarray, eta: np.ndarray) -> np.ndarray:
+    def stretched(self, z: Array, eta: Array) -> Array:
         """Height at which linear theory is read, with the total elevation, as `forms.sea.stretched`."""
         if self.stretching == "wheeler":
             return np.minimum(self.depth * (z - eta) / (self.depth + eta), 0.0)
         return np.minimum(z, 0.0) if self.stretching == "vertical" else z
 
-    def time_phase(self, t: float) -> np.ndarray:
+    def time_phase(self, t: float) -> Array:
         """phase - omega t of every component [rad], between 0 and 2 pi."""
         if self._latest[0] != t:
             self._latest[:] = t, np.mod(self.phase - np.mod(self.at_ground * t, 2 * math.pi), 2 * math.pi)

@@ -61,24 +61,24 @@ class Effect:
     neutral: Any = 0.0
     needs: tuple[str, ...] = ()
     without: str | None = None
-    line: Callable | None = None
-    strip: Callable | None = None
-    couple: Callable | None = None
-    face: Callable | None = None
-    body: Callable | None = None
-    line_power: Callable | None = None
-    joint: Callable | None = None
-    bed: Callable | None = None
-    line_wet: Callable | None = None
-    joint_wet: Callable | None = None
-    default: Callable | None = None
-    numbers: Mapping[str, Callable] | None = field(default_factory=dict)
-    looks_at: Callable | None = None
+    line: Callable[..., Any] | None = None
+    strip: Callable[..., Any] | None = None
+    couple: Callable[..., Any] | None = None
+    face: Callable[..., Any] | None = None
+    body: Callable[..., Any] | None = None
+    line_power: Callable[..., Any] | None = None
+    joint: Callable[..., Any] | None = None
+    bed: Callable[..., Any] | None = None
+    line_wet: Callable[..., Any] | None = None
+    joint_wet: Callable[..., Any] | None = None
+    default: Callable[..., Any] | None = None
+    numbers: Mapping[str, Callable[..., Any]] | None = field(default_factory=dict)
+    looks_at: Callable[..., Any] | None = None
     account: str = "outer"
     drawn: Mapping[str, Drawn] = field(default_factory=dict)
     removable: bool = True
 
-    def values(self, scene: Scene, part: Any = None) -> list:
+    def values(self, scene: Scene, part: Any = None) -> list[Any]:
         """Values of the key in all sections of the scene that have it, or in those of one `part` of its network."""
         if any(getattr(scene, name) is None for name in self.needs):
             return []
@@ -103,10 +103,10 @@ class Effect:
         return {name: get(scene, section) for name, get in numbers.items()}
 
 
-def _sections(scene, name, part):
+def _sections(scene: Scene, name: str, part: Any) -> list[Any]:
     """The sections of this name: of every line, body and buoy of a scene, or of one `part`."""
     network = scene.network
-    parts = {
+    parts: dict[str, list[Any]] = {
         "cable": [piece.section for piece in network.pieces],
         "joint": list(network.bodies.values()),
         "buoy": list(network.buoys.values()),
@@ -118,7 +118,7 @@ def _sections(scene, name, part):
     return [getattr(scene, name)]
 
 
-def _of_water(name: str, key: str, account: str, drawn: Drawn, **term: Callable) -> Effect:
+def _of_water(name: str, key: str, account: str, drawn: Drawn, **term: Any) -> Effect:
     """A coefficient of a force of the water."""
     return Effect(name, key, needs=("sea",), account=account, drawn={key: drawn}, **term)
 
@@ -301,7 +301,7 @@ EFFECTS: list[Effect] = [
 ]
 
 
-def called_by(scene: Scene, where: str | None = None, parts: Iterable = (None,)) -> list[Effect]:
+def called_by(scene: Scene, where: str | None = None, parts: Iterable[Any] = (None,)) -> list[Effect]:
     """Effects that a scene calls for, or any of some parts; where: only those with such a term ("line", ...)."""
     found = [e for e in EFFECTS if where is None or getattr(e, where) is not None]
     return [e for e in found if any(e.called(scene, part) for part in parts)]

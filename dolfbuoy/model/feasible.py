@@ -3,6 +3,7 @@
 import math
 import os
 import resource
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from ..errors import InputError
 from ..meshes import HullShape, cable_nodes, number_of_cells
 from ..scene import Scene
 from ..scene.buoy import Buoy
+from ..scene.cable import Cable
+from ..scene.network import Network
 from .rigid import MassProperties, cross_section, float_upright, mass_properties, shape_of, weight_per_length
 
 #: Memory of a run: measured 1.9 to 2.4 kB for each unknown of a line, 0.7 MB for a buoy, whatever the scheme.
@@ -34,7 +37,7 @@ def check_feasible(scene: Scene) -> None:
     _check_elements(network)
 
 
-def _check_elements(network):
+def _check_elements(network: Network) -> None:
     """Nodes are told apart by where they are along all lines, one behind the other, see `layout.Layout.slip`."""
     sections = [piece.section for piece in network.pieces]
     whole = sum(c.length for c in sections) + 0.1 * len(sections) * max((c.length for c in sections), default=0.0)
@@ -48,7 +51,7 @@ def _check_elements(network):
             )
 
 
-def _check_length(network, number):
+def _check_length(network: Network, number: int) -> None:
     """Check the length of an inextensible cable between two held ends."""
     pieces = [network.pieces[k] for k in network.pieces_of(number)]
     low, high = pieces[0].ends[0], pieces[-1].ends[1]
@@ -72,7 +75,7 @@ def _check_length(network, number):
         )
 
 
-def _check_effective_masses(scene):
+def _check_effective_masses(scene: Scene) -> None:
     """Check the effective mass of every piece of line, with its growth, and of every submerged buoy."""
     network, rho_w = scene.network, scene.sea.density
     for piece in network.pieces:
@@ -88,14 +91,14 @@ def _check_effective_masses(scene):
             _check_positive(key, buoy.added_mass, effective, "kg of the submerged buoy")
 
 
-def _check_positive(key, value, effective, what):
+def _check_positive(key: str, value: float, effective: float, what: str) -> None:
     if effective <= 0:
         raise InputError(
             f"{key} = {value}: the effective mass {effective:.6g} {what} is not positive (added_mass is C_A = C_M - 1)."
         )
 
 
-def _lines_of(scene, buoy):
+def _lines_of(scene: Scene, buoy: str) -> Iterator[tuple[list[Cable], float]]:
     """(pieces from the buoy on, height of the held end below the water) of the cables between a buoy and held ends."""
     network = scene.network
     for cable in range(len(network.cables)):
@@ -151,7 +154,7 @@ def check_size(scene: Scene, comm: MPI.Comm) -> None:
         )
 
 
-def _unknowns(section):
+def _unknowns(section: Cable) -> int:
     """Unknowns of an element, without those of the one node more that a line has."""
     return 3 * section.position_degree + section.tension_degree + 1
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..solver.unknowns import Part
+from . import Array
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -26,8 +27,8 @@ class Evolution:
 
     part: Part
     rates: list[tuple[Any, Any]]
-    lagged: np.ndarray | bool
-    sizes: list[np.ndarray]
+    lagged: Array | bool
+    sizes: list[Array]
 
     @property
     def order(self) -> int:
@@ -38,15 +39,15 @@ class Evolution:
     def size(self) -> int:
         return self.part.size
 
-    def values(self, u: np.ndarray) -> np.ndarray:
+    def values(self, u: Array) -> Array:
         """The unknowns among all local unknowns, a view."""
         return u[self.part.slice]
 
-    def reader(self, u: np.ndarray, out: np.ndarray) -> Any:
+    def reader(self, u: Array, out: Array) -> Any:
         """(`out`, the view to be copied there), or a function that puts them into `out`; u stays in place."""
         return out, self.values(u)
 
-    def hand_out(self, level: int, gamma: float, history: np.ndarray | float) -> None:
+    def hand_out(self, level: int, gamma: float, history: Array | float) -> None:
         """Give the forms the rule of a derivative (0: the first)."""
         constant, function = self.rates[level]
         constant.value = gamma
@@ -65,7 +66,7 @@ class Model(Protocol):
     dynamic: bool
     part: Part
     sea: "SeaState"
-    memory: dict[str, np.ndarray]
+    memory: dict[str, Array]
     relaxation: Any = None
     reference: Any = None
 
@@ -76,28 +77,28 @@ class Model(Protocol):
         """Its unknowns in time, in their order."""
         ...
 
-    def blocks(self, length: float, force: float) -> list:
+    def blocks(self, length: float, force: float) -> list[Any]:
         """Blocks of its unknowns; typical length [m] and force [N] of the lines."""
         ...
 
-    def places(self) -> np.ndarray:
+    def places(self) -> Array:
         """Places of its unknowns, by which a numbering is recognised; empty if they belong to no place."""
         return np.zeros(0)
 
-    def force_dofs(self) -> np.ndarray:
+    def force_dofs(self) -> Array:
         """Local unknowns that are forces."""
         return np.zeros(0, dtype=int)
 
     # -- time
 
-    def clock(self, time: np.ndarray, u: np.ndarray) -> list[Callable]:
+    def clock(self, time: Array, u: Array) -> list[Callable[[], Any]]:
         """Functions that bring what is given as a function of time, in u too, to time[0]."""
         return self.sea.clock(time)
 
-    def begin(self, u: np.ndarray) -> None:
+    def begin(self, u: Array) -> None:
         """Memory as at the start of a run."""
 
-    def when_accepted(self, time: np.ndarray, u: np.ndarray) -> list[Callable]:
+    def when_accepted(self, time: Array, u: Array) -> list[Callable[[], Any]]:
         """Functions that are called when a step to time[0] was taken; they say whether the equations are others now."""
         return []
 
@@ -113,7 +114,7 @@ class Model(Protocol):
 
     # -- relaxation, in statics
 
-    def hold(self, u: np.ndarray, h: float) -> None:
+    def hold(self, u: Array, h: float) -> None:
         """Inertia of a step of h [s] from rest in the positions of u."""
         if self.relaxation is not None:
             self.reference.x.array[:], self.relaxation.value = u[self.part.slice], h**-2

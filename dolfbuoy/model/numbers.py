@@ -9,6 +9,7 @@ from dolfinx import fem
 
 from ..scene import Scene
 from ..solver import compat
+from . import Array
 
 
 class Numbers:
@@ -22,20 +23,21 @@ class Numbers:
         self,
         mesh: Any,
         scene: Scene,
-        sections: Callable[[Any], Sequence] = lambda scene: [None],
-        which: np.ndarray | None = None,
+        sections: Callable[[Any], Sequence[Any]] = lambda scene: [None],
+        which: Array | None = None,
     ):
         self.mesh, self.scene, self._sections, self._which = mesh, scene, sections, which
         self.sections = sections(scene)
-        self._given, self._per_cell = [], []
+        self._given: list[tuple[Any, Callable[..., Any]]] = []
+        self._per_cell: list[tuple[Any, Callable[..., Any]]] = []
 
-    def constant(self, get: Callable) -> fem.Constant:
+    def constant(self, get: Callable[..., Any]) -> fem.Constant:
         """fem.Constant with the value get(scene, section), of the first section."""
         made = compat.constant(self.mesh, get(self.scene, self.sections[0]))
         self._given.append((made, get))
         return made
 
-    def per_cell(self, get: Callable) -> "fem.Constant | fem.Function":
+    def per_cell(self, get: Callable[..., Any]) -> "fem.Constant | fem.Function":
         """UFL number of get(section): a Constant where all sections have the same, else a number on each cell."""
         if len({get(section) for section in self.sections}) == 1:
             return self.constant(lambda _, section: get(section))
@@ -54,10 +56,10 @@ class Numbers:
         made = {name: None if value is None else self._of(effect, name) for name, value in values.items()}
         return made[""] if "" in made else SimpleNamespace(**made)
 
-    def _of(self, effect, name):
+    def _of(self, effect: Any, name: str) -> fem.Constant:
         return self.constant(lambda scene, section: effect.given(scene, section)[name])
 
-    def _fill(self, made, get):
+    def _fill(self, made: fem.Function, get: Callable[..., Any]) -> None:
         values = np.array([get(section) for section in self.sections])
         made.x.array[compat.cell_dofs(made.function_space)[:, 0]] = values[self._which]
         compat.scatter_forward(made)

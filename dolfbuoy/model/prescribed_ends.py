@@ -10,6 +10,7 @@ import numpy as np
 from ..scene import Scene
 from ..scene.cable import Top
 from ..solver.vector_ops import copies, work
+from . import Array
 from .airy import ramp
 
 
@@ -89,7 +90,7 @@ def overshoot(rows: Sequence) -> float:
     return float(beyond / largest) if largest else 0.0
 
 
-def held(ends: list[tuple[np.ndarray, Any]], time: np.ndarray, u: np.ndarray) -> list[Callable]:
+def held(ends: list[tuple[Array, Any]], time: Array, u: Array) -> list[Callable]:
     """Functions that put the positions at time[0] of all ends that are held into the local unknowns u, both of which
     stay in place.
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ..roots import brentq
 from ..scene import Scene
 from ..scene.buoy import Buoy
 from ..scene.cable import Cable
+from . import Array
 
 
 def cross_section(cable: Cable) -> float | None:
@@ -22,7 +24,7 @@ def cross_section(cable: Cable) -> float | None:
 
 def weight_per_length(scene: Scene, cable: Cable) -> float:
     """Weight in water per unstretched length, w [N/m], of a section [cable]; negative for a cable that floats."""
-    displaced = scene.sea.density * cross_section(cable) if scene.sea else 0.0
+    displaced = scene.sea.density * (cross_section(cable) or 0.0) if scene.sea else 0.0
     return (cable.line_density - displaced) * scene.gravity
 
 
@@ -40,7 +42,7 @@ def mass_properties(buoy: Buoy) -> MassProperties:
 
     buoy: the scene's section, by default a uniform solid hull.
     """
-    shape = shape_of(buoy)
+    shape: Any = shape_of(buoy)  # without one the buoy gives what else it says
     hull_height = buoy.center_of_mass if buoy.center_of_mass is not None else shape.centroid()
     if buoy.inertia is None:
         transverse, axial = (buoy.mass * i for i in shape.solid_inertia())
@@ -54,7 +56,7 @@ def mass_properties(buoy: Buoy) -> MassProperties:
     center = sum(m * h for m, h in masses) / total
     steiner = sum(m * (h - center) ** 2 for m, h in masses)
     moments = moments + np.array([steiner, steiner, 0.0])
-    return MassProperties(total, center, tuple(float(i) for i in moments))
+    return MassProperties(total, center, (float(moments[0]), float(moments[1]), float(moments[2])))
 
 
 def shape_of(buoy: Buoy) -> HullShape | None:
@@ -62,19 +64,19 @@ def shape_of(buoy: Buoy) -> HullShape | None:
     return HullShape(tuple(buoy.hull)) if buoy.hull else None
 
 
-def axis_offset(buoy: Buoy, height: float) -> np.ndarray:
+def axis_offset(buoy: Buoy, height: float) -> Array:
     """Body vector from C to the axis point at `height` above the keel [m]; buoy: the scene's section."""
     return np.array([0.0, 0.0, height - mass_properties(buoy).height])
 
 
-def mooring_offset(buoy: Buoy, fairlead: str | None = None) -> np.ndarray:
+def mooring_offset(buoy: Buoy, fairlead: str | None = None) -> Array:
     """Body vector from C to a fairlead of a section [buoy], or to its mooring point on the axis [m]."""
-    if fairlead is None:
+    if fairlead is None or buoy.fairleads is None:
         return axis_offset(buoy, buoy.mooring_height)
-    return axis_offset(buoy, 0.0) + np.array(buoy.fairleads[fairlead])
+    return np.add(axis_offset(buoy, 0.0), buoy.fairleads[fairlead])
 
 
-def rotation_of(q4: np.ndarray) -> np.ndarray:
+def rotation_of(q4: Array) -> Array:
     """Rotation matrix of a quaternion (q0, q)."""
     x, y, z, w = map(float, [*q4[1:], q4[0]])
     x, y, z, w = np.array([x, y, z, w]) / math.sqrt(x * x + y * y + z * z + w * w)

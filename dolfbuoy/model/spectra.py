@@ -4,10 +4,14 @@ S is one-sided, per angular frequency [m^2 s/rad]; m_n = int w^n S dw and Hs = 4
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from . import Array
 
 #: Gauss's rule on every panel between knots.
 _AT, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -17,8 +21,8 @@ _AT, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 class Spectrum:
     """density: angular frequencies [rad/s] -> S, smooth between knots and zero beyond them.  peak: w_p [rad/s]."""
 
-    density: Callable[[np.ndarray], np.ndarray]
-    knots: np.ndarray
+    density: Callable[[Array], Array]
+    knots: Array
     peak: float
 
     def moment(self, n: float, low: float = 0.0, high: float = math.inf) -> float:
@@ -26,40 +30,40 @@ class Spectrum:
         edges = np.unique(np.clip(self.knots, low, high))
         return float(np.sum(self._integrals(edges[:-1], edges[1:], n)))
 
-    def _integrals(self, a, b, n=0):
+    def _integrals(self, a: Array, b: Array, n: float = 0) -> Array:
         w = a[:, None] + 0.5 * (b - a)[:, None] * (1 + _AT)
-        return 0.5 * (b - a) * (w**n * self.density(w) @ _WEIGHTS)
+        return np.asarray(0.5 * (b - a) * (w**n * self.density(w) @ _WEIGHTS))
 
-    def below(self, w: np.ndarray, n: float = 0) -> np.ndarray:
+    def below(self, w: Array, n: float = 0) -> Array:
         """int w^n S dw from the lowest frequency up to each of w."""
         w = np.clip(w, self.knots[0], self.knots[-1])
         up_to = np.concatenate([[0.0], np.cumsum(self._integrals(self.knots[:-1], self.knots[1:], n))])
         panel = np.clip(np.searchsorted(self.knots, w, side="right") - 1, 0, len(self.knots) - 2)
         return up_to[panel] + self._integrals(self.knots[panel], w, n)
 
-    def frequencies_at(self, energies: np.ndarray) -> np.ndarray:
+    def frequencies_at(self, energies: Array) -> Array:
         """Frequencies below which there are these parts of m0 [m^2], by bisection and Newton."""
         up_to = self.below(self.knots)
         panel = np.clip(np.searchsorted(up_to, energies, side="left") - 1, 0, len(self.knots) - 2)
         low, high = self.knots[panel].copy(), self.knots[panel + 1].copy()
         w = 0.5 * (low + high)
         for _ in range(60):
-            excess = up_to[panel] + self._integrals(self.knots[panel], w) - energies
+            excess: Array = up_to[panel] + self._integrals(self.knots[panel], w) - energies
             if np.all(np.abs(excess) <= 1e-16 * up_to[-1]):
                 break
             low, high = np.where(excess < 0, w, low), np.where(excess < 0, high, w)
             with np.errstate(divide="ignore", invalid="ignore"):
                 newton = w - excess / self.density(w)
             w = np.where((newton > low) & (newton < high), newton, 0.5 * (low + high))
-        return w
+        return np.asarray(w)
 
-    def band(self, low: float, high: float, parts: int) -> np.ndarray:
+    def band(self, low: float, high: float, parts: int) -> Array:
         """Edges of bins of equal energy between two frequencies [rad/s]."""
         ends = self.below(np.array([low, high]))
-        inner = self.frequencies_at(np.linspace(*ends, parts + 1)[1:-1])
+        inner = self.frequencies_at(np.linspace(ends[0], ends[1], parts + 1)[1:-1])
         return np.concatenate([[max(low, self.knots[0])], inner, [min(high, self.knots[-1])]])
 
-    def bins(self, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def bins(self, edges: Array) -> tuple[Array, Array]:
         """Energy m0 [m^2] of the bins between edges, and the frequency of each that keeps its m2 [rad/s]."""
         energy, second = np.diff(self.below(edges)), np.diff(self.below(edges, 2))
         return energy, np.sqrt(second / energy)
@@ -79,25 +83,25 @@ def jonswap(significant_height: float, peak_period: float, gamma: float = 3.3) -
     """
     peak = 2 * math.pi / peak_period
 
-    def shape(w):
+    def shape(w: Array) -> Array:
         sigma = np.where(w <= peak, 0.07, 0.09)
-        return _shape(w, peak) * gamma ** np.exp(-((w / peak - 1) ** 2) / (2 * sigma**2))
+        return np.asarray(_shape(w, peak) * gamma ** np.exp(-((w / peak - 1) ** 2) / (2 * sigma**2)))
 
     scale = significant_height**2 / 16 / Spectrum(shape, _knots(peak), peak).moment(0)
     return Spectrum(lambda w: scale * shape(w), _knots(peak), peak)
 
 
-def _shape(w, peak):
+def _shape(w: Array, peak: float) -> Array:
     w = np.maximum(w, 0.1 * peak)  # nothing is there
-    return w**-5.0 * np.exp(-1.25 * (peak / w) ** 4)
+    return np.asarray(w**-5.0 * np.exp(-1.25 * (peak / w) ** 4))
 
 
-def _knots(peak):
+def _knots(peak: float) -> Array:
     """From where there is nothing, over the peak with its kink, to where nothing is left of m2."""
-    return peak * np.concatenate([np.linspace(0.2, 2.0, 37), np.geomspace(2.0, 1e6, 100)[1:]])
+    return np.asarray(peak * np.concatenate([np.linspace(0.2, 2.0, 37), np.geomspace(2.0, 1e6, 100)[1:]]))
 
 
-def tabulated(frequency: Sequence, density: Sequence) -> Spectrum:
+def tabulated(frequency: ArrayLike, density: ArrayLike) -> Spectrum:
     """Linear between the rows of a table: rising frequencies [Hz] and S [m^2/Hz]."""
     knots, values = 2 * math.pi * np.asarray(frequency), np.asarray(density) / (2 * math.pi)
     return Spectrum(lambda w: np.interp(w, knots, values), knots, float(knots[np.argmax(values)]))
@@ -106,7 +110,7 @@ def tabulated(frequency: Sequence, density: Sequence) -> Spectrum:
 # -- directions ------------------------------------------------------------------------------------------------------
 
 
-def cos2s_angles(s: float, parts: np.ndarray) -> np.ndarray:
+def cos2s_angles(s: float, parts: Array) -> Array:
     """Angles [rad] from the mean direction below which there are these parts of cos^2s(theta/2)."""
     from scipy.special import betaincinv  # 0.1 s of every start
 
@@ -114,7 +118,7 @@ def cos2s_angles(s: float, parts: np.ndarray) -> np.ndarray:
     return 2 * np.copysign(half, parts - 0.5)
 
 
-def tabulated_angles(angles: np.ndarray, densities: np.ndarray, parts: np.ndarray) -> np.ndarray:
+def tabulated_angles(angles: Array, densities: Array, parts: Array) -> Array:
     """Angles below which there are parts of a density on the circle, one of each row of `densities`.
 
     angles: rising, within a full turn of 360.  densities (rows, angles): linear between them, closed to a circle.
@@ -123,7 +127,7 @@ def tabulated_angles(angles: np.ndarray, densities: np.ndarray, parts: np.ndarra
     found = []
     for row, part in zip(densities, parts, strict=True):
         row = np.append(row, row[0])
-        table = Spectrum(lambda x, row=row: np.interp(x, around, row), around, 0.0)
+        table = Spectrum(partial(np.interp, xp=around, fp=row), around, 0.0)
         found.append(table.frequencies_at(np.array([part * table.moment(0, -math.inf)]))[0])
     return np.array(found)
 
@@ -131,9 +135,7 @@ def tabulated_angles(angles: np.ndarray, densities: np.ndarray, parts: np.ndarra
 # -- records -----------------------------------------------------------------------------------------------------------
 
 
-def of_record(
-    times: np.ndarray, elevation: np.ndarray, part: float = 0.999, taper: float = 0.05
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def of_record(times: Array, elevation: Array, part: float = 0.999, taper: float = 0.05) -> tuple[Array, Array, Array]:
     """Amplitudes [m], angular frequencies [rad/s] and phases [rad] of a record of the elevation, at equal steps [s].
 
     sum a cos(phase - w t) with the bins of its Fourier transform that hold a part of its variance, the highest first to
@@ -150,7 +152,7 @@ def of_record(
     return 2 * size[kept] / n, w[kept], np.mod(w[kept] * times[0] - np.angle(X[kept]), 2 * math.pi)
 
 
-def _tapered(n, part):
+def _tapered(n: int, part: float) -> Array:
     """1, and half a cosine at both ends, of half a part each."""
     from_end = (np.minimum(np.arange(n), np.arange(n)[::-1]) + 0.5) / max(0.5 * part * n, 0.5)
-    return 0.5 * (1 - np.cos(math.pi * np.minimum(from_end, 1.0)))
+    return np.asarray(0.5 * (1 - np.cos(math.pi * np.minimum(from_end, 1.0))))

@@ -1,9 +1,11 @@
 """Structure of a scene, which decides the compiled forms and the unknowns; the rest are numbers."""
 
+from typing import Any
+
 from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.lines import Body
-from ..scene.network import OWN
+from ..scene.network import OWN, Network
 from ..scene.stiffness import kinks_of
 from . import effects
 
@@ -14,7 +16,7 @@ _OF_LINES = (
 )
 
 
-def structure_of(scene: Scene) -> tuple:
+def structure_of(scene: Scene) -> tuple[Any, ...]:
     """Equal for scenes that one `Problem` can serve one after the other."""
     network, waves = scene.network, scene.waves
     profile = scene.current.profile if scene.current else None
@@ -34,22 +36,22 @@ def structure_of(scene: Scene) -> tuple:
     )
 
 
-def _of_line(scene, section):
+def _of_line(scene: Scene, section: Cable) -> tuple[Any, ...]:
     keys = [repr(getattr(section, name)) for name in _OF_LINES]
     kinks = [len(kinks_of(section.axial_stiffness, below)) for below in (False, True)]
     return *keys, *kinks, bool(section.diameter), _called(scene, "cable", section)
 
 
-def _called(scene, kind, part):
+def _called(scene: Scene, kind: str, part: Any) -> tuple[str, ...]:
     """Names of the effects that a part of the network calls for."""
     own = (kind, *OWN) if kind == "buoy" else (kind,)
     return tuple(e.name for e in effects.EFFECTS if e.key.partition(".")[0] in own and e.called(scene, part))
 
 
-def _topology(network):
+def _topology(network: Network) -> str:
     """Topology, and which numbers pieces or bodies share: those are constants of the forms."""
     ends = [
-        [(end.kind, end.name, end.fairlead, end.kind == "free" and any(end.top.force)) for end in piece.ends]
+        [(e.kind, e.name, e.fairlead, e.kind == "free" and e.top is not None and any(e.top.force)) for e in piece.ends]
         for piece in network.pieces
     ]
     shared = []

@@ -17,33 +17,45 @@ import math
 
 import numpy as np
 
+from ..scene import Scene
+from ..scene.cable import Top
+from ..scene.network import End, Network
 from .rigid import mass_properties, shape_of, weight_per_length
 from .sea import crest_height
 
+#: Name of a joint or buoy, or an end of a piece: (piece, end).
+Node = str | tuple[int, int]
 #: Part of a cable's length by which it may be above the water without leaving it.
 ROUNDING = 1e-9
 #: A cable lighter than water by less than this part of its weight is balanced in it.
 BALANCED = 0.01
 
 
-def surfacing(scene) -> list[str]:
+def surfacing(scene: Scene) -> list[str]:
     """Names of the cables that may leave the water, or hang on a float that may; of a scene without sea none."""
     if scene.sea is None or not scene.network.pieces:
         return []
     network, heights, cables = scene.network, _heights(scene), range(len(scene.network.cables))
     light = {cable for cable in cables if _is_light(scene, cable)}
     rises = {p.cable for k, p in enumerate(network.pieces) if _rises(scene, k, heights, p.cable in light)}
-    return [network.cables[cable] for cable in cables if cable in rises or _is_drawn_above(scene, cable)]
+    given = scene.initial.points  # of the first shape, which may be above the water
+    for cable in cables:
+        points = given.get(network.cables[cable]) if isinstance(given, dict) else given
+        if points and float(np.max(np.array(points)[:, 2])) > -crest_height(scene):
+            rises.add(cable)
+    return [network.cables[cable] for cable in cables if cable in rises]
 
 
-def _node(network, piece, end):
+def _node(network: Network, piece: int, end: int) -> Node:
     """Name of what an end hangs on, or the end itself."""
     return network.pieces[piece].ends[end].name or (piece, end)
 
 
-def _heights(scene):
+def _heights(scene: Scene) -> dict[Node, float]:
     """Node -> the highest place above the deepest trough that held ends, buoys and lengths let it have [m]."""
-    network, crest, lines, reached, ahead = scene.network, crest_height(scene), {}, {}, []
+    network, crest, reached = scene.network, crest_height(scene), {}
+    lines: dict[Node, list[tuple[Node, float]]] = {}
+    ahead: list[tuple[float, str, Node]] = []
     for k, piece in enumerate(network.pieces):
         nodes = [_node(network, k, i) for i in (0, 1)]
         for i, end in enumerate(piece.ends):
@@ -61,7 +73,7 @@ def _heights(scene):
     return reached
 
 
-def _highest(scene, top):
+def _highest(scene: Scene, top: Top) -> float:
     """Height of a held end over a run [m]."""
     z = top.position[2] + abs(top.amplitude[2] if top.amplitude else 0.0)
     if top.motion:
@@ -71,7 +83,7 @@ def _highest(scene, top):
     return z
 
 
-def _rises(scene, number, heights, light):
+def _rises(scene: Scene, number: int, heights: dict[Node, float], light: bool) -> bool:
     """True if a piece may leave the water; light: its cable is lighter than water."""
     network = scene.network
     piece, least = network.pieces[number], ROUNDING * network.pieces[number].section.length
@@ -89,7 +101,7 @@ def _rises(scene, number, heights, light):
     return light and sum(highest) + math.sqrt(max(piece.section.length**2 - across**2, 0.0)) > 2 * least
 
 
-def _is_light(scene, cable):
+def _is_light(scene: Scene, cable: int) -> bool:
     """True if a cable as a whole is lighter than water, and not balanced in it as a streamer is."""
     sections = [scene.network.pieces[k].section for k in scene.network.pieces_of(cable)]
     mass, weight = (
@@ -99,16 +111,9 @@ def _is_light(scene, cable):
     return weight < -BALANCED * scene.gravity * mass
 
 
-def _is_above_water_line(scene, end):
+def _is_above_water_line(scene: Scene, end: End) -> bool:
     """True if a place on a buoy is above its water line when it floats freely: the hull below it displaces more."""
     buoy = scene.network.buoys[end.name]
     shape, density = shape_of(buoy), scene.sea.density
     height = buoy.mooring_height if end.fairlead is None else buoy.fairleads[end.fairlead][2]
     return density * shape.volume(min(max(height, 0.0), shape.height)) > mass_properties(buoy).mass
-
-
-def _is_drawn_above(scene, cable):
-    """True if the scene gives points of the first shape of a cable that are above the water."""
-    given, name = scene.initial.points, scene.network.cables[cable]
-    points = given.get(name) if isinstance(given, dict) else given
-    return bool(points) and float(np.max(np.array(points)[:, 2])) > -crest_height(scene)

@@ -136,7 +136,7 @@ export class Chart {
   marks(curve) {
     const found = [];
     if (curve.area) found.push(drawn("path", { d: this.areaPath(curve), class: "area" }));
-    if (curve.y && !curve.dots) found.push(drawn("path", { d: this.path(curve.x, curve.y), class: `curve ${curve.style}` }));
+    if (curve.y) found.push(drawn("path", { d: this.path(curve.x, curve.y), class: `curve ${curve.style}` }));
     return found;
   }
 

@@ -46,6 +46,13 @@ export function byId(id) {
   return document.getElementById(id);
 }
 
+/** A section with its heading, among the charts of the page. */
+export function figure(title, ...more) {
+  const box = element("section", { class: "figure" }, element("h2", {}, title), ...more);
+  byId("charts").append(box);
+  return box;
+}
+
 /** Row of the rising `times` that is nearest to t. */
 export function nearest(times, t) {
   const i = before(times, t);

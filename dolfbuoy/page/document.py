@@ -31,19 +31,18 @@ def joined(children: Iterable[Any]) -> Markup:
 
 def page(title: str, body: Markup, data: dict[str, Any], script: str) -> str:
     """The file; script: name of a module in this folder, which comes with those that it imports."""
-    style, script, block = _read("page.css"), _with_imports(script), as_json(data)
+    style, script = style_sheet(), _with_imports(script)
     policy = (
         f"default-src 'none'; style-src {_hash(style)}; script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
     )
-    parts = {
-        "policy": policy,
-        "title": html.escape(title),
-        "style": style,
-        "body": body,
-        "data": block,
-        "script": script,
-    }
+    parts = {"policy": policy, "title": html.escape(title), "style": style, "body": body, "data": as_json(data)}
+    parts["script"] = script
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
+
+
+def style_sheet() -> str:
+    """Style of all pages; the dark colours are those of the system's choice and of the button's."""
+    return _read("page.css").replace("{{dark}}", _read("dark.css"))
 
 
 def as_json(data: dict[str, Any]) -> str:

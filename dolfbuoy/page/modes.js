@@ -1,7 +1,7 @@
 // The page of natural modes: a table, the chosen shape in motion, and how far every node of the lines goes.
 
 import { Chart } from "./charts.js";
-import { byId, data, element, format, range, dress, unpack } from "./core.js";
+import { byId, data, element, figure, format, range, dress, unpack } from "./core.js";
 import { Mode } from "./motion.js";
 import { Player } from "./player.js";
 import { SortedTable } from "./table.js";
@@ -56,11 +56,9 @@ function drawShape(mode) {
       style: `c${i}`,
     }));
     const title = `Displacement along ${data.view.lines.cables.length > 1 ? cable.name : "the line"}`;
-    const box = element("section", { class: "figure" }, element("h2", {}, title));
-    byId("charts").append(box);
     const largest = format(range(...curves.map((c) => c.y))?.[1]);
     const label = `${title} of mode ${mode.number}, at most ${largest}`;
-    new Chart(box, { label, curves, xName: "arc length s [m]", yName: "amplitude, largest motion = 1 [m]", yRange, height: 210 });
+    new Chart(figure(title), { label, curves, xName: "arc length s [m]", yName: "amplitude, largest motion = 1 [m]", yRange, height: 210 });
   }
 }
 

@@ -1,7 +1,7 @@
 // Where everything is at a time: of a recorded run between its instants, of a natural mode at its phase.
 
 import { between, nearest, unpack } from "./core.js";
-import { plus, turned, turnOf } from "./shapes.js";
+import { plus, turned, turnOf, unit } from "./shapes.js";
 
 /** A run: lines between frames by cubics from positions and velocities, buoys between the rows of the series. */
 export class Recorded {
@@ -15,7 +15,7 @@ export class Recorded {
       this.cells = this.tension.length / this.frames.length;
     }
     this.bodies = view.buoys.map((buoy) => ({ position: unpack(buoy.position), orientation: unpack(buoy.orientation) }));
-    this.forces = view.forces.map((force) => ({ ...force, values: force.values && unpack(force.values) }));
+    this.forces = view.forces.map((force) => ({ ...force, values: unpack(force.values) }));
   }
 
   /** {nodes, tension, buoys: [{at, R}], forces: [{at, force, kind}]}. */
@@ -39,15 +39,14 @@ export class Recorded {
   }
 
   pose({ position, orientation }, t) {
+    return { at: this.mixed(position, 3, t), R: turnOf(unit(this.mixed(orientation, 4, t))) };
+  }
+
+  /** So many numbers of each row of the series, between its rows. */
+  mixed(values, width, t) {
     const [i, share] = between(this.times, t);
-    const mixed = (values, width) =>
-      Array.from({ length: width }, (_, k) => {
-        const next = Math.min(i + 1, values.length / width - 1);
-        return values[i * width + k] * (1 - share) + values[next * width + k] * share;
-      });
-    const q = mixed(orientation, 4);
-    const size = Math.hypot(...q) || 1;
-    return { at: mixed(position, 3), R: turnOf(q.map((x) => x / size)) };
+    const next = Math.min(i + 1, values.length / width - 1);
+    return Array.from({ length: width }, (_, k) => values[i * width + k] * (1 - share) + values[next * width + k] * share);
   }
 
   lines(t) {
@@ -79,17 +78,10 @@ export class Recorded {
     }
   }
 
-  force(force, t, { nodes, buoys }) {
-    const values = force.values;
-    let vector = force.vector;
-    if (values) {
-      const [i, share] = between(this.times, t);
-      const next = Math.min(i + 1, values.length / 3 - 1);
-      vector = [0, 1, 2].map((k) => values[3 * i + k] * (1 - share) + values[3 * next + k] * share);
-    }
-    let at = force.node === undefined ? null : [0, 1, 2].map((k) => nodes[3 * force.node + k]);
-    if (force.buoy !== undefined) at = plus(buoys[force.buoy].at, turned(buoys[force.buoy].R, force.place));
-    return { kind: force.kind, name: force.name, at, force: vector };
+  force({ kind, values, node, buoy, place }, t, { nodes, buoys }) {
+    const onBuoy = buoy !== undefined;
+    const at = onBuoy ? plus(buoys[buoy].at, turned(buoys[buoy].R, place)) : [0, 1, 2].map((k) => nodes[3 * node + k]);
+    return { kind, at, force: this.mixed(values, 3, t) };
   }
 }
 

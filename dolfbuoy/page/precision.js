@@ -1,7 +1,7 @@
 // The page of work-precision: a chart of error over time per quantity, and the table of all cases.
 
 import { Chart } from "./charts.js";
-import { byId, data, drawn, element, format, range, dress } from "./core.js";
+import { byId, data, drawn, element, figure, format, range, dress } from "./core.js";
 import { SortedTable } from "./table.js";
 
 const MARKS = {
@@ -17,7 +17,7 @@ function start() {
   const rows = data.rows.map((row, i) => ({ ...row, number: i + 1, settings: settings(row), style: pairs.indexOf(row.pair) % 6 }));
   const marks = [];
   for (const quantity of data.quantities) makeChart(quantity, rows, marks, (row) => table.choose(row));
-  byId("charts").append(legend(pairs, rows));
+  makeLegend(pairs, rows);
   const columns = [{ key: "settings", name: "settings" }, { key: "wall", name: "time [s]", text: (x) => format(x, 3) }, { key: "steps", name: "steps" }];
   for (const { key, name } of data.quantities)
     columns.push({ key: `bound_${key}`, name: `error of ${name}`, text: (x, row) => error(x, row[`resolved_${key}`]) });
@@ -48,8 +48,7 @@ function makeChart({ key, name, front }, rows, marks, choose) {
   };
   const bounds = { xRange: wide(done.map((r) => r.wall)), yRange: wide(done.map((r) => 100 * r[`bound_${key}`])) };
   const title = `Error of ${name}`;
-  const box = element("section", { class: "figure" }, element("h2", {}, title));
-  byId("charts").append(box);
+  const box = figure(title);
   const tip = element("p", { class: "note", role: "status" }, "A mark says what it is; a click finds it in the table.");
   const extra = (chart, body) => {
     for (const row of done) body.append(markOf(chart, row, key, marks, choose, tip));
@@ -73,14 +72,14 @@ function markOf(chart, row, key, marks, choose, tip) {
   return node;
 }
 
-function legend(pairs, rows) {
+function makeLegend(pairs, rows) {
   const sample = (kind, d, text) =>
     element("li", {}, drawn("svg", { viewBox: "-10 -10 20 20", class: "symbol", "aria-hidden": "true" }, drawn("g", { class: kind }, drawn("path", { d }))), text);
   const found = pairs.map((pair, i) => sample(`mark s${i % 6}`, MARKS.bdf2, pair));
   for (const scheme of new Set(rows.map((row) => row.scheme))) found.push(sample("mark s5", MARKS[scheme], scheme));
   found.push(sample("mark s5 hollow", MARKS.bdf2, "hollow: adaptive steps"), sample("mark s5 open", MARKS.bdf2, "faint: the reference is not fine enough to tell"));
   found.push(sample("star", STAR, "the scene's own settings"), sample("front", "M-10 0H10", "Pareto front: nothing is faster and better"));
-  return element("section", { class: "figure" }, element("h2", {}, "Key"), element("ul", { class: "symbols" }, ...found));
+  figure("Key", element("ul", { class: "symbols" }, ...found));
 }
 
 start();

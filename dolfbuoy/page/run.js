@@ -1,7 +1,7 @@
 // The page of a run: the replay and the charts that go with it.
 
 import { Chart } from "./charts.js";
-import { byId, data, drawn, element, format, nearest, onTheme, range, scaleOfTension, dress, unpack } from "./core.js";
+import { byId, data, drawn, element, figure, format, nearest, onTheme, range, scaleOfTension, dress, unpack } from "./core.js";
 import { Recorded } from "./motion.js";
 import { Player } from "./player.js";
 import { viewerOrNone } from "./viewer.js";
@@ -154,12 +154,6 @@ function chooseWindows(player, panels) {
   };
   for (const label of ["of-line", "of-buoy"]) byId(label).querySelector("select").addEventListener("change", () => move(player.t));
   player.heard.push(move);
-}
-
-function figure(title, ...more) {
-  const box = element("section", { class: "figure" }, element("h2", {}, title), ...more);
-  byId("charts").append(box);
-  return box;
 }
 
 /** Tension along every line: its range behind the ramp, and the present one. */

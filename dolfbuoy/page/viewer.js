@@ -277,8 +277,8 @@ export class Viewer {
   }
 
   placeLabels() {
-    for (const { shown, node, at, buoy } of this.labels) {
-      const place = at ?? (buoy === undefined ? this.node(node) : this.state.buoys[buoy].at);
+    for (const { shown, node, buoy } of this.labels) {
+      const place = buoy === undefined ? this.node(node) : this.state.buoys[buoy].at;
       const pixel = this.shown.names && this.painter.project(place);
       shown.hidden = !pixel;
       if (pixel) Object.assign(shown.style, { left: `${100 * pixel[0]}%`, top: `${100 * pixel[1]}%` });

@@ -182,7 +182,7 @@ class _Resolver:
 
     def _complete_buoys(self) -> dict[str, Buoy]:
         """Each with its own wind, external force and start; those of the scene serve the only one."""
-        scene, alone, start = self.scene, len(self.buoys) == 1, type(self.scene.initial)()
+        scene, alone, start = self.scene, len(self.buoys) == 1, type(self.scene.initial).model_construct()
         found = {}
         for name, buoy in self.buoys.items():
             own = {key: getattr(buoy, key) or (getattr(scene, key) if alone else None) for key in OWN}

@@ -213,10 +213,10 @@ class Scene(Section):
     wind: Wind | None = None
     external_force: ExternalForce | None = None
     seabed: Seabed | None = None
-    initial: Initial = Initial()
+    initial: Initial = Initial.model_construct()  # as Initial(), for which pydantic would build a validator
     time: Time | None = None
     accuracy: Accuracy | None = None
-    solver: Solver = Solver()
+    solver: Solver = Solver.model_construct()
 
     @model_validator(mode="after")
     def _sections(self) -> Self:
@@ -294,7 +294,7 @@ class Scene(Section):
         names -= {*SIZE, *PHYSICAL} if "segments" in table else {*PHYSICAL} if "material" in table else set()
         section = self.network.pieces[self.network.first_of(cable)].section
         whole = _without_none(section.model_dump(include=names)) | table
-        return {name: whole[name] for name in Line.model_fields if name in whole}
+        return {name: whole[name] for name in type(self.cables[cable]).model_fields if name in whole}
 
     def to_toml(self) -> str:
         """The complete scene as a scene file."""

@@ -13,7 +13,7 @@ from .quantities import number_of
 from .sections import SCHEMES, Solver, Time
 
 #: Newton's tolerance of a scene that gives none.
-NEWTON = Solver().step_tolerance
+NEWTON: float = Solver.model_fields["step_tolerance"].default
 
 
 @dataclass(frozen=True)

@@ -53,8 +53,7 @@ def with_buoys_held(scene: Scene, poses: Poses) -> Scene:
             if end.kind == "buoy":
                 changes[name] = tuple(float(x) for x in place_of(network, end, poses))
         cables.append(cable.model_copy(update=changes))
-    held: Scene = scene.model_copy(update={"cable": cables, "buoy": None, "wind": None, "external_force": None})
-    return held
+    return scene.model_copy(update={"cable": cables, "buoy": None, "wind": None, "external_force": None})
 
 
 # -- shapes ------------------------------------------------------------------------------------------------------------

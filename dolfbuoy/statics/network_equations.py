@@ -276,29 +276,24 @@ class Equations:
         stays = np.linalg.norm(self.evaluate(y, target, target))
         return ahead if np.linalg.norm(ahead.residual) < stays else self._state(y, target, target)
 
-    def _newton(self, state: State, enough: float, accepted: float | None = None, iterations: int = 60) -> State:
+    def _newton(self, state: State, enough: float, accepted: float | None = None) -> State:
         """Newton down to a residual of `enough`; one of `accepted` will do where rounding allows no less."""
-        for _ in range(iterations):
+        for _ in range(60):
             norm = float(np.linalg.norm(state.residual))
             if norm < enough:
                 return state
             step = _solved(state.jacobian, -state.residual)
-            better = self._search(state, step, norm) if np.all(np.isfinite(step)) else None
-            if better is None:
+            for halvings in range(30 if np.all(np.isfinite(step)) else 0):
+                fraction = 0.5**halvings
+                trial = self._state(state.y + fraction * step, state.eps, state.softness)
+                if np.linalg.norm(trial.residual) < (1 - 1e-4 * fraction) * norm:
+                    state = trial
+                    break
+            else:
                 break
-            state = better
         if norm > (accepted or enough):
             raise SolveError(f"no rest of the lines was found (residual {norm:.1e} at smoothing {state.eps:.0e})")
         return state
-
-    def _search(self, state: State, step: Array, norm: float) -> State | None:
-        """State after the longest of the halved steps that makes the residual smaller; None if there is none."""
-        for halvings in range(30):
-            fraction = 0.5**halvings
-            trial = self._state(state.y + fraction * step, state.eps, state.softness)
-            if np.linalg.norm(trial.residual) < (1 - 1e-4 * fraction) * norm:
-                return trial
-        return None
 
 
 def _solved(matrix: Any, right: Array) -> Any:

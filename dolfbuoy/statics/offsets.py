@@ -19,7 +19,6 @@ from .equilibrium import let_turn, solve_equilibrium
 
 #: A step of the load is halved as often as this before its equilibrium is looked for anew.
 HALVINGS = 4
-LOADS = ("force", "current")
 
 
 class Rest(NamedTuple):
@@ -44,8 +43,7 @@ def loaded(scene: Scene, load: str, size: float, direction_deg: float, buoys: Co
     else:
         more, found = size * heading(direction_deg), scene.network.buoys.items()
         changes = {"buoy": [_pulled(b, more) if buoys is None or name in buoys else b for name, b in found]}
-    changed: Scene = scene.model_copy(update=changes)
-    return changed
+    return scene.model_copy(update=changes)
 
 
 def _pulled(buoy: Buoy, more: Array) -> Buoy:

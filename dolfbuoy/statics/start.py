@@ -172,21 +172,18 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
     """
     scene, network = problem.scene, problem.network
     joints: list[still.Joint] = []
-    number: dict[str, int] = {}
+    number: dict[object, int] = {}
 
     def place(end: Any) -> tuple[int, Any]:
         """(number of the joint, offset of the end from it)."""
-        if end.name is None:
-            held = still.Joint(position=top_position(end.top, 0.0)) if end.held else None
-            joints.append(held or still.Joint(free=True, load=end.top.force))
-            return len(joints) - 1, still.ORIGIN
-        if end.name not in number:
-            number[end.name] = len(joints)
+        name = end.name or object()  # an end without a name is a joint of its own
+        if name not in number:
+            number[name] = len(joints)
             joints.append(_joint(scene, network, end, pressure))
         if end.kind != "buoy":
-            return number[end.name], still.ORIGIN
+            return number[name], still.ORIGIN
         q4 = (poses or {}).get(end.name, UPRIGHT)
-        return number[end.name], rotation_of(q4) @ mooring_offset(network.buoys[end.name], end.fairlead)
+        return number[name], rotation_of(q4) @ mooring_offset(network.buoys[end.name], end.fairlead)
 
     pieces = []
     for k, piece in enumerate(network.pieces):
@@ -200,11 +197,13 @@ def still_network(problem: Problem, poses: dict[str, Array] | None = None, press
 
 
 def _joint(scene: Scene, network: SceneNetwork, end: Any, pressure: Any) -> still.Joint:
-    """A joint by its name, or the buoy in its place."""
+    """The joint, the end or the buoy on which an end of a line hangs."""
     if end.kind == "buoy":
         return still.Joint(free=True, load=_Floating(scene, network.buoys[end.name], pressure))
     if end.held:
         return still.Joint(position=top_position(end.top, 0.0))
+    if end.kind == "free":
+        return still.Joint(free=True, load=end.top.force)
     body, load = network.bodies.get(end.name), np.zeros(3)
     if body is not None:
         displaced = scene.sea.density * body.volume if scene.sea else 0.0

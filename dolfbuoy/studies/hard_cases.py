@@ -1,7 +1,7 @@
 """The hard cases in a table: tests of the checkout that this program belongs to, each run by pytest.
 
-A case is a test function of tests/robustness/test_hard_*.py; its docstring tells what is asked and what a trustworthy
-program must show, and what it measures are the properties "happened" of its report.
+A case is a test function of tests/robustness/test_hard_*.py; its docstring has the question and what a trustworthy
+program must show, and its measurements are the properties "happened" of its report.
 """
 
 import hashlib
@@ -9,6 +9,7 @@ import inspect
 import os
 from contextlib import redirect_stdout
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from ..errors import InputError
@@ -23,33 +24,22 @@ COLUMNS = {"name": "case", "asked": "asked", "must_show": "must show", "happened
 QUIET = ("-q", "-p", "no:cacheprovider", "-m", "slow or not slow")
 
 
-class _Seen:
-    """Cases that a run of pytest finds, and their reports."""
-
-    def __init__(self) -> None:
-        self.items: list[Any] = []
-        self.reports: list[Any] = []
-
-    def pytest_collection_modifyitems(self, items: list[Any]) -> None:
-        """Called by pytest with all tests."""
-        self.items += items
-
-    def pytest_runtest_logreport(self, report: Any) -> None:
-        """Called by pytest after set-up, call and teardown of a test."""
-        self.reports.append(report)
-
-
-def _pytest(*arguments: object) -> _Seen:
-    """Run pytest in this process, without a word.  Raises InputError where it is not installed."""
+def _pytest(*arguments: object) -> tuple[list[Any], list[Any]]:
+    """(tests, reports of their phases) of a silent run of pytest in this process.  Raises InputError without pytest."""
     try:
         import pytest
     except ImportError:
         raise InputError("study hard-cases: the hard cases are run by pytest, which is not installed.") from None
-    seen = _Seen()
+    found: list[Any] = []
+    reports: list[Any] = []
+    plugin = SimpleNamespace(
+        pytest_collection_modifyitems=lambda items: found.extend(items),
+        pytest_runtest_logreport=lambda report: reports.append(report),
+    )
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        if pytest.main([*QUIET, *map(str, arguments)], plugins=[seen]) == pytest.ExitCode.INTERRUPTED:
+        if pytest.main([*QUIET, *map(str, arguments)], plugins=[plugin]) == pytest.ExitCode.INTERRUPTED:
             raise KeyboardInterrupt
-    return seen
+    return found, reports
 
 
 def cases(only: str | None = None, slow: bool = False) -> list[Row]:
@@ -61,7 +51,7 @@ def cases(only: str | None = None, slow: bool = False) -> list[Row]:
             "installation is none."
         )
     digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-    items = _pytest("--collect-only", *files).items
+    items, _ = _pytest("--collect-only", *files)
     known = {item.name.removeprefix("test_").replace("_", "-"): item for item in items}
     dear = {name for name, item in known.items() if any(mark.args for mark in item.iter_markers("slow"))}
     chosen = [name for name in known if (name.startswith(only) if only else slow or name not in dear)]
@@ -81,12 +71,17 @@ def _words(item: Any) -> dict[str, str]:
 
 def evaluate(case: Row) -> Row:
     """Outcome of one case: what it measured, whether it passed, and why not."""
-    reports = _pytest(TESTS.parents[1] / case["test"]).reports
+    _, reports = _pytest(TESTS.parents[1] / case["test"])
     crashes = [getattr(report.longrepr, "reprcrash", None) for report in reports if report.failed]
     failed = [crash.message if crash else "it was not set up" for crash in crashes]
-    said = [text for report in reports[-1:] for name, text in report.user_properties if name == "happened"]
-    passed = bool(said) and not failed
-    return {"happened": "; ".join(said), "passed": passed, "failed": failed, "verdict": "pass" if passed else "FAIL"}
+    happened = [text for report in reports[-1:] for name, text in report.user_properties if name == "happened"]
+    passed = bool(happened) and not failed
+    return {
+        "happened": "; ".join(happened),
+        "passed": passed,
+        "failed": failed,
+        "verdict": "pass" if passed else "FAIL",
+    }
 
 
 def study(folder: Path, only: str | None = None, slow: bool = False) -> list[Table]:

@@ -41,8 +41,8 @@ def evaluate(
     """Run one case on this rank alone; a case that fails is a result too, with its reason.
 
     case: the "changes" of the scene `base`, whose digest is its "base".  running: folder in which the case can be taken
-    up again.  deadline: of time.time(); behind it the case is stopped.  keep: folder in which record and page of the
-    case stay, in one of its own; wants `running`.  Raises interruption.TimeUp behind the deadline, KeyboardInterrupt
+    up again.  deadline: of time.time(); after it the case is stopped.  keep: folder in which record and page of the
+    case stay, in one of its own; needs `running`.  Raises interruption.TimeUp after the deadline, KeyboardInterrupt
     when it is interrupted.
     """
     begin = clock.monotonic()
@@ -80,7 +80,7 @@ def _keep(folder: Path, place: Path, changes: Row) -> None:
 
 
 def _put_bars(statistics: Row, record: xr.Dataset, scene: Scene, deadline: float) -> None:
-    """Error bars of the statistics, beside them."""
+    """Add the error bars to the statistics."""
     try:
         companion: xr.Dataset | SolveError = run(companion_of(scene), None, deadline)
     except SolveError as error:
@@ -125,7 +125,7 @@ def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, ke
 
 
 def _taken_up(folder: Path | None) -> Any:
-    """The checkpoint in a folder; None if there is none that can be read."""
+    """The checkpoint in a folder; None without one that can be read."""
     if folder is None or not (folder / checkpoint.NAME).is_file():
         return None
     try:

@@ -33,7 +33,7 @@ def mean_period(scene: Scene) -> float:
 
 
 def components_for(scene: Scene, part: float) -> int:
-    """Components that keep the largest crest of HOURS within a part of itself, beside infinitely many."""
+    """Components that keep the largest crest of HOURS within a part of itself, compared with infinitely many."""
     return components_needed(crests_of(mean_period(scene)), part)
 
 
@@ -49,7 +49,7 @@ def of_components(scene: Scene, part: float) -> str:
 def of_statistics(scene: Scene, seconds: float | None = None) -> str:
     """One sentence on whatever follows the sea; seconds: computing time of a run of the scene.
 
-    Beside the mean, for which no theory is needed; a pilot is too short to tell more.
+    About the mean, for which no theory is needed; a pilot is too short for more.
     """
     waves: Any = scene.waves
     spectrum: Any = spectrum_of(waves)

@@ -71,7 +71,7 @@ def run(study: Callable[..., list[Table]], folder: Path, **options: Any) -> Outc
 
 
 def _show(folder: Path, tables: list[Table]) -> None:
-    """On the screen, and in tables.md, which may travel: it says nothing of folders."""
+    """Show tables, and write them to tables.md, which may travel: without names of folders."""
     for t in tables:
         show(t.title.replace("{folder}", str(folder)), t.rows, t.columns or {}, t.notes)
     texts = [markdown(t.title.replace("; {folder}", "").strip(), t.rows, t.columns or {}, t.notes) for t in tables]

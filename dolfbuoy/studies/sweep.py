@@ -29,13 +29,13 @@ from ..writing import refuse_link, replacing
 from .one_case import evaluate, failed
 from .study import Row
 
-#: What `status` and `collect` say of a case that has no result.
+#: Stands for a case that has no result in `status` and `collect`.
 MISSING: Row = {"status": "not computed", "statistics": {}, "sample": None}
 #: Cases of a sweep whose numbers are looked at before it begins, at the least.
 LOOKED_AT = 50
 #: Folder of the cases that are being computed, below that of the sweep.
 RUNNING = Path("cases") / "running"
-#: Folder of the records that are kept, one of each case, beside sweep.nc.
+#: Folder of the records that are kept, one of each case, next to sweep.nc.
 RECORDS = "records"
 
 
@@ -185,7 +185,7 @@ def run_part(
     say: Callable[[list[str]], None] = lambda sentences: None,
     **how: Any,
 ) -> None:
-    """Run the cases of one part and keep them in folder/cases, beside other parts that other processes run.
+    """Run the cases of one part and keep them in folder/cases, while other processes run other parts.
 
     say: called with what is wrong with these cases before the first of them is run, and with their store.
     how: retry: cases that failed are run again.  executor: see `parallel.cases.compute`.  limit: seconds of wall time,

@@ -8,7 +8,6 @@ import hashlib
 import html
 import json
 import re
-from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import InputError, load_scene, modes, show, simulate
-from dolfbuoy.page.document import as_json, tag
+from dolfbuoy.page.document import as_json, style_sheet, tag
 from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
 from dolfbuoy.page.precision_page import precision_page
 from dolfbuoy.page.run_page import run_page
@@ -245,8 +244,7 @@ def test_damaged_results_are_named(call, tmp_path, name):
 
 def themes():
     """Name of a theme -> its colours (custom properties) as sRGB from 0 to 1."""
-    sheet = files("dolfbuoy.page").joinpath("page.css").read_text()
-    blocks = re.findall(r":root[^{]*\{([^}]*)\}", sheet)
+    blocks = re.findall(r":root[^{]*\{([^}]*)\}", style_sheet())
     assert blocks[1] == blocks[2].replace("  }", "    }") or blocks[1].split() == blocks[2].split()
     for name, block in zip(("light", "dark"), blocks, strict=False):
         pairs = re.findall(r"--([\w-]+): #([0-9a-f]{6});", block)

@@ -14,7 +14,7 @@ from dolfbuoy.commands.sweep import _show
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.rigid import mass_properties
 from dolfbuoy.motion.schemes import BackwardEuler, Scheme
-from dolfbuoy.page.run_page import _said_of, data_of
+from dolfbuoy.page.run_page import data_of, run_page
 from dolfbuoy.page.sweep_page import data_of as data_of_sweep
 from dolfbuoy.results import figures, sweep_figure
 from dolfbuoy.results.drawing import FIGURES, figure_of
@@ -172,5 +172,5 @@ def test_a_time_scheme_is_a_class_and_a_name(found, monkeypatch):
     tensions = [run.values["tension_top"] for run in (compute(one, ["tension_top"]) for one in (SCENE, scene))]
     np.testing.assert_array_equal(*tensions)
     assert np.ptp(tensions[0]) > 0
-    assert "steps of the twin" in _said_of(found[0], scene)[1]
+    assert "steps of the twin" in run_page(found[0], scene)
     assert set(Scheme.known) == set(SCHEMES)

@@ -120,7 +120,7 @@ def sentences(advice: Advice) -> list[str]:
     end = pilot.whole.time.end if pilot.whole.time else 0.0
     what = f"{percent(pilot.accuracy)} in {QUANTITIES[pilot.quantity]}"
     own = (settings.space_of(pilot.whole), settings.stepping_of(pilot.whole))
-    said = [
+    messages = [
         f"{what}: {choice}: about {choice.seconds:.2g} s for the run until t = {end:g} s.",
         f"Predicted {percent(choice.error)}, measured {percent(advice.measured)} in the pilot.",
         *advice.notes,
@@ -128,12 +128,12 @@ def sentences(advice: Advice) -> list[str]:
     if own != (choice.space, choice.stepping):
         error = pilot.predicted(*own)
         known = f": {percent(error)} predicted" if math.isfinite(error) else ""
-        said.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
+        messages.append(f"The scene's own setting, {own[0]}{own[1]}{known}.")
     if sea.has_seeds(pilot.whole):
-        said += [sea.of_components(pilot.whole, 0.01), sea.of_statistics(pilot.whole, choice.seconds)]
+        messages += [sea.of_components(pilot.whole, 0.01), sea.of_statistics(pilot.whole, choice.seconds)]
     if not settings.period_of(pilot.whole):
-        said.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
-    return said
+        messages.append("Nothing periodic drives this scene: errors of phase may grow after the end of the pilot.")
+    return messages
 
 
 def table_rows(advice: Advice) -> list[Row]:
@@ -156,11 +156,11 @@ def table_rows(advice: Advice) -> list[Row]:
 
 def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:
     """Print the advice; save table, measurements and figure in `folder`, the scene at `write`."""
-    rows, said = table_rows(advice), sentences(advice)
-    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, said)
+    rows, messages = table_rows(advice), sentences(advice)
+    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, messages)
     if folder is not None:
         with matplotlib.rc_context(STYLE):
-            save(folder, Table("advise", rows, notes=said, figure=draw(advice)))
+            save(folder, Table("advise", rows, notes=messages, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))
     if write is not None:
         with replacing(write) as part:

@@ -175,8 +175,8 @@ def curves(rows: list[Row]) -> list[list[Row]]:
 
 
 COLUMNS = {"pair": "pair", "cells": "cells"}
-for _name, _said in ERRORS.items():
-    COLUMNS |= {f"shown_{_name}": _said, f"shown_order_{_name}": "order"}
+for _name, _text in ERRORS.items():
+    COLUMNS |= {f"shown_{_name}": _text, f"shown_order_{_name}": "order"}
 
 
 def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[int, ...] = CELLS) -> list[Table]:
@@ -199,7 +199,7 @@ def study(folder: Path, figures: tuple[int, ...] = tuple(FIGURES), cells: tuple[
 
 
 def texts(row: Row) -> Row:
-    """Entries of the table for a row: its pair, and orders or why there is none."""
+    """Entries of the table for a row: its pair, and orders or the reason for their absence."""
     found = {"pair": _pair(row)}
     for name in ERRORS:
         order = row[f"order_{name}"]

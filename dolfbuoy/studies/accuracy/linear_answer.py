@@ -1,4 +1,4 @@
-"""The cheapest answer of all: the linear response to the scene's waves, beside a run in time."""
+"""The cheapest answer: the linear response to the scene's waves, compared with a run in time."""
 
 import math
 import time

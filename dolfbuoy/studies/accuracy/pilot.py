@@ -177,7 +177,7 @@ class Pilot:
             self.time_curves[family] = Curve([(s.tolerance or s.step, error) for (_, s), error in points])
             self._keep("time", points)
         alpha = self.time_curves[ALPHA, False]
-        self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest  # about as exact as asked for
+        self.step = alpha.largest(2 * self.accuracy, alpha.x) or self.finest  # about as exact as requested
 
     def measure_space(self) -> None:
         """Curves over 1/cells of every pair, at the same step."""
@@ -243,7 +243,7 @@ class Pilot:
     # -- candidates
 
     def predicted(self, space: Space, stepping: Stepping) -> float:
-        """Error of these settings; inf where the pilot knows nothing."""
+        """Error of these settings; inf where the pilot has no curve."""
         in_time = self.time_curves.get((stepping.scheme, stepping.tolerance is not None))
         in_space = self.space_curves.get((space.mu, space.nu))
         if in_time is None or (in_space is None and space.mu):

@@ -1,4 +1,4 @@
-"""`dolfbuoy report`: everything the README says about accuracy and time, from one command.
+"""`dolfbuoy report`: all numbers of the README on accuracy and time, from one command.
 
 For each of the paper's scenes, on a shortened run:
 
@@ -7,7 +7,7 @@ For each of the paper's scenes, on a shortened run:
 - the error of the schemes alone: the same elements at a much smaller step are the truth;
 - the whole run of the paper, by backward Euler and by a scheme of second order on the same elements;
 
-and beside them Fig. 2 (static errors of element pairs) and a rigid pendulum, whose free motion a scheme damps.
+and with them Fig. 2 (static errors of element pairs) and a rigid pendulum, whose free motion a scheme damps.
 Everything is kept on disk, case by case: an interrupted report goes on where it was.
 """
 
@@ -191,9 +191,9 @@ def examine(name: str, plan: Plan, folder: Path) -> Row | None:
         return None
     add_scheme_errors(found, scene, plan, fine["mesh"])
     rows, own = wp.judged(found, scene, fine["check"], fine["reference"])
-    said = wp.notes(rows, own, references[list(fine).index("reference")], MPI.COMM_WORLD.size)
+    messages = wp.notes(rows, own, references[list(fine).index("reference")], MPI.COMM_WORLD.size)
     with matplotlib.rc_context(STYLE):
-        save(folder, Table(f"work-precision-{name}", rows, notes=said, figure=wp.draw(rows, own)))
+        save(folder, Table(f"work-precision-{name}", rows, notes=messages, figure=wp.draw(rows, own)))
     return {
         "name": name,
         "end": plan.end,
@@ -203,7 +203,7 @@ def examine(name: str, plan: Plan, folder: Path) -> Row | None:
         "repeats": plan.repeats,
         "rows": rows,
         "fronts": wp.front_rows(rows, list(own)),
-        "notes": said,
+        "notes": messages,
         "extremes": extremes(scene, fine),
         "whole": plan.whole,
     }

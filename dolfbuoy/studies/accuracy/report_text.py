@@ -1,4 +1,4 @@
-"""Judgement and words of `report`: what the rows of its cases say, as tables, sentences and recommendations."""
+"""Judgement and words of `report`: tables, sentences and recommendations from the rows of its cases."""
 
 import math
 from typing import Any
@@ -57,7 +57,7 @@ def schemes(rows: list[Row], period: float) -> list[Row]:
 
 
 def adaptive(rows: list[Row]) -> list[Row]:
-    """Each adaptive case beside fixed steps of the same scheme and error in time."""
+    """Each adaptive case next to fixed steps of the same scheme and error in time."""
     table = []
     for row in (row for row in own_elements(rows) if row["tolerance"] and row.get(ERROR_IN_TIME)):
         error = row[ERROR_IN_TIME]
@@ -125,7 +125,7 @@ def _cheapest(lines: list[Row], key: str) -> tuple[Row | None, list[Row]]:
 
 def default_scheme(facts: Row) -> Row | None:
     """Another default than backward Euler: a scheme that is the cheapest in every scene for 1 %, by a factor of two at
-    least, with a step per period that is enough in all of them.  None if there is none."""
+    least, with a step per period that is enough in all of them; else None."""
     key, ratios = f"{ACCURACIES[0]:g}", []
     found = [_cheapest(scene["schemes"], key)[0] for scene in facts["scenes"]]
     best = [line for line in found if line]
@@ -144,26 +144,26 @@ def default_scheme(facts: Row) -> Row | None:
 def recommendations(facts: Row) -> list[str]:
     """Plain sentences, each from the numbers above it."""
     found = default_scheme(facts)
-    said = [_of_all(scene, "schemes", accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
+    messages = [_of_all(scene, "schemes", accuracy) for scene in facts["scenes"] for accuracy in ACCURACIES]
     if found:
         ratios = " and ".join(f"{ratio:.2g}" for ratio in found["ratios"])
-        said.append(
+        messages.append(
             f'Unless it is the paper that is to be reproduced, set `scheme = "{found["scheme"]}"` with at least '
             f"{found['per_period']} steps per wave period: it is the cheapest way to 1 % in both scenes, and backward "
             f"Euler takes {ratios} times as long."
         )
     else:
-        said.append("No scheme is the cheapest in both scenes by a factor of two: the default stays as it is.")
+        messages.append("No scheme is the cheapest in both scenes by a factor of two: the default stays as it is.")
     for scene in facts["scenes"]:
-        said += [_of_all(scene, "pairs", accuracy) for accuracy in ACCURACIES]
+        messages += [_of_all(scene, "pairs", accuracy) for accuracy in ACCURACIES]
         for row in scene["adaptive"]:
             verdict = "dearer" if row["ratio"] > 1.05 else "cheaper" if row["ratio"] < 0.95 else "as dear"
-            said.append(
+            messages.append(
                 f"`{scene['name']}`: adaptive BDF2 with tolerance {row['tolerance']:g} has {percent(row['error'])} in "
                 f"{_plain(row['seconds'])} s, a fixed step of the same error takes {_plain(row['fixed_seconds'])} s: "
                 f"{verdict}."
             )
-    return [sentence for sentence in said if sentence]
+    return [sentence for sentence in messages if sentence]
 
 
 def _of_all(scene: Row, kind: str, accuracy: float) -> str:
@@ -175,12 +175,12 @@ def _of_all(scene: Row, kind: str, accuracy: float) -> str:
     lines = [(line, line[key], _seconds(line[key])) for line in (best, *others)]
     if kind == "schemes":
         what = f"{percent(accuracy)} in time alone"
-        said = [f"{line['name']} {seconds} at dt {found['size']:.2g} s" for line, found, seconds in lines]
-        said[0] += f" ({best[key]['per_period']:.0f} steps per period)"
+        parts = [f"{line['name']} {seconds} at dt {found['size']:.2g} s" for line, found, seconds in lines]
+        parts[0] += f" ({best[key]['per_period']:.0f} steps per period)"
     else:
         what = f"elements for {percent(accuracy)}"
-        said = [f"{line['pair']} {found['cells']} elements in {seconds}" for line, found, seconds in lines]
-    return f"`{scene['name']}`, {what}: {said[0]}{'; ' if others else ''}{', '.join(said[1:])}."
+        parts = [f"{line['pair']} {found['cells']} elements in {seconds}" for line, found, seconds in lines]
+    return f"`{scene['name']}`, {what}: {parts[0]}{'; ' if others else ''}{', '.join(parts[1:])}."
 
 
 _NOTES = {"": "", "extrapolated": " (extrapolated)", "at_most": " (the coarsest tried)"}
@@ -268,9 +268,9 @@ def _extremes(scene: Row) -> str:
         unit, factor = unit_of([value for value in row.values() if isinstance(value, float)], row["unit"])
         for which in ("largest", "smallest"):
             own, second = row[f"{which}_own"], row[f"{which}_second"]
-            said = {"own": f"{factor * own:.4g} {unit}", "second": f"{factor * second:.4g} {unit}"}
-            said["difference"] = f"{100 * (own - second) / row['range_second']:+.2f} %"
-            rows.append({"what": f"{which} {row['quantity']}"} | said)
+            shown = {"own": f"{factor * own:.4g} {unit}", "second": f"{factor * second:.4g} {unit}"}
+            shown["difference"] = f"{100 * (own - second) / row['range_second']:+.2f} %"
+            rows.append({"what": f"{which} {row['quantity']}"} | shown)
     steps = f"backward Euler at dt {_own(scene['rows'])['step']:g} s beside generalized-alpha at dt {step:g} s"
     where = f"`{scene['name']}` until {end:g} s on its own elements: {steps}"
     return f"{where}, after the ramp; differences relative to the range.\n\n{table_of('', rows, EXTREMES)}"

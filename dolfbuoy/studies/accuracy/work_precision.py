@@ -2,7 +2,7 @@
 
 The reference is a run of generalized-alpha with P3-P2, more unknowns and a quarter of the smallest step.  The
 difference from the run at twice its step and half its cells gives its own error (Richardson, order 2); what is below
-three times that is not resolved.  An accuracy is only said to be met where Newton's tolerance is at most a hundredth of
+three times that is not resolved.  An accuracy counts as met only where Newton's tolerance is at most a hundredth of
 it.
 """
 
@@ -101,16 +101,16 @@ def case_of(scene: Scene, space: Space, stepping: Stepping, kind: str) -> Row:
 
 
 def evaluate_reference(case: Row) -> Row:
-    """A fine run, its quantities in `file`; what the linear response says beside it."""
+    """A fine run, its quantities in `file`; the answer of the linear response."""
     scene = load_scene(case["scene"])
     run = acc.compute(scene, acc.quantities_of(scene))
     run.save(case["file"])
     linear = [linear_answer(scene, run, name, acc.window_start(scene)) for name in run.values]
-    return {"wall": run.wall, "unknowns": run.unknowns, "linear": [said for said in linear if said]}
+    return {"wall": run.wall, "unknowns": run.unknowns, "linear": [text for text in linear if text]}
 
 
 def evaluate(case: Row) -> Row:
-    """Errors and times of one case; a case that fails says why.  With a key `file` its quantities go there."""
+    """Errors and times of one case; the reason of a case that fails.  With a key `file` its quantities go there."""
     scene = load_scene(case["scene"])
     names = acc.quantities_of(scene)
     try:
@@ -158,7 +158,7 @@ def front(rows: list[Row], name: str) -> list[Row]:
 
 
 def describe(row: Row) -> str:
-    """Settings of a row as one would say them."""
+    """Settings of a row in words."""
     stepping = Stepping(row["scheme"], row["step"], row["tolerance"], newton=row["newton"])
     cells = f"{row['pair']}, {row['cells']} elements, " if row["cells"] else ""
     return f"{cells}{stepping}"
@@ -169,34 +169,36 @@ def sentence(rows: list[Row], name: str, accuracy: float) -> str:
     what = f"{percent(accuracy)} in {acc.QUANTITIES[name]}"
     allowed = [row for row in rows if row["newton"] <= TIGHTER * accuracy * (1 + 1e-9)]
     good = [row for row in front(allowed, name) if row[f"bound_{name}"] <= accuracy]
-    said = f"{what}: {describe(good[0])}: {good[0]['wall']:.2g} s" if good else f"{what}: none of the cases"
+    text = f"{what}: {describe(good[0])}: {good[0]['wall']:.2g} s" if good else f"{what}: none of the cases"
     own = next((row for row in rows if row["own"]), None)
     if own is None:
-        return said + "."
-    said += f"; the scene's own setting ({describe(own)})"
+        return text + "."
+    text += f"; the scene's own setting ({describe(own)})"
     if own["reason"]:
-        return said + " fails."
+        return text + " fails."
     less = "" if own[f"resolved_{name}"] else "less than "
-    return f"{said}: {less}{percent(own[f'bound_{name}'])} in {own['wall']:.2g} s."
+    return f"{text}: {less}{percent(own[f'bound_{name}'])} in {own['wall']:.2g} s."
 
 
 def notes(rows: list[Row], own: Row, fine: Row, ranks: int = 1) -> list[str]:
     """The answer in words."""
     errors = ", ".join(f"{acc.QUANTITIES[name]} {percent(error.rms)}" for name, error in own.items())
-    said = [f"Reference: {describe(fine)}; its own error (Richardson): {errors}."]
-    said += [sentence(rows, name, accuracy) for name in own for accuracy in ACCURACIES]
+    messages = [f"Reference: {describe(fine)}; its own error (Richardson): {errors}."]
+    messages += [sentence(rows, name, accuracy) for name in own for accuracy in ACCURACIES]
     for name in own:
         count = sum(row[f"resolved_{name}"] is False for row in rows)
         if count:
-            said.append(
+            messages.append(
                 f"{acc.QUANTITIES[name].capitalize()}, not resolved (below 3 times the reference's own error, which "
                 f"bound stands in place of theirs): {count} of {len(rows)} cases."
             )
-    said += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
-    said += [f"For screening, the {words}" for words in fine.get("linear", ())]
-    said.append("Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before.")
+    messages += [f"Failed: {describe(row)}: {row['reason']}" for row in rows if row["reason"]]
+    messages += [f"For screening, the {words}" for words in fine.get("linear", ())]
+    messages.append(
+        "Time: the stepping loop alone, median of the repeats; forms compiled and equilibrium found before."
+    )
     shared = f"{ranks} cases ran at once: their times share the machine, and are longer than alone."
-    return said + ([shared] if ranks > 1 else [])
+    return messages + ([shared] if ranks > 1 else [])
 
 
 def front_rows(rows: list[Row], names: Sequence[str]) -> list[Row]:
@@ -301,9 +303,9 @@ def study(
     if found is None or references is None:
         return []
     rows, own = judged(found, scene, check, fine)
-    said = notes(rows, own, references[1], MPI.COMM_WORLD.size)
+    messages = notes(rows, own, references[1], MPI.COMM_WORLD.size)
     title = f"Pareto front: error and time until t = {scene.time.end:g} s; {{folder}}"
     return [
-        Table("work-precision", rows, scene.title, notes=said, figure=draw(rows, own)),
-        Table("work-precision-front", front_rows(rows, list(own)), title, COLUMNS, said),
+        Table("work-precision", rows, scene.title, notes=messages, figure=draw(rows, own)),
+        Table("work-precision-front", front_rows(rows, list(own)), title, COLUMNS, messages),
     ]

@@ -80,7 +80,7 @@ def _case(scene: Scene, files: dict[str, str], mode: str, name: str, choice: Row
 
 
 def evaluate(case: Row) -> Row:
-    """Changes against the base, and costs beside it; a scene that cannot be says why.  The run of a base goes to
+    """Changes and costs against the base, or the reason why a scene cannot be.  The run of a base goes to
     `file`."""
     scene, files, base = load_scene(case["scene"]), case["files"], case["base"]
     names = acc.quantities_of(scene)
@@ -130,7 +130,7 @@ def side_by_side(base: Scene, changed: Scene) -> Row:
 
 
 def evaluate_components(case: Row) -> Row:
-    """Costs with no more components of the sea than its crests need, beside the full scene."""
+    """Costs with no more components of the sea than its crests need, next to the full scene."""
     scene = load_scene(case["scene"])
     return side_by_side(scene, load_scene(scene, waves__components=case["components"]))
 
@@ -182,7 +182,7 @@ def notes(rows: list[Row], names: Sequence[str], threshold: float) -> list[str]:
 
 
 COSTS = {key: key for key in ("effect", "unknowns", "operations", "forms")} | {"time": "ms per step"}
-#: Mode -> how the tables call its rows, and what they stand beside.
+#: Mode -> words of the tables for its rows, and for what they are compared with.
 MODES = {
     "without": ("it is left out", "without it, beside the full scene"),
     "alone": ("it is added alone to the barest scene", "with it alone, beside the barest scene"),
@@ -293,12 +293,12 @@ def study(folder: Path, scene: Scene, threshold: float = 0.01) -> list[Table]:
     names, hidden = acc.quantities_of(scene), ("study", "scene", "files", "choice", "base")
     rows = [{k: v for k, v in row.items() if k not in hidden} for row in rows]
     end = scene.time.end if scene.time else 0.0
-    said, tables = notes(rows, names, threshold), questions(rows, names)
+    messages, tables = notes(rows, names, threshold), questions(rows, names)
     if sea.has_seeds(scene):
         components = sea.of_components(scene, threshold)
         for row in (row for row in rows if row["mode"] == "components"):
             components += f"  With {row['components']} a step takes {100 * row['time_ratio']:.0f} % of its time."
-        said += [components, sea.of_statistics(scene)]
+        messages += [components, sea.of_statistics(scene)]
     tables[0].title = f"Effects of the scene until t = {end:g} s; {{folder}}\n{tables[0].title}"
-    tables[-1].notes = said
-    return [Table("effects", rows, notes=said, figure=draw(rows, names, threshold)), *tables]
+    tables[-1].notes = messages
+    return [Table("effects", rows, notes=messages, figure=draw(rows, names, threshold)), *tables]

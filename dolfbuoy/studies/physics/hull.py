@@ -1,7 +1,7 @@
 """A hull afloat and in small waves: hydrostatics, natural periods and response, moored and free.
 
 The response is that of the equations linearised about the equilibrium, `linear.seaway`.  Runs in time in small waves
-check it at a few periods; potential flow stands beside it where its coefficients are given.
+check it at a few periods; so does potential flow where its coefficients are given.
 """
 
 import cmath
@@ -98,7 +98,7 @@ def held_as(scene: Scene, held: str) -> Scene:
 def cases(scene: Scene, runs: Sequence[float] = (), direction: float = 0.0, capytaine: Path | None = None) -> list[Row]:
     """Hydrostatics, response, and a run for every period; moored if there is a cable, free if the buoy can be.
 
-    capytaine: a file of potential flow, which stands beside the free buoy.
+    capytaine: a file of potential flow, which the free buoy is compared with.
     """
     free = _floating(scene)
     ways = ["moored"] * (scene.cable is not None) + ["free"] * (free is not None)
@@ -228,7 +228,7 @@ NATURAL |= {"share": "share of the energy"}
 def _columns(first: dict[str, str], ending: str, second: str, heading: str) -> dict[str, str]:
     """Key -> heading of a table with two columns for each motion."""
     pairs = [{f"{name}{ending}": f"{name} [{unit}]", f"{name}{second}": heading} for name, unit in MOTIONS.items()]
-    return first | {key: said for pair in pairs for key, said in pair.items()}
+    return first | {key: heading for pair in pairs for key, heading in pair.items()}
 
 
 PERIOD = {"period": "T [s]"}
@@ -307,7 +307,7 @@ PANELS = {"surge": "surge [m/m]", "heave": "heave [m/m]", "pitch_over_slope": "p
 
 
 def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest: float) -> Figure:
-    """Amplitudes and phases of surge, heave and pitch; runs and flow: rows to be marked beside the curves.
+    """Amplitudes and phases of surge, heave and pitch; runs and flow: rows to be marked next to the curves.
 
     shortest: period below which waves are too short for strips.
     """

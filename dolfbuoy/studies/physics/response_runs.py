@@ -1,4 +1,4 @@
-"""Runs in time beside the linear response: amplitudes in regular waves, standard deviations in an irregular sea."""
+"""Runs in time against the linear response: amplitudes in regular waves, standard deviations in an irregular sea."""
 
 import math
 import time
@@ -81,8 +81,7 @@ def measured_in_sea(scene: Scene, waves: Waves) -> tuple[dict[str, float], dict[
 
 def _run(scene: Scene, waves: Waves, end: float, period: float) -> Scene:
     stepping = Time(end=end, step=period / STEPS, scheme="bdf2", output_every=end)
-    changed: Scene = held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
-    return changed
+    return held_still(scene).model_copy(update={"waves": waves, "time": stepping, "initial": Initial()})
 
 
 def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array], Array]:
@@ -112,7 +111,7 @@ def _history(scene: Scene, direction_deg: float) -> tuple[Array, dict[str, Array
 
 
 def harmonics(times: Array, values: Array, omega: float) -> Any:
-    """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares beside a parabola in time."""
+    """X of Re[X exp(-i omega t)] in every column of values (times, n), by least squares, with a parabola in time."""
     phase, slow = omega * times, (times - times.mean()) / np.ptp(times)
     basis = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(slow), slow, slow**2])
     cosine, sine = np.linalg.lstsq(basis, values, rcond=None)[0][:2]
@@ -120,7 +119,7 @@ def harmonics(times: Array, values: Array, omega: float) -> Any:
 
 
 def compared(own: Mapping[str, complex], run: Mapping[str, complex]) -> dict[str, float]:
-    """Difference [%] of the linear amplitudes' sizes from those of a run, of what moves at all beside its like.
+    """Difference [%] of the linear amplitudes' sizes from those of a run, of all that moves compared with its like.
 
     Without yaw, which of most buoys nothing holds.
     """
@@ -145,5 +144,4 @@ def held_still(scene: Scene) -> Scene:
         still(c, c.top, lambda place: {"top": Top(kind="fixed", position=place)}) for c in scene.cable
     ]
     joints = scene.joint and [still(j, j.held, lambda place: rest | {"position": place}) for j in scene.joint]
-    found: Scene = scene.model_copy(update={"cable": cables, "joint": joints})
-    return found
+    return scene.model_copy(update={"cable": cables, "joint": joints})
