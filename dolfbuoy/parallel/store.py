@@ -15,7 +15,8 @@ from typing import NamedTuple
 from ..writing import appending, replacing
 
 SUFFIX = ".jsonl"
-#: What stands before a result, as `Writer` writes it.
+#: What a line begins with, and what stands before its result, as `Writer` writes them.
+_LINE = re.compile(rb'^[0-9a-f]{8} \{"key":', re.MULTILINE)
 _HEAD = re.compile(rb'\{"key":"([^"\\]*)","program":"([^"\\]*)","attempt":(\d+),"result":')
 
 
@@ -98,6 +99,7 @@ class Writer:
     def _open(self):
         """Without lines that are torn or damaged, which leave by one atomic step."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
+        self._path = _not_of_others(self._path)
         old = self._path.read_bytes().splitlines(keepends=True) if self._path.is_file() else []
         good = [line for line in old if line.endswith(b"\n") and _head(line)]
         if len(good) < len(old) or (old and self._path.stat().st_nlink > 1):
@@ -109,6 +111,15 @@ class Writer:
         """Nothing is added any more."""
         if self._file is not None:
             self._file.close()
+
+
+def _not_of_others(path):
+    """This path, or the next one like it if a file of the user's, without any line of a store, is there."""
+    free, number = path, 0
+    while free.is_file() and free.stat().st_size and not _LINE.search(free.read_bytes()):
+        number += 1
+        free = path.with_stem(f"{path.stem}-{number}")
+    return free
 
 
 def _line(entry):

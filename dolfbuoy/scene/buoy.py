@@ -123,6 +123,8 @@ class Buoy(Section):
             solid = (b - a > 1e-9 * heights[-1] and c + d > 0 for (a, c), (b, d) in itertools.pairwise(self.hull))
             if min(diameters) < 0 or not any(solid):
                 raise Wrong("hull", self.hull, "diameters must not be negative, nor zero all along")
+            if any(0 < d < 1e-20 for d in diameters):
+                raise Wrong("hull", self.hull, "diameters must be 0, or at least 1e-20")
             if abs(heights[0]) > 1e-12:
                 raise Wrong("hull", self.hull, "must start at height 0, the keel")
         if self.inertia is not None:

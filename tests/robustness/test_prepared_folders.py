@@ -38,6 +38,13 @@ WRITTEN = {
     "advise {scene} --accuracy 5% --quantity tension_anchor --out {folder}/work --write {folder}/mine.toml": (
         "mine.toml",
     ),
+    "modes {scene} --number 2 --out {folder}": ("modes.nc", "modes.toml", "modes.html"),
+    "stiffness short --out {folder}": ("stiffness.nc", "stiffness.toml"),
+    "offsets short --force 0,100 --directions 0 --out {folder}": ("offsets.nc", "offsets.toml"),
+    "response short --periods 4:6:1 --out {folder}": ("response.nc", "response.toml"),
+    "periodic driven --out {folder}": ("periodic.nc", "periodic.toml"),
+    "import moordyn {lines} --out {folder}/mine.toml": ("mine.toml",),
+    "new {folder}/mine": ("mine.toml",),
 }
 FILES = [(command, name) for command, names in WRITTEN.items() for name in names]
 
@@ -52,11 +59,14 @@ def outside(tmp_path):
 
 
 @pytest.fixture
-def line(files, tmp_path):
+def line(call, files, tmp_path):
     """A function that makes a command line of one of the above."""
 
     def made(command, folder):
-        filled = command.format(scene=tmp_path / "chain.toml", folder=folder, record=tmp_path / "record")
+        if "{lines}" in command:
+            call("export", "moordyn", "hanging-chain", "--out", tmp_path / "moordyn")
+        scene, lines = tmp_path / "chain.toml", tmp_path / "moordyn" / "lines.txt"
+        filled = command.format(scene=scene, folder=folder, record=tmp_path / "record", lines=lines)
         return filled.split()
 
     return made
@@ -123,3 +133,17 @@ def test_own_results_are_replaced(call, line, tmp_path):
     for _ in range(2):
         code, _, said = call(*line(SWEEP, tmp_path / "mine"))
         assert code == 0, said
+
+
+def test_a_file_among_the_cases_stays(call, line, tmp_path):
+    """Where the results of the first process go; they go to another file then, and are found there."""
+    folder = tmp_path / "mine"
+    own = folder / "cases" / "rank-0.jsonl"
+    own.parent.mkdir(parents=True)
+    own.write_text(OWN)
+    for _ in range(2):
+        code, _, said = call(*line(SWEEP, folder))
+        assert code == 0, said
+        assert own.read_text() == OWN
+        assert sorted(path.name for path in own.parent.glob("*.jsonl")) == ["rank-0-1.jsonl", "rank-0.jsonl"]
+        assert len((own.parent / "rank-0-1.jsonl").read_text().splitlines()) == 1
