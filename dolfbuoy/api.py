@@ -296,7 +296,7 @@ def _put(record, bars, scene, folder):
 
 
 def _sound(record, scene, comm):
-    """The record of a finished run, with a warning if its steps were often retried.  Raises NoResult if most of them were."""
+    """The record of a finished run, with a warning if steps were often retried.  Raises NoResult if most were."""
     unsound = retried.refused(record, scene) if comm.rank == 0 else None
     if (sentence := bcast(comm, unsound and str(unsound))) is not None:
         raise unsound or NoResult(sentence)
