@@ -226,6 +226,13 @@ def enlist(path: str | Path, files: Iterable[Path], kind: str = "run", comm: Any
             _write(path, manifest)
 
 
+def refuse_own(path: str | Path, names: Iterable[str], kind: str, comm: Any = MPI.COMM_SELF) -> None:
+    """Before the work: raise InputError if one of these files is there and is the user's; collective."""
+    with _agreed(comm) as root:
+        for name in names if root else ():
+            _check_own(Path(path), name, _manifest(Path(path)).get(kind, {}))
+
+
 def remark(path: str | Path, kind: str, **facts: Any) -> None:
     """Note what else is known of a result, until another takes its place."""
     manifest = _manifest(Path(path))

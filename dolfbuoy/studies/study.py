@@ -16,7 +16,7 @@ from ..errors import InputError
 from ..page.folder import PAGES, write_pages
 from ..parallel.cases import write_json
 from ..results import style
-from ..results.folder import claimed, enlist
+from ..results.folder import claimed, enlist, refuse_own
 from ..results.style import Figure, matplotlib
 from ..results.tables import markdown, show
 from ..scene import Scene
@@ -86,6 +86,8 @@ def run_command(name: str, study: Callable[..., list[Table]], out: Path | None, 
         refuse_link(folder.parent, GIVEN)
         refuse_link(folder, GIVEN)
     with claimed(folder, MPI.COMM_WORLD):
+        files = ["tables.md", *(f"{name}.{kind}" for kind in ("json", "csv", "png", "svg"))]
+        refuse_own(folder, files, "study", MPI.COMM_WORLD)
         return run(study, folder, **options).passed
 
 

@@ -30,6 +30,14 @@ def test_options_of_wrong_kind_are_refused():
     assert "--repeats" in done.output
 
 
+@pytest.mark.parametrize("name", ["tables.md", "made-up.json", "made-up.csv", "made-up.png"])
+def test_files_of_the_user_are_refused_before_the_work(tmp_path, name):
+    (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError, match=f"{name} would be replaced"):
+        run_command("made-up", lambda folder: pytest.fail("computed"), tmp_path)
+    assert (tmp_path / name).read_text() == "mine"
+
+
 def test_a_table_is_written_and_read(tmp_path):
     """Rows of different keys share one header; a table without a figure has no picture."""
     save(tmp_path, Table("name", [{"a": 1, "b": None}, {"a": 2.5, "c": "x"}], notes=["said"]))
