@@ -13,9 +13,9 @@ import numpy as np
 
 from ..results.measured import window_start
 from ..results.quantities import ERROR
-from ..results.series import OF_PART, Series
+from ..results.series import Series
 from ..scene import Scene
-from .outputs import ANCHOR, Output, numbers_of, series_after, unit_of_series
+from .outputs import Output, numbers_of, series_after, unit_of_series
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -225,21 +225,6 @@ def _chance(scene, series):
     power = np.abs(np.fft.rfft(taper * np.interp(grid, series.t, series.x - series.mean))) ** 2
     of_mean = math.sqrt(power[LOWEST].mean() / (len(grid) * np.sum(taper**2)))
     return {"mean": of_mean, "std": series.standard_deviation * math.sqrt(series.memory / np.ptp(grid)) / 2}
-
-
-#: Statistics of a sweep that are bars of these numbers.
-STATISTICS = {"max": "maximum_bar", "min": "minimum_bar", "mean": "mean_bar", "std": "standard_deviation_bar"}
-
-
-def by_label(found: dict[Output, Bar]) -> dict[str, dict[str, float]]:
-    """STATISTICS by label of a series, as a sweep keeps them; nan where nothing is known."""
-    rows: dict[str, dict[str, float]] = {}
-    for output, bar in found.items():
-        if output.series == ANCHOR:  # no series of a record
-            continue
-        label = f"{output.series}{OF_PART}{output.part}" if output.part else output.series
-        rows.setdefault(label, {})[STATISTICS[output.number]] = math.nan if bar.verdict == NONE else bar.bar
-    return rows
 
 
 def _variables(found):

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from .quantities import declared
+from .series import OF_PART
 from .tables import force_unit
 
 if TYPE_CHECKING:
@@ -55,6 +56,21 @@ def rows_of(record: xr.Dataset) -> list[Row]:
         found.append(
             Row(part, output, f"{NUMBERS[number]} {_name(series)}", *texts, step, mesh, unit, verdict, scatter)
         )
+    return found
+
+
+#: Statistics that are bars of these numbers.
+STATISTICS = {"max": "maximum_bar", "min": "minimum_bar", "mean": "mean_bar", "std": "standard_deviation_bar"}
+
+
+def by_label(record: xr.Dataset) -> dict[str, dict[str, float]]:
+    """STATISTICS by label of a series of a record, or of its bars alone; nan where nothing is known."""
+    found: dict[str, dict[str, float]] = {}
+    columns = (record[name].values.tolist() for name in ("output_of", "output", "bar", "bar_verdict"))
+    for part, output, bar, verdict in zip(*columns, strict=True) if "bar" in record else ():
+        series, _, number = output.rpartition(".")
+        label = f"{series}{OF_PART}{part}" if part else series
+        found.setdefault(label, {})[STATISTICS[number]] = math.nan if verdict == "none" else bar
     return found
 
 

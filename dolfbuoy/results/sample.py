@@ -9,6 +9,7 @@ All that counts is after the ramp.  A sample is a plain dict, so that a store of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,7 @@ from ..errors import InputError
 from ..model.airy import AirySum
 from ..scene import Scene
 from ..scene.settings import ramp_of
+from .bars import by_label
 from .offsets import corners
 from .parts import names_of
 from .quantities import chosen
@@ -66,13 +68,16 @@ def sample_of(
     every = [*series_of(late), *_added(late, scene, tracks, anchor, point)]
     peaked, cycled = chosen("peaks"), chosen("cycles")
     by_chance = scene.waves is not None and scene.waves.spectrum is not None  # only then there is a memory
-    found = {
+    found: dict[str, Any] = {
         "start": float(late.time[0]),
         "duration": float(late.time[-1] - late.time[0]),
         "series": {s.label: s.numbers(NUMBERS if by_chance else NUMBERS[:-1]) for s in every},
         "peaks": {s.label: _listed(s.peaks(), bins) for s in every if place_of(s.label).name in peaked},
         "cycles": {s.label: _listed(s.ranges(), bins) for s in every if place_of(s.label).name in cycled},
     }
+    if abs(record.attrs.get("bar_window_from_s", math.inf) - start) < 1e-9:  # bars of just these instants
+        for label, bars in by_label(record).items():
+            found["series"].get(label, {}).update(bars)
     if tracks:
         found["corners"] = {name: corners(track).tolist() for name, track in tracks.items()}
     return found | {key: value for key, value in record.attrs.items() if key == "parted"}

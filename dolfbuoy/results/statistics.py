@@ -23,6 +23,7 @@ from ..parallel.cases import store_in
 from ..scene import Scene
 from ..scene.variants import SEED, in_words, probabilities
 from .after_ramp import scene_of
+from .bars import STATISTICS as BARS
 from .extremes import COVERED, DURATION, HOURS, Gumbel, fit_gumbel
 from .labelled import Variable, unit_and_name
 from .offsets import smallest_circle
@@ -148,7 +149,8 @@ def set_of(scene: Scene) -> str:
 
 
 def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
-    """Over `run` and, if it is of one, `cable` or `buoy`: <series>_<number> of NUMBERS, <series>_equivalent_load,
+    """Over `run` and, if it is of one, `cable` or `buoy`: <series>_<number> of NUMBERS, of runs with error
+    bars <series>_maximum_bar and so on, <series>_equivalent_load,
     <series>_damage.  Over `set` and the same: the circle of offsets, <series>_most_probable (.., bound) of 3 h, and u
     and b of its distribution.  <series>_peak, with _peak_exceedance, and <series>_range, with _range_count: pooled over
     the set that _peak_set and _range_set number, of the cable or buoy that _peak_cable, ... names.
@@ -161,7 +163,9 @@ def together(runs: list[Run], fatigue: Fatigue) -> xr.Dataset:
         "start": ("run", [s["start"] for s in samples], unit_and_name("s", "first instant that counts")),
         "duration": ("run", [s["duration"] for s in samples], unit_and_name("s", "length of the time that counts")),
     }
-    data |= columns.table([sample["series"] for sample in samples], NUMBERS, "run")
+    series = [sample["series"] for sample in samples]
+    data |= columns.table(series, NUMBERS, "run")
+    data |= columns.table(series, BARS.values(), "run", complete=False)
     data |= columns.table(_further(runs, fatigue), FURTHER, "run", complete=False)
     data |= _circles(sets, columns.names.get("buoy", []))
     words = "peaks", "probability that a peak is as high or higher"

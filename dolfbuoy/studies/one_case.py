@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from ..accuracy.bars import bars_of, by_label
+from ..accuracy.bars import bars_of, dataset_of
 from ..accuracy.companion import companion_of
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
@@ -20,6 +20,7 @@ from ..parallel import interruption
 from ..parallel.cases import key
 from ..results import checkpoint, retried
 from ..results import folder as folders
+from ..results.bars import by_label
 from ..results.record import read
 from ..results.recorder import Recorder
 from ..results.sample import numbers_of, sample_of
@@ -85,8 +86,8 @@ def _put_bars(statistics: Row, record: xr.Dataset, scene: Scene, deadline: float
         companion: xr.Dataset | SolveError = run(companion_of(scene), None, deadline)
     except SolveError as error:
         companion = error
-    for label, numbers in by_label(bars_of(record, scene, companion)[0]).items():
-        statistics.setdefault(label, {}).update(numbers)
+    for label, numbers in by_label(dataset_of(*bars_of(record, scene, companion), scene)).items():
+        statistics.get(label, {}).update(numbers)
 
 
 def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, keep: bool = False) -> xr.Dataset:

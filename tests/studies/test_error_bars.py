@@ -22,6 +22,7 @@ from dolfbuoy.model.airy import AirySum
 from dolfbuoy.results.bars import number_with, rows_of
 from dolfbuoy.results.record import read
 from dolfbuoy.results.series import Series
+from dolfbuoy.results.statistics import statistics
 from dolfbuoy.scene.settings import Space, Stepping, space_of, with_settings
 from dolfbuoy.studies import peer
 from dolfbuoy.studies.sweep import plan, sweep
@@ -372,6 +373,20 @@ def test_cases_of_a_sweep_have_bars(tmp_path):
                 assert found[f"tension_top_{name}_bar"].units == "N"
     with pytest.raises(InputError, match=r"accuracy\.target"):
         plan(load_scene(scene, accuracy__target=0.1), ["cable.normal_drag=0.8"], None)
+
+
+def test_statistics_have_the_bars_of_their_runs():
+    """Those of the record, nan where nothing is known; none if statistics begin at another time than they."""
+    run = simulate("driven", time={"end": 14.0, "step": 0.05, "scheme": "bdf2"}, **BARS)
+    bars = dict(zip(run.output.values.tolist(), run.bar.values.tolist(), strict=True))
+    found = statistics([run, run.drop_vars([n for n in run.variables if n.startswith(("bar", "output"))])])
+    for number, name in (("max", "maximum"), ("min", "minimum"), ("mean", "mean"), ("std", "standard_deviation")):
+        column = found[f"tension_top_{name}_bar"]
+        assert column.attrs["units"] == "N"
+        np.testing.assert_array_equal(column.sel(cable="cable"), [bars[f"tension_top.{number}"], math.nan])
+    assert "tension_top_maximum_bar" not in statistics(run, start=11.0)
+    unknown = run.assign(bar_verdict=("output", ["none"] * run.sizes["output"]))
+    assert np.isnan(statistics(unknown).tension_top_maximum_bar).all()
 
 
 def test_a_difference_is_held_against_the_bar():
