@@ -46,7 +46,7 @@ def rows_of(record: xr.Dataset) -> list[Row]:
     for part, output, value, bar, unit, verdict, *more in zip(
         *(record[c].values.tolist() for c in (*columns, *apart)), strict=True
     ):
-        kind = next((k for k in ("cable", "buoy") if k in record.dims and part in record[k].values), None)
+        kind = next((k for k in ("cable", "buoy", "segment") if k in record.dims and part in record[k].values), None)
         alone = kind is None or record.sizes[kind] == 1
         series, _, number = output.rpartition(".")
         unit, factor = force_unit(value) if unit == "N" else (unit.replace("degree", "deg"), 1.0)

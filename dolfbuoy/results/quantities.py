@@ -37,6 +37,7 @@ class Quantity:
     figure: whether it has a figure of its own over time.  paraview: name of its field, without the unit.
     compared: what it is called where runs are compared.  peaks, cycles: components, or "" of a scalar, whose peaks or
     rainflow ranges are kept.  turning: an angle that goes on over 180 degrees.
+    outputs: whether its numbers have error bars though it is not shown over time.
     place: of an elevation of the water, where it is.  effort: of the solver, no physics.  changing: written again with
     every row.
     """
@@ -60,6 +61,7 @@ class Quantity:
     peaks: str | None = None
     cycles: str | None = None
     turning: bool = False
+    outputs: bool = False
     place: str = ""
     effort: bool = False
     integer: bool = False
@@ -79,7 +81,7 @@ class Quantity:
     @property
     def has_outputs(self) -> bool:
         """True if numbers of its series are outputs, with error bars."""
-        shown = self.main or self.curves or self.compared or (self.summary and not self.component)
+        shown = self.main or self.curves or self.compared or self.outputs or (self.summary and not self.component)
         return bool(shown and self.over == "time")
 
     @property
@@ -169,7 +171,12 @@ _ALL: tuple[Quantity, ...] = (
         component="x",
     ),
     Quantity(
-        "utilisation", ("segment",), "1", "largest tension over the breaking load", read=lambda n: n["utilisation"]
+        "utilisation",
+        ("segment",),
+        "1",
+        "largest tension over the breaking load",
+        read=lambda n: n["utilisation"],
+        outputs=True,
     ),
     _buoy_vector(
         "buoy_position",

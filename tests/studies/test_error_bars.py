@@ -375,6 +375,16 @@ def test_cases_of_a_sweep_have_bars(tmp_path):
         plan(load_scene(scene, accuracy__target=0.1), ["cable.normal_drag=0.8"], None)
 
 
+def test_utilisation_has_bars():
+    """That of the largest tension over the breaking load, to what elements and ends differ by; with a name."""
+    time = {"end": 8.0, "step": 0.05, "scheme": "bdf2"}
+    run = simulate("short", cable__elements=10, cable__breaking_load=5e4, time=time, **BARS)
+    bars = dict(zip(run.output.values.tolist(), run.bar.values.tolist(), strict=True))
+    assert bars["utilisation.max"] * 5e4 == pytest.approx(bars["tension_top.max"], rel=0.3)
+    (row,) = [row for row in rows_of(run) if row.output == "utilisation.max"]
+    assert (row.name, row.unit, row.verdict) == ("largest utilisation", "1", RESOLVED)
+
+
 def test_statistics_have_the_bars_of_their_runs():
     """Those of the record, nan where nothing is known; none if statistics begin at another time than they."""
     run = simulate("driven", time={"end": 14.0, "step": 0.05, "scheme": "bdf2"}, **BARS)
