@@ -8,17 +8,15 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 from mpi_helpers import needs_mpirun, start_scenes
 
 from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.accuracy import bars as error_bars
 from dolfbuoy.accuracy.bars import NONE, RESOLVED, SUSPECT, bars_of
-from dolfbuoy.accuracy.companion import Event, companion_around, companion_of, covered, events_of
+from dolfbuoy.accuracy.companion import companion_of, covered
 from dolfbuoy.accuracy.outputs import Output, numbers_of
 from dolfbuoy.accuracy.target import ENOUGH, scale_of
 from dolfbuoy.errors import NotAccurate, SolveError
-from dolfbuoy.model.airy import AirySum
 from dolfbuoy.results.bars import number_with, rows_of
 from dolfbuoy.results.record import read
 from dolfbuoy.results.series import Series
@@ -153,71 +151,6 @@ def test_companion():
     assert covered(load_scene("short", time__end=60.0)) == 60.0  # waves of 5 s after a ramp of 10 s
     assert covered(load_scene("short", time__end=61.0)) == pytest.approx(30.0)
     assert covered(load_scene("short", time__end=1010.0)) == pytest.approx(110.0)
-
-
-def made_up(scene, heights):
-    """A record of `storm` whose top tension has spikes of these heights [N] at these times [s], on a ripple."""
-    t = np.arange(0.0, scene.time.end + 0.05, 0.1)
-    top = 5000 + 100 * np.sin(t)
-    for at, height in heights.items():
-        top = top + height * np.exp(-((t - at) ** 2))
-    record = xr.Dataset({"tension_top": (("time", "cable"), top[:, None])}, {"time": t, "cable": ["cable"]})
-    return record
-
-
-STORM_OF_400_S = {"time": {"end": 400.0, "step": 0.1, "scheme": "bdf2"}}
-
-
-def test_events():
-    """Around the largest tension after what the companion covers, if the sea is all that depends on time."""
-    scene = load_scene("storm", **STORM_OF_400_S)  # a sea of 6 s that grows for 20 s
-    assert covered(scene) == pytest.approx(20 + 38)
-    (event,) = events_of(scene, made_up(scene, {300.0: 5000.0}))
-    assert event == pytest.approx((258.0, 294.0, 306.0), abs=0.11)
-    assert events_of(scene, made_up(scene, {30.0: 5000.0})) == []  # the companion has it
-    cut = load_scene(scene, cable__fails_at={"time": 399.0})
-    assert events_of(cut, made_up(scene, {300.0: 5000.0})) == []
-    short = load_scene(scene, time__end=140.0)
-    assert covered(short) == 140.0
-    assert events_of(short, made_up(short, {130.0: 5000.0})) == []
-
-
-def test_the_sea_around_an_event():
-    """Elevation at a place, with and without a current that shifts the frequencies, from the grown sea on."""
-    for more in ({}, {"waves__period_seen_from": "water"}):
-        scene = load_scene("storm", **STORM_OF_400_S, **more)
-        around = companion_around(scene, Event(100.0, 136.0, 150.0))
-        assert (around.time.end, around.time.step, around.waves.ramp) == (50.0, 0.2, 12.0)
-        seas = [AirySum.of(one) for one in (scene, around)]
-        t, places = np.linspace(120.0, 150.0, 7), np.tile([3.0, -2.0, 0.0], (7, 1))
-        expected, found = seas[0].over_time(t, places), seas[1].over_time(t - 100.0, places)
-        np.testing.assert_allclose(found, expected, atol=1e-6 * np.abs(expected).max())
-
-
-def test_bars_of_an_event():
-    """A third of what the companion around it differs by; without it, or on another way, it is suspect."""
-    scene = load_scene("storm", **STORM_OF_400_S)
-    record, event = made_up(scene, {300.0: 5000.0, 150.0: -3000.0}), Event(250.0, 286.0, 306.0)
-    coarse = record.isel(time=record.time.values <= covered(scene))
-    late = record.isel(time=(record.time.values >= 250.0) & (record.time.values <= 306.0))
-    for height, verdict in ((150.0, RESOLVED), (-1500.0, SUSPECT)):
-        other = late + height * np.exp(-((late.time - 300.0) ** 2))
-        other = other.assign_coords(time=late.time.values - 250.0)
-        bar = bars_of(record, scene, coarse, events={event: other})[0][Output("tension_top", "max", "cable")]
-        assert bar.bar == pytest.approx(abs(height) / 3, rel=1e-2)
-        assert bar.verdict == verdict
-    alone = bars_of(record, scene, coarse)[0][Output("tension_top", "max", "cable")]
-    assert alone.verdict == SUSPECT
-
-
-def test_a_sea_of_many_periods_has_companions_around_its_extremes():
-    """Both extremes of a run of a minute of a short sea are known, and not only those of its beginning."""
-    sea = {"spectrum": "jonswap", "significant_height": 0.2, "peak_period": 2.0, "components": 40, "ramp": 4.0}
-    scene = load_scene("storm").to_dict() | {"waves": sea}
-    run = simulate(scene, time={"end": 60.0, "step": 0.04, "scheme": "bdf2"}, accuracy={"estimate": "companion"})
-    bars = dict(zip(run.output.values.tolist(), run.bar_verdict.values.tolist(), strict=True))
-    assert run.time.values[run.tension_top.values[:, 0].argmax()] > 12.0
-    assert bars["tension_top.max"] == RESOLVED
 
 
 SETTINGS = {
