@@ -65,11 +65,22 @@ def test_a_sweep_of_which_nothing_runs_is_exit_code_1(call, tmp_path):
         assert "greater than 0" in out
 
 
+def test_what_is_no_result_stays(tmp_path):
+    """A file without any line of a store may be the user's: results go elsewhere, and are found there."""
+    first = sweep(LINE, ["cable.line_density=1,2"], None, tmp_path)
+    (file,) = (tmp_path / "cases").glob("*.jsonl")
+    file.write_bytes(b"\xff\x00garbage")
+    for _ in range(2):
+        assert sweep(LINE, ["cable.line_density=1,2"], None, tmp_path).equals(first)
+        assert file.read_bytes() == b"\xff\x00garbage"
+        assert file.with_stem("rank-0-1").read_bytes().count(b'"status":"done"') == 2
+
+
 def test_a_damaged_result_of_a_case_is_computed_again(tmp_path):
     first = sweep(LINE, ["cable.line_density=1,2"], None, tmp_path)
     (file,) = (tmp_path / "cases").glob("*.jsonl")
     one, two = file.read_bytes().splitlines(keepends=True)
-    for content in (b"\xff\x00garbage", b"[1, 2\n" + two, one.replace(b"done", b"dane") + two, one + two[:-5]):
+    for content in (one[:30], b"[1, 2\n" + two, one.replace(b"done", b"dane") + two, one + two[:-5]):
         file.write_bytes(content)
         said = []
         assert sweep(LINE, ["cable.line_density=1,2"], None, tmp_path, said.extend).equals(first)
