@@ -1,4 +1,4 @@
-"""How files are written: in a fresh file beside their place, which takes it at the end in one atomic step.
+"""Writing of files: in a fresh file next to their place, which takes it at the end in one atomic step.
 
 So a file is always whole, the old or the new one, and no link that a stranger has prepared in a folder is followed.
 """

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Body(NamedTuple):
-    """Where the body is and how it moves, for loads at its points."""
+    """Position and motion of the body, for loads at its points."""
 
     position: Expr  #: r_C
     quaternion: Expr  #: q_4

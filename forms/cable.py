@@ -17,7 +17,7 @@ from .sea import Flow, relative
 
 
 class Kink(NamedTuple):
-    """Where the compliance of a table T(e) changes: at T [N], by `change` [1/N] on the way away from T = 0."""
+    """Kink of a table T(e), where its compliance changes: at T [N], by `change` [1/N] on the way away from T = 0."""
 
     T: Scalar
     change: Scalar

@@ -19,7 +19,7 @@ def cable_nodes(length, elements, grading=1.0):
 
 
 def number_of_cells(elements) -> int:
-    """Of what `cable_nodes` takes as elements."""
+    """Number of elements that `cable_nodes` is given, one number or (length, count) of each part."""
     return elements if isinstance(elements, int) else int(sum(count for _, count in elements))
 
 

@@ -76,7 +76,7 @@ class HullShape:
 
     @property
     def tapered(self) -> bool:
-        """Whether it has a cone."""
+        """True if it has a cone."""
         return any(ra != rb for _, _, ra, rb in self.segments)
 
     def radius(self, zeta, inside):

@@ -122,7 +122,7 @@ def wanted_of(scene: Scene, bars: dict[Output, Bar]) -> list[Output]:
 
 
 def scale_of(output: Output, bars: dict[Output, Bar]) -> float:
-    """What an accuracy of an output is relative to: its value, of positions and angles the range of their series."""
+    """Scale of the accuracy of an output: its value, of positions and angles the range of their series."""
     value, least, largest = (bars[output._replace(number=n)].value for n in (output.number, "min", "max"))
     if unit_of_series(output.series) != "N":
         return max(largest - least, 1e-300)
@@ -130,7 +130,7 @@ def scale_of(output: Output, bars: dict[Output, Bar]) -> float:
 
 
 def _refinement(found):
-    """How many times as fine the next run is to be: errors of second order."""
+    """Factor by which the next run is to be finer: errors of second order."""
     if math.isinf(found.worst):
         return 2.0
     return min(max(math.sqrt(1.3 * found.worst / ENOUGH), LEAST), MOST)
@@ -145,7 +145,7 @@ def _finer(scene, ratio):
 
 
 def sentence_of(found: Round) -> str:
-    """What was reached, of the output that is the least accurate."""
+    """Sentence on what was reached, for the least accurate output."""
     output, bar = found.output, found.bars[found.output]
     name = f"{output} of {output.part}" if output.part else str(output)
     target = 100 * found.scene.accuracy.target

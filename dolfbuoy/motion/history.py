@@ -64,7 +64,7 @@ class Past:
 
     @property
     def operations(self):
-        """What a step does to them: `Operations` of the present scheme and series."""
+        """`Operations` of a step with the present scheme and series."""
         if self._operations is None:
             self._operations = Operations(self)
         return self._operations
@@ -137,13 +137,13 @@ class Past:
         return self.series[0].rate[self.place_of(part)]
 
     def place_of(self, part):
-        """Where the unknowns of a Part, or of those of `LineGroups`, are among the entries."""
+        """Place of the unknowns of a Part, or of those of `LineGroups`, among the entries."""
         parts = getattr(part, "parts", [part])
         found = [p for e, p in zip(self.evolutions, self.places, strict=True) if any(e.part is one for one in parts)]
         return slice(found[0].start, found[-1].stop)
 
     def state(self):
-        """Of a run that may be interrupted: level -> all of the series; nothing is copied."""
+        """State for a run that may be interrupted: level -> all of the series; nothing is copied."""
         return {str(k): series.state() for k, series in enumerate(self.series)}
 
     def restore(self, state):
@@ -156,7 +156,7 @@ class Past:
 
 
 class Operations:
-    """What a step does to the series of a Past, and to what the forms read, in C.
+    """Operations of a step on the series of a Past and on what the forms read, in C.
 
     Lists of functions: `begin`, before it is solved, hands its rules to the forms; `find_rates`, at its end, makes new
     values and rates; `accept`, when it was taken, makes past of what was new (the unknowns may have been touched up in

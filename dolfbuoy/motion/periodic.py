@@ -64,7 +64,7 @@ def period_of_cycle(scene: Scene) -> float:
 
 
 class Found(NamedTuple):
-    """What it took: periods that were run, the ramp's among them; `error`, estimated, relative to the ranges."""
+    """Cost of a cycle: periods that were run, the ramp's among them; `error`, estimated, relative to the ranges."""
 
     periods: int
     error: float
@@ -107,7 +107,7 @@ class State:
         return self.simulation.past.series[0].rows[0][self._nodes]
 
     def weighed(self, change):
-        """What counts of the difference of two states, in typical sizes."""
+        """Difference of two states as far as it counts, in typical sizes."""
         weights = self._weights
         return (change[: len(weights)] * weights)[weights > 0]
 
@@ -194,7 +194,7 @@ class Cycle:
         return seen
 
     def missing(self):
-        """How far the last period was from leading back: size of F(x) - x."""
+        """Size of F(x) - x: distance by which the last period misses its start."""
         return float(np.linalg.norm(self.state.weighed(self.after[-1] - self.before[-1])))
 
     def leap(self, reach):

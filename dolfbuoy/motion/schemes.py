@@ -159,7 +159,7 @@ class Series:
 
 
 def same_step(h0, h1) -> bool:
-    """Whether two steps differ by rounding only: t is known to its last digit, of which a step has fewer."""
+    """True if two steps differ by rounding only: t is known to its last digit, of which a step has fewer."""
     return abs(h1 - h0) <= 1e-9 * h1
 
 
@@ -300,7 +300,7 @@ class Predictor:
 
     @property
     def times(self):
-        """Of the solutions, newest first."""
+        """Times of the solutions, newest first."""
         return self._times[: self.count]
 
     @property

@@ -125,7 +125,7 @@ class Simulation:
 
     @property
     def memory(self):
-        """What accepted steps have left behind besides unknowns, model by model."""
+        """Memory of accepted steps besides the unknowns, model by model."""
         return [model.memory for model in self.problem.models]
 
     @property
@@ -222,7 +222,7 @@ class Simulation:
         return iterations
 
     def _error(self):
-        """What the control judges a step by."""
+        """Measure by which the control judges a step."""
         if not isinstance(self.control, JumpControl):
             return self._local_error()
         T = self.system.u[self.ropes]
@@ -248,11 +248,11 @@ class Simulation:
         return allreduce(self.comm, largest, MPI.MAX) * constant / (1 + constant) / allowed
 
     def _basis(self):
-        """What the functions of a step are made of; `problem.change` between two steps gives another scene."""
+        """Basis of the functions of a step; `problem.change` between two steps gives another scene."""
         return self.past.operations, self.predictor, self.predictor.count, self.problem.scene
 
     def _make_functions(self):
-        """What a step does, as functions of C as far as possible, before it is judged and when it was taken."""
+        """Make the functions of a step, of C as far as possible: before it is judged, and when it was taken."""
         past, problem = self.past.operations, self.problem
         self._made_for = self._basis()
         predict, remember = self.predictor.functions(problem.time, self.system.u)
@@ -283,7 +283,7 @@ class Simulation:
                 yield h, iterations
 
     def _why(self):
-        """What is known to make steps of this scene fail."""
+        """Known reason why steps of this scene fail, or nothing."""
         radius = self.scene.time.spectral_radius
         if self.scheme.name != GeneralizedAlpha.name or radius == 0 or self.scene.cable is None:
             return ""

@@ -1,4 +1,4 @@
-"""How a run starts: from equilibrium, or from given shapes and poses."""
+"""Start of a run: from equilibrium, or from given shapes and poses."""
 
 from dataclasses import dataclass, field
 
@@ -20,7 +20,7 @@ from ..statics.first_shape import (
 
 @dataclass
 class Pose:
-    """Of a buoy: r_C [m], q_4, velocity of C [m/s], omega in the world frame [1/s]."""
+    """Motion of a buoy: r_C [m], q_4, velocity of C [m/s], omega in the world frame [1/s]."""
 
     position: np.ndarray
     quaternion: np.ndarray
@@ -85,7 +85,7 @@ def initial_state(scene, comm, make=Problem) -> Start:
 
 
 def _moves(top, piece):
-    """Whether an end that is held is moved at t = 0."""
+    """True if an end that is held is moved at t = 0."""
     if top is None or top.kind != "prescribed":
         return False
     step = 1e-6 * (top.period or 1.0)

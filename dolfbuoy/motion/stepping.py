@@ -1,4 +1,4 @@
-"""How large the next step is.  Knows nothing of what is being integrated."""
+"""Size of the next step, whatever is being integrated."""
 
 import math
 
@@ -27,7 +27,7 @@ class StepControl:
         return self.step
 
     def judge(self, step, error):
-        """Whether a step that was solved counts; `error` is its local error over the tolerance, or None."""
+        """True if a step that was solved counts; `error` is its local error over the tolerance, or None."""
         self.accepted += 1
         self.step = min(max(self.step, 2 * step), self.nominal)
         return True

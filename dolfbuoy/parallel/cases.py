@@ -44,7 +44,7 @@ def rows_of(cases: list[dict], folder: Path, missing: dict | None = None) -> lis
 
 
 def store_in(folder: Path) -> Store:
-    """What a folder holds of this program."""
+    """Results of this program in a folder."""
     return Store(Path(folder) / "cases", fingerprint())
 
 
@@ -198,7 +198,7 @@ class _progress:
 
 
 def _claim(path):
-    """Whether this rank is the first to ask: a file is created by one process only."""
+    """True if this rank is the first to ask: a file is created by one process only."""
     try:
         path.touch(exist_ok=False)
     except FileExistsError:

@@ -47,7 +47,7 @@ def held():
 
 
 def received() -> bool:
-    """Whether one came since `listen`."""
+    """True if one came since `listen`."""
     return _received
 
 

@@ -11,19 +11,19 @@ _TAG = 4711  # of "I have ended", apart from whatever else is under way between 
 
 
 def only_first_speaks() -> None:
-    """What Python prints on any rank but 0 goes nowhere from now on; `end` still speaks."""
+    """Silence what Python prints on any rank but 0 from now on; `end` still prints."""
     if rank() != 0:
         sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: SIM115  # until the process ends
 
 
 def several() -> bool:
-    """Whether this process is one of several ranks."""
+    """True if this process is one of several ranks."""
     comm = _world()
     return comm is not None and comm.size > 1
 
 
 def rank() -> int:
-    """Of this process; 0 where mpi4py is not installed."""
+    """Rank of this process; 0 where mpi4py is not installed."""
     comm = _world()
     return 0 if comm is None else comm.rank
 
@@ -76,7 +76,7 @@ def end(say, code: int) -> None:
 
 
 def _all_ended(comm) -> bool:
-    """Whether all ranks have come to their end before this one loses patience; the lowest loses it first."""
+    """True if all ranks have come to their end before this one loses patience; the lowest loses it first."""
     others = [rank for rank in range(comm.size) if rank != comm.rank]
     requests = [comm.isend(None, rank, _TAG) for rank in others]
     deadline = time.monotonic() + 1.0 + min(0.5 * comm.rank, 10.0)

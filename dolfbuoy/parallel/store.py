@@ -21,7 +21,7 @@ _HEAD = re.compile(rb'\{"key":"([^"\\]*)","program":"([^"\\]*)","attempt":(\d+),
 
 
 class Entry(NamedTuple):
-    """Where a result stands: its line begins there."""
+    """Place of a result: its line begins there."""
 
     attempt: int
     file: Path
@@ -29,7 +29,7 @@ class Entry(NamedTuple):
 
 
 class Store:
-    """What the files below a folder hold of one program; read through once, when it is made.
+    """Results of one program in the files below a folder; read through once, when it is made.
 
     Results stay on the disk until they are asked for: thousands of them are more than many processes can hold at once.
     entries: key -> Entry.  damaged: sentences about files with damaged lines.  foreign: results of another program.
@@ -45,11 +45,11 @@ class Store:
                 self._read(file)
 
     def result(self, key: str) -> dict | None:
-        """Of a case; None if it has none."""
+        """Result of a case; None if it has none."""
         return next(self.results([key]))
 
     def results(self, keys: list[str] | None = None) -> Iterator[dict | None]:
-        """Of these cases, or of all that there are."""
+        """Results of these cases, or of all that there are."""
         opened, file = None, None
         try:
             for key in self.entries if keys is None else keys:

@@ -1,4 +1,4 @@
-"""What PETSc's Newton method calls, in C: residual, Jacobian and stopping rule of a System.
+"""Functions in C that PETSc's Newton method calls: residual, Jacobian and stopping rule of a System.
 
 What C remembers from call to call stands in one struct, `numbers`, which Python reads and changes as well.
 """

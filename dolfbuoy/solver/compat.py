@@ -77,7 +77,7 @@ def _compiler() -> Iterator[None]:
 
 
 def supported() -> bool:
-    """Whether the installed dolfinx is one of `SUPPORTED`."""
+    """True if the installed dolfinx is one of `SUPPORTED`."""
     return VERSION in SUPPORTED
 
 
@@ -204,7 +204,7 @@ assemble_vector = _cpp.fem.assemble_vector
 
 @dataclass
 class Integral:
-    """Of a compiled form: address of its kernel, owned cells that it is summed over, and the facet of each, if any."""
+    """Integral of a compiled form: address of its kernel, owned cells, and the facet of each, if any."""
 
     kernel: int
     cells: np.ndarray

@@ -40,7 +40,7 @@ SETS = (
 
 @cache
 def processor_flags() -> frozenset:
-    """What the first processor says of itself; empty where it is not asked this way."""
+    """Instruction sets that the first processor names; empty where they cannot be read this way."""
     try:
         with Path("/proc/cpuinfo").open() as lines:
             return frozenset(next((line.split(":")[1] for line in lines if line.startswith("flags")), "").split())

@@ -1,4 +1,4 @@
-"""How forms are compiled: once per machine, each by one process, without a word.
+"""Compilation of forms: once per machine, each by one process, without a word.
 
 Knows no dolfinx; `compat` puts `one_at_a_time` around its compiler.
 """

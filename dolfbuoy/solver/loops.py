@@ -43,7 +43,7 @@ class Scaled:
 
 
 class Hooks:
-    """What is called before every evaluation of a residual or a Jacobian, in the order of `add`.
+    """Functions that are called before every evaluation of a residual or a Jacobian, in the order of `add`.
 
     A hook may change what the kernels are about to read: coefficients in the array `values` of a `Values`, and the
     `Coordinates` of a mesh.  Residual and Jacobian at one state must see the same.
@@ -108,7 +108,7 @@ class Coordinates:
 
 
 class Counts:
-    """How many cells of an integral are looked at, from the first on: all of them unless a hook writes less there."""
+    """Numbers of cells of an integral that are looked at, from the first on: all unless a hook writes less there."""
 
     def __init__(self):
         self._counts = {}
@@ -122,7 +122,7 @@ class Counts:
 
 
 class Shared(NamedTuple):
-    """What the loops of a System read besides their forms' values."""
+    """Arrays that the loops of a System read besides their forms' values."""
 
     hooks: Hooks
     coordinates: Coordinates
@@ -181,7 +181,7 @@ class Loop:
         one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(x.shape[1]))
 
     def _dofs_of_cells(self, contribution, integral):
-        """Of each side of a contribution (cells, dofs)."""
+        """Dofs of each side of a contribution (cells, dofs)."""
         sides = contribution.sides
         return [part.offset + self._dofs_of(part.function.function_space)[integral.cells] for part in sides]
 
@@ -204,7 +204,7 @@ class Loop:
         return self._dofs[id(space)]
 
     def _by_lanes(self, one, numbers):
-        """Of every cell (cells, numbers); lanes that are too many do what the last cell does."""
+        """Address of numbers of every cell (cells, numbers); lanes that are too many do what the last cell does."""
         return self._ints(_blocks(numbers, one.lanes, numbers[-1:]))
 
     def _ints(self, array):

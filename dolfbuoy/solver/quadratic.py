@@ -79,7 +79,7 @@ class Quadratic:
         self.norms = [np.sqrt(comm.allreduce(float(abs(A).power(2).sum()))) for A in (self.K, self.E, self.M)]
 
     def is_small(self, count):
-        """Whether all eigenvalues are computed at once if `count` of them are asked for."""
+        """True if all eigenvalues are computed at once when `count` of them are asked for."""
         return 2 * self.K.shape[1] <= max(DENSE, 4 * count)
 
     def pairs(self, count):
@@ -89,7 +89,7 @@ class Quadratic:
         return np.where(real, roots.real, roots), vectors
 
     def _all_pairs(self):
-        """Of mu = 1/(lambda + c) of the companion form in (x, lambda x) with the shift -c, c = 1.
+        """Eigenvalues mu = 1/(lambda + c) of the companion form in (x, lambda x) with the shift -c, c = 1.
 
         Infinite eigenvalues have mu = 0; rounding makes them large ones, since with constraints they are defective, of
         index 3.  They come out otherwise about another shift, and that tells them.

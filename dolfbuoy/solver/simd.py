@@ -139,7 +139,7 @@ def _called(function, size, inputs):
 
 
 def is_known(kernel: str) -> bool:
-    """Whether a kernel's text has nothing but what `in_vectors` can put in other words."""
+    """True if a kernel's text has nothing but what `in_vectors` can put in other words."""
     body = kernel[kernel.index("{") :]
     called = set(re.findall(r"\b([A-Za-z_]\w*)\(", body)) - {"for"}
     return called <= set(FUNCTIONS) and not re.search(r"[!%^~]|->|\b(if|while|switch)\b", body)
@@ -165,7 +165,7 @@ def _with_picks(line):
 
 
 def _length(text, brackets, end=""):
-    """Of the beginning of a text up to one of `end`, or to a closing bracket that was not opened in it."""
+    """Length of the beginning of a text up to one of `end`, or to a closing bracket that was not opened in it."""
     depth = 0
     for n, letter in enumerate(text):
         if depth == 0 and (letter in end or letter == brackets[1]):

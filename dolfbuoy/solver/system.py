@@ -105,7 +105,7 @@ class System:
 
     @property
     def comm(self):
-        """Of the whole problem."""
+        """Communicator of the whole problem."""
         return self.numbering.comm
 
     @property
@@ -114,7 +114,7 @@ class System:
         return self.numbering.unknowns
 
     def numbers_of(self, thing):
-        """What the forms read as the values of a Function or a Constant: a view, or None if they do not read it."""
+        """Values that the forms read of a Function or a Constant: a view, or None if they do not read it."""
         return self._values.of(thing)
 
     def filled_by_hook(self, *functions):

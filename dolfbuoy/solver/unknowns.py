@@ -95,7 +95,7 @@ class Values:
         return copies([(self.array[place], values) for place, values in pieces])
 
     def leave(self, things):
-        """What a hook fills in: no longer read again."""
+        """Read these no longer: a hook fills them in."""
         for thing in things:
             self._given.pop(id(thing), None)
         self._read_given = None
@@ -106,7 +106,7 @@ class Values:
         return None if place is None else self.array[place]
 
     def sources(self, contributions):
-        """Of each form, where each packed coefficient, by integral, and each packed constant stands in `array`.
+        """Places of each packed coefficient, by integral, and each packed constant of each form in `array`.
 
         Found by packing the places: the elements here are packed without a transformation.
         """

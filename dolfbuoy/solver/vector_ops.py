@@ -1,4 +1,4 @@
-"""What a time step does with arrays, in C: extrapolation, copies, numbers picked out, ranges widened.
+"""Operations of a time step on arrays, in C: extrapolation, copies, numbers picked out, ranges widened.
 
 To the last bit what NumPy does (`tests/support/in_numpy.py`).  Arrays stay where they are.
 """
