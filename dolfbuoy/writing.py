@@ -14,7 +14,7 @@ from .errors import InputError
 
 
 @contextmanager
-def replacing(path) -> Iterator[Path]:
+def replacing(path: str | Path) -> Iterator[Path]:
     """Name of a fresh file beside `path` that takes its place at the end.
 
     Raises OSError with `path` and the system's reason when it cannot be written.
@@ -35,18 +35,18 @@ def replacing(path) -> Iterator[Path]:
         raise OSError(errno.EIO, str(error), str(path)) from error
 
 
-def write_text(path, text: str) -> None:
+def write_text(path: str | Path, text: str) -> None:
     """Write a text file.  Raises OSError."""
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8")
 
 
-def appending(path) -> BinaryIO:
+def appending(path: str | Path) -> BinaryIO:
     """A file, open for what is added at its end.  Raises OSError, for a link too."""
     return os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NOFOLLOW, 0o666), "ab")
 
 
-def made(folder, *names: str) -> Path:
+def made(folder: str | Path, *names: str) -> Path:
     """A folder, and folders within each other below it, made if they are not there; returns the last.
 
     Raises InputError if one of `names` is a link, OSError.
@@ -64,7 +64,7 @@ def made(folder, *names: str) -> Path:
 GIVEN = "give --out to write there"
 
 
-def refuse_link(path, instead: str = "remove it, or take another folder") -> None:
+def refuse_link(path: str | Path, instead: str = "remove it, or take another folder") -> None:
     """Raise InputError for a folder or file that is a link."""
     if os.path.islink(path):
         raise InputError(f"{path} is a link, and nothing is written through it: {instead}.")

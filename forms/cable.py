@@ -32,8 +32,8 @@ class Cable(NamedTuple):
     """Material of a cable, UFL scalars; None for what is absent."""
 
     line_density: Scalar  #: rho0 [kg/m]
-    EA: Scalar | None = None  #: axial stiffness [N]; None: inextensible
-    diameter: Scalar | None = None  #: D [m]
+    EA: Scalar = None  #: axial stiffness [N]; None: inextensible
+    diameter: Scalar = None  #: D [m]
     area: Scalar | None = None  #: A0 [m^2]
     damping: Scalar | None = None  #: Kelvin-Voigt c of T = EA e + c e_t [N s]; elastic cables in motion
     compliance: Scalar | None = None  #: 1/EA [1/N], 0 where inextensible: instead of EA where not all lines are alike

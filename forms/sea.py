@@ -31,7 +31,7 @@ class Flow(NamedTuple):
     """Undisturbed water at a point; what is not there is None."""
 
     elevation: Expr | None  #: of the free surface above the point [m]
-    velocity: Expr | None  #: [m/s]
+    velocity: Expr  #: [m/s]; None in still water
     acceleration: Expr | None  #: due to waves [m/s^2]
     slope: Expr | None = None  #: grad(elevation), a horizontal vector [1]
     acceleration_gradient: Expr | None = None  #: symmetric: potential flow turns nothing [1/s^2]

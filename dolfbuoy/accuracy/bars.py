@@ -7,7 +7,7 @@ element at an end.  Source: Richardson's extrapolation; half is what covers the 
 """
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     from .companion import Event
 
+#: Series by (name, part).
+AllSeries = dict[tuple[str, str], Series]
 RESOLVED, SUSPECT, NONE = VERDICTS = ("resolved", "suspect", "none")
 #: Least bar of an extreme over the rms difference of the series, divided as the differences are, and of a mean.
 FLOOR = {"max": 1.0, "min": 1.0, "mean": 0.25, "std": 0.25}
@@ -129,13 +131,15 @@ def bars_of(
     return found, sentences
 
 
-def _around(record, event, companion):
+def _around(record: "xr.Dataset", event: "Event", companion: "xr.Dataset") -> list[AllSeries]:
     """Series of a record and of the companion around an event, from where that has settled."""
     companion = companion.assign_coords(time=companion.time.values + event.begin)
     return [series_after(one, event.settled, event.end) for one in (record, companion)]
 
 
-def _compared(series, fine, coarse, factor, whole=False):
+def _compared(
+    series: Series, fine: Series, coarse: Series, factor: float, whole: bool = False
+) -> tuple[dict[str, float], float, bool]:
     """({number: its error}, rms difference, True if the companion goes another way) of a series.
 
     fine, coarse: in one window, which stands for all of the series by the range in it, unless it is the `whole` matter.
@@ -148,7 +152,7 @@ def _compared(series, fine, coarse, factor, whole=False):
     return {n: share * (other[n] - one[n]) / factor for n in FLOOR}, share * rms, lost
 
 
-def _of_steps(series, corrected):
+def _of_steps(series: Series, corrected: Series | None) -> tuple[dict[str, float], float]:
     """({number: error that the steps make}, its rms over time), nan where that is not known."""
     if corrected is None or not np.all(np.isfinite(corrected.x)):
         return UNKNOWN, math.nan
@@ -162,19 +166,19 @@ def corrected_of(record: "xr.Dataset") -> "xr.Dataset":
     return record[names].assign({name: record[name] - record[name + ERROR] for name in names})
 
 
-def _instant(series, number):
+def _instant(series: Series, number: str) -> float:
     """When a series has its largest or smallest value [s]; -inf of a mean, which every part of a sea shows."""
     extremes = {"max": series.x.argmax, "min": series.x.argmin}
     return series.t[extremes[number]()] if number in extremes else -math.inf
 
 
-def _verdict(bar, size, reason, lost, noise):
+def _verdict(bar: float, size: float, reason: str | None, lost: bool, noise: float) -> str:
     if reason is not None or math.isnan(bar) or bar > max(LARGEST * size, 10 * noise):
         return NONE
     return SUSPECT if lost else RESOLVED
 
 
-def _cut(record, companion):
+def _cut(record: "xr.Dataset", companion: "xr.Dataset") -> str | None:
     """A sentence if steps of one of two records had to be retried."""
     for name, one in (("the run", record), ("a run with twice the step and half the elements", companion)):
         if one.attrs.get("failed_steps", 0):
@@ -182,7 +186,7 @@ def _cut(record, companion):
     return None
 
 
-def _rings(series):
+def _rings(series: AllSeries) -> str | None:
     """A sentence if a tension jumps to and fro from step to step, as it does where a scheme's steps are too long."""
     for (name, _), one in series.items():
         if unit_of_series(name) != "N" or len(one.x) < 8 or np.ptp(one.x) <= 100 * one.noise:
@@ -199,21 +203,21 @@ def alternating(series: Series) -> float:
     return math.sqrt(np.mean(np.diff(series.x, 4) ** 2)) / 16
 
 
-def _smooth(scene):
+def _smooth(scene: Scene) -> bool:
     return scene.seabed is None and all(piece.section.slack == "compressive" for piece in scene.network.pieces)
 
 
-def _of_elements(scene):
+def _of_elements(scene: Scene) -> bool:
     """True if tensions at ends are those of the elements there: off by half an element, which is of first order."""
     return any(piece.section.tension_degree == 0 for piece in scene.network.pieces)
 
 
-def _newton(scene, series):
+def _newton(scene: Scene, series: Series) -> float:
     tolerance = scene.solver.step_tolerance
     return OF_NEWTON * tolerance * float(np.ptp(series.x)) if tolerance <= BOUNDED else math.nan
 
 
-def _chance(scene, series):
+def _chance(scene: Scene, series: Series) -> dict[str, float]:
     """Standard deviations of mean and standard deviation over seeds of an irregular sea, from one run.
 
     Of the mean, from the spectrum next to frequency 0; of the standard deviation s, s sqrt(memory/T)/2.
@@ -227,7 +231,7 @@ def _chance(scene, series):
     return {"mean": of_mean, "std": series.standard_deviation * math.sqrt(series.memory / np.ptp(grid)) / 2}
 
 
-def _variables(found):
+def _variables(found: dict[Output, Bar]) -> dict[str, Any]:
     """Variables of a record over `output`, by name."""
     bars = list(found.values())
     columns = {
@@ -247,7 +251,7 @@ def _variables(found):
     return made
 
 
-def _labels(found):
+def _labels(found: dict[Output, Bar]) -> dict[str, Any]:
     names = np.array([str(output) for output in found], dtype=object)
     parts = np.array([output.part for output in found], dtype=object)
     return {

@@ -44,7 +44,7 @@ def companion_of(scene: Scene) -> Scene:
     return load_scene(_coarser(scene), **{"time.end": covered(scene), "accuracy": None})
 
 
-def _coarser(scene):
+def _coarser(scene: Scene) -> Scene:
     space, stepping = space_of(scene), stepping_of(scene)
     if space.mu:
         space = fitting(scene, replace(space, cells=max(1, space.cells // 2)))
@@ -67,7 +67,7 @@ def covered(scene: Scene) -> float:
     return min(end, ramp_of(scene) + max(PERIODS * period, TENTH * rest if scene.waves else 0.0))
 
 
-def _is_a_sea(scene):
+def _is_a_sea(scene: Scene) -> bool:
     return scene.waves is not None and scene.waves.irregular
 
 

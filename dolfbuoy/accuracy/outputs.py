@@ -1,6 +1,7 @@
 """Outputs of a run: largest, smallest, mean value and standard deviation of its series after the ramp."""
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ class Output(NamedTuple):
     number: str
     part: str = ""
 
-    def __str__(self):
+    def __str__(self) -> str:
         return f"{self.series}.{self.number}"
 
 
@@ -44,7 +45,7 @@ def series_after(record: "xr.Dataset", start: float, end: float = math.inf) -> d
     return found
 
 
-def _anchors(record):
+def _anchors(record: "xr.Dataset") -> Iterator[Series]:
     if "anchor_force" not in record:
         return
     sizes = np.linalg.norm(record.anchor_force.values, axis=-1)
@@ -62,7 +63,7 @@ def numbers_of(series: Series) -> dict[str, float]:
     }
 
 
-def _vertex(t, x):
+def _vertex(t: np.ndarray, x: np.ndarray) -> float:
     """Largest value of x, between the steps where the parabola through three of them has its vertex."""
     i = int(x.argmax())
     if not 0 < i < len(x) - 1:
