@@ -52,7 +52,7 @@ class Corrected:
         self._difference, self._time = Predictor(), np.zeros(1)
         self._older = [np.array(series.previous_rate) for series in run.series]  #: the run's rates before its last two
         self._u, self._apart = u.copy(), np.zeros_like(u)
-        self.steps, self.follows = 0, True  #: follows: whether all steps were equal
+        self.steps, self.step, self.follows = 0, 0.0, True  #: follows: whether all steps were equal, and short enough
         self._read_end_forces, self.end_forces = simulation.reader_of_end_forces()
         self._leave, self._made_for = copies([(u, self._u)]), None
         if state is None:
@@ -65,14 +65,14 @@ class Corrected:
 
     def state(self) -> dict[str, Any]:
         """All that the rest of the run depends on; nothing is copied."""
-        known = {"steps": self.steps, "follows": self.follows, "past": self.past.state()}
+        known = {"steps": self.steps, "step": self.step, "follows": self.follows, "past": self.past.state()}
         older = {str(level): row for level, row in enumerate(self._older)}
         return known | {"older": older, "difference": self._difference.state()}
 
     def _restore(self, state):
         self.past.restore(state["past"])
         self._difference.restore(state["difference"])
-        self.steps, self.follows = int(state["steps"]), bool(state["follows"])
+        self.steps, self.step, self.follows = int(state["steps"]), float(state["step"]), bool(state["follows"])
         for row, kept in zip(self._older, listed(state, "older"), strict=True):
             row[:] = kept
 
@@ -83,9 +83,10 @@ class Corrected:
 
         False, and `u` the run's, from the first step on that has another size, or is too long for this trajectory.
         """
-        self.follows &= self.steps == 0 or same_step(self.past.series[0].step, step)
+        self.follows &= self.steps == 0 or same_step(self.step, step)
         if not self.follows:
             return False
+        self.step = step
         self.past.prepare(step)
         basis = self.past.operations, self._difference.count, self.steps + 1 < self.simulation.scheme.order
         if self._made_for != basis:

@@ -180,8 +180,11 @@ def test_parts_in_the_summary():
 @needs_mpirun
 def test_errors_on_two_ranks(tmp_path):
     scene = load_scene("short", time={"scheme": "bdf2", "step": 0.05, "end": 0.5}, **TIME)
-    done = start_scenes(2, {"two": scene.to_dict()}, tmp_path)
+    free = load_scene("free-buoy", time={"scheme": "bdf2", "step": 0.05, "end": 0.5}, **TIME)  # on one rank, all of it
+    done = start_scenes(2, {"two": scene.to_dict(), "free": free.to_dict()}, tmp_path)
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     one, two = simulate(scene), read(tmp_path / "two" / "results.nc")
+    alone, shared = simulate(free), read(tmp_path / "free" / "results.nc")
+    np.testing.assert_allclose(shared.buoy_position_error.values, alone.buoy_position_error.values, atol=1e-12)
     for name in ("tension_top_error", "buoy_position_error"):
         np.testing.assert_allclose(two[name].values, one[name].values, atol=2e-3 * float(np.abs(one[name]).max()))
