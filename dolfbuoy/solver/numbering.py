@@ -9,8 +9,8 @@ class Numbering:
 
     comm: of the whole problem.  size: number of local unknowns.  order: free local unknowns owned by this rank, in the
     order of the matrix.  keys: (k, n) numbers that `order` is sorted by, the last ones first, and by which those of
-    all ranks are eliminated.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.  ties: arrays of local
-    unknowns and of those, in the order or ghosts, whose global index they have.
+    all ranks are eliminated.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.  ties: arrays of
+    local unknowns and of those, in the order or ghosts, whose global index they have.
 
     Constrained dofs (an anchored end) are no unknowns: PETSc is given the index -1 for them and drops their rows and
     columns.  `visible` are the owned free unknowns, in their order, and the ghosts behind them.
