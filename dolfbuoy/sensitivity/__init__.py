@@ -1,0 +1,5 @@
+"""Derivatives of results by the numbers of a scene."""
+
+from .derivatives import sensitivities
+
+__all__ = ["sensitivities"]
