@@ -40,7 +40,7 @@ def sensitivity(
     assign: SetOption = None,
     plot: PlotOption = True,
 ) -> None:
-    """Derivatives of results by numbers of the scene, in % for 1 %.  Example: dolfbuoy sensitivity short --by buoy.mass"""
+    """Derivatives by numbers of the scene, in % for 1 %.  Example: dolfbuoy sensitivity short --by buoy.mass"""
     from ..sensitivity import sensitivities
 
     if every and by is not None:
