@@ -10,9 +10,8 @@ from .elsewhere import MPI
 from .errors import InputError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes
-from .linear.response import check_periods
 from .linear.seaway import Seaway
-from .linear.spectrum import bins_of, irregular_waves
+from .linear.spectrum import bins_of, check_periods, irregular_waves
 from .linear.stiffness import restoring
 from .results import folder as folders
 from .results import record as results

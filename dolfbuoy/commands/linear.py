@@ -109,7 +109,7 @@ def offsets(
 ) -> None:
     """Offsets and tensions under loads from many sides.  Example: dolfbuoy offsets short --force 0:5000:500"""
     from ..api import offsets as find
-    from ..results.offset_figures import offset_curves
+    from ..results.linear_figures import offset_curves
     from ..results.offset_record import sentences
     from ..scene.variants import numbers_of
 

@@ -57,8 +57,7 @@ def response(
 
     --verify runs in time beside it: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' both.
     """
-    from ..linear.response import check_periods
-    from ..linear.spectrum import irregular_waves
+    from ..linear.spectrum import check_periods, irregular_waves
     from ..linear_api import PERIODS
     from ..linear_api import response as find
     from ..results.response_record import HELD, LINEAR, warnings
@@ -191,7 +190,7 @@ def _differences(found: dict[str, float]) -> str:
 
 
 def _draw_response(found: "xr.Dataset", runs: list[dict[str, Any]], folder: Path) -> None:
-    from ..results.response_figures import amplitudes, spectra
+    from ..results.linear_figures import amplitudes, spectra
 
     figures = {"response_amplitudes": amplitudes(found, runs)}
     figures |= {"response_spectra": spectra(found)} if "tension_std" in found else {}

@@ -23,8 +23,7 @@ from ..scene.quantities import number_of
 from .moordyn_body import BodyOf, buoy_of, is_free, placed
 from .moordyn_text import Row, Tables, canonical, is_number, parse
 from .moordyn_world import world
-from .names import Names
-from .notes import Note
+from .names import Names, Note
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -23,9 +23,9 @@ from ..scene.sections import Scene
 from ..scene.waves import Waves
 from .drag import LinearDrag, Sea, Velocities
 from .linearisation import equilibrated, linearise
-from .motions import Motions, axes_along
+from .moving import Motions, axes_along
 from .reactions import WithReactions
-from .response import slope, small_waves
+from .spectrum import slope, small_waves
 
 #: Relative change of the response at which the iteration ends, and the most iterations.
 SETTLED, MOST = 1e-3, 60

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 # Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
-from . import along_line, over_time, spectra, trajectories  # noqa: F401
+from . import along_line, over_time, trajectories  # noqa: F401
 from . import snapshot as _snapshot  # noqa: F401
 from .after_ramp import Missing, TooShort
 from .drawing import FIGURES

@@ -14,7 +14,7 @@ import xarray as xr
 from dolfbuoy import api, linear_api
 from dolfbuoy.commands import linear, response, shared, sweep
 from dolfbuoy.commands import statistics as command
-from dolfbuoy.results import offset_figures, offset_record, response_figures, response_record, statistics_figures
+from dolfbuoy.results import linear_figures, offset_record, response_record, statistics_figures
 from dolfbuoy.results.compare import duration
 from dolfbuoy.results.labelled import PARTS, labelled
 from dolfbuoy.results.sample import NUMBERS, STATISTICS, Fatigue
@@ -212,7 +212,7 @@ def test_figures_of_a_response():
     found = made_up_response()
     curves = {
         line.get_label(): line.get_xydata()
-        for axes in response_figures.amplitudes(found).axes
+        for axes in linear_figures.amplitudes(found).axes
         for line in axes.lines
         if not line.get_label().startswith("_")
     }
@@ -222,7 +222,7 @@ def test_figures_of_a_response():
     np.testing.assert_allclose(curves["tension_top"], np.column_stack([PERIODS, [1, 2, 3]]))  # kN
     np.testing.assert_allclose(curves["tension_anchor"], np.column_stack([PERIODS, [4, 5, 6]]))
     f, per_hertz = np.array([0.5, 1.0, 2.0]) / (2 * np.pi), 2 * np.pi * np.array([1.0, 3.0, 2.0])
-    drawn = [line for axes in response_figures.spectra(found).axes for line in axes.lines]
+    drawn = [line for axes in linear_figures.spectra(found).axes for line in axes.lines]
     factors = {"elevation": 1, "surge": 1, "sway": 2, "heave": 3, "tension top": 2, "tension anchor": 5}
     factors |= {"roll": 4 * (180 / np.pi) ** 2, "pitch": 5 * (180 / np.pi) ** 2}
     assert {line.get_label() for line in drawn} == factors.keys()
@@ -297,7 +297,7 @@ def made_up_offsets():
 
 
 def test_the_figure_of_offsets():
-    left, middle, right = offset_figures.offset_curves(made_up_offsets(), [(3.0, -4.0)]).axes
+    left, middle, right = linear_figures.offset_curves(made_up_offsets(), [(3.0, -4.0)]).axes
     curves = [[line.get_xydata() for line in axes.lines if line.get_linestyle() == "-"] for axes in (left, middle)]
     made = made_up_offsets()
     for i in range(3):

@@ -19,8 +19,8 @@ from ...errors import InputError, SolveError
 from ...linear import LARGEST_KR
 from ...linear.periods import buoy_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import check_periods
 from ...linear.seaway import responses
+from ...linear.spectrum import check_periods
 from ...model.feasible import shape_and_mass
 from ...model.prescribed_ends import adrift_nowhere
 from ...model.rigid import Floating, float_upright
