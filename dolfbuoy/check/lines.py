@@ -14,8 +14,8 @@ from ..model.rigid import cross_section, weight_per_length
 from ..model.seabed import has_friction, stick_length
 from ..model.surfacing import surfacing
 from ..results.cautions import PULSES
+from ..results.running import Utilisation, never_parted, stressed
 from ..results.summary import UNSEEN
-from ..results.utilisation import Utilisation, never_parted, stressed
 from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.network import Network

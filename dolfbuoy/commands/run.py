@@ -119,8 +119,8 @@ def _is_there(folder: Path, scene: "Scene", overwrite: bool) -> bool:
 
 
 def _show_again(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], None]]) -> None:
+    from ..results.cautions import refused
     from ..results.record import read
-    from ..results.retried import refused
 
     if rank() != 0:
         return

@@ -111,7 +111,7 @@ def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
 
 def _doubts(dataset: "xr.Dataset") -> list[str]:
     """A sentence about cases whose steps were often retried."""
-    from ..results.retried import OFTEN
+    from ..results.cautions import OFTEN
 
     share = dataset.cut_steps.values
     often, worst = int((share > OFTEN).sum()), int(share.argmax())

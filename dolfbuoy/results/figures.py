@@ -14,16 +14,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 # Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
-from . import along_line, over_time, trajectories  # noqa: F401
+from . import over_time, trajectories  # noqa: F401
 from . import snapshot as _snapshot  # noqa: F401
 from .after_ramp import Missing, TooShort
-from .drawing import FIGURES
 from .over_time import of_quantity
 from .paraview import read_run
 from .parts import names_of
 from .quantities import QUANTITIES
 from .record import fitting
-from .style import keep
+from .style import FIGURES, keep
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,10 +8,9 @@ import numpy as np
 
 from ..scene.settings import period_of
 from .after_ramp import spectra_of, window_of
-from .drawing import FIGURES, at_least, draws, figure_of, legend_above
 from .quantities import ERROR, QUANTITIES, Quantity
 from .series import unwrapped
-from .style import COLORS, COLUMN, Figure, new_figure
+from .style import COLORS, COLUMN, FIGURES, Figure, at_least, draws, figure_of, legend_above, new_figure
 from .tables import force_unit, unit_of
 
 if TYPE_CHECKING:

@@ -11,9 +11,8 @@ import numpy as np
 
 from ..model.sea import crest_height, heading, wavenumber
 from .draw3d import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
-from .drawing import figure_of
 from .frame import Frames
-from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, matplotlib, new_figure
+from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, figure_of, matplotlib, new_figure
 from .tables import force_unit
 
 # isort: split

@@ -7,11 +7,22 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .drawing import legend_above
 from .extremes import Gumbel
 from .quantities import shown_in
 from .series import each_series
-from .style import COLORS, PAGE, PALETTE, STYLE, Circle, Figure, legend_below, matplotlib, new_figure, save
+from .style import (
+    COLORS,
+    PAGE,
+    PALETTE,
+    STYLE,
+    Circle,
+    Figure,
+    legend_above,
+    legend_below,
+    matplotlib,
+    new_figure,
+    save,
+)
 from .tables import unit_of
 
 #: Sets that colours can tell apart; of more only these, the first ones, are drawn.

@@ -14,8 +14,7 @@ from scipy.stats import norm
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.linear.drag import LinearDrag, Sea, Velocities
-from dolfbuoy.linear.linearisation import linearise
-from dolfbuoy.linear.reactions import WithReactions
+from dolfbuoy.linear.linearisation import WithReactions, linearise
 from dolfbuoy.linear.seaway import Seaway
 from dolfbuoy.linear.spectrum import bins_of, irregular_waves, small_waves
 from dolfbuoy.results.labelled import complex_of
