@@ -11,8 +11,7 @@ from ..results.bars import rows_of
 from ..results.summary import remaining_amplitude
 from ..scene.sections import SCHEMES
 from ..scene.settings import period_of
-from .document import Markup, tag
-from .html import paragraphs, section, table
+from .html import Markup, paragraphs, section, table, tag
 
 if TYPE_CHECKING:
     import xarray as xr

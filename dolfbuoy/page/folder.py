@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..errors import InputError
 from ..results.folder import enlist, remarks
@@ -47,22 +47,17 @@ def _run(file: Path) -> str:
         return run_page(record, scene, known.get("case"))
 
 
-def _modes(file: Path) -> str:
-    from .modes_page import modes_page
+def _of_dataset(file: Path) -> str:
+    """The page of modes.nc or sweep.nc."""
+    from .result_pages import modes_page, sweep_page
 
+    make: Callable[[Any], str] = modes_page if file.name == "modes.nc" else sweep_page
     with fitting(file):
-        return modes_page(read(file))
-
-
-def _sweep(file: Path) -> str:
-    from .sweep_page import sweep_page
-
-    with fitting(file):
-        return sweep_page(read(file))
+        return make(read(file))
 
 
 def _precision(file: Path) -> str:
-    from .precision_page import precision_page
+    from .result_pages import precision_page
 
     with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
         found = json.loads(file.read_text())
@@ -72,7 +67,7 @@ def _precision(file: Path) -> str:
 #: Page of each result, by the name of its file.
 PAGES = {
     "results.nc": Page("page.html", "run", _run),
-    "modes.nc": Page("modes.html", "modes", _modes),
-    "sweep.nc": Page("sweep.html", "sweep", _sweep),
+    "modes.nc": Page("modes.html", "modes", _of_dataset),
+    "sweep.nc": Page("sweep.html", "sweep", _of_dataset),
     "work-precision.json": Page("work-precision.html", "study", _precision),
 }

@@ -36,7 +36,7 @@ def show(record: xr.Dataset, scene: Scene | None = None, height: int = 820) -> S
     from ..errors import InputError
 
     if "eigenvalue" in record:
-        from .modes_page import modes_page
+        from .result_pages import modes_page
 
         return Shown(modes_page(record, scene), height)
     if not record.sizes.get("time"):

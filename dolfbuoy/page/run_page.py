@@ -18,7 +18,7 @@ from ..scene.sections import SCHEMES
 from ..scene.settings import period_of
 from . import html
 from .accuracy_section import worth
-from .document import fragment, tag
+from .html import fragment, tag
 from .pack import chosen_rows, exact
 from .series import columns_of, envelopes, panels, rows_that_fit, spectra
 from .view import view_of
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from ..results.parts import Part
     from ..scene.sections import Scene
-    from .document import Markup
+    from .html import Markup
 
 
 def run_page(record: xr.Dataset, scene: Scene | None = None, case: str | None = None) -> str:

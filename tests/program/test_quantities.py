@@ -14,8 +14,8 @@ from dolfbuoy.commands.sweep import _show
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.rigid import mass_properties
 from dolfbuoy.motion.schemes import BackwardEuler, Scheme
+from dolfbuoy.page.result_pages import sweep_data as data_of_sweep
 from dolfbuoy.page.run_page import data_of, run_page
-from dolfbuoy.page.sweep_page import data_of as data_of_sweep
 from dolfbuoy.results import figures, sweep_figure
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.measured import compute
