@@ -47,7 +47,7 @@ def response(
     direction: Annotated[Number, cli.number("--direction", "Of the waves \\[deg, default: the scene's].")] = None,
     verify: Annotated[
         str | None,
-        typer.Option("--verify", metavar="PERIODS", help="Runs in time beside it, at these periods \\[s], or 'sea'."),
+        typer.Option("--verify", metavar="PERIODS", help="Compare with runs in time at these periods \\[s], or 'sea'."),
     ] = None,
     folder: cli.OutOption = None,
     assign: cli.SetOption = None,
@@ -55,7 +55,7 @@ def response(
 ) -> None:
     """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8
 
-    --verify runs in time beside it: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' both.
+    --verify compares with runs: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' in both.
     """
     from ..linear.spectrum import check_periods, irregular_waves
     from ..linear_api import PERIODS

@@ -71,7 +71,7 @@ def run(
     if resume is not None:
         if folder is not None or assign or requested or overwrite:
             raise InputError(
-                f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
+                f"--resume {resume}: goes on with a run as it is: with it go --t-end, and no --out, --set, "
                 "--accuracy, --bars or --overwrite."
             )
         loaded = _to_be_resumed(resume, end)

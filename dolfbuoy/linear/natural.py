@@ -76,7 +76,8 @@ def lowest_modes(
     modes = [_mode(moving, 0j, x, residual) for x, residual in zip(drifting.T, unheld, strict=True)]
     shown = np.flatnonzero(~pairs.zero)
     roots, vectors = pairs.roots[shown], quaternions.as_they_were(pairs.vectors[:, shown])
-    for same in _clusters(roots):
+    apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
+    for same in (rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1):
         vectors[:, same] = moving.separated(vectors[:, same])
     for root, x, residual in zip(roots, vectors.T, pairs.residuals[shown], strict=True):
         modes.append(_mode(moving, complex(root), x, residual))
@@ -95,22 +96,14 @@ def _drifting(moving: Moving, vectors: NDArray[Any]) -> Any:
     return vectors @ (right[:count].T / values[:count]) @ np.linalg.inv(left[leading, :count])
 
 
-def _clusters(roots: NDArray[Any]) -> list[NDArray[Any]]:
-    """Ranges of consecutive roots that are one."""
-    apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
-    return [rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1]
-
-
 def _mode(moving: Moving, root: complex, vector: NDArray[Any], residual: float) -> Mode:
     vector = moving.sized(vector)
     shares = moving.shares(vector)
-    return Mode(root, vector, float(residual), _kind(root), shares, named(shares, moving.half_waves(vector)))
-
-
-def _kind(root: complex) -> str:
     if root.imag == 0:
-        return "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
-    return "grows" if root.real > ROUNDING * abs(root) else "oscillates"
+        kind = "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
+    else:
+        kind = "grows" if root.real > ROUNDING * abs(root) else "oscillates"
+    return Mode(root, vector, float(residual), kind, shares, named(shares, moving.half_waves(vector)))
 
 
 def check_smooth(found: Linearisation) -> None:

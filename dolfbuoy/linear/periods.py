@@ -39,19 +39,17 @@ class NaturalPeriod(NamedTuple):
     share: float
 
 
-def buoy_periods(
-    scene: Scene, comm: Any = MPI.COMM_SELF, direction_deg: float = 0.0, rest: Problem | None = None
-) -> dict[str, NaturalPeriod]:
+def buoy_periods(scene: Scene, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
     """Natural periods of the scene's buoys: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
     Of several buoys with their names, "left surge".  Those of small motions about the equilibrium in current, wind and
     external force, moored as in the scene (a buoy without cable: in still water), with all added mass.  A motion
     without stiffness, or of which no mode is made, is absent: so is pitch if the buoy would capsize.  direction_deg: of
-    surge and roll, from x.  rest: see `linearise`.  Raises InputError for a scene without buoy, water or gravity,
+    surge and roll, from x.  Raises InputError for a scene without buoy, water or gravity,
     SolveError if the equilibrium is not found.
     """
     _check_floating(scene)
-    found = linearise(scene, comm, scene.waves, rest)  # with the forms that a run will need
+    found = linearise(scene, MPI.COMM_SELF, scene.waves)  # with the forms that a run will need
     try:
         return natural_periods(found, direction_deg)
     finally:

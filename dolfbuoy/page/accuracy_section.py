@@ -74,23 +74,14 @@ def _counted(elements: list[str]) -> str:
     return " + ".join(elements)
 
 
-def periods_of(scene: Scene) -> dict[str, float]:
-    """Natural and driving periods by name [s]: those of `check`, without its equilibrium where there is none."""
-    try:
-        return check(scene, MPI.COMM_SELF).periods  # a page is written by one rank
-    except (InputError, SolveError):
-        return derived(scene).periods
-
-
 def _periods(scene: Scene) -> Markup | None:
     """Table of the part of a free motion's amplitude that the scheme leaves."""
-    periods = periods_of(scene)
+    try:
+        periods = check(scene, MPI.COMM_SELF).periods  # a page is written by one rank
+    except (InputError, SolveError):  # without its equilibrium
+        periods = derived(scene).periods
     if not periods or scene.time is None or not scene.time.end:
         return None
-    rows = [(name, f"{T:.5g}", _percent(remaining_amplitude(T, scene))) for name, T in periods.items()]
+    rows = [(name, f"{T:.5g}", f"{100 * remaining_amplitude(T, scene):.3g} %") for name, T in periods.items()]
     caption = "What the scheme at its step leaves of the amplitude of a free motion, to the end of the run"
     return table(("period", "s", "left"), rows, caption)
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %"

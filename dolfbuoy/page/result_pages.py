@@ -150,15 +150,13 @@ def precision_page(rows: list[dict[str, Any]], notes: list[str], scene: str = ""
 
 
 def precision_data(rows: list[dict[str, Any]], names: list[str]) -> dict[str, Any]:
-    """Data for the script of the page."""
+    """Data for the script of the page; fronts: rows that no other beats in time and error, from the fastest on."""
+    fronts = {}
+    for name in names:
+        done = [i for i, row in enumerate(rows) if row.get(f"bound_{name}") is not None]
+        fronts[name] = [done[i] for i in pareto([(rows[i]["wall"], rows[i][f"bound_{name}"]) for i in done])]
     return {
         "kind": "precision",
-        "quantities": [{"key": name, "name": QUANTITIES[name], "front": _front(rows, name)} for name in names],
+        "quantities": [{"key": name, "name": QUANTITIES[name], "front": fronts[name]} for name in names],
         "rows": rows,
     }
-
-
-def _front(rows: list[dict[str, Any]], name: str) -> list[int]:
-    """Rows that no other beats in time and error, from the fastest on."""
-    done = [i for i, row in enumerate(rows) if row.get(f"bound_{name}") is not None]
-    return [done[i] for i in pareto([(rows[i]["wall"], rows[i][f"bound_{name}"]) for i in done])]

@@ -89,7 +89,13 @@ def data_of(record: xr.Dataset, scene: Scene) -> dict[str, Any]:
 LARGEST = (
     ("largest tension, upper end", "line", "tension_top", "N", lambda part: part.tension_top.values),
     ("largest force at a lower end", "line", "anchor_force", "N", lambda part: length(part.anchor_force.values)),
-    ("farthest from the start", "buoy", "buoy_position", "m", lambda part: _distance(part.buoy_position.values[:, :2])),
+    (
+        "farthest from the start",
+        "buoy",
+        "buoy_position",
+        "m",
+        lambda part: _distance(part.buoy_position.values[:, :2]),
+    ),
     ("largest lean", "buoy", "cone_angle", "deg", lambda part: part.cone_angle.values),
 )
 

@@ -37,9 +37,9 @@ def short_peaks(record: xr.Dataset, low: str, high: str) -> list[str]:
         steps = steps_of_peak(force)
         if steps < STEPS_OF_A_PEAK:
             unit, factor = force_unit(force)
-            said = f"The largest tension at {end}, {factor * force.max():.4g} {unit} at "
-            said += f"{float(record.time[force.argmax()]):.5g} s, rests on {steps} step{'s' if steps > 1 else ''}"
-            found.append(f"{said}: a snap, of which smaller steps may show more.")
+            text = f"The largest tension at {end}, {factor * force.max():.4g} {unit} at "
+            text += f"{float(record.time[force.argmax()]):.5g} s, rests on {steps} step{'s' if steps > 1 else ''}"
+            found.append(f"{text}: a snap, of which smaller steps may show more.")
     return found
 
 
@@ -65,8 +65,8 @@ def undamped(record: xr.Dataset, scene: Scene, sections: list[Cable]) -> list[st
     slackens = bare & [c.slack == "tension-only" for c in sections]
     segment = record.segment_of_cell.values
     slack = (record.cable_tension.values[:, slackens[segment]] <= 0).any()
-    said = ["went slack"] * bool(slack) + ["lay on the sea bed"] * _lies(record, scene, bare[segment])
-    return [f"The cable {' and '.join(said)}, and has {PULSES}"] if said else []
+    states = ["went slack"] * bool(slack) + ["lay on the sea bed"] * _lies(record, scene, bare[segment])
+    return [f"The cable {' and '.join(states)}, and has {PULSES}"] if states else []
 
 
 def _lies(record: xr.Dataset, scene: Scene, cells: NDArray[Any]) -> bool:

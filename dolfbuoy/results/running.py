@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..scene.network import Network
 from ..scene.settings import ramp_of
 from ..solver.vector_ops import widening
-from .after_ramp import BEHIND, after_ramp
+from .after_ramp import AFTER, after_ramp
 from .series import mean_over_time
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Extremes:
         self._lines = problem.lines
         part: Any = problem.lines.part if problem.lines else None
         unknowns = problem.system.u[part.slice if part else slice(0)]
-        self._ramp = ramp_of(problem.scene) * BEHIND
+        self._ramp = ramp_of(problem.scene) * AFTER
         self.kept = np.empty((2, 2, len(unknowns)))
         self.kept[:, 0], self.kept[:, 1] = np.inf, -np.inf
         self._until, self._after = (widening(unknowns, *rows) for rows in self.kept)

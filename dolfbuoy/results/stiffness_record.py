@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
 REACTIONS = ("F_x", "F_y", "F_z", "tau_x", "tau_y", "tau_z")
-SAID = {
+NAMES = {
     "mooring": "Restoring matrix of the mooring about C",
     "hull": "Restoring matrix of the hull with all its loads about C",
     "total": "Restoring matrix of both about C",
@@ -43,11 +43,11 @@ def dataset_of_stiffness(problem: Problem, found: Any) -> xr.Dataset:
             blocks.append(_with_infinite(body, block, directions))
             values.append(_eigenvalues(body, block, directions))
             finite.append(_across(body, block, directions))
-        data[name] = (("buoy", "reaction", "motion"), np.array(blocks), ("N/m, N m/rad", SAID[name]))
+        data[name] = (("buoy", "reaction", "motion"), np.array(blocks), ("N/m, N m/rad", NAMES[name]))
         what = "N m-1", "eigenvalues of its symmetric part, turns at the radius of gyration"
         data[f"{name}_eigenvalue"] = (("buoy", "number"), np.array(values), what)
         if is_rigid and name != "hull":
-            what = "N/m, N m/rad", f"{SAID[name]}, of motions across what is rigid"
+            what = "N/m, N m/rad", f"{NAMES[name]}, of motions across what is rigid"
             data[f"{name}_across"] = (("buoy", "reaction", "motion"), np.array(finite), what)
     if is_rigid:
         rows = [_motions(body, rigid) for body, rigid in zip(found.bodies, found.rigid, strict=True)]

@@ -165,7 +165,7 @@ class _CaseRecorder(Recorder):
         elif self.record.counts["time"] == 0:
             self._make_values()
             self._parted = self.observer.parted(self._fixed)
-            self._tell()
+            self._put_attributes()
             return self.record.series()
         self.close()
         return read(self.folder / "results.nc")
