@@ -4,7 +4,7 @@ The last but one is the companion of the last, so that all runs together take ab
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,8 @@ from .outputs import ANCHOR, NUMBERS, Output, unit_of_series
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from .companion import Event
 
 #: Outputs that are asked for where a scene names none, as far as it has them.
 USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
@@ -58,7 +60,7 @@ def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"]) -> Round:
         if isinstance(record, Exception):
             failure, ratio, companion = record, 2.0, record
         else:
-            found = _judged(chosen, record, companion, ratio)
+            found = judged(chosen, record, companion, ratio)
             if found.worst <= ENOUGH:
                 return found
             companion, ratio = record, _refinement(found)
@@ -87,8 +89,15 @@ def _tried(run, scene, last):
         return error
 
 
-def _judged(scene, record, companion, ratio):
-    bars, sentences = bars_of(record, scene, companion, ratio)
+def judged(
+    scene: Scene,
+    record: "xr.Dataset",
+    companion: "xr.Dataset | Exception",
+    ratio: float = 2.0,
+    events: "Mapping[Event, xr.Dataset] | None" = None,
+) -> Round:
+    """A run with its bars, and the largest of those asked for; as `bars_of`."""
+    bars, sentences = bars_of(record, scene, companion, ratio, events)
     wanted = wanted_of(scene, bars)
     shares = {output: bars[output].bar / (scene.accuracy.target * scale_of(output, bars)) for output in wanted}
     shares = {o: math.inf if bars[o].verdict == NONE or math.isnan(share) else share for o, share in shares.items()}
