@@ -6,9 +6,11 @@ The last but one is the companion of the last, so that all runs together take ab
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ..elsewhere import MPI
 from ..errors import InputError, NoResult, SolveError
+from ..parallel.ranks import bcast
 from ..results.quantities import QUANTITIES
 from ..scene import Scene
 from ..scene.settings import NEWTON, Space, Stepping, fitting, period_of, space_of, with_settings
@@ -46,8 +48,8 @@ class Round:
     output: Output
 
 
-def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"]) -> Round:
-    """The first run whose outputs are accurate enough, or the last of `accuracy.rounds`.
+def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"], comm: Any = MPI.COMM_SELF) -> Round:
+    """The first run whose outputs are accurate enough, or the last of `accuracy.rounds`; collective.
 
     run: computes a scene; whether it is one that may be the last.  Raises InputError for outputs that a run does not
     have, SolveError if all runs failed.
@@ -60,7 +62,7 @@ def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"]) -> Round:
         if isinstance(record, Exception):
             failure, ratio, companion = record, 2.0, record
         else:
-            found = judged(chosen, record, companion, ratio)
+            found = _judged_by_first(comm, chosen, record, companion, ratio)
             if found.worst <= ENOUGH:
                 return found
             companion, ratio = record, _refinement(found)
@@ -87,6 +89,20 @@ def _tried(run, scene, last):
         return run(scene, last)
     except (SolveError, NoResult) as error:
         return error
+
+
+def _judged_by_first(comm, scene, record, companion, ratio):
+    """As `judged`, on all ranks by rank 0, which has the records."""
+    found = None
+    if comm.rank == 0:
+        try:
+            found = judged(scene, record, companion, ratio)
+        except InputError as error:
+            found = error
+    found = bcast(comm, found if isinstance(found, InputError | None) else replace(found, record=None))
+    if isinstance(found, InputError):
+        raise found
+    return replace(found, record=record)
 
 
 def judged(

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from mpi_helpers import needs_mpirun, start_scenes
+from mpi_helpers import needs_mpirun, start, start_scenes
 
 from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.accuracy import bars as error_bars
@@ -261,6 +261,34 @@ def test_an_accuracy_that_was_reached_is_read(tmp_path):
     np.testing.assert_array_equal(again.tension_top, first.tension_top)
     with pytest.raises(InputError, match="another scene"):
         simulate(load_scene(scene, accuracy={"target": 0.04}), tmp_path)
+
+
+@pytest.mark.mpi
+@needs_mpirun
+def test_an_accuracy_on_two_ranks(tmp_path):
+    """The same settings and bars as on one; one that is not reached ends on both, with code 4 and one sentence."""
+    scene = load_scene("driven", time__end=6.0, accuracy={"target": 0.05})
+    done = start_scenes(2, {"two": scene.to_dict()}, tmp_path)
+    assert done.returncode == 0, done.stderr[-2000:]
+    one, two = simulate(scene), read(tmp_path / "two" / "results.nc")
+    assert two.sizes == one.sizes
+    np.testing.assert_allclose(two.bar, one.bar, rtol=1e-3, atol=1e-6)
+    line = [
+        "-m",
+        "dolfbuoy.commands.main",
+        "run",
+        "driven",
+        "--t-end",
+        3,
+        "--accuracy",
+        "0.01%",
+        "--set",
+        "accuracy.rounds=1",
+    ]
+    missed = start(2, [*line, "--no-plot", "--out", "missed"], tmp_path)
+    assert missed.returncode == 4, missed.stderr[-2000:]
+    assert missed.stderr.count("0.01 % was not reached") == 1
+    assert read(tmp_path / "missed" / "results.nc").sizes["output"] > 0
 
 
 def test_an_accuracy_that_is_not_reached(tmp_path):
