@@ -22,7 +22,9 @@ typedef int... PetscInt;
 typedef int... PetscErrorCode;
 typedef struct _p_Vec *Vec;
 typedef struct _p_Mat *Mat;
+typedef struct _p_IS *IS;
 typedef struct _p_SNES *SNES;
+typedef struct _p_PC *PC;
 PetscErrorCode SNESSetLagJacobian(SNES, PetscInt);
 PetscErrorCode MatSetPreallocationCOO(Mat, ptrdiff_t, PetscInt *, PetscInt *);
 PetscErrorCode MatSetValuesCOO(Mat, const double *, int);
@@ -124,6 +126,7 @@ typedef struct {
     Vec ghosted;                /* room for own unknowns and ghosts where several ranks share them, or NULL */
     const one_sided *law;       /* or NULL */
     SNES snes;
+    IS elimination;             /* places of the whole matrix in their order, or NULL: one rank numbers them so */
     Vec x, f, increment;
 } newton;
 
@@ -132,6 +135,7 @@ PetscErrorCode make_residual(const newton *N, Vec f);
 void change_residual(const one_sided *L, double *b);
 PetscErrorCode change_matrix(const one_sided *L, Mat A);
 PetscErrorCode install(newton *N);
+PetscErrorCode factorise_everywhere(PC pc, const char *package, bool natural);
 void attempt(const void *context);
 void judge_solve(const void *context);
 void improve(const void *context);

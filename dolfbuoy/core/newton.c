@@ -284,8 +284,49 @@ PetscErrorCode install(newton *N)
     return SNESSetConvergenceTest(N->snes, converged, N, NULL);
 }
 
+static IS elimination;  /* of the solve under way: PETSc gives an ordering no context */
+
+/* Rows of equal pattern that follow each other ("inodes") stay together: PETSc wants the order of such groups. */
+static PetscErrorCode order_of_elimination(Mat A, MatOrderingType type, IS *rows, IS *columns)
+{
+    PetscInt groups, *sizes, most, n, group = 0, count = 0, *of_row, *order;
+    const PetscInt *places;
+    (void)type;
+    TRY(MatInodeGetInodeSizes(A, &groups, &sizes, &most));
+    TRY(ISGetLocalSize(elimination, &n));
+    TRY(PetscMalloc2(n, &of_row, n, &order));
+    for (PetscInt row = 0; row < n; ++group)
+        for (PetscInt end = row + (sizes ? sizes[group] : 1); row < end; ++row)
+            of_row[row] = group;
+    TRY(ISGetIndices(elimination, &places));
+    for (PetscInt k = 0; k < n; ++k)
+        if (places[k] == 0 || of_row[places[k]] != of_row[places[k] - 1])  /* the first of its group */
+            order[count++] = of_row[places[k]];
+    TRY(ISRestoreIndices(elimination, &places));
+    TRY(ISCreateGeneral(PETSC_COMM_SELF, count, order, PETSC_COPY_VALUES, rows));
+    TRY(ISCreateGeneral(PETSC_COMM_SELF, count, order, PETSC_COPY_VALUES, columns));
+    return PetscFree2(of_row, order);
+}
+
+/* Let every rank have the whole matrix and factorise it: one way to add up, and no messages while it lasts. */
+PetscErrorCode factorise_everywhere(PC pc, const char *package, bool natural)
+{
+    KSP ksp;
+    TRY(PCSetType(pc, PCREDUNDANT));
+    TRY(PCRedundantGetKSP(pc, &ksp));
+    TRY(KSPSetType(ksp, KSPPREONLY));
+    TRY(KSPGetPC(ksp, &pc));
+    TRY(PCSetType(pc, PCLU));
+    TRY(PCFactorSetMatSolverType(pc, package));
+    if (!natural)
+        return 0;
+    TRY(MatOrderingRegister("elimination", order_of_elimination));
+    return PCFactorSetMatOrderingType(pc, "elimination");
+}
+
 static PetscErrorCode solve(const newton *N)
 {
+    elimination = N->elimination;
     TRY(set_start(N));
     return SNESSolve(N->snes, NULL, N->x);
 }

@@ -33,11 +33,11 @@ class Joining:
         return found
 
     def numbers(self) -> tuple:
-        """(order, ghosts or None, ties): arguments of a Numbering."""
-        order, ties = self._order(), self._ties()
+        """(order, its keys, ghosts or None, ties): arguments of a Numbering."""
+        (order, keys), ties = self._order(), self._ties()
         if self.comm.size == 1 or self.lines is None:
-            return order, None, ties
-        return order, self._ghosts(order, ties), ties
+            return order, keys, None, ties
+        return order, keys, self._ghosts(order, ties), ties
 
     def _ties(self):
         """(local dofs, local dofs that stand for them)."""
@@ -50,26 +50,27 @@ class Joining:
         return np.concatenate(tied), np.concatenate(standing)
 
     def _order(self):
-        """Free owned unknowns: lines and joints, behind each line what attaches it to a buoy, the buoys at the end.
+        """Free owned unknowns in their order, and the keys (3, n) of it, the last one first, with those of all ranks.
 
-        A single line has its attachment behind the buoy.
+        Lines and joints, after each line what attaches it to a buoy, the buoys at the end.  A single line has its
+        attachment after the buoy.
         """
-        states = [np.arange(b.part.slice.start, b.part.slice.stop) for b in self.buoys.values()]
-        mine = [a for a in self.attachments if a.rank == self.comm.rank]
-        sixes = [np.arange(a.slice.start, a.slice.stop) for a in mine]
-        if self.lines is None:
-            return np.concatenate([np.zeros(0, int), *states])
-        order, stages = self.lines.elimination_order()
-        followers = [dofs for members in self.groups for dofs in members[1:] if dofs is not None]
-        free = ~np.isin(order, np.concatenate([np.zeros(0, int), *followers]))
-        order, stages = order[free], stages[free]
-        if len(self.attachments) == 1:
-            return np.concatenate([order, *states, *sixes])
-        turns = [self.lines.turns[0][a.piece] for a in mine]
-        parts = [order, *sixes]
-        keys = [stages, *(np.full(6, turn + 0.25) for turn in turns)]
-        merged, keys = np.concatenate(parts), np.concatenate(keys)
-        return np.concatenate([merged[np.argsort(keys, kind="stable")], *states])
+        parts = [(np.arange(b.part.slice.start, b.part.slice.stop), (0, 0, np.inf)) for b in self.buoys.values()]
+        for a in self.attachments:
+            if a.rank == self.comm.rank:
+                alone = len(self.attachments) == 1
+                turn = (0, 1, np.inf) if alone else (0, np.inf, self.lines.turns[0][a.piece] + 0.25)
+                parts.append((np.arange(a.slice.start, a.slice.stop), turn))
+        if self.lines is not None:
+            order, keys = self.lines.elimination_order()
+            followers = [dofs for members in self.groups for dofs in members[1:] if dofs is not None]
+            free = ~np.isin(order, np.concatenate([np.zeros(0, int), *followers]))
+            parts.insert(0, (order[free], keys[:, free]))
+        dofs = np.concatenate([np.zeros(0, int), *(dofs for dofs, _ in parts)])
+        spread = [np.broadcast_to(np.reshape(keys, (3, -1)), (3, len(dofs))) for dofs, keys in parts]
+        keys = np.concatenate([np.zeros((3, 0)), *spread], axis=1)
+        order = np.lexsort(keys)
+        return dofs[order], keys[:, order]
 
     def _ghosts(self, order, ties):
         """(local, global) numbers of the unknowns that other ranks own."""

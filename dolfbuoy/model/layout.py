@@ -76,14 +76,14 @@ class Pieces:
         return order_of_pieces(self.pieces)
 
     def elimination_order(self) -> tuple[np.ndarray, np.ndarray]:
-        """(free owned dofs, how early each): along one piece after the other, each tension behind its positions.
+        """(free owned dofs, keys of each): along one piece after the other, each tension after its positions.
 
         In this order the saddle-point matrix has a factorisation without pivoting.  Dofs of a joint, all of them, come
         behind the last but one of its pieces, so that little fills in; behind them the tensions that only they precede.
         """
         dofs, keys = self.elimination_keys()
         order = np.lexsort((dofs, *keys))
-        return dofs[order], keys[-1][order]
+        return dofs[order], np.array(keys)[:, order]
 
 
 class Layout(Pieces):

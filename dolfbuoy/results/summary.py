@@ -178,7 +178,7 @@ def remaining_amplitude(period: float, scene: Scene) -> float:
 ROUNDING = 1e-6
 
 #: Elements of a cable up to which two ranks were slower than one (`tests/benchmarks/scaling.py strong`).
-SHARING_SLOWER_TO = 1_000_000
+SHARING_SLOWER_TO = 1_000
 
 
 def sharing_note(scene: Scene, ranks: int) -> str | None:

@@ -20,6 +20,8 @@ class Callbacks:
         c.residuals, c.jacobians = system.add_residuals.described, system.add_jacobians.described
         c.unknowns, c.rows = system.scaled_unknowns.described, system.scaled_residual.described
         c.matrix, c.ghosted = ffi.cast("Mat", system.A.handle), self._vector(system.numbering.ghosted)
+        if system.numbering.elimination is not None:
+            c.elimination = ffi.cast("IS", system.numbering.elimination.handle)
         c.row_scale, c.unknown_scale = address(system.row_scales), address(system.unknown_scales)
         c.row_scales, c.unknown_scales = (self._vector(v) for v in (system.row_vector, system.unknown_vector))
         self._alive = [system, order]

@@ -18,6 +18,7 @@ _ACCURACY = 1e-8  # of a linear solve that is checked
 _SOLVES = 1, 5  # at most: without a check, with one
 _SLOW = 0.1  # shrinking of the increments from which on a new matrix is due
 _MANY = 4  # iterations of a solve after which the next one begins with a new matrix
+_EVERYWHERE = 10_000_000  # unknowns up to which each of several ranks factorises the whole matrix
 _MARGIN = 0.01  # part of the tolerance that a kept matrix has to meet, as the last increment does not square the error
 
 
@@ -61,7 +62,8 @@ class Newton:
     """Solves a `System` from the values in its `u`.
 
     direct: PETSc's package for the factorisation on one rank; "petsc" (natural ordering, no pivoting) falls back to
-    "mumps" when a solve is not accurate; several ranks take "mumps".  options: the scene's own for PETSc.
+    "mumps" when a solve is not accurate.  Several ranks do the same, each for itself, unless there are so many unknowns
+    that they must share the factors: MUMPS does it then.  options: the scene's own for PETSc.
     keep_jacobian: use a matrix for several iterations and steps.
     """
 
@@ -73,7 +75,8 @@ class Newton:
         numbers.tolerance, numbers.own_options = system.tolerance, bool(self.options.scene)
         numbers.keep, numbers.slow, numbers.margin, numbers.many = keep_jacobian, _SLOW, _MARGIN, _MANY
         self.fault = lambda: None  # what is wrong with a solution that no physical state can be
-        self.direct = direct if system.comm.size == 1 else "mumps"
+        self.everywhere = system.comm.size > 1 and not options and system.numbering.unknowns <= _EVERYWHERE
+        self.direct = direct if system.comm.size == 1 or self.everywhere else "mumps"
         self.x = system.numbering.vector()
         self._f, self._increment, before = self.x.duplicate(), self.x.duplicate(), np.zeros_like(system.u)
         self._go_back = copies([(system.u, before)])
@@ -100,11 +103,14 @@ class Newton:
         ksp = self.snes.getKSP()
         ksp.reset()
         self.numbers.valid = False  # a kept matrix goes with its factorisation
-        pc = ksp.getPC()
-        pc.setType("lu")
-        pc.setFactorSolverType(package)
-        if package == "petsc":
-            pc.setFactorOrdering("natural")
+        pc, natural = ksp.getPC(), package == "petsc"
+        if self.everywhere:
+            check(core().lib.factorise_everywhere(core().ffi.cast("PC", pc.handle), package.encode(), natural))
+        else:
+            pc.setType("lu")
+            pc.setFactorSolverType(package)
+            if natural:
+                pc.setFactorOrdering("natural")
         # Richardson on an exact factorisation: one solve, a look at its residual, refinement if it is not small.  C
         # leaves the look out for a kept matrix, whose factorisation was looked at when it was new: Newton refines.
         ksp.setType("richardson")

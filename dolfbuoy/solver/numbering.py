@@ -8,14 +8,15 @@ class Numbering:
     """Global numbers of the free unknowns: rank after rank, `order` within a rank.
 
     comm: of the whole problem.  size: number of local unknowns.  order: free local unknowns owned by this rank, in the
-    order of the matrix.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.  ties: arrays of local
-    unknowns and of those, in the order or ghosts, whose global index they have.
+    order of the matrix.  keys: (k, n) numbers that `order` is sorted by, the last ones first, and by which those of
+    all ranks are eliminated.  ghosts: (local index, global index) arrays of unknowns owned elsewhere.  ties: arrays of
+    local unknowns and of those, in the order or ghosts, whose global index they have.
 
     Constrained dofs (an anchored end) are no unknowns: PETSc is given the index -1 for them and drops their rows and
     columns.  `visible` are the owned free unknowns, in their order, and the ghosts behind them.
     """
 
-    def __init__(self, comm, size, order, ghosts=None, ties=None):
+    def __init__(self, comm, size, order, keys=None, ghosts=None, ties=None):
         self.comm, self.size, self.order = comm, size, np.asarray(order)
         first = comm.scan(len(order)) - len(order)
         self.unknowns = comm.allreduce(len(order))  #: free unknowns of all ranks
@@ -32,7 +33,10 @@ class Numbering:
         self.tied, self.tied_to = self._tie(*ties) if ties is not None else (np.zeros(0, dtype=np.int64),) * 2
         self.lgmap = PETSc.LGMap().create(self.global_index, comm=comm)
         self.ghosted = None  #: vector of the owned unknowns and the ghosts, where other ranks add to this rank's rows
+        self.elimination = None  #: global numbers in the order of elimination, where ranks follow each other in `order`
         if comm.size > 1:
+            everywhere = np.lexsort(np.concatenate(comm.allgather(keys), axis=1)).astype(PETSc.IntType)
+            self.elimination = PETSc.IS().createGeneral(everywhere, comm=PETSc.COMM_SELF)
             numbers = self.global_index[self.ghosts]
             self.ghosted = PETSc.Vec().createGhost(numbers, (len(self.order), self.unknowns), comm=comm)
 
@@ -63,3 +67,4 @@ class Numbering:
         self.lgmap.destroy()
         if self.ghosted is not None:
             self.ghosted.destroy()
+            self.elimination.destroy()

@@ -27,8 +27,8 @@ from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure
 from dolfbuoy.results.tables import show
 from dolfbuoy.studies.study import Table, save
 
-#: Linear solvers of the steps, by name: a PETSc package for a factorisation, or PETSc options.  The default is "petsc",
-#: elimination along the cable, on one rank and MUMPS on several.
+#: Linear solvers of the steps, by name: a PETSc package for a factorisation that ranks share, or PETSc options.  The
+#: default is "petsc", elimination along the cable, by each rank for itself.
 SOLVERS = {
     "default": None,
     "mumps": "mumps",
@@ -84,6 +84,7 @@ def evaluate_here(case: dict) -> dict | None:
 
 def _use(newton, solver):
     """Another linear solver, in the way of one that a scene asks for."""
+    newton.everywhere &= solver is None
     if isinstance(solver, str):
         newton.direct = solver
     elif solver:

@@ -33,6 +33,9 @@ SCENES = {
         cable__elements=5,
         time__output_every=0.05,
     ),
+    "moored buoy whose factors the ranks share": merged(
+        MOVING, solver={"petsc": {"pc_type": "lu", "pc_factor_mat_solver_type": "mumps"}}
+    ),
     "driven top": {
         "sea": MOORED["sea"],
         "cable": merged(

@@ -214,11 +214,7 @@ for name, scene in json.load(open(sys.argv[1])).items():
 @pytest.mark.mpi
 @needs_mpirun
 def test_two_ranks(tmp_path):
-    """What was kept of a run in the middle is taken up, and is the run that went on.
-
-    A run of its own would do for one line only: MUMPS on two ranks adds in whatever order parts arrive, so that the
-    rests of a network differ by rounding from one start to the next.
-    """
+    """What was kept of a run in the middle is taken up, and is the run that went on."""
     cases = [
         *(("moored buoy", scheme) for scheme in SCHEMES),
         ("cable", "bdf2"),
