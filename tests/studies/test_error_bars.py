@@ -220,6 +220,17 @@ def test_bars_on_two_ranks(tmp_path):
     np.testing.assert_allclose(two.bar, one.bar, rtol=1e-4, atol=1e-6)
 
 
+def test_runs_that_agree_and_are_both_wrong_are_not_resolved():
+    """A chain that falls and whips: backward Euler and its companion miss the blow (150 to 240 N, finer)."""
+    chain = load_scene("hanging-chain", initial__points=[[0.0, 0.0, 0.0], [1.9, 0.0, 0.6244997998398389]])
+    coarse = with_settings(chain, Space(2, 1, 10), Stepping("backward-euler", 0.004))
+    found = simulate(coarse, time__end=3.0, accuracy__estimate="both")
+    row = found.output.values.tolist().index("tension_anchor.max")
+    assert float(found.bar_value[row] + 3 * found.bar[row]) < 150.0
+    assert RESOLVED not in found.bar_verdict.values
+    assert "cannot be followed to the end" in found.attrs["bar_says"]
+
+
 def test_scatter_over_seeds():
     """What one run says of the mean and standard deviation of a sea is how those of a hundred differ."""
     rng, t = np.random.default_rng(1), np.arange(0.0, 600.0, 0.5)
