@@ -49,7 +49,7 @@ def sensitivity(
         raise InputError("--static: does not go with --modes.")
     loaded, folder = load(scene, assign), folder_of(scene, folder)
     what = "static" if static else "modes" if periods else "run"
-    found = sensitivities(loaded, _listed("--by", by), _listed("--of", of), folder, what)
+    found = sensitivities(loaded, listed("--by", by), listed("--of", of), folder, what)
     if rank() != 0:
         return
     columns = {"run": _of_run, "static": _at_rest, "modes": _of_modes}[what](found, of is not None)
@@ -74,7 +74,8 @@ def sensitivity(
         say(f"figure: {folder / 'figures' / 'tornado.png'}")
 
 
-def _listed(option: str, text: str | None) -> list[str] | None:
+def listed(option: str, text: str | None) -> list[str] | None:
+    """Names of an option with commas; None without it.  Raises InputError."""
     if text is None:
         return None
     names = [name.strip() for name in text.split(",")]
