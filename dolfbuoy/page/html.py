@@ -98,14 +98,8 @@ def fragment(name: str, **parts: str) -> Markup:
 
 def section(name: str, title: str, *children: Any, **attributes: Any) -> Markup:
     """A part of the page with its heading."""
-    return tag(
-        "section",
-        tag("h2", title, id=f"{name}-title"),
-        *children,
-        id=name,
-        aria_labelledby=f"{name}-title",
-        **attributes,
-    )
+    heading = tag("h2", title, id=f"{name}-title")
+    return tag("section", heading, *children, id=name, aria_labelledby=f"{name}-title", **attributes)
 
 
 def table(headings: Iterable[str], rows: Iterable[Iterable[Any]], caption: str = "") -> Markup:

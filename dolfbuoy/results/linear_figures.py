@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .labelled import complex_of
+from .linear_record import each_buoy, each_tension
 from .offset_record import top_tension
-from .response_record import each_buoy, each_tension
 from .style import COLORS, PAGE, PALETTE, STYLE, Figure, Line2D, legend_below, matplotlib, new_figure
 from .tables import force_unit
 

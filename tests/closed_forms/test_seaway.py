@@ -18,7 +18,7 @@ from dolfbuoy.linear.linearisation import WithReactions, linearise
 from dolfbuoy.linear.seaway import Seaway
 from dolfbuoy.linear.spectrum import bins_of, irregular_waves, small_waves
 from dolfbuoy.results.labelled import complex_of
-from dolfbuoy.results.response_record import warnings
+from dolfbuoy.results.linear_record import warnings
 from dolfbuoy.scene.waves import Waves
 from dolfbuoy.studies.physics.response_runs import compared, measured, measured_in_sea
 
