@@ -53,7 +53,7 @@ class Callbacks:
         check(core().lib.install(c))
 
     def work(self, name: str) -> Work:
-        """A function of newton.c: `attempt`, `judge_solve`, `improve` or `evaluate_residual`."""
+        """A function of newton.c: `attempt`, `judge_solve`, `improve`, `evaluate_residual` or `renew_matrix`."""
         return Work(name, self._context, self)
 
     def improving_tangent(
