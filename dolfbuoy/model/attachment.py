@@ -9,8 +9,8 @@ from dolfinx import fem
 from ..forms import buoy as body
 from ..forms import coupling
 from ..forms.kinds import Expr
+from ..solver import compat
 from ..solver.fields import Fields
-from ..solver.real import real_space
 from ..solver.unknowns import Block, Part
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Attachment:
         self.piece, self.end, self.rank = piece, end, rank
         self.buoy, self.offset = buoy, offset
         self._on_line = fem.Function(self.lines.at_ends)
-        self._on_body = fem.Function(real_space(buoy.mesh, FIELDS.size)) if buoy else None
+        self._on_body = fem.Function(compat.real_space(buoy.mesh, FIELDS.size)) if buoy else None
         self._ds = self.lines.end_measure(number, end)
         self.line_part = self.body_part = None
 

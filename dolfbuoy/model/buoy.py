@@ -15,7 +15,6 @@ from ..forms.sea import Flow
 from ..scene import Scene
 from ..solver import compat
 from ..solver.fields import Fields
-from ..solver.real import real_space
 from ..solver.system import System
 from ..solver.unknowns import Block, Part
 from ..solver.vector_ops import Work, work
@@ -93,7 +92,7 @@ class Buoy(Model):
         cells = WetHull.cells(scene.solver, self.shape) if wet else 1  # equations without place need one
         nodes = np.arange(cells + 1.0)
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
-        self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
+        self.state, self.part = fem.Function(compat.real_space(self.mesh, self.fields.size)), None
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
         if dynamic:
             self.gamma, self.history = compat.constant(self.mesh, 0.0), fem.Function(self.state.function_space)

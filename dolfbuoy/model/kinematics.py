@@ -156,7 +156,7 @@ class Kinematics:
         body: arrays that hold r_C, q_4 and the height of C, and the length of its hull.
         """
         read = [points for points in self.sets if system.numbers_of(points.coefficient) is not None]
-        counts = lambda p: system.counts.of(p.coefficient.function_space.mesh, p.cells)  # noqa: E731
+        counts = lambda p: system.shared.count(p.coefficient.function_space.mesh, p.cells)  # noqa: E731
         context = self._context(read, system.numbers_of, counts, body)
         self._following.append(context)
         system.filled_by_hook(*(points.coefficient for points in read))

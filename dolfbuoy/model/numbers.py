@@ -62,7 +62,7 @@ class Numbers:
     def _fill(self, made: fem.Function, get: Callable[..., Any]) -> None:
         values = np.array([get(section) for section in self.sections])
         made.x.array[compat.cell_dofs(made.function_space)[:, 0]] = values[self._which]
-        compat.scatter_forward(made)
+        made.x.scatter_forward()
 
     def change(self, scene: Scene) -> None:
         """Take the numbers of another scene of the same structure."""

@@ -50,7 +50,7 @@ class Parting:
         found = [self._part(pieces, rule, u, t) for (_, rule), pieces in rules.items()]
         if not any(found):
             return False
-        compat.scatter_forward(self.parted)
+        self.parted.x.scatter_forward()
         return True
 
     def _part(self, pieces, rule, u, t):

@@ -7,7 +7,6 @@ they follow from the positions, the velocity that the constraints admit, and the
 import numpy as np
 
 from ..elsewhere import MPI
-from ..solver import compat
 from .schemes import BackwardEuler, Predictor
 
 
@@ -105,5 +104,5 @@ def _solve_tension(simulation, lines, u0):
         if simulation.comm.allreduce(bool(done), op=MPI.LAND):
             break
     system.publish()
-    compat.scatter_forward(lines.w)
+    lines.w.x.scatter_forward()
     u0[lines.part.slice] = lines.w.x.array

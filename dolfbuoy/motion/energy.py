@@ -13,7 +13,7 @@ from dolfinx import fem
 from ..forms import cable as cable_form
 from ..model import effects
 from ..model.rigid import rotation_of
-from ..solver.real import real_space
+from ..solver import compat
 from ..solver.unknowns import Contribution, Part
 
 #: Energies [J]; the others are powers [W].
@@ -43,7 +43,7 @@ class Meter:
     def _add(self, model, densities):
         """densities: [(account, integrand, measure)]; one linear form, whose components are the accounts."""
         names = list(dict.fromkeys(name for name, _, _ in densities))
-        test = ufl.TestFunction(real_space(model.mesh, max(len(names), 2)))
+        test = ufl.TestFunction(compat.real_space(model.mesh, max(len(names), 2)))
         form = sum(value * test[names.index(name)] * measure for name, value, measure in densities)
         part = Part("powers", fem.Function(test.ufl_function_space()), 0)
         self._forms.append((names, part, Contribution(form, part)))

@@ -24,7 +24,8 @@ class Fields:
 
     def split(self, vector):
         """UFL vectors by name, of a UFL vector with `size` components."""
-        return self._tuple(*(_part(vector, self.slices[name]) for name in self.names))
+        components = [vector[i] for i in range(self.size)]
+        return self._tuple(*(ufl.as_vector(components[place]) for place in self.slices.values()))
 
     def mask(self, *names):
         """Which components belong to these names, a bool array (size,)."""
@@ -39,7 +40,3 @@ class Fields:
         for name in self.names:
             array[self.slices[name]] = values[name]
         return array
-
-
-def _part(vector, place):
-    return ufl.as_vector([vector[i] for i in range(place.start, place.stop)])

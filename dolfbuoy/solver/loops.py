@@ -9,7 +9,7 @@ Several cells are done at once, one in each lane of the vector registers (`lanes
 all that belongs to a cell is in blocks (cells of a block // lanes, numbers of a cell, lanes).
 """
 
-from typing import NamedTuple
+from functools import partial
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class Hooks:
     """Functions that are called before every evaluation of a residual or a Jacobian, in the order of `add`.
 
     A hook may change what the kernels are about to read: coefficients in the array `values` of a `Values`, and the
-    `Coordinates` of a mesh.  Residual and Jacobian at one state must see the same.
+    coordinates of a mesh.  Residual and Jacobian at one state must see the same.
     """
 
     def __init__(self, values):
@@ -64,7 +64,9 @@ class Hooks:
         if isinstance(function, str):
             function = ffi.addressof(core().lib, function)
         elif not isinstance(function, int):
-            function = self._from_python(function)
+            call = partial(lambda python, *_: python(self.values), function)
+            function = ffi.callback("void(void *, double *)", call, onerror=self._failed)
+            self._alive.append(function)
         if place == len(self._room):
             grown = ffi.new("hook[]", 2 * place + 8)
             grown[0:place] = self._room
@@ -73,15 +75,8 @@ class Hooks:
         one.call, one.context = ffi.cast("hook_function *", function), ffi.cast("void *", context or 0)
         self.described.count += 1
 
-    def _from_python(self, function):
-        ffi = core().ffi
-
-        def failed(kind, error, traceback):
-            self._error, self.failed[0] = error, 1
-
-        wrapped = ffi.callback("void(void *, double *)", lambda *_: function(self.values), onerror=failed)
-        self._alive.append(wrapped)
-        return wrapped
+    def _failed(self, kind, error, traceback):
+        self._error, self.failed[0] = error, 1
 
     def check(self):
         """Raise what a hook has raised."""
@@ -90,43 +85,27 @@ class Hooks:
             raise error
 
 
-class Coordinates:
-    """Vertices of the owned cells of each mesh, one array (cells, 3 x vertices) for all forms on it.
+class Shared:
+    """What all loops of a System share: its hooks, and arrays that a hook may write.
 
-    Whoever moves the quadrature points of a mesh writes there.
+    Whoever asks for an array again gets the same one.
     """
 
-    def __init__(self):
-        self._arrays = {}
+    def __init__(self, hooks):
+        self.hooks, self._coordinates, self._counts = hooks, {}, {}
 
-    def of(self, mesh):
-        """The array of a mesh."""
-        key = id(mesh)
-        if key not in self._arrays:
-            self._arrays[key] = mesh, np.ascontiguousarray(compat.cell_coordinates(mesh), dtype=np.float64)
-        return self._arrays[key][1]
+    def coordinates(self, mesh):
+        """Vertices of the owned cells of a mesh (cells, 3 x vertices), where its quadrature points can be moved."""
+        if id(mesh) not in self._coordinates:
+            self._coordinates[id(mesh)] = mesh, np.ascontiguousarray(compat.cell_coordinates(mesh), dtype=np.float64)
+        return self._coordinates[id(mesh)][1]
 
-
-class Counts:
-    """Numbers of cells of an integral that are looked at, from the first on: all unless a hook writes less there."""
-
-    def __init__(self):
-        self._counts = {}
-
-    def of(self, mesh, cells):
-        """The number, as an array of one, that all integrals over these cells of a mesh read."""
+    def count(self, mesh, cells):
+        """Number of the cells, from the first on, that all integrals over these cells look at: an array of one."""
         key = id(mesh), np.asarray(cells, dtype=np.int32).tobytes()
         if key not in self._counts:
             self._counts[key] = mesh, np.array([len(cells)], dtype=np.int32)
         return self._counts[key][1]
-
-
-class Shared(NamedTuple):
-    """Arrays that the loops of a System read besides their forms' values."""
-
-    hooks: Hooks
-    coordinates: Coordinates
-    counts: Counts
 
 
 class Loop:
@@ -145,7 +124,7 @@ class Loop:
         found = [(c, integral, packed) for c, packed in sources for integral in compat.integrals(c.form, ffi)]
         described = ffi.new("integral[]", max(1, len(found)))
         for one, (c, integral, (coefficients, constants)) in zip(described, found, strict=False):
-            dofs = self._dofs_of_cells(c, integral)
+            dofs = [part.offset + self._dofs_of(part.function.function_space)[integral.cells] for part in c.sides]
             one.tensor = np.prod([d.shape[1] for d in dofs])
             self._inputs(one, c, integral, coefficients[integral.key], constants)
             self._outputs(one, dofs, size is None)
@@ -168,7 +147,7 @@ class Loop:
 
     def _inputs(self, one, contribution, integral, coefficients, constants):
         cells, mesh = integral.cells, contribution.row.function.function_space.mesh
-        x = self._shared.coordinates.of(mesh)
+        x = self._shared.coordinates(mesh)
         one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
         one.kernel, one.lanes = integral.kernel, 1
         if integral.facets is not None:
@@ -176,14 +155,9 @@ class Loop:
         elif len(cells) > 1:
             sizes = simd.Sizes(one.tensor, one.coefficients, one.constants, one.coordinates)
             one.kernel, one.lanes = simd.several(integral.kernel, sizes) or (integral.kernel, 1)
-        one.cells = self._kept(self._shared.counts.of(mesh, cells))
+        one.cells = self._kept(self._shared.count(mesh, cells))
         one.w, one.c, one.mesh = self._by_lanes(one, coefficients), self._ints(constants), self._doubles(x)
         one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(x.shape[1]))
-
-    def _dofs_of_cells(self, contribution, integral):
-        """Dofs of each side of a contribution (cells, dofs)."""
-        sides = contribution.sides
-        return [part.offset + self._dofs_of(part.function.function_space)[integral.cells] for part in sides]
 
     def _outputs(self, one, dofs, is_matrix):
         one.shared = all(np.all(d == d[:1]) for d in dofs)
@@ -194,13 +168,18 @@ class Loop:
         if one.shared:
             one.targets = self._ints(one.first + np.arange(one.tensor))
             dofs = [d[:1] for d in dofs]
-        entries = np.stack([_blocks(e, 1 if one.shared else one.lanes, -1).ravel() for e in _entries(*dofs)])
+        rows, columns = dofs  # of every entry of the cells' tensors, (cells, entries)
+        pair = np.repeat(rows, columns.shape[1], axis=1), np.tile(columns, rows.shape[1])
+        entries = np.stack([_blocks(e, 1 if one.shared else one.lanes, -1).ravel() for e in pair])
         self._entries.append(np.pad(entries, ((0, 0), (0, -entries.shape[1] % c_code.ALIGNED)), constant_values=-1))
         self._first += self._entries[-1].shape[1]
 
     def _dofs_of(self, space):
+        """Dofs of every owned cell, blocks one by one."""
         if id(space) not in self._dofs:
-            self._dofs[id(space)] = _unrolled(space)
+            blocks, size = compat.cell_dofs(space), space.dofmap.bs
+            dofs = size * blocks[:, :, None] + np.arange(size, dtype=np.int32)
+            self._dofs[id(space)] = dofs.reshape(len(blocks), -1)
         return self._dofs[id(space)]
 
     def _by_lanes(self, one, numbers):
@@ -225,15 +204,3 @@ def _blocks(numbers, lanes, more):
     filled = np.empty((blocks * lanes, n), dtype=np.int32)
     filled[:cells], filled[cells:] = numbers, more
     return filled.reshape(blocks, lanes, n).swapaxes(1, 2)
-
-
-def _unrolled(space):
-    """Dofs of every owned cell, blocks one by one."""
-    blocks, size = compat.cell_dofs(space), space.dofmap.bs
-    return (size * blocks[:, :, None] + np.arange(size, dtype=np.int32)).reshape(len(blocks), -1)
-
-
-def _entries(rows, columns):
-    """Row and column of every entry of the cells' tensors, (cells, entries) each."""
-    m, n = rows.shape[1], columns.shape[1]
-    return np.repeat(rows, n, axis=1), np.tile(columns, m)

@@ -80,23 +80,17 @@ class Newton:
         self.x = system.numbering.vector()
         self._f, self._increment, before = self.x.duplicate(), self.x.duplicate(), np.zeros_like(system.u)
         self._go_back = copies([(system.u, before)])
-        self.snes = self._create_snes()
+        self.snes = snes = PETSc.SNES().create(system.comm)
+        system.callbacks.hand_to(snes, self.x, self._f, self._increment)
+        # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
+        check(core().lib.SNESSetLagJacobian(core().ffi.cast("SNES", snes.handle), -1))
+        snes.setType("newtonls")
+        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
         self.choose_solver(self.direct)
         attempt, judge = (system.callbacks.work(name) for name in ("attempt", "judge_solve"))
         #: The first part of `solve`, what needs no decisions.
         self.begin = together(copies([(before, system.u)]), system.read_given, attempt, judge, system.publish)
         self._again = together(self._go_back, attempt, system.publish)
-
-    # -- set-up -----------------------------------------------------------------------------------------------------
-
-    def _create_snes(self):
-        snes = PETSc.SNES().create(self.system.comm)
-        self.system.callbacks.hand_to(snes, self.x, self._f, self._increment)
-        # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
-        check(core().lib.SNESSetLagJacobian(core().ffi.cast("SNES", snes.handle), -1))
-        snes.setType("newtonls")
-        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
-        return snes
 
     def choose_solver(self, package):
         """Solve linear systems with a factorisation of this package, unless the scene's options say otherwise."""
@@ -182,8 +176,9 @@ class Newton:
         if reason >= 0 or self._stalled_at_rounding(reason):
             return iterations, None
         names = {v: k for k, v in vars(PETSc.SNES.ConvergedReason).items() if isinstance(v, int)}
-        where = f"largest residual in {self._worst_block()}"
-        return iterations, f"{names.get(reason, reason)} after {iterations} iterations, {where}"
+        sizes = self.system.residual_by_block()
+        worst = max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
+        return iterations, f"{names.get(reason, reason)} after {iterations} iterations, largest residual in {worst}"
 
     def _run(self):
         self._again()
@@ -215,11 +210,6 @@ class Newton:
         size = increment.norm(PETSc.NormType.NORM_INFINITY)
         increment.destroy()
         return size <= 100 * self.system.tolerance
-
-    def _worst_block(self):
-        """Name of the block with the largest scaled residual at the present Functions."""
-        sizes = self.system.residual_by_block()
-        return max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
 
     # -- interruption -------------------------------------------------------------------------------------------------
 

@@ -106,21 +106,17 @@ class Quadratic:
         apart = np.abs(exact[:, None] - others).min(axis=1, initial=np.inf)
         exact = exact[(apart < ACCURACY * np.abs(exact)) & (np.abs(exact) >= ZERO)]
         zero, vectors = np.abs(roots) < ZERO, vectors[: len(vectors) // 2].astype(complex)
-        mine, theirs = self._together(roots, exact)
+        # numbers of roots of the mixed matrix, whose vectors are good, and of exact ones, without mixing
+        known = np.where(np.isfinite(roots), roots, np.inf)
+        apart = np.minimum(np.abs(known[:, None] - exact) / np.abs(exact), 1.0)
+        mine, theirs = linear_sum_assignment(apart)
+        near = apart[mine, theirs] < MIXED
+        mine, theirs = mine[near], theirs[near]
         for k, root in zip(mine, exact[theirs], strict=True):
             if abs(root) <= RING:
                 vectors[:, k] = self._refined(root, vectors[:, k])
         chosen = np.concatenate([np.flatnonzero(zero), mine])
         return np.concatenate([roots[zero], exact[theirs]]), vectors[:, chosen]
-
-    @staticmethod
-    def _together(roots, exact):
-        """Numbers of roots of the mixed matrix, whose vectors are good, and of exact ones, without mixing."""
-        roots = np.where(np.isfinite(roots), roots, np.inf)
-        apart = np.minimum(np.abs(roots[:, None] - exact) / np.abs(exact), 1.0)
-        mine, theirs = linear_sum_assignment(apart)
-        near = apart[mine, theirs] < MIXED
-        return mine[near], theirs[near]
 
     def _refined(self, root, vector):
         """Inverse iteration next to an eigenvalue."""
@@ -155,7 +151,12 @@ class Quadratic:
             solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
             solver.setDimensions(count)
             solver.setTolerances(1e-12, self.restarts)
-            self._invert(solver.getST(), SLEPc)
+            transformation = solver.getST()
+            transformation.setType(SLEPc.ST.Type.SINVERT)
+            ksp = transformation.getKSP()
+            ksp.setType("preonly")
+            ksp.getPC().setType("lu")
+            ksp.getPC().setFactorSolverType("mumps")
             solver.solve()
             if self.restarts == FEW and solver.getConverged() < count:
                 raise SolveError(f"the modes were not found in {FEW} restarts of SLEPc's solver.")
@@ -165,14 +166,6 @@ class Quadratic:
         finally:
             for item in (solver, *matrices):
                 item.destroy()
-
-    @staticmethod
-    def _invert(transformation, SLEPc):
-        transformation.setType(SLEPc.ST.Type.SINVERT)
-        ksp = transformation.getKSP()
-        ksp.setType("preonly")
-        ksp.getPC().setType("lu")
-        ksp.getPC().setFactorSolverType("mumps")
 
     def _petsc(self, A):
         A = csr_matrix(A)

@@ -13,7 +13,7 @@ from petsc4py import PETSc
 
 from . import compat, coo
 from .callbacks import Callbacks
-from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
+from .loops import Hooks, Loop, Scaled, Shared
 from .unknowns import Contribution, Values
 from .vector_ops import copies
 
@@ -33,15 +33,19 @@ class System:
         self.size, self.order = numbering.size, numbering.order
         self.gamma = None  # of the scales
         self.residuals = [Contribution(form, part) for part, form in residuals]
-        self.jacobians = self._differentiate(residuals)
+        self.jacobians, number = [], {id(part.function): k for k, part in enumerate(parts)}
+        for row, form in residuals:
+            for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
+                derivative = ufl.derivative(form, parts[k].function, parts[k].trial)
+                self.jacobians.append(Contribution(derivative, row, parts[k]))
         self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
         self.u = self._values.unknowns
         #: Copy `u` into the parts' Functions.
         self.publish = copies([(part.values, self.u[part.slice]) for part in parts])
-        self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
-        shared = self._shared = Shared(self.hooks, self.coordinates, self.counts)
-        self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
-        self.add_jacobians = Loop(self.jacobians, self._values, shared, spare=len(self.order))
+        self.hooks = Hooks(self._values.array)
+        self.shared = Shared(self.hooks)
+        self.add_residuals = Loop(self.residuals, self._values, self.shared, self.size)
+        self.add_jacobians = Loop(self.jacobians, self._values, self.shared, spare=len(self.order))
         self._b = self.add_residuals.out
         #: Units of the visible unknowns, and 1/units of the rows.
         self.unknown_scales, self.row_scales = np.ones(len(numbering.visible)), np.ones(len(self.order))
@@ -51,34 +55,17 @@ class System:
             self.scaled_residual = Scaled(self._b, self.order, self.row_scales, ties)
         else:  # scaled when all ranks have been added up
             self.scaled_residual = Scaled(self._b, numbering.visible, np.ones(len(numbering.visible)), ties)
-        self.A = self._create_matrix()
+        self.A, index = numbering.matrix(), np.append(numbering.global_index, -1)  # -1: of what belongs to no unknown
+        # the spare entries: a diagonal even where the forms have none, for the factorisation
+        coo.preallocate(self.A, *(index[np.append(e, self.order)] for e in self.add_jacobians.entries))
+        self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
+        coo.set_values(self.A, self.add_jacobians.out)
         self.row_vector, self.unknown_vector = numbering.vector(), numbering.vector()
         if law is not None:
             law.attach(self)
         #: What PETSc calls; its `numbers.assembled` counts assemblies of the matrix.
         self.callbacks = Callbacks(self)
         self.set_scales(1.0)
-
-    # -- set-up -----------------------------------------------------------------------------------------------------
-
-    def _differentiate(self, residuals):
-        jacobians, number = [], {id(part.function): k for k, part in enumerate(self.parts)}
-        for row, form in residuals:
-            for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
-                column = self.parts[k]
-                derivative = ufl.derivative(form, column.function, column.trial)
-                jacobians.append(Contribution(derivative, row, column))
-        return jacobians
-
-    def _create_matrix(self):
-        A = self.numbering.matrix()
-        # the spare entries: a diagonal even where the forms have none, for the factorisation
-        places = [np.append(entries, self.order) for entries in self.add_jacobians.entries]
-        index = np.append(self.numbering.global_index, -1)  # of what belongs to no unknown, -1, too
-        coo.preallocate(A, *(index[place] for place in places))
-        self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
-        coo.set_values(A, self.add_jacobians.out)
-        return A
 
     def set_scales(self, gamma) -> bool:
         """Scale unknowns and rows for a step with d/dt ~ gamma; whether anything changed."""
@@ -90,7 +77,7 @@ class System:
         xs, fs = np.ones(self.size), np.ones(self.size)
         for block in self.blocks:
             xs[block.dofs] = block.unknown_size(gamma, self.tolerance)
-            fs[block.dofs] = 1 / block.residual_size(gamma)
+            fs[block.dofs] = 1 / (block.rest + block.moving * gamma**block.order)
         self.unknown_scales[:], self.row_scales[:] = xs[self.numbering.visible], fs[self.order]
         self.row_vector.setArray(self.row_scales)
         self.unknown_vector.setArray(xs[self.order])
@@ -127,7 +114,7 @@ class System:
     def functional(self, forms):
         """A Loop for linear forms that read what residuals do, or were `noted`: [(form, Part of its numbers), ...]."""
         found = [Contribution(form, test) for form, test in forms]
-        return Loop(found, self._values, self._shared, sum(c.row.size for c in found))
+        return Loop(found, self._values, self.shared, sum(c.row.size for c in found))
 
     def rows_of_jacobian(self, rows):
         """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
@@ -137,7 +124,7 @@ class System:
         """
         from scipy.sparse import csr_matrix
 
-        loop, place = Loop(self.jacobians, self._values, self._shared), np.full(self.size + 1, -1)
+        loop, place = Loop(self.jacobians, self._values, self.shared), np.full(self.size + 1, -1)
         place[rows] = np.arange(len(rows))
         at, columns = place[loop.entries[0]], np.append(self.numbering.global_index, -1)[loop.entries[1]]
         kept = (at >= 0) & (columns >= 0)

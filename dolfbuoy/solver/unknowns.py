@@ -52,9 +52,6 @@ class Block:
         noise = 100 * np.finfo(float).eps * self.rounding * gamma**2
         return max(self.unknown, noise / tolerance)
 
-    def residual_size(self, gamma):
-        return self.rest + self.moving * gamma**self.order
-
 
 class Values:
     """Values of the unknowns of this rank and, behind them, of all else that the forms read: one array.
