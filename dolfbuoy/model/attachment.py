@@ -79,16 +79,13 @@ class Attachment:
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
-    def _dofs(self):
+    def dofs(self) -> tuple[np.ndarray, np.ndarray]:
+        """(point, force): local unknowns that are r_O and T_O."""
         return FIELDS.of(np.arange(self.slice.start, self.slice.stop))
-
-    def force_dofs(self) -> np.ndarray:
-        """Local unknowns that are T_O."""
-        return self._dofs().force
 
     def blocks(self, reach: float, force: float, mass: float) -> list[Block]:
         """Blocks of the six numbers on the body's rank; typical length [m], force [N] and mass [kg]."""
-        point, pull = self._dofs()
+        point, pull = self.dofs()
         return [
             Block("mooring point r_O", point, reach, reach, unit="m"),
             Block("mooring force T_O", pull, force, reach, rounding=mass * reach, unit="N"),

@@ -164,22 +164,16 @@ class Problem:
         """Blocks of this rank; those of bodies and buoys have the same names on every rank, for messages."""
         force, length = self.typical_force, self.lines.longest if self.lines else 0.0
         blocks = self.lines.blocks(length, force) if self.lines else []
-        if self.network.bodies:
-            blocks += self._told(self.bodies and self.bodies.blocks(length, force), 0)
+        found = [(0, self.bodies and self.bodies.blocks(length, force))] if self.network.bodies else []
         for name, rank in self.buoy_ranks.items():
-            buoy = self.buoys.get(name)
-            blocks += self._told(buoy and self._buoy_blocks(buoy, length, force), rank)
-        return blocks
-
-    def _told(self, mine, rank):
-        """Blocks of a rank; on the others empty ones of their names."""
-        names = self.comm.bcast([b.name for b in mine] if mine else None, root=rank)
-        return mine or [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
-
-    def _buoy_blocks(self, buoy, length, force):
-        blocks = buoy.blocks(length, force)
-        for attachment in self.attached_to(buoy):
-            blocks += attachment.blocks(*buoy.reach_and_force(length, force), buoy.mass.mass)
+            mine = None
+            if (buoy := self.buoys.get(name)) is not None:
+                mine, sizes = buoy.blocks(length, force), (*buoy.reach_and_force(length, force), buoy.mass.mass)
+                mine += [block for attachment in self.attached_to(buoy) for block in attachment.blocks(*sizes)]
+            found.append((rank, mine))
+        for rank, mine in found:
+            names = self.comm.bcast([b.name for b in mine] if mine else None, root=rank)
+            blocks += mine or [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
         return blocks
 
     @property
@@ -249,7 +243,7 @@ class Problem:
     def force_dofs(self) -> np.ndarray:
         """Local unknowns that are tensions, or forces at attachments."""
         found = [np.zeros(0, dtype=int), *(model.force_dofs() for model in self.models)]
-        found += [a.force_dofs() for a in self.attachments if a.rank == self.comm.rank]
+        found += [a.dofs().force for a in self.attachments if a.rank == self.comm.rank]
         return np.concatenate(found)
 
     # -- numbers ------------------------------------------------------------------------------------------------------

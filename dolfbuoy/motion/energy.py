@@ -101,7 +101,11 @@ class Meter:
             for name, value in zip(names, b, strict=False):
                 values[name] += float(value)
         for buoy in problem.buoys.values():
-            self._add_body(buoy, values)
+            y, mass = buoy.fields.of(problem.system.u[buoy.part.slice]), buoy.mass
+            R = rotation_of(y.orientation)
+            v, omega = y.momentum / mass.mass, R @ (R.T @ y.angular_momentum / np.array(mass.inertia))
+            values["kinetic"] += 0.5 * (v @ y.momentum + omega @ y.angular_momentum)
+            values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
         if problem.lines:
             values["top"] = self._work_at_ends(problem)
         return values
@@ -117,14 +121,6 @@ class Meter:
                     if end.kind in ("prescribed", "free"):
                         found += float(problem.end_force(number, i, fresh=False) @ v[lines.end_dofs[k][i]])
         return found
-
-    def _add_body(self, buoy, values):
-        """Energy of the rigid body."""
-        y, mass = buoy.fields.of(self.simulation.system.u[buoy.part.slice]), buoy.mass
-        R = rotation_of(y.orientation)
-        v, omega = y.momentum / mass.mass, R @ (R.T @ y.angular_momentum / np.array(mass.inertia))
-        values["kinetic"] += 0.5 * (v @ y.momentum + omega @ y.angular_momentum)
-        values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
 
 
 def _weight(forces, r, v, measure):

@@ -86,11 +86,6 @@ class AdaptiveControl(StepControl):
         self.hold, self.since_change = order + 2, 0  # steps between changes: the past must be told at one step
         self.in_a_row = self.unjudged = 0  # rejections since the last step that counted; steps taken on trust
 
-    def _restart(self):
-        """A fresh past, and a few small steps on trust until it is long enough to judge by."""
-        self.restart, self.restarts, self.unjudged = True, self.restarts + 1, self.hold
-        self.step = max(0.1 * self.first_rejected, self.smallest)
-
     def _share(self, remaining, count):
         return remaining / count if count < 4 else self.step  # the last few steps before a milestone are equal
 
@@ -106,8 +101,9 @@ class AdaptiveControl(StepControl):
             self.in_a_row += 1
             if self.in_a_row == 1:
                 self.first_rejected = step
-            if self.in_a_row == 3:
-                self._restart()
+            if self.in_a_row == 3:  # a fresh past, and a few small steps on trust until it is long enough to judge by
+                self.restart, self.restarts, self.unjudged = True, self.restarts + 1, self.hold
+                self.step = max(0.1 * self.first_rejected, self.smallest)
                 return False
             if step <= self.smallest * (1 + 1e-9):
                 raise SolveError(

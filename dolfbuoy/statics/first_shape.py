@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -80,7 +79,7 @@ def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
         _check_length(scene, points, network.key_of(number), length, elastic)
         along, begin = _along(points, length), 0.0
         for piece in pieces:
-            shapes.append(partial(_shifted, along, begin))
+            shapes.append(lambda s, along=along, begin=begin: along(s + begin))
             begin += piece.section.length
     return shapes
 
@@ -130,10 +129,6 @@ def _check_length(scene: Scene, points: list[Array], key: str, length: float, el
         )
     if total == 0:
         raise InputError(f"initial.kind = '{kind}': must be a line with a length, not one point.")
-
-
-def _shifted(along: Callable[[Any], Array], begin: float, s: Any) -> Array:
-    return along(s + begin)
 
 
 def _along(given: list[Array], length: float) -> Callable[[Any], Array]:

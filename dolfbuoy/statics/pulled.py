@@ -35,7 +35,7 @@ def pull(problem: Problem) -> None:
     """Go from the equilibrium without friction to that of pulled lines.  Raises SolveError."""
     beds = [model.bed for model in (*problem.lines.groups, problem.bodies) if model]
     for bed in beds:
-        bed.enable_friction()
+        bed.friction.value = problem.scene.seabed.friction  # in statics it acts only here
     left: dict[int, float] = {}  #: piece that is held on the bed -> tension that its end carried and need not [N]
     for done in range(1, MOST_ROUNDS + 1):
         laying = _Laying(problem, left)

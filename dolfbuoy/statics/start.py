@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..model.feasible import shape_and_mass
 from ..model.lines import top_position
 from ..model.problem import Problem
-from ..model.rigid import mooring_offset, rotation_of
+from ..model.rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from ..model.sea import heading, wind_at
 from ..model.seabed import plane
 from ..scene import Scene
@@ -216,8 +215,8 @@ class _Floating:
 
     def __init__(self, scene: Scene, buoy: Buoy, pressure: Any):
         self.scene = scene
-        self.shape: Any
-        self.shape, self.mass = shape_and_mass(buoy)
+        self.shape: Any = shape_of(buoy)
+        self.mass = mass_properties(buoy)
         self.steady = np.array([0.0, 0.0, -self.mass.mass * scene.gravity])
         if buoy.external_force:
             self.steady = self.steady + buoy.external_force.force
