@@ -21,7 +21,7 @@ from rich.progress import Progress
 from .. import forms, meshes
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
-from ..writing import made, write_text
+from ..writing import made
 from . import interruption
 from .store import SUFFIX, Store, Writer
 
@@ -73,7 +73,8 @@ def compute(
     """
     comm, store = ranks_beside(executor), Path(folder) / "cases" / part
     missing, attempts, claims = comm.bcast(_prepared(folder, store, cases, again, say) if comm.rank == 0 else None)
-    pioneers = _first_of_each(structure, cases, missing) if structure and executor is None else []
+    alone = reversed(missing if structure and executor is None else [])
+    pioneers = sorted({structure(cases[i]): i for i in alone}.values())
     followers = [i for i in missing if i not in set(pioneers)]
     writer = Writer(store / f"rank-{comm.rank}{SUFFIX}", fingerprint())
 
@@ -112,11 +113,6 @@ def _prepared(folder, store, cases, again, say):
     made(folder, *store.relative_to(folder).parts)
     claims = Path(tempfile.mkdtemp(prefix="claims-", dir=store))
     return sorted(missing.values()), {i: known.attempt(name) for name, i in missing.items()}, claims
-
-
-def _first_of_each(structure, cases, missing):
-    """The first case of each structure."""
-    return sorted({structure(cases[i]): i for i in reversed(missing)}.values())
 
 
 def _evaluate_share(evaluate, cases, share, keep, claims, total):
@@ -238,8 +234,3 @@ def key(case: dict) -> str:
 def with_file(case: dict, folder: Path, name: str) -> dict:
     """The case, and with it a file of its own for what it keeps beside its result."""
     return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}
-
-
-def write_json(path: Path, value) -> None:
-    """Write a file that is whole whenever it is there."""
-    write_text(path, json.dumps(value))

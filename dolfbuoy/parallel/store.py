@@ -58,7 +58,9 @@ class Store:
                     if file is not None:
                         file.close()
                     opened, file = entry.file, entry.file.open("rb")
-                yield entry and _result(file, entry.place)
+                if entry is not None:
+                    file.seek(entry.place)
+                yield entry and json.loads(file.readline().partition(b" ")[2])["result"]
         finally:
             if file is not None:
                 file.close()
@@ -140,8 +142,3 @@ def _heads(file) -> Iterator[tuple[int, re.Match | None]]:
 def _head(line):
     checksum, _, text = line.rstrip(b"\n").partition(b" ")
     return _HEAD.match(text) if checksum == b"%08x" % zlib.crc32(text) else None
-
-
-def _result(file, place):
-    file.seek(place)
-    return json.loads(file.readline().partition(b" ")[2])["result"]

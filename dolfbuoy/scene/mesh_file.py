@@ -33,7 +33,11 @@ def element_lengths(value: Any) -> Any:
     """The name of a line mesh as [[length, 1], ...] of its elements, so that a scene is complete without the file; what
     else `cable.elements` may be, as it is.  Raises ValueError."""
     if isinstance(value, Named):
-        value = _mesh_of_stranger(value)
+        value = inside(value.folder, value.name)
+        if value.suffix.lower() not in FORMATS:
+            raise ValueError(f"must be a mesh file of these formats: {', '.join(FORMATS)}")
+        if value.suffix.lower() in (".xdmf", ".xmf"):
+            _check_xdmf(value)
     if not isinstance(value, str | Path):
         return value
     if not os.path.isfile(value):
@@ -56,15 +60,6 @@ def inside(folder: Path, name: str) -> Path:
         raise ValueError("must not be a link that leaves the folder of the scene")
     if not found:
         raise ValueError("file not found")
-    return path
-
-
-def _mesh_of_stranger(named: Named) -> Path:
-    path = inside(named.folder, named.name)
-    if path.suffix.lower() not in FORMATS:
-        raise ValueError(f"must be a mesh file of these formats: {', '.join(FORMATS)}")
-    if path.suffix.lower() in (".xdmf", ".xmf"):
-        _check_xdmf(path)
     return path
 
 

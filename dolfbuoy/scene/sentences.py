@@ -19,9 +19,9 @@ _OR = {
     "waves.spectrum": "or a table [[f, S], ...] of numbers >= 0, or a file",
     "waves.components": "or a list of [amplitude, period, direction_deg, phase_deg], or a file",
 }
-#: What is said of a key that no scene has.
 S = TypeVar("S", bound=Section)
 
+#: Message for a key that no scene has.
 UNKNOWN = "unknown key"
 _LONGEST = 200  # characters of a value
 

@@ -86,10 +86,7 @@ class Hooks:
 
 
 class Shared:
-    """What all loops of a System share: its hooks, and arrays that a hook may write.
-
-    Whoever asks for an array again gets the same one.
-    """
+    """Hooks of a System, and arrays that a hook may write: the same ones for all of its loops."""
 
     def __init__(self, hooks):
         self.hooks, self._coordinates, self._counts = hooks, {}, {}

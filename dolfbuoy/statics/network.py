@@ -169,7 +169,15 @@ def solve(network: Network) -> Rest:
 
     A table T(e) counts as the one stiffness that it has, roughly, where its piece is pulled hardest.
     """
-    _check(network)
+    for number, piece in enumerate(network.pieces):
+        start, end = network.joints[piece.start], network.joints[piece.end]
+        if network.is_held(piece) and np.isinf(piece.EA):
+            places = [np.asarray(start.position) + piece.start_offset, np.asarray(end.position) + piece.end_offset]
+            chord = places[1] - places[0]
+            if (distance := float(np.linalg.norm(chord))) >= piece.length:
+                raise SolveError(
+                    f"piece {number}: an inextensible line of {piece.length:.6g} m cannot span {distance:.6g} m"
+                )
     rest = _solve(network)
     for _ in range(ROUNDS):
         pairs = zip(network.pieces, rest.shapes, strict=True)
@@ -198,16 +206,3 @@ def _solve(network: Network) -> Rest:
         shape = _between(network, piece, *ends[i])
         pulls[i], lying[i] = shape.force(np.zeros(1))[0], shape.length_on_bed
     return Rest(network, positions, pulls, lying, ends)
-
-
-def _check(network: Network) -> None:
-    """Refuse what can have no rest."""
-    for number, piece in enumerate(network.pieces):
-        start, end = network.joints[piece.start], network.joints[piece.end]
-        if network.is_held(piece) and np.isinf(piece.EA):
-            places = [np.asarray(start.position) + piece.start_offset, np.asarray(end.position) + piece.end_offset]
-            chord = places[1] - places[0]
-            if (distance := float(np.linalg.norm(chord))) >= piece.length:
-                raise SolveError(
-                    f"piece {number}: an inextensible line of {piece.length:.6g} m cannot span {distance:.6g} m"
-                )
