@@ -11,9 +11,10 @@ import numpy as np
 import ufl
 from petsc4py import PETSc
 
-from . import compat, coo
+from . import compat
 from .callbacks import Callbacks
 from .loops import Hooks, Loop, Scaled, Shared
+from .numbering import preallocate, set_values
 from .unknowns import Contribution, Values
 from .vector_ops import copies
 
@@ -57,9 +58,9 @@ class System:
             self.scaled_residual = Scaled(self._b, numbering.visible, np.ones(len(numbering.visible)), ties)
         self.A, index = numbering.matrix(), np.append(numbering.global_index, -1)  # -1: of what belongs to no unknown
         # the spare entries: a diagonal even where the forms have none, for the factorisation
-        coo.preallocate(self.A, *(index[np.append(e, self.order)] for e in self.add_jacobians.entries))
+        preallocate(self.A, *(index[np.append(e, self.order)] for e in self.add_jacobians.entries))
         self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
-        coo.set_values(self.A, self.add_jacobians.out)
+        set_values(self.A, self.add_jacobians.out)
         self.row_vector, self.unknown_vector = numbering.vector(), numbering.vector()
         if law is not None:
             law.attach(self)
@@ -155,7 +156,7 @@ class System:
     def assemble_jacobian(self):
         """The Jacobian at the present Functions, unscaled, in `A`; their values are those of `u` from then on."""
         self._read_functions()
-        coo.set_values(self.A, self.add_jacobians())
+        set_values(self.A, self.add_jacobians())
         self.callbacks.numbers.assembled += 1
         if self.law is not None:
             self.law.change_matrix(self.A)

@@ -89,10 +89,15 @@ def given_start(problem: Problem) -> Start:
 
 def closed_form(problem: Problem, easier: Callable[[still.Network], still.Network] = lambda network: network) -> Start:
     """Lines at rest in still water; easier: makes an easier network of that of the Problem.  Raises SolveError."""
-    poses = dict.fromkeys(problem.network.buoys, UPRIGHT)
+    poses, scene = dict.fromkeys(problem.network.buoys, UPRIGHT), problem.scene
+    c: Any = scene.current
+    pressure = np.zeros(3)  # stagnation pressure of the fastest current, towards where it flows [Pa]
+    if c is not None and scene.sea is not None:
+        speed: float = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
+        pressure = 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
 
     def rest() -> Start:
-        network = easier(still_network(problem, poses, _pressure(problem.scene)))
+        network = easier(still_network(problem, poses, pressure))
         found = still.solve(network)
         for change in (_drawn_apart, _propped):
             joints = change(problem, network, found)
@@ -152,16 +157,6 @@ def _overturns(start: Start, name: str) -> bool:
 
 
 # -- joints and uniform pieces -----------------------------------------------------------------------------------------
-
-
-def _pressure(scene: Scene) -> Array:
-    """Stagnation pressure of the fastest current, towards where it flows [Pa]."""
-    c: Any = scene.current
-    if c is None or scene.sea is None:
-        return np.zeros(3)
-    speed: float = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
-    pressure: Array = 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
-    return pressure
 
 
 def still_network(problem: Problem, poses: dict[str, Array] | None = None, pressure: Any = 0.0) -> still.Network:

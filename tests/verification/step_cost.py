@@ -27,7 +27,8 @@ from dolfbuoy.errors import InputError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.recorder import Recorder
 from dolfbuoy.scene import load_scene
-from dolfbuoy.solver import compat, coo
+from dolfbuoy.solver import compat
+from dolfbuoy.solver.numbering import set_values
 from dolfbuoy.studies.study import Table
 
 from .script import make, start
@@ -115,7 +116,7 @@ def _groups(simulation, twin, march, recorder, count):
     newton, end, system = simulation.newton, simulation.scene.time.end, twin.system
     alone, rows = back_to_back(twin.newton), []
     newton.numbers.clocked = True
-    insert = partial(coo.set_values, system.A, system.add_jacobians.out)
+    insert = partial(set_values, system.A, system.add_jacobians.out)
     while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
         counted, in_steps, in_record = _counts(newton), 0.0, 0.0
         newton.numbers.seconds = 0.0
