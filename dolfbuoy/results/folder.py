@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
 #: What each kind of result consists of, the record first; a run has figures too.
 FILES: dict[str, tuple[str, ...]] = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
-_WITHOUT_RUN = ("static", "modes", "stiffness", "offsets", "response", "periodic")
+_WITHOUT_RUN = ("static", "modes", "stiffness", "offsets", "response", "periodic", "sensitivity", "uncertain")
 FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
 FILES["sweep"] = ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html")
 FILES["study"] = ("tables.md", "report.md", "hard-cases.md")

@@ -1,0 +1,6 @@
+"""Derivatives of results by the numbers of a scene, and what follows from them."""
+
+from .derivatives import sensitivities
+from .uncertainty import uncertainty
+
+__all__ = ["sensitivities", "uncertainty"]
