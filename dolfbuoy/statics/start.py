@@ -60,18 +60,6 @@ class Start(NamedTuple):
 # -- shapes that are given ---------------------------------------------------------------------------------------------
 
 
-class Drawn(NamedTuple):
-    """Shape of a piece along given points; no tension is known."""
-
-    position: Callable[[Any], Array]
-
-    def force(self, s: Any) -> Array:
-        return np.zeros((len(s), 3))
-
-    def tension(self, s: Any) -> Array:
-        return np.zeros_like(s)
-
-
 def given_start(problem: Problem) -> Start:
     """Lines along initial.points, upright buoys at their ends.  Raises InputError."""
     scene, network = problem.scene, problem.network
@@ -80,7 +68,7 @@ def given_start(problem: Problem) -> Start:
         end = network.pieces[k].ends[i]
         point = points_of(scene, network.pieces[k].cable)[-i]
         poses.setdefault(str(end.name), (point - mooring_offset(network.buoys[str(end.name)], end.fairlead), UPRIGHT))
-    shapes = [Drawn(shape) for shape in given_shapes(scene, poses)]
+    shapes = [still.Drawn(shape) for shape in given_shapes(scene, poses)]
     return Start(problem, shapes, dict.fromkeys(network.buoys, UPRIGHT))
 
 
