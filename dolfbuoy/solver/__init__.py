@@ -7,10 +7,14 @@ import importlib.metadata
 import os
 import sys
 from types import ModuleType
+from typing import Any
 
 import petsc4py
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI, elsewhere
+
+Array = NDArray[Any]  #: of numbers
 
 # The libraries behind PETSc read it once, when they are loaded: threads only cost time here.
 _ours = "OMP_NUM_THREADS" not in os.environ
@@ -22,7 +26,7 @@ if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are
         petsc4py.init(["dolfbuoy", "-no_signal_handler"], comm=own)
 
 
-def _import_without_pkg_resources():
+def _import_without_pkg_resources() -> None:
     """UFL and FFCx of Debian 12 import it to know their own version: 0.1 s of every start."""
     light = ModuleType("pkg_resources")
     light.get_distribution = importlib.metadata.distribution

@@ -7,16 +7,23 @@ added up by the part that they test; the Jacobian is their derivative with respe
 Unknowns and rows are scaled by typical sizes, so that metres, newtons and newton-metre-seconds meet in one norm.
 """
 
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import ufl
 from petsc4py import PETSc
 
-from . import compat
+from ..elsewhere import MPI
+from . import Array
 from .callbacks import Callbacks
 from .loops import Hooks, Loop, Scaled, Shared
-from .numbering import preallocate, set_values
-from .unknowns import Contribution, Values
-from .vector_ops import copies
+from .numbering import Numbering, preallocate, set_values
+from .unknowns import Block, Contribution, Part, Values
+from .vector_ops import Work, copies
+
+if TYPE_CHECKING:
+    from .tension_only import TensionOnly
 
 
 class System:
@@ -29,10 +36,19 @@ class System:
     `u` are the physical values of the local unknowns, and `hooks` what is called before every evaluation.
     """
 
-    def __init__(self, parts, residuals, blocks, numbering, tolerance=1e-9, law=None, noted=()):
+    def __init__(
+        self,
+        parts: list[Part],
+        residuals: list[tuple[Part, Any]],
+        blocks: list[Block],
+        numbering: Numbering,
+        tolerance: float = 1e-9,
+        law: "TensionOnly | None" = None,
+        noted: Iterable[Any] = (),
+    ) -> None:
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
-        self.gamma = None  # of the scales
+        self.gamma: float | None = None  # of the scales
         self.residuals = [Contribution(form, part) for part, form in residuals]
         self.jacobians, number = [], {id(part.function): k for k, part in enumerate(parts)}
         for row, form in residuals:
@@ -68,7 +84,7 @@ class System:
         self.callbacks = Callbacks(self)
         self.set_scales(1.0)
 
-    def set_scales(self, gamma) -> bool:
+    def set_scales(self, gamma: float) -> bool:
         """Scale unknowns and rows for a step with d/dt ~ gamma; whether anything changed."""
         if self.law is not None:
             self.law.set_scales(gamma)
@@ -92,32 +108,32 @@ class System:
     # -- evaluation in physical values ---------------------------------------------------------------------------------
 
     @property
-    def comm(self):
+    def comm(self) -> Any:
         """Communicator of the whole problem."""
         return self.numbering.comm
 
     @property
     def unknowns(self) -> int:
         """Number of free unknowns of all ranks."""
-        return self.numbering.unknowns
+        return int(self.numbering.unknowns)
 
-    def numbers_of(self, thing):
+    def numbers_of(self, thing: Any) -> Array | None:
         """Values that the forms read of a Function or a Constant: a view, or None if they do not read it."""
         return self._values.of(thing)
 
-    def filled_by_hook(self, *functions):
+    def filled_by_hook(self, *functions: Any) -> None:
         """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations.
 
         To be said before a Newton's method of this System is made.
         """
         self._values.leave(functions)
 
-    def functional(self, forms):
+    def functional(self, forms: Iterable[tuple[Any, Part]]) -> Loop:
         """A Loop for linear forms that read what residuals do, or were `noted`: [(form, Part of its numbers), ...]."""
         found = [Contribution(form, test) for form, test in forms]
         return Loop(found, self._values, self.shared, sum(c.row.size for c in found))
 
-    def rows_of_jacobian(self, rows):
+    def rows_of_jacobian(self, rows: Array) -> Callable[[], Any]:
         """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
 
         csr_matrix (rows, free unknowns of all ranks) [physical], of what this rank assembles; those of tied unknowns
@@ -131,18 +147,18 @@ class System:
         kept = (at >= 0) & (columns >= 0)
         places, shape = (at[kept], columns[kept]), (len(rows), self.unknowns)
 
-        def evaluate():
+        def evaluate() -> Any:
             self._read_functions()
             return csr_matrix((loop()[kept], places), shape)
 
         return evaluate
 
     @property
-    def read_given(self):
+    def read_given(self) -> Work:
         """Read coefficients and constants again."""
         return self._values.read_given
 
-    def evaluate(self):
+    def evaluate(self) -> Array:
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical].
 
         The Functions' values are those of `u` from then on.
@@ -153,7 +169,7 @@ class System:
             self.law.change_residual(b)
         return b
 
-    def assemble_jacobian(self):
+    def assemble_jacobian(self) -> None:
         """The Jacobian at the present Functions, unscaled, in `A`; their values are those of `u` from then on."""
         self._read_functions()
         set_values(self.A, self.add_jacobians())
@@ -162,24 +178,24 @@ class System:
             self.law.change_matrix(self.A)
 
     @property
-    def last_residual(self):
+    def last_residual(self) -> Array:
         """Local residual of the latest evaluation, which after Newton's solve is the one at the solution [physical]."""
         return self._b
 
-    def _read_functions(self):
+    def _read_functions(self) -> None:
         self._values.read_unknowns()
         self._values.read_given()
 
     # -- as PETSc sees it ---------------------------------------------------------------------------------------------
 
-    def share(self):
+    def share(self) -> None:
         """Give every unknown in `u` that another one stands for, here or on another rank, the value of that one."""
         x = self.numbering.vector()
         x.setArray(self.u[self.order] / self.unknown_scales[: len(self.order)])
         self.callbacks.read(x)
         x.destroy()
 
-    def residual_by_block(self):
+    def residual_by_block(self) -> dict[str, float]:
         """Largest scaled residual of every block at the present Functions."""
         f = self.numbering.vector()
         self.evaluate()
@@ -188,9 +204,9 @@ class System:
         scaled[self.order] = np.abs(f.array_r)
         f.destroy()
         largest = {b.name: (scaled[b.dofs].max() if len(b.dofs) else 0.0) for b in self.blocks}
-        return {name: self.comm.allreduce(value, op=compat.MPI.MAX) for name, value in largest.items()}
+        return {name: self.comm.allreduce(value, op=MPI.MAX) for name, value in largest.items()}
 
-    def destroy(self):
+    def destroy(self) -> None:
         """Give PETSc's objects back (sweeps make many systems)."""
         for item in (self.A, self.row_vector, self.unknown_vector, self.numbering):
             item.destroy()
