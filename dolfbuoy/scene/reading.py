@@ -6,6 +6,7 @@ and what is allowed.
 
 import contextlib
 import copy
+import json
 import os
 import re
 import tomllib
@@ -25,6 +26,14 @@ from .sentences import sentence, shown
 def shipped_scenes() -> dict[str, Path]:
     """Name -> file of the scenes that come with dolfbuoy."""
     return {file.stem: file for file in sorted((Path(__file__).parents[1] / "scenes").glob("*.toml"))}
+
+
+def recommended(name: str) -> dict[str, Any]:
+    """Scheme and step with which a scene like this shipped one begins well, as overrides; none of other scenes."""
+    if name not in shipped_scenes():
+        return {}
+    steps = json.loads((Path(__file__).parents[1] / "scenes" / "steps.json").read_text())  # first_steps.py made it
+    return {f"time__{key}": value for key, value in steps.get(name, {}).items()}
 
 
 def load_scene(scene: str | Path | dict[str, Any] | Scene, **overrides: Any) -> Scene:

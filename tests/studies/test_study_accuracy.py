@@ -155,6 +155,28 @@ def test_newton_is_a_hundred_times_as_exact_as_what_is_promised():
     assert "BDF2, dt 0.1 s: 2 s" in study.sentence(rows, "tension_top", 0.001)
 
 
+def test_the_maximum_is_asked_for_too():
+    """Where the maximum of the cheapest settings is off, dearer ones are the cheapest; or the same, or none."""
+    base = {"pair": "-", "cells": 0, "scheme": "bdf2", "tolerance": None, "newton": 1e-9, "own": False, "reason": None}
+    rows = [
+        base | {"wall": wall, "step": step, "error_tension_top": rms, "max_error_tension_top": largest}
+        for wall, step, rms, largest in ((1.0, 0.2, 9e-3, 4e-2), (2.0, 0.1, 2e-3, 8e-3), (3.0, 0.05, 5e-4, 1e-6))
+    ]
+    study.mark(rows, {"tension_top": compare.Error(1e-7, 1e-7)})
+    text = study.sentence_of_maximum(rows, "tension_top", 0.01)
+    assert text == (
+        "1 % in largest top tension too: the cheapest settings change, to BDF2, dt 0.1 s: 2 s; with those for the rms "
+        "it is off by 4 %."
+    )
+    assert [row["wall"] for row in study.front(rows, "tension_top", largest=True)] == [1.0, 2.0, 3.0]
+    last = study.sentence_of_maximum(rows, "tension_top", 0.001)  # 5e-4 of the rms, though the maximum is exact
+    assert last == "0.1 % in largest top tension too: the same settings, off by 0.0001 %."
+    assert study.bound_of(rows[2], "tension_top", largest=True) == 5e-4
+    assert "none of the cases" in study.sentence_of_maximum(rows, "tension_top", 1e-5)
+    quantities = [row["quantity"] for row in study.front_rows(rows, ["tension_top"])]
+    assert quantities == ["top tension"] * 3 + ["largest top tension"] * 3
+
+
 def test_pareto_front():
     points = [(3, 1.0), (1, 5.0), (2, 6.0), (2, 2.0), (4, 1.0), (5, 0.5), (1, 7.0)]
     assert compare.pareto(points) == [1, 3, 0, 5]
