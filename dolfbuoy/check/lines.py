@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 LEAST_TENSION = 1e-4
 #: Compression below this part of the forces of its scene is rounding.
 ROUNDING = 1e-9
-#: Part of its length by which a cable lighter than water may rise above its ends without a word.
+#: Part of its length by which a cable lighter than water may rise above its ends without a warning.
 RISE = 1e-3
 #: Keys by which pieces of a cable differ.
 MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass", "damping", "slack")

@@ -36,7 +36,7 @@ def check_feasible(scene: Scene) -> None:
 
 
 def _check_elements(network: Network) -> None:
-    """Nodes are told apart by where they are along all lines, one behind the other, see `layout.Layout.slip`."""
+    """Nodes are identified by where they are along all lines, one after the other, see `layout.Layout.slip`."""
     sections = [piece.section for piece in network.pieces]
     whole = sum(c.length for c in sections) + 0.1 * len(sections) * max((c.length for c in sections), default=0.0)
     for piece in network.pieces:

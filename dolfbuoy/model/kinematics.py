@@ -32,7 +32,7 @@ class Points:
     """Points of a form on some cells, and the coefficient that takes the numbers of the waves there.
 
     source: Function or array that holds positions, its `places` (cells, nodes) or on a line (cells, nodes, 3), and
-    `shape` (points, nodes), which interpolates.  radius: place of the radius behind the height.
+    `shape` (points, nodes), which interpolates.  radius: place of the radius after the height.
     """
 
     kind: int

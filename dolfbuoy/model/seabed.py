@@ -71,7 +71,7 @@ def has_friction(scene: Scene, dynamic: bool) -> bool:
 
 
 def hardness(scene: Scene, sections: Sequence[Cable]) -> float:
-    """k_b [Pa/m]; sections: of all lines, of which the heaviest says how hard the bed is if the scene does not."""
+    """k_b [Pa/m]; sections: of all lines, of which the heaviest determines the hardness if the scene gives none."""
     if scene.seabed.stiffness is not None:
         return scene.seabed.stiffness
     return max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)

@@ -37,7 +37,7 @@ class Past:
                 evolution.hand_out(level, 0.0, 0.0)
 
     def _of_all(self, get, kind=float, order=1):
-        """get(evolution) of those of this order at least, one behind the other."""
+        """get(evolution) of those of this order at least, concatenated."""
         return np.concatenate([np.zeros(0, kind), *(get(e) for e in self.evolutions if e.order >= order)])
 
     def entries(self, u):

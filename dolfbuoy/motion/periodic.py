@@ -94,7 +94,7 @@ class State:
         self._weights = np.concatenate(weights)
 
     def values(self):
-        """A copy; behind the rows directions and lengths of the chords."""
+        """A copy; after the rows directions and lengths of the chords."""
         chords = np.diff(self._positions, axis=0)
         lengths = np.linalg.norm(chords, axis=1)
         return np.concatenate([*self._rows, (chords / lengths[:, None]).ravel(), lengths])

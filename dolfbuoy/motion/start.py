@@ -46,7 +46,7 @@ class Start:
     poses: dict[str, Pose] = field(default_factory=dict)
 
     def put(self, problem, u):
-        """Into the local unknowns of a dynamic Problem, and what the equilibrium left behind besides them."""
+        """Into the local unknowns of a dynamic Problem, and the memory of the equilibrium besides them."""
         problem.route = self.route
         if problem.lines:
             u[problem.lines.part.slice] = self.lines

@@ -44,7 +44,7 @@ class JumpControl(StepControl):
     """Steps of a nominal size, made smaller where a quantity jumps.
 
     No step may change it by more than `most` of the largest size that it ever had, down to a fraction of the nominal
-    step.  Where the step changes, the past begins anew: across a jump it tells nothing.
+    step.  Where the step changes, the past begins anew: across a jump it is of no use.
     """
 
     most, parts = 0.2, 64
@@ -74,7 +74,7 @@ class AdaptiveControl(StepControl):
     """Local error control: the error of a step of order p behaves like step^(p+1).
 
     A step is kept as long as the best one differs little, because every change costs the multistep schemes accuracy.
-    Behind a kink (a ramp that ends, a cable that comes taut) the error shown by the past does not fall with the step:
+    After a kink (a ramp that ends, a cable that comes taut) the error shown by the past does not fall with the step:
     `restart` then asks for a past that begins anew.
     """
 
@@ -83,7 +83,7 @@ class AdaptiveControl(StepControl):
     def __init__(self, first, order, smallest, largest):
         super().__init__(first, smallest)
         self.largest, self.exponent = largest, 1 / (order + 1)
-        self.hold, self.since_change = order + 2, 0  # steps between changes: the past must be told at one step
+        self.hold, self.since_change = order + 2, 0  # steps between changes: the past must have one step
         self.in_a_row = self.unjudged = 0  # rejections since the last step that counted; steps taken on trust
 
     def _share(self, remaining, count):

@@ -256,5 +256,5 @@ def key(case: Row) -> str:
 
 
 def with_file(case: Row, folder: Path, name: str) -> Row:
-    """The case, and with it a file of its own for what it keeps beside its result."""
+    """The case, and with it a file of its own for what it keeps besides its result."""
     return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}

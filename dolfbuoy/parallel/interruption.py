@@ -1,7 +1,7 @@
 """Ctrl-C and SIGTERM, noted as well as raised.
 
 KeyboardInterrupt comes at any instruction.  In a finaliser, or in a callback of a library, it is lost or turned into
-another error; then the note tells.
+another error; the note remains.
 """
 
 import signal

@@ -1,4 +1,4 @@
-"""Several MPI ranks that speak with one voice: output by the first, one message for an error, nobody left waiting."""
+"""One output of several MPI ranks: by the first, one message for an error, nobody left waiting."""
 
 import os
 import signal
@@ -58,7 +58,7 @@ def end(say: Callable[[], None], code: int) -> None:
     """
     try:
         comm = _world()
-    except InputError:  # MPI cannot start, which is what is to be said
+    except InputError:  # MPI cannot start, which is the error to be shown
         comm = None
     if comm is None:
         say()

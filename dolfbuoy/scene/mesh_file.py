@@ -83,7 +83,7 @@ def _check_xdmf(path: Path) -> None:
 
 
 def check_netcdf(path: Path) -> None:
-    """As `check_hdf5`, of a netCDF file, which may be of an older format: those know no links."""
+    """As `check_hdf5`, of a netCDF file, which may be of an older format: those have no links."""
     with path.open("rb") as file:
         if file.read(4) == b"\x89HDF":
             check_hdf5(path)

@@ -311,7 +311,7 @@ def attached_ends(network: Network) -> list[tuple[int, int]]:
 
 
 def check_network(scene: "Scene") -> None:
-    """Refuse a network that is none: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
+    """Refuse what is no network: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
     network = scene.network
     for piece in network.pieces:
         key, section = network.key_of(piece.cable), piece.section

@@ -1,7 +1,7 @@
 """The scene language for editors: a JSON Schema (draft 2020-12) made from the models in `sections`.
 
 A scene names it in its first line, `#:schema schema.json`, where editors with TOML support look for it.  What several
-keys must be together is not in it; `dolfbuoy check` says that.
+keys must be together is not in it; `dolfbuoy check` refuses what does not fit.
 """
 
 import json
@@ -15,7 +15,7 @@ from .reading import FILES
 from .section import Section, sections_in
 from .sections import SEVERAL, Scene
 
-#: The file beside the shipped scenes.
+#: The file among the shipped scenes.
 FILE = Path(__file__).parents[1] / "scenes" / "schema.json"
 
 

@@ -41,6 +41,6 @@ def unit_of(info: FieldInfo) -> str:
 def key(description: str, unit: str | None = None, default: Any = ...) -> Any:
     """A key of the scene: what it is, its unit ("1": none; None: no number), its default (none: the key is required).
 
-    Its type says what values it takes; a key that holds a section is described by the section's docstring.
+    Its type is that of the values it takes; a key that holds a section is described by the section's docstring.
     """
     return Field(default, description=description, json_schema_extra={"unit": unit} if unit else None)

@@ -11,7 +11,7 @@ from .quantities import Missing, Wrong
 from .section import Section, sections_in
 from .sections import SEVERAL, Scene
 
-#: What else a key takes, where the message speaks only of its numbers.
+#: What else a key takes, where the message is only about its numbers.
 _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
     "cable.top.phase_deg": "or one of each component",

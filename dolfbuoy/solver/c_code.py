@@ -1,4 +1,4 @@
-"""The core in C, compiled once per machine as FFCx does it with its forms, and kept beside them."""
+"""The core in C, compiled once per machine as FFCx does it with its forms, and kept in the same cache."""
 
 import hashlib
 import sysconfig

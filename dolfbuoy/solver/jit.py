@@ -1,4 +1,4 @@
-"""Compilation of forms: once per machine, each by one process, without a word.
+"""Compilation of forms: once per machine, each by one process, without output.
 
 Knows no dolfinx; `compat` puts `one_at_a_time` around its compiler.
 """
@@ -59,7 +59,7 @@ def alone(folder: Path, name: str = "") -> Iterator[bool]:
 def one_at_a_time(local_jit: Callable[..., Any], name: str, cache: Callable[[], Path]) -> Callable[..., Any]:
     """dolfinx's compiler of one process, each form by one process only; what is compiled already waits for none.
 
-    name: of its argument with the options.  cache: says in which folder it keeps what it has compiled.
+    name: of its argument with the options.  cache: returns the folder of what it has compiled.
 
     FFCx claims a form by creating its C file, and who finds that file waits for the result: in vain, if the process
     was killed meanwhile.  While this process alone compiles the form, a claim without a result is a leftover; it is

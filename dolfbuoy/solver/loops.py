@@ -122,9 +122,9 @@ class Shared:
 class Loop:
     """The forms of `contributions`, added up by one call.
 
-    values: a `Values` that knows all their unknowns, coefficients and constants.  shared: what all loops of a System
+    values: a `Values` with all their unknowns, coefficients and constants.  shared: what all loops of a System
     share (`Shared`).  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out`
-    holds the tensors, whose `entries` belong to local unknowns (rows, columns; -1: to none), and behind them `spare`
+    holds the tensors, whose `entries` belong to local unknowns (rows, columns; -1: to none), and after them `spare`
     zeros.  `described`: for C.
     """
 

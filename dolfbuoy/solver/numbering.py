@@ -18,7 +18,7 @@ class Numbering:
     local unknowns and of those, in the order or ghosts, whose global index they have.
 
     Constrained dofs (an anchored end) are no unknowns: PETSc is given the index -1 for them and drops their rows and
-    columns.  `visible` are the owned free unknowns, in their order, and the ghosts behind them.
+    columns.  `visible` are the owned free unknowns, in their order, and the ghosts after them.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
 """The quadratic eigenvalue problem (K + lambda E + lambda^2 M) x = 0 of sparse rows, with SLEPc.
 
 K may be singular, for what nothing holds has lambda = 0: about a shift of 0 a solver then "converges" to pairs that are
-none, and says nothing.  So the shift is real and negative.  Before that rows and columns are equilibrated, and time is
-counted in units of the shift, so that it is -1.  SLEPc's real numbers know no complex shift, and need none: the lowest
+none, without an error.  So the shift is real and negative.  Before that rows and columns are equilibrated, and time is
+counted in units of the shift, so that it is -1.  SLEPc's real numbers have no complex shift, and need none: the lowest
 modes lie about a small one.
 """
 
@@ -93,7 +93,7 @@ class Quadratic:
         """Eigenvalues mu = 1/(lambda + c) of the companion form in (x, lambda x) with the shift -c, c = 1.
 
         Infinite eigenvalues have mu = 0; rounding makes them large ones, since with constraints they are defective, of
-        index 3.  They come out otherwise about another shift, and that tells them.
+        index 3.  They differ about another shift, which identifies them.
         """
         inverse = self._inverse(1.0)
         # LAPACK loses vectors of equal eigenvalues where the matrix falls apart, as that of a line in two planes does

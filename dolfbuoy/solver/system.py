@@ -122,9 +122,9 @@ class System:
         return self._values.of(thing)
 
     def filled_by_hook(self, *functions: Any) -> None:
-        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations.
+        """Coefficients whose values a hook writes to `numbers_of` them, and keeps between evaluations.
 
-        To be said before a Newton's method of this System is made.
+        To be called before a Newton's method of this System is made.
         """
         self._values.leave(functions)
 

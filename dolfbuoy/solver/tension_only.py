@@ -4,7 +4,7 @@ With g_i the row of the strain equation (11)_2 that belongs to the dof T_i of th
 
     0 <= T_i   perpendicular to   -g_i >= 0,
 
-so that an element is as long as its tension says, or slack: shorter, and without tension.  Written as one equation,
+so that an element has the length of its tension, or is slack: shorter, and without tension.  Written as one equation,
 
     max(g_i, -c_i T_i) = 0,   c_i > 0,
 
@@ -73,7 +73,7 @@ class TensionOnly:
     def set_scales(self, gamma: float) -> None:
         """c_i is the strain that a unit of tension causes: elastic, and by the motion of a step of size 1/gamma.
 
-        Then g_i > -c_i T_i asks whether the tension of the coming iterate is positive rather than the present strain.
+        Then g_i > -c_i T_i tests the tension of the coming iterate rather than the present strain.
         """
         of = self._of
         strain = of.rest if of.inertia is None else of.compliance + 2 / (of.inertia * gamma**2)

@@ -56,7 +56,7 @@ class Block:
 
 
 class Values:
-    """Values of the unknowns of this rank and, behind them, of all else that the forms read: one array.
+    """Values of the unknowns of this rank and, after them, of all else that the forms read: one array.
 
     parts: the unknowns.  forms: UFL forms, whose coefficients and constants get a place each.  Place 0 holds a zero:
     not every integral reads every coefficient.

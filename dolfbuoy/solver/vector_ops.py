@@ -41,7 +41,7 @@ def _described(kind: str, count: int) -> Any:
 
 
 def together(*functions: Callable[[], Any]) -> Callable[[], Any]:
-    """One function that calls these, without Python between those that are `Work`; says whether any said True."""
+    """One function that calls these, without Python between those that are `Work`; True if any returned True."""
     parts: list[Any] = []
     for in_c, group in itertools.groupby(functions, lambda function: isinstance(function, Work)):
         run: list[Any] = list(group)
