@@ -107,6 +107,6 @@ def _rises(scene: Scene, number: int, heights: dict[Node, float], light: bool) -
 
 def _is_light(scene: Scene, cable: int) -> bool:
     """True if a cable as a whole is lighter than water, and not balanced in it as a streamer is."""
-    sections = [scene.network.pieces[k].section for k in scene.network.pieces_of(cable)]
+    sections = scene.network.sections_of(cable)
     mass = sum(c.line_density * c.length for c in sections)
     return sum(weight_per_length(scene, c) * c.length for c in sections) < -BALANCED * scene.gravity * mass

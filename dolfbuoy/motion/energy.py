@@ -6,6 +6,8 @@ if the cable is inextensible, or if its tension is constant on each element: the
 to T e_t.  The buoy's energy changes by the work of water, wind, external force and cable.
 """
 
+from functools import partial
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -34,9 +36,13 @@ class Meter:
     def __init__(self, simulation):
         self.simulation, self._forms = simulation, []
         for lines in simulation.problem.lines.groups if simulation.problem.lines else ():
-            self._add(lines, self._lines(lines))
+            c, e = lines.cable, lines.kinematics()[2]
+            own = [("elastic", lines.elastic_energy())] if e is not None else []
+            own += [(effect.account, power) for effect, power in lines.material_powers()]
+            self._add(lines, self._masses(lines, c.line_density, partial(cable_form.stretched, c, e), own))
         if simulation.problem.bodies:
-            self._add(simulation.problem.bodies, self._bodies(simulation.problem.bodies))
+            bodies = simulation.problem.bodies
+            self._add(bodies, self._masses(bodies, bodies.body.mass, lambda force: force))
         for buoy in simulation.problem.buoys.values():
             self._add(buoy, self._buoy(buoy))
 
@@ -49,30 +55,15 @@ class Meter:
         self._forms.append((names, part, Contribution(form, part)))
 
     @staticmethod
-    def _lines(lines):
-        r, _, e, v, _ = lines.kinematics()
-        c, dx, water = lines.cable, lines.dx, lines.water_at(r).velocity
-        found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), *_weight(lines.weight(), r, v, dx)]
-        if e is not None:
-            found.append(("elastic", lines.elastic_energy(), dx))
-        for effect, force in lines.water_forces():
-            f = cable_form.stretched(c, e, force)
-            found += _powers(effect.account, f, v, water, dx)
-        found += [(effect.account, power, dx) for effect, power in lines.material_powers()]
-        if lines.bed is not None:
-            found += [(account, value, dx) for account, value in lines.bed.powers()]
-        return found
-
-    @staticmethod
-    def _bodies(bodies):
-        r, v, _ = bodies.kinematics()
-        body, dx, water = bodies.body, bodies.dx, bodies.water_at(r).velocity
-        found = [("kinetic", 0.5 * body.mass * ufl.inner(v, v), dx), *_weight(bodies.weight(), r, v, dx)]
-        for effect, force in bodies.water_forces():
-            found += _powers(effect.account, force, v, water, dx)
-        if bodies.bed is not None:
-            found += [(account, value, dx) for account, value in bodies.bed.powers()]
-        return found
+    def _masses(model, density, stretched, own=()):
+        """Densities of lines or bodies; density: of mass, stretched: force -> force over dx, own: further accounts."""
+        (r, *_, v, _), dx = model.kinematics(), model.dx
+        water = model.water_at(r).velocity
+        found = [("kinetic", 0.5 * density * ufl.inner(v, v), dx), *_weight(model.weight(), r, v, dx)]
+        for effect, force in model.water_forces():
+            found += _powers(effect.account, stretched(force), v, water, dx)
+        powers = [*own, *(model.bed.powers() if model.bed is not None else ())]
+        return found + [(account, value, dx) for account, value in powers]
 
     @staticmethod
     def _buoy(buoy):

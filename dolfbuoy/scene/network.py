@@ -89,6 +89,10 @@ class Network:
         """Numbers of the pieces of a cable."""
         return self._spans[cable]
 
+    def sections_of(self, cable: int) -> list[Cable]:
+        """Sections of the pieces of a cable, from its lower end on."""
+        return [self.pieces[k].section for k in self._spans[cable]]
+
     def last_of(self, cable: int) -> int:
         """Number of the last piece of a cable."""
         return self._spans[cable][-1]
