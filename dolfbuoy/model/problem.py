@@ -58,7 +58,12 @@ class Problem:
         self.buoy_ranks = self._ranks()
         mine = (name for name, rank in self.buoy_ranks.items() if rank == comm.rank)
         self.buoys = {name: Buoy(scene, name, dynamic) for name in mine}
-        self.attachments = self._attach()
+        self.attachments = []
+        for piece, end in attached_ends(self.network):
+            held = self.network.pieces[piece].ends[end]
+            buoy, rank = self.buoys.get(held.name), self.buoy_ranks[held.name]
+            offset = buoy and (buoy.offset_of(held.fairlead) if held.fairlead else buoy.offset)
+            self.attachments.append(Attachment(self.lines, piece, end, rank, buoy, offset))
         self._at_ends = {(a.piece, a.end): a for a in self.attachments}
         #: Models of this rank, each with its evolutions, memory and forces.
         self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
@@ -108,16 +113,6 @@ class Problem:
             first.setdefault(self.network.pieces[piece].ends[end].name, (piece, end))
         owned = {name: self.comm.allgather(self.lines.owns_end(*end)).index(True) for name, end in first.items()}
         return {name: owned.get(name, 0) for name in self.network.buoys}
-
-    def _attach(self):
-        """Ends of lines that are on buoys, buoy after buoy."""
-        found = []
-        for piece, end in attached_ends(self.network):
-            held = self.network.pieces[piece].ends[end]
-            buoy, rank = self.buoys.get(held.name), self.buoy_ranks[held.name]
-            offset = buoy and (buoy.offset_of(held.fairlead) if held.fairlead else buoy.offset)
-            found.append(Attachment(self.lines, piece, end, rank, buoy, offset))
-        return found
 
     def attached_to(self, buoy: Buoy) -> list[Attachment]:
         """Attachments of a Buoy of this rank."""

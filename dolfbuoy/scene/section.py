@@ -28,9 +28,9 @@ def sections_in(annotation: Any) -> list[type[Section]]:
     return list(dict.fromkeys(section for part in get_args(annotation) for section in sections_in(part)))
 
 
-def is_by_name(annotation: Any) -> bool:
-    """True if a key holds a section for each name."""
-    return get_origin(annotation) is dict or any(is_by_name(part) for part in get_args(annotation))
+def holds_several(annotation: Any, kind: type = dict) -> bool:
+    """True if a key holds a section for each name, or a list of sections (kind: dict, list)."""
+    return get_origin(annotation) is kind or any(holds_several(part, kind) for part in get_args(annotation))
 
 
 def unit_of(info: FieldInfo) -> str:
