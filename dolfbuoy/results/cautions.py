@@ -12,7 +12,6 @@ from ..errors import NoResult
 from ..model.rigid import shape_of
 from ..model.seabed import height_of_bed
 from .parts import names_of, parts_of
-from .tables import force_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,6 +31,8 @@ PULSES = (
 
 def short_peaks(record: xr.Dataset, low: str, high: str) -> list[str]:
     """Largest tensions of a cable that rest on a few steps: smaller ones may find larger.  low, high: its ends."""
+    from .tables import force_unit  # with rich, which no run needs
+
     found = []
     for end, force in ((low, np.linalg.norm(record.anchor_force, axis=-1)), (high, record.tension_top.values)):
         steps = steps_of_peak(force)
