@@ -14,7 +14,7 @@ from .motion.simulation import Simulation
 from .motion.stepping import StepControl
 from .parallel import interruption
 from .parallel.ranks import bcast
-from .results import checkpoint, retried
+from .results import cautions, checkpoint
 from .results import folder as folders
 from .results import record as results
 from .results.observe import Observer, attributes
@@ -298,11 +298,11 @@ def _put(record, bars, scene, folder):
 
 def _sound(record, scene, comm):
     """The record of a finished run, with a warning if steps were often retried.  Raises NoResult if most were."""
-    unsound = retried.refused(record, scene) if comm.rank == 0 else None
+    unsound = cautions.refused(record, scene) if comm.rank == 0 else None
     if (sentence := bcast(comm, unsound and str(unsound))) is not None:
         raise unsound or NoResult(sentence)
-    if comm.rank == 0 and retried.cut(record, scene) > retried.OFTEN:
-        warnings.warn(*retried.sentences(record, scene), stacklevel=3)
+    if comm.rank == 0 and cautions.cut(record, scene) > cautions.OFTEN:
+        warnings.warn(*cautions.about_retries(record, scene), stacklevel=3)
     return record
 
 

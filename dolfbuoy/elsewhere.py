@@ -13,7 +13,6 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from types import ModuleType
 
 from .errors import InputError
@@ -94,9 +93,8 @@ def _check_temporary_folder() -> None:
     if given is None:
         return
     name, folder = given
-    there = next(path for path in (Path(folder).absolute(), *Path(folder).absolute().parents) if path.exists())
     try:
-        os.rmdir(tempfile.mkdtemp(prefix="dolfbuoy-", dir=there))
+        os.rmdir(tempfile.mkdtemp(prefix="dolfbuoy-", dir=folder))
     except OSError as error:
         raise InputError(
             f"{name} = {folder!r}: must be a folder in which files can be written ({error.strerror})."

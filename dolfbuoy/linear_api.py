@@ -10,15 +10,13 @@ from .elsewhere import MPI
 from .errors import InputError
 from .linear.linearisation import linearise
 from .linear.natural import lowest_modes
-from .linear.response import check_periods
 from .linear.seaway import Seaway
-from .linear.spectrum import bins_of, irregular_waves
+from .linear.spectrum import bins_of, check_periods, irregular_waves
 from .linear.stiffness import restoring
 from .results import folder as folders
 from .results import record as results
+from .results.linear_record import dataset_of_response, dataset_of_stiffness
 from .results.mode_record import dataset_of_modes
-from .results.response_record import dataset_of_response
-from .results.stiffness_record import dataset_of_stiffness
 from .scene import Scene, load_scene
 
 if TYPE_CHECKING:

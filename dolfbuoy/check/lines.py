@@ -13,9 +13,9 @@ from ..model.problem import Problem
 from ..model.rigid import cross_section, weight_per_length
 from ..model.seabed import has_friction, stick_length
 from ..model.surfacing import surfacing
-from ..results.snaps import PULSES
+from ..results.cautions import PULSES
+from ..results.running import Utilisation, never_parted, stressed
 from ..results.summary import UNSEEN
-from ..results.utilisation import Utilisation, never_parted, stressed
 from ..scene import Scene
 from ..scene.cable import Cable
 from ..scene.network import Network

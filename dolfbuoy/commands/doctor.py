@@ -25,19 +25,16 @@ def installed() -> ModuleType:
 
 def examine() -> list[tuple[str, bool, str]]:
     """Name of every check, True if it passed, and the result."""
-    found = [_version()]
+    compat = installed()
+    wanted = ", ".join(f"{major}.{minor} ({debian})" for (major, minor), debian in compat.SUPPORTED.items())
+    version = f"found {compat.versions()['dolfinx']}, supported: {wanted}"
+    found: list[tuple[str, bool, str]] = [("dolfinx version", compat.supported(), version)]
     for name, probe in (("compile a form and solve with SNES", _solve), ("start MPI on two ranks", _mpi)):
         try:
             found.append((name, True, probe()))
         except Exception as error:  # a doctor reports whatever it finds
             found.append((name, False, f"{type(error).__name__}: {error}"))
     return found
-
-
-def _version() -> tuple[str, bool, str]:
-    compat = installed()
-    wanted = ", ".join(f"{major}.{minor} ({debian})" for (major, minor), debian in compat.SUPPORTED.items())
-    return "dolfinx version", compat.supported(), f"found {compat.versions()['dolfinx']}, supported: {wanted}"
 
 
 def _solve() -> str:

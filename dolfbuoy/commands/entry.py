@@ -34,22 +34,17 @@ def _open_streams() -> None:
     character that the terminal's locale does not have is shown as an escape."""
     for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
         if getattr(sys, name) is None:
-            setattr(sys, name, os.fdopen(_opened(number), mode))
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            setattr(sys, name, os.fdopen(number, mode))
             if number == 1:
                 print("Error: standard output is closed; > /dev/null takes what is printed.", file=sys.stderr)
                 sys.exit(1)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):  # none that a test has put there
             stream.reconfigure(errors="backslashreplace")
-
-
-def _opened(number: int) -> int:
-    """The null device under this number."""
-    null = os.open(os.devnull, os.O_RDWR)
-    if null != number:
-        os.dup2(null, number)
-        os.close(null)
-    return number
 
 
 if __name__ == "__main__":

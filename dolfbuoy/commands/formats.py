@@ -19,20 +19,10 @@ FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="Input of Moo
 FormatArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn, moorpy or raft.")]
 PeerArgument = Annotated[str, typer.Argument(metavar="FORMAT", help="moordyn.")]
 OutOption = Annotated[Path | None, out_option("results/moordyn-NAME")]
-COLUMNS = {
-    "quantity": "quantity",
-    "unit": "unit",
-    "mean": "mean",
-    "mean_moordyn": "MoorDyn",
-    "least": "least",
-    "least_moordyn": "MoorDyn",
-    "largest": "largest",
-    "largest_moordyn": "MoorDyn",
-    "bar": "+- of ours",
-    "beyond": "differ by more",
-    "percent": "rms difference [%]",
-    "of": "of the",
-}
+COLUMNS = {"quantity": "quantity", "unit": "unit"}
+for _name in ("mean", "least", "largest"):
+    COLUMNS |= {_name: _name, f"{_name}_moordyn": "MoorDyn"}
+COLUMNS |= {"bar": "+- of ours", "beyond": "differ by more", "percent": "rms difference [%]", "of": "of the"}
 
 
 @app.command("import")

@@ -34,9 +34,9 @@ def modes(
 ) -> None:
     """Natural periods, damping and shapes about the equilibrium.  Example: dolfbuoy modes short --number 10"""
     from ..linear_api import modes as find
+    from ..results.linear_record import on_friction
     from ..results.mode_figures import draw_modes
     from ..results.mode_record import KINDS
-    from ..results.stiffness_record import on_friction
 
     loaded, folder = cli.load(scene, assign), cli.folder_of(scene, folder)
     found = find(loaded, count, folder, direction_deg=direction)
@@ -64,8 +64,7 @@ def _number_of(value: float) -> str:
 def stiffness(scene: cli.SceneArgument, folder: cli.OutOption = None, assign: cli.SetOption = None) -> None:
     """Restoring matrices of mooring and hull at the equilibrium.  Example: dolfbuoy stiffness short"""
     from ..linear_api import stiffness as find
-    from ..results.response_record import each_buoy
-    from ..results.stiffness_record import notes
+    from ..results.linear_record import each_buoy, notes
 
     loaded, folder = cli.load(scene, assign), cli.folder_of(scene, folder)
     found = find(loaded, folder)
@@ -109,7 +108,7 @@ def offsets(
 ) -> None:
     """Offsets and tensions under loads from many sides.  Example: dolfbuoy offsets short --force 0:5000:500"""
     from ..api import offsets as find
-    from ..results.offset_figures import offset_curves
+    from ..results.linear_figures import offset_curves
     from ..results.offset_record import sentences
     from ..scene.variants import numbers_of
 
@@ -138,8 +137,8 @@ def offsets(
 
 def _show_offsets(found: "xr.Dataset", what: str, folder: Path) -> None:
     """Print the largest offset along the load and tension towards each side, and watch circles of the largest load."""
+    from ..results.linear_record import each_buoy
     from ..results.offset_record import top_tension
-    from ..results.response_record import each_buoy
 
     unit, factor = force_unit(found.tension_top.values)
     buoys, rows = each_buoy(found), []

@@ -241,6 +241,7 @@ def main() -> None:
 
 
 def _fail(message: str, code: int) -> None:
+    message += "" if message.endswith(".") else "."
     ranks.end(lambda: err.print(message, soft_wrap=True, highlight=False, markup=False), code)
 
 

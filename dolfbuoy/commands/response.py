@@ -47,7 +47,7 @@ def response(
     direction: Annotated[Number, cli.number("--direction", "Of the waves \\[deg, default: the scene's].")] = None,
     verify: Annotated[
         str | None,
-        typer.Option("--verify", metavar="PERIODS", help="Runs in time beside it, at these periods \\[s], or 'sea'."),
+        typer.Option("--verify", metavar="PERIODS", help="Compare with runs in time at these periods \\[s], or 'sea'."),
     ] = None,
     folder: cli.OutOption = None,
     assign: cli.SetOption = None,
@@ -55,13 +55,12 @@ def response(
 ) -> None:
     """Linear response to waves: motions, tensions, spectra.  Example: dolfbuoy response short --verify 5,8
 
-    --verify runs in time beside it: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' both.
+    --verify compares with runs: '5,8' in regular waves of these periods, 'sea' in the irregular sea, '5,sea' in both.
     """
-    from ..linear.response import check_periods
-    from ..linear.spectrum import irregular_waves
+    from ..linear.spectrum import check_periods, irregular_waves
     from ..linear_api import PERIODS
     from ..linear_api import response as find
-    from ..results.response_record import HELD, LINEAR, warnings
+    from ..results.linear_record import HELD, LINEAR, warnings
     from ..scene.variants import numbers_of
 
     if (significant is None) != (peak is None):
@@ -99,7 +98,7 @@ def response(
 
 def _show_response(found: "xr.Dataset", folder: Path) -> None:
     """Print amplitudes at a few periods, and standard deviations."""
-    from ..results.response_record import each_buoy, each_tension
+    from ..results.linear_record import each_buoy, each_tension
 
     few = _few_periods(found)
     for key, words in (("rao", "small waves"), ("rao_drag", f"waves of {found.attrs.get('height_m', 0):g} m")):
@@ -132,7 +131,7 @@ def _few_periods(found: "xr.Dataset") -> "xr.Dataset":
 def _amplitudes(found: "xr.Dataset", key: str) -> dict[str, dict[str, Any]]:
     """End of a title -> name -> amplitudes over the periods: one table, or of each buoy, tops and anchors."""
     from ..results.labelled import complex_of
-    from ..results.response_record import each_buoy, each_tension
+    from ..results.linear_record import each_buoy, each_tension
 
     tables, tensions = {}, each_tension(found)
     for of_buoy, one in each_buoy(found) if key in found else ():
@@ -159,7 +158,7 @@ def _to_verify(text: str | None) -> tuple[list[float], bool]:
 def _verified(found: "xr.Dataset", scene: "Scene", periods: list[float], height: float | None) -> list[dict[str, Any]]:
     """Runs in time at some periods, and how far the linear amplitudes are from theirs."""
     from ..results.labelled import complex_of
-    from ..results.response_record import each_buoy, each_tension
+    from ..results.linear_record import each_buoy, each_tension
     from ..studies.physics.response_runs import compared, measured
 
     runs, key = [], "rao_drag" if "rao_drag_tension" in found else "rao"
@@ -191,7 +190,7 @@ def _differences(found: dict[str, float]) -> str:
 
 
 def _draw_response(found: "xr.Dataset", runs: list[dict[str, Any]], folder: Path) -> None:
-    from ..results.response_figures import amplitudes, spectra
+    from ..results.linear_figures import amplitudes, spectra
 
     figures = {"response_amplitudes": amplitudes(found, runs)}
     figures |= {"response_spectra": spectra(found)} if "tension_std" in found else {}

@@ -71,7 +71,7 @@ def run(
     if resume is not None:
         if folder is not None or assign or requested or overwrite:
             raise InputError(
-                f"--resume {resume}: goes on with a run as it is; beside it goes --t-end, and no --out, --set, "
+                f"--resume {resume}: goes on with a run as it is: with it go --t-end, and no --out, --set, "
                 "--accuracy, --bars or --overwrite."
             )
         loaded = _to_be_resumed(resume, end)
@@ -119,8 +119,8 @@ def _is_there(folder: Path, scene: "Scene", overwrite: bool) -> bool:
 
 
 def _show_again(scene: "Scene", folder: Path, shows: dict[str, Callable[[Path], None]]) -> None:
+    from ..results.cautions import refused
     from ..results.record import read
-    from ..results.retried import refused
 
     if rank() != 0:
         return

@@ -68,7 +68,7 @@ def sensitivity(
     )
     print_table(title, ("number", "value", *columns), rows)
     if plot:
-        from ..results.tornado import tornado
+        from ..results.sweep_figure import tornado
 
         draw_into(folder, "sensitivity", tornado=tornado(found.parameter.values, columns))
         say(f"figure: {folder / 'figures' / 'tornado.png'}")

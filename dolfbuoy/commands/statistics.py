@@ -103,6 +103,7 @@ def show(found: "xr.Dataset", folder: Path) -> None:
     for k in range(min(found.sizes["set"], MOST_SETS)):
         mine = found.isel(run=found.set_of_run.values == k, set=k)
         series = each_series(mine, "mean", shown_in("statistics"))
+        series = [one for one in series if np.isfinite(one[2][f"{one[1]}_mean"]).any()]  # others are of other sets
         tables = [_numbers(series, _title(mine, found, folder)), _sea(series), _fatigue(series, found.attrs)]
         for title, headings, rows in (*tables, _extremes(series), _certainty(series), *_circles(mine)):
             if rows:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 VaryOption = Annotated[list[str] | None, typer.Option("--vary", metavar="KEY=VALUES", help="a,b,c or start:stop:step.")]
 TableOption = Annotated[Path | None, typer.Option("--table", help="CSV file, a row per case, keys in its header.")]
 PartOption = Annotated[
-    str | None, typer.Option("--part", metavar="I/N", help="Every N-th case from the I-th on, beside other parts.")
+    str | None, typer.Option("--part", metavar="I/N", help="Every N-th case from the I-th on, next to other parts.")
 ]
 StatusOption = Annotated[bool, typer.Option("--status", help="Show how far it is, and run nothing.")]
 CollectOption = Annotated[bool, typer.Option("--collect", help="Make sweep.nc of what is there, and run nothing.")]
@@ -100,25 +100,19 @@ def _what_is_left(folder: Path) -> str:
 def _end(dataset: "xr.Dataset | None", folder: Path) -> None:
     """Show the cases; exit code 1 if none is done."""
     from ..elsewhere import MPI
+    from ..results.cautions import OFTEN
 
     if dataset is not None:
         _show(dataset, folder)
-        cli.say_warnings(_doubts(dataset))
+        share = dataset.cut_steps.values
+        if often := int((share > OFTEN).sum()):
+            worst = int(share.argmax())
+            cases = f"In {often} case{'s' if often > 1 else ''} many steps failed and were retried with smaller ones"
+            most = f"most in number {worst + 1}, {100 * share[worst]:.3g} %"
+            cli.say_warnings([f"{cases}, {most}: see whether its numbers stay with a smaller time.step."])
     done = dataset is not None and bool((dataset.status == "done").any())
     if not ranks.bcast(MPI.COMM_WORLD, done):
         raise typer.Exit(1)
-
-
-def _doubts(dataset: "xr.Dataset") -> list[str]:
-    """A sentence about cases whose steps were often retried."""
-    from ..results.retried import OFTEN
-
-    share = dataset.cut_steps.values
-    often, worst = int((share > OFTEN).sum()), int(share.argmax())
-    return [
-        f"In {often} case{'s' if often > 1 else ''} many steps failed and were retried with smaller ones, most in "
-        f"number {worst + 1}, {100 * share[worst]:.3g} %: see whether its numbers stay with a smaller time.step."
-    ][: often > 0]
 
 
 def _show(dataset: "xr.Dataset", folder: Path) -> None:

@@ -9,7 +9,7 @@ from ..errors import InputError, printable
 from ..scene import load_scene
 from ..scene.reading import MOST_BYTES
 from . import from_moordyn, from_yaml
-from .notes import Note
+from .names import Note
 
 #: What a file can be.
 READERS = {"moordyn": from_moordyn.scene_of, "moorpy": from_yaml.scene_of, "raft": from_yaml.scene_of}

@@ -23,8 +23,7 @@ from ..scene.quantities import number_of
 from .moordyn_body import BodyOf, buoy_of, is_free, placed
 from .moordyn_text import Row, Tables, canonical, is_number, parse
 from .moordyn_world import world
-from .names import Names
-from .notes import Note
+from .names import Names, Note
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -144,7 +143,13 @@ class _Reader:
         found |= {"normal_drag": row.number("Cd", 0.0), "added_mass": row.number("Ca", 0.0)}
         found["tangential_drag"] = math.pi * row.number("CdAx", 0.0)
         if more:
-            self._viscoelastic(row)
+            # two springs in series, each with a damper: of both none acts next to the static stiffness
+            self.note(
+                row.line,
+                f"EA = {row['EA']} with BA = {row.values.get('BA', '0')} is viscoelastic: of these the static "
+                "stiffness, the first of EA, is taken, and damping = 0; for motions in waves put the dynamic one in "
+                "its place",
+            )
         else:
             self._damping(row, found)
         if not _is_nothing(EI := row.values.get("EI", "0")):
@@ -152,14 +157,6 @@ class _Reader:
         if row.number("CaAx", 0.0):
             self.note(row.line, f"CaAx = {row['CaAx']}: there is no added mass along a line here")
         return found
-
-    def _viscoelastic(self, row: Row) -> None:
-        """Two springs in series, each with a damper: of both dampers none acts next to the static stiffness."""
-        self.note(
-            row.line,
-            f"EA = {row['EA']} with BA = {row.values.get('BA', '0')} is viscoelastic: of these the static stiffness, "
-            "the first of EA, is taken, and damping = 0; for motions in waves put the dynamic one in its place",
-        )
 
     def _damping(self, row: Row, found: dict[str, float]) -> None:
         text = row.values.get("BA", "0")

@@ -20,8 +20,7 @@ from typing import Any
 
 from ..errors import InputError, missing
 from ..scene.quantities import number_of
-from .names import Names
-from .notes import Note
+from .names import Names, Note
 
 #: Keys of a line type and what they are called here, with the factor between them.
 LINE_TYPE = {

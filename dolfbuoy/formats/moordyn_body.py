@@ -149,11 +149,11 @@ def _numbers(body: Row, column: str, counts: tuple[Any, ...] = (1, 2, 3, 6)) -> 
 
 def _say_rest(body: Row, rods: list[Row], types: dict[str, Row], note: Callable[..., Any]) -> None:
     """Quantities of a body that a buoy has no place for."""
-    for column, what in (("volume", "a volume beside its rods'"), ("CdA", "drag beside its rods'")):
+    for column, what in (("volume", "a volume besides its rods'"), ("CdA", "drag besides its rods'")):
         if _numbers(body, column).any():
             note(body.line, f"the body has {what}, {body[column]}, which is not carried over")
     if any(_numbers(body, name).any() for name in ("Ca", "point_Ca")):
-        note(body.line, "the added mass of the body beside its rods' is not carried over")
+        note(body.line, "the added mass of the body besides its rods' is not carried over")
     for column in ("Cd", "Ca", "CdEnd", "CaEnd"):
         if len({types[rod["type"]].number(column, 0.0) for rod in rods}) > 1:
             note(rods[1].line, f"rods differ in {column}: that of the lowest is taken for the whole hull")

@@ -163,14 +163,12 @@ def _option(tables: Tables, number: int, line: str) -> None:
     if len(parts) < 2 or is_number(parts[1]):
         raise InputError(f"line {number}: {line.strip()!r} is no option: a value and then its name.")
     value, name = parts[0].strip("\"'"), parts[1].lower()
-    if name in tables.options and not _same(tables.options[name][1], value):
-        raise InputError(f"line {number}: the option {parts[1]} is given twice, {tables.options[name][1]} and {value}.")
+    before = tables.options.get(name, (0, value))[1]
+    same = before == value or (is_number(before) and is_number(value) and number_of(before) == number_of(value))
+    if not same:
+        raise InputError(f"line {number}: the option {parts[1]} is given twice, {before} and {value}.")
     if value.lower() != "default":
         tables.options[name] = number, value
-
-
-def _same(one: str, other: str) -> bool:
-    return one == other or (is_number(one) and is_number(other) and number_of(one) == number_of(other))
 
 
 #: Columns without which a section cannot be read.

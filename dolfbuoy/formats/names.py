@@ -1,10 +1,13 @@
-"""Names of another program's parts, as a scene allows them."""
+"""Names of another program's parts as a scene allows them, and notes on what a translation could not carry over."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
+
+from ..errors import printable
 
 LONGEST = 50
 
@@ -28,3 +31,14 @@ class Names:
         own = (own if own[:1].isalpha() else f"{self.what}{own}")[:LONGEST]
         taken = set(self.found.values())
         return own if own not in taken else next(n for k in range(2, 10**6) if (n := f"{own[:40]}_{k}") not in taken)
+
+
+@dataclass(frozen=True)
+class Note:
+    """A sentence; line: of the file that it is about, None for the whole of it."""
+
+    text: str
+    line: int | None = None
+
+    def __str__(self) -> str:
+        return printable(f"line {self.line}: {self.text}" if self.line else self.text)

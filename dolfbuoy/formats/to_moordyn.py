@@ -22,7 +22,7 @@ from ..model.rigid import mass_properties
 from ..scene.network import Network
 from ..scene.stiffness import TensionTable
 from . import moordyn_water
-from .notes import Note
+from .names import Note
 
 if TYPE_CHECKING:
     import xarray as xr

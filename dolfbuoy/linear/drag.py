@@ -23,8 +23,7 @@ from scipy.stats import norm, qmc
 
 from ..model.rigid import rotation_of
 from .layout import Body, nodes_of
-from .linearisation import Linearisation
-from .reactions import WithReactions
+from .linearisation import Linearisation, WithReactions
 
 #: Amplitude of phases whose mean slope is the least-squares slope of a cycle.
 CYCLE = 2 / 3

@@ -1,13 +1,13 @@
 """Moving parts of a mode: shares of its kinetic energy, added mass included, and names from them."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..model.sea import heading
 from .layout import Body, LineNodes
 from .linearisation import Linearisation
-from .motions import Motions, axes_along
 
 #: Ways in which a line moves, in the order of `LineNodes.directions`; of a vertical one the last two are one.
 ALONG, IN_PLANE, OUT_OF_PLANE, ACROSS = "axial", "in plane", "out of plane", "transverse"
@@ -124,3 +124,29 @@ def named(shares: dict[str, float], half_waves: dict[str, int]) -> str:
     first, *others = sorted(shares, key=lambda name: shares[name], reverse=True)
     names = [first] + [name for name in others[:1] if shares[name] >= NAMED]
     return " + ".join(f"{name} {half_waves[name]}" if name in half_waves else name for name in names)
+
+
+class Motions(NamedTuple):
+    """Motions of C along a direction, across it (to the left) and up [m], and turns about these three axes [rad].
+
+    pitch > 0 turns the top along the direction.  Small; complex where they are amplitudes.
+    """
+
+    surge: complex
+    sway: complex
+    heave: complex
+    roll: complex
+    pitch: complex
+    yaw: complex
+
+
+def axes_along(direction_deg: float) -> NDArray[Any]:
+    """Rows: unit vectors along a direction, to its left, and up."""
+    ahead = heading(direction_deg)
+    return np.array([ahead, np.cross([0.0, 0.0, 1.0], ahead), [0.0, 0.0, 1.0]])
+
+
+def turn(q4: NDArray[Any], change: NDArray[Any]) -> NDArray[Any]:
+    """Rotation vector (world frame) of a small change of the unit quaternion q4, which may be complex."""
+    w, v = change[0], np.asarray(change[1:])
+    return np.asarray(2 * (q4[0] * v - w * q4[1:] - np.cross(v, q4[1:])))

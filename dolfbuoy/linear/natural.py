@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
+from scipy.sparse import block_diag, csr_matrix, diags, identity
 
 from ..errors import InputError
 from ..solver.quadratic import RESTARTS, lowest_pairs
+from .layout import Body, half_turns
 from .linearisation import Linearisation
 from .moving import Moving, named
-from .unit_quaternions import UnitQuaternions
 
 #: A line with less tension than this part of the forces of its scene is slack; one that turns by more than this between
 #: two pieces [deg] is kinked.
@@ -75,7 +76,8 @@ def lowest_modes(
     modes = [_mode(moving, 0j, x, residual) for x, residual in zip(drifting.T, unheld, strict=True)]
     shown = np.flatnonzero(~pairs.zero)
     roots, vectors = pairs.roots[shown], quaternions.as_they_were(pairs.vectors[:, shown])
-    for same in _clusters(roots):
+    apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
+    for same in (rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1):
         vectors[:, same] = moving.separated(vectors[:, same])
     for root, x, residual in zip(roots, vectors.T, pairs.residuals[shown], strict=True):
         modes.append(_mode(moving, complex(root), x, residual))
@@ -94,22 +96,14 @@ def _drifting(moving: Moving, vectors: NDArray[Any]) -> Any:
     return vectors @ (right[:count].T / values[:count]) @ np.linalg.inv(left[leading, :count])
 
 
-def _clusters(roots: NDArray[Any]) -> list[NDArray[Any]]:
-    """Ranges of consecutive roots that are one."""
-    apart = np.flatnonzero(np.abs(np.diff(roots)) > SAME * np.abs(roots[1:])) + 1
-    return [rows for rows in np.split(np.arange(len(roots)), apart) if len(rows) > 1]
-
-
 def _mode(moving: Moving, root: complex, vector: NDArray[Any], residual: float) -> Mode:
     vector = moving.sized(vector)
     shares = moving.shares(vector)
-    return Mode(root, vector, float(residual), _kind(root), shares, named(shares, moving.half_waves(vector)))
-
-
-def _kind(root: complex) -> str:
     if root.imag == 0:
-        return "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
-    return "grows" if root.real > ROUNDING * abs(root) else "oscillates"
+        kind = "drifts" if root == 0 else "creeps" if root.real < 0 else "leaves"
+    else:
+        kind = "grows" if root.real > ROUNDING * abs(root) else "oscillates"
+    return Mode(root, vector, float(residual), kind, shares, named(shares, moving.half_waves(vector)))
 
 
 def check_smooth(found: Linearisation) -> None:
@@ -132,3 +126,33 @@ def check_smooth(found: Linearisation) -> None:
                 f"{np.degrees(np.arccos(np.clip(cosines.min(), -1, 1))):.0f} degrees from one piece to the next: its "
                 "fold is finer than its elements, and its modes would be those of the elements; take more of them."
             )
+
+
+class UnitQuaternions:
+    """Exchanges the rows and columns of the quaternions of some bodies; size: of all unknowns."""
+
+    def __init__(self, bodies: list[Body], size: int):
+        blocks, self._kept, done = [], np.ones(size), 0
+        for body in bodies:
+            place = body.at.orientation[0]
+            blocks += [identity(place - done), np.column_stack([body.orientation, 2 * half_turns(body.orientation)])]
+            self._kept[place], done = 0.0, place + 4
+        self._turn = csr_matrix(block_diag([*blocks, identity(size - done)]))
+
+    def without_lengths(self, first: int, *matrices: Any) -> list[csr_matrix]:
+        """The rows of a rank, the first of which is given, of K and of what is multiplied with powers of lambda.
+
+        The rows of a body are all of one rank.
+        """
+        rows = slice(first, first + matrices[0].shape[0])
+        left, kept = diags(self._kept[rows]) @ self._turn.T[rows, rows], diags(self._kept)
+        K, *others = (left @ A @ self._turn @ kept for A in matrices)
+        return [csr_matrix(A) for A in (K + diags(1 - self._kept).tocsr()[rows], *others)]
+
+    def exchanged(self, vectors: NDArray[Any]) -> NDArray[Any]:
+        """Columns of all unknowns with the exchange."""
+        return np.asarray(self._turn.T @ vectors)
+
+    def as_they_were(self, vectors: NDArray[Any]) -> NDArray[Any]:
+        """Columns of all unknowns without it."""
+        return np.asarray(self._turn @ vectors)

@@ -7,13 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import diags
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
 from ..model.problem import Problem
 from ..scene.sections import Scene
 from ..solver.quadratic import FEW
-from .eigenvalues import DENSE, modes_near
 from .linearisation import Linearisation, linearise
 from .moving import Moving
 from .natural import lowest_modes
@@ -38,19 +39,17 @@ class NaturalPeriod(NamedTuple):
     share: float
 
 
-def buoy_periods(
-    scene: Scene, comm: Any = MPI.COMM_SELF, direction_deg: float = 0.0, rest: Problem | None = None
-) -> dict[str, NaturalPeriod]:
+def buoy_periods(scene: Scene, direction_deg: float = 0.0) -> dict[str, NaturalPeriod]:
     """Natural periods of the scene's buoys: "surge", "sway", "heave", "roll", "pitch", "yaw" -> NaturalPeriod.
 
     Of several buoys with their names, "left surge".  Those of small motions about the equilibrium in current, wind and
     external force, moored as in the scene (a buoy without cable: in still water), with all added mass.  A motion
     without stiffness, or of which no mode is made, is absent: so is pitch if the buoy would capsize.  direction_deg: of
-    surge and roll, from x.  rest: see `linearise`.  Raises InputError for a scene without buoy, water or gravity,
+    surge and roll, from x.  Raises InputError for a scene without buoy, water or gravity,
     SolveError if the equilibrium is not found.
     """
     _check_floating(scene)
-    found = linearise(scene, comm, scene.waves, rest)  # with the forms that a run will need
+    found = linearise(scene, MPI.COMM_SELF, scene.waves)  # with the forms that a run will need
     try:
         return natural_periods(found, direction_deg)
     finally:
@@ -108,3 +107,45 @@ def _of_lines(found: Linearisation) -> dict[str, float]:
     for mode in own[:SLOWEST]:
         periods.setdefault(mode.name, mode.period)  # of one name the slowest
     return periods
+
+
+#: Up to this size of the standard problem all its eigenvalues are computed.
+DENSE = 500
+#: Of ARPACK, which needs some tens at most where it converges.
+RESTARTS = 60
+
+
+def modes_near(found: Linearisation, shift: complex, count: int = 20) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Eigenvalues next to a shift, the nearest first, and their vectors (unknowns of `system.order`, modes), physical.
+
+    At least `count` of them if there are as many; sum of squares of a vector in the system's scales is 1.
+    """
+    system, n = found.problem.system, len(found.problem.system.order)
+    scales = diags(system.unknown_scales)
+    K, E, M = (diags(system.row_scales) @ matrix @ scales for matrix in (found.K, found.E, found.M))
+    try:
+        solve = splu((K + shift * E + shift**2 * M).astype(complex).tocsc()).solve
+    except RuntimeError:
+        raise SolveError(f"no modes next to {shift:.3g}/s: the linearised equations are singular there") from None
+
+    def invert(v: NDArray[Any]) -> NDArray[Any]:
+        """(C - shift B)^-1 B v of the companion form in (x, lambda x)."""
+        x, y = v[:n], v[n:]
+        first = -solve(E @ x + shift * (M @ x) + M @ y)
+        return np.concatenate([first, x + shift * first])
+
+    if 2 * n <= DENSE:
+        mu, vectors = np.linalg.eig(invert(np.eye(2 * n, dtype=complex)))
+    else:
+        operator = LinearOperator((2 * n, 2 * n), invert, dtype=complex)
+        start = np.random.default_rng(0).standard_normal(2 * n).astype(complex)
+        try:
+            mu, vectors = eigs(operator, k=min(count, 2 * n - 2), which="LM", v0=start, tol=1e-10, maxiter=RESTARTS)
+        except ArpackError as error:
+            mu, vectors = getattr(error, "eigenvalues", []), getattr(error, "eigenvectors", None)
+            if not len(mu):
+                raise SolveError(f"no modes next to {shift:.3g}/s: ARPACK finds none in {RESTARTS} restarts") from None
+    order = [k for k in np.argsort(-np.abs(mu)) if abs(mu[k]) > 1e-12 * np.abs(mu).max()]
+    x = vectors[:n, order]
+    x = x / np.linalg.norm(x, axis=0)
+    return shift + 1 / mu[order], scales @ x

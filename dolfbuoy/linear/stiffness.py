@@ -62,19 +62,15 @@ def restoring(found: Linearisation) -> Restoring:
         least = LEAST * STIFF[1] * force / lines.longest
         for i, body in enumerate(found.bodies):
             before, after = (m[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] for m in moorings)
-            rigid[i] = _rigid(body, before, after, least)
+            (at_soft, _), (at_hard, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (before, after))
+            # as much larger as the compliance was smaller, and above rounding
+            rigid[i] = vectors[:, (at_hard > STIFFER * at_soft) & (at_hard > least)]
     if any(directions.shape[1] for directions in rigid):
         every, mooring = hard, moorings[1]
     else:
         every = condensed(found)
         mooring = mooring_stiffness(found, every)
     return Restoring(every.bodies, mooring, every.stiffness - mooring, rigid)
-
-
-def _rigid(body: Body, soft: NDArray[Any], hard: NDArray[Any], least: float) -> Any:
-    """Directions in which one block is as much larger as the compliance in it was smaller, and above rounding."""
-    (before, _), (after, vectors) = (np.linalg.eigh(body.scaled(block)) for block in (soft, hard))
-    return vectors[:, (after > STIFFER * before) & (after > least)]
 
 
 def condensed(found: Linearisation, more: Any = None) -> Condensed:

@@ -1,15 +1,23 @@
-"""Pages of the results in a folder: page.html of a run, modes.html, sweep.html, work-precision.html."""
+"""Pages of results: page.html, modes.html, sweep.html, work-precision.html in a folder, and any in a notebook."""
 
+from __future__ import annotations
+
+import html
 import json
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import InputError
 from ..results.folder import enlist, remarks
 from ..results.record import fitting, read, undamaged
 from ..writing import write_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene import Scene
 
 
 class Page(NamedTuple):
@@ -47,22 +55,17 @@ def _run(file: Path) -> str:
         return run_page(record, scene, known.get("case"))
 
 
-def _modes(file: Path) -> str:
-    from .modes_page import modes_page
+def _of_dataset(file: Path) -> str:
+    """The page of modes.nc or sweep.nc."""
+    from .result_pages import modes_page, sweep_page
 
+    make: Callable[[Any], str] = modes_page if file.name == "modes.nc" else sweep_page
     with fitting(file):
-        return modes_page(read(file))
-
-
-def _sweep(file: Path) -> str:
-    from .sweep_page import sweep_page
-
-    with fitting(file):
-        return sweep_page(read(file))
+        return make(read(file))
 
 
 def _precision(file: Path) -> str:
-    from .precision_page import precision_page
+    from .result_pages import precision_page
 
     with undamaged(file, "is damaged, or not of study work-precision: compute it again."):
         found = json.loads(file.read_text())
@@ -72,7 +75,40 @@ def _precision(file: Path) -> str:
 #: Page of each result, by the name of its file.
 PAGES = {
     "results.nc": Page("page.html", "run", _run),
-    "modes.nc": Page("modes.html", "modes", _modes),
-    "sweep.nc": Page("sweep.html", "sweep", _sweep),
+    "modes.nc": Page("modes.html", "modes", _of_dataset),
+    "sweep.nc": Page("sweep.html", "sweep", _of_dataset),
     "work-precision.json": Page("work-precision.html", "study", _precision),
 }
+
+
+class Shown:
+    """The result of `dolfbuoy.show`; a notebook displays it at the end of a cell."""
+
+    def __init__(self, page: str, height: int):
+        self.page, self.height = page, height
+
+    def _repr_html_(self) -> str:
+        """A frame that holds the page; its scripts cannot reach the notebook."""
+        held = html.escape(self.page)
+        look = f"width: 100%; height: {self.height}px; border: 1px solid #d5dce3"
+        return f'<iframe srcdoc="{held}" sandbox="allow-scripts" style="{look}" title="dolfbuoy"></iframe>'
+
+    def __repr__(self) -> Any:
+        return f"<page of {len(self.page) / 1e6:.2g} MB: the last line of a notebook's cell shows it>"
+
+
+def show(record: xr.Dataset, scene: Scene | None = None, height: int = 820) -> Shown:
+    """The page of a record with its replay, in a frame of that height [pixels].
+
+    record: of `simulate`, opened with xarray, or of `modes`.  scene: by default the one that the record carries.
+    Raises InputError for what has no page.
+    """
+    if "eigenvalue" in record:
+        from .result_pages import modes_page
+
+        return Shown(modes_page(record, scene), height)
+    if not record.sizes.get("time"):
+        raise InputError("This is neither the record of a run nor modes: compute one with simulate, or modes.")
+    from .run_page import run_page
+
+    return Shown(run_page(record, scene), height)

@@ -1,22 +1,105 @@
-"""Words and tables of a page, readable without its script."""
+"""One HTML file that needs nothing else: style, text, data, script, and a policy that lets in only these.
 
+Whatever comes from a scene enters as escaped text or inside the JSON block, where `<` cannot end it.
+"""
+
+import base64
+import hashlib
+import html
+import json
+import math
+import re
 from collections.abc import Iterable
+from importlib.resources import files
 from typing import Any
 
-from . import document
-from .document import Markup, joined, tag
+
+class Markup(str):
+    """Text that is HTML already."""
+
+
+def tag(name: str, *children: Any, **attributes: Any) -> Markup:
+    """An element; children that are not Markup are escaped, attributes too.  class_ is class, a_b is a-b."""
+    given = "".join(f' {key.strip("_").replace("_", "-")}="{html.escape(str(v))}"' for key, v in attributes.items())
+    return Markup(f"<{name}{given}>{joined(children)}</{name}>")
+
+
+def joined(children: Iterable[Any]) -> Markup:
+    """Children one after another."""
+    return Markup("".join(c if isinstance(c, Markup) else html.escape(str(c)) for c in children if c is not None))
+
+
+def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[str, Any], script: str) -> str:
+    """The file of a page: title, lines below it, the button for the colours, the parts, and data for the script.
+
+    script: name of a module in this folder, which comes with those that it imports.
+    """
+    button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
+    top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
+    style, script = style_sheet(), _with_imports(script)
+    policy = (
+        f"default-src 'none'; style-src {_hash(style)}; script-src {_hash(script)}; base-uri 'none'; form-action 'none'"
+    )
+    parts = {"policy": policy, "title": html.escape(title), "style": style, "data": as_json(data), "script": script}
+    parts["body"] = joined([top, tag("main", *children)])
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read("page.html"))
+
+
+def style_sheet() -> str:
+    """Style of all pages; the dark colours are those of the system's choice and of the button's."""
+    return _read("page.css").replace("{{dark}}", _read("dark.css"))
+
+
+def as_json(data: dict[str, Any]) -> str:
+    """JSON that may stand inside an HTML element; what is not finite becomes null."""
+    text = json.dumps(_finite(data), separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _finite(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
+
+
+def _read(name: str) -> str:
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _with_imports(name: str) -> str:
+    """One module of several that import each other's names: each once, after those that it needs, without imports."""
+    found = {}
+
+    def add(name: str) -> None:
+        code = _read(f"{name}.js")
+        for other in re.findall(r'^import [^;]* from "\./(\w+)\.js";$', code, re.MULTILINE):
+            if other not in found:
+                add(other)
+        found[name] = re.sub(r"^import [^;]*;\n|^export (?=class|function|const)", "", code, flags=re.MULTILINE)
+
+    add(name)
+    return "\n".join(found.values())
+
+
+def _hash(text: str) -> str:
+    """As a policy names an inline block."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def fragment(name: str, **parts: str) -> Markup:
+    """A piece of a page from its file, with texts in the places that it names."""
+    return Markup(re.sub(r"\{\{(\w+)\}\}", lambda found: html.escape(parts[found[1]]), _read(f"{name}.html")))
+
+
+# -- parts of a page -------------------------------------------------------------------------------------------------
 
 
 def section(name: str, title: str, *children: Any, **attributes: Any) -> Markup:
     """A part of the page with its heading."""
-    return tag(
-        "section",
-        tag("h2", title, id=f"{name}-title"),
-        *children,
-        id=name,
-        aria_labelledby=f"{name}-title",
-        **attributes,
-    )
+    heading = tag("h2", title, id=f"{name}-title")
+    return tag("section", heading, *children, id=name, aria_labelledby=f"{name}-title", **attributes)
 
 
 def table(headings: Iterable[str], rows: Iterable[Iterable[Any]], caption: str = "") -> Markup:
@@ -39,13 +122,6 @@ def warnings(sentences: list[str]) -> Markup | None:
     word = "Warning" if len(sentences) == 1 else f"{len(sentences)} warnings"
     body = tag("ul", *(tag("li", sentence) for sentence in sentences))
     return tag("aside", tag("strong", word), body, class_="warnings", id="warnings", aria_label="Warnings")
-
-
-def page(title: str, lines: Iterable[str], *children: Markup | None, data: dict[str, Any], script: str) -> str:
-    """The file of a page: title, lines below it, the button for the colours, and the parts."""
-    button = tag("button", "Colours: auto", id="theme", type="button", class_="quiet")
-    top = tag("header", tag("div", tag("h1", title), paragraphs(lines)), button)
-    return document.page(title, joined([top, tag("main", *children)]), data, script)
 
 
 def scene(text: str, command: str = "run", common: bool = False) -> Markup:

@@ -22,7 +22,7 @@ INSTANTS, PERIODS = 64, 4
 #: squared / Hz]: rounding of a constant does not fill a panel.
 DECADES, NOISE = 6, 1e-12
 #: Fraction of the ramp's time from which on an instant is after it: its end is, as it is rounded.
-BEHIND = 1 - 1e-9
+AFTER = 1 - 1e-9
 
 
 #: Name, frequencies [Hz], densities.
@@ -40,7 +40,7 @@ class TooShort(InputError):
 def scene_of(record: xr.Dataset) -> Scene:
     """The scene in the attributes of a record.  Raises InputError without one, or for an old one."""
     if "scene" not in record.attrs:
-        raise InputError("This record does not carry its scene: give the scene beside it.")
+        raise InputError("This record does not carry its scene: give the scene too.")
     check_format(record.attrs, "This record")
     return kept_scene(record.attrs["scene"])
 
@@ -48,7 +48,7 @@ def scene_of(record: xr.Dataset) -> Scene:
 def after_ramp(times: NDArray[Any], scene: Scene, at_least: int, what: str) -> NDArray[Any]:
     """Rows of the times from the end of the ramp on.  Raises TooShort, with `what` needs them, if they are too few."""
     ramp = ramp_of(scene)
-    rows = np.flatnonzero(times >= ramp * BEHIND)
+    rows = np.flatnonzero(times >= ramp * AFTER)
     if len(rows) < at_least:
         begin = f"the ramp of {ramp:g} s" if ramp else "the start"
         raise TooShort(f"No {what}: it needs {at_least} instants after {begin}, the record has {len(rows)}.")

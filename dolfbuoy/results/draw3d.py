@@ -60,7 +60,8 @@ def side_by_side(figure: Figure, above: float, below: float) -> None:
     figure.set_figheight(height)
     left = gap = (room - widths.sum()) / (len(extents) + 1)
     for axes, (low, _), scale, wide in zip(figure.axes, extents, scales, widths, strict=True):
-        corner = np.array([left + (BARE if _numbers_right(axes) else NUMBERS), below + BELOW]) - scale * low
+        on_right = axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0  # numbers of z: x runs to the viewer
+        corner = np.array([left + (BARE if on_right else NUMBERS), below + BELOW]) - scale * low
         axes.set_position((*corner / [width, height], scale / width, scale / height))
         left += wide + NUMBERS + BARE + gap
 
@@ -73,11 +74,6 @@ def _extent(axes: Any) -> NDArray[Any]:
     x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
     seen = axes.transLimits.transform(np.column_stack([x, y]))
     return np.array([seen.min(axis=0), seen.max(axis=0)])
-
-
-def _numbers_right(axes: Any) -> bool:
-    """True if the numbers of the vertical axis stand on its right: x runs towards the viewer."""
-    return axes.name == "3d" and math.cos(math.radians(axes.azim)) > 0
 
 
 def _ticks(low: float, high: float, longest: float, upright: bool) -> Any:

@@ -14,16 +14,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 # Their figures register themselves when they are imported; `figures.snapshot` is the figure, not the module.
-from . import along_line, over_time, spectra, trajectories  # noqa: F401
+from . import trajectories  # noqa: F401  # its figures come first
+
+# isort: split
+from . import over_time  # noqa: F401
 from . import snapshot as _snapshot  # noqa: F401
 from .after_ramp import Missing, TooShort
-from .drawing import FIGURES
 from .over_time import of_quantity
 from .paraview import read_run
 from .parts import names_of
 from .quantities import QUANTITIES
 from .record import fitting
-from .style import keep
+from .style import FIGURES, keep
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +83,6 @@ def _largest(record: xr.Dataset, kind: str, notes: dict[str, None]) -> list[str]
     if len(names) <= MOST_PARTS:
         return names
     largest = abs(record[CHOSEN_BY[kind]]).max("time").values
-    notes[f"Of {len(names)} {kind}s the {MOST_PARTS} with the largest {CHOSEN_BY[kind]} have figures of their own."] = (
-        None
-    )
+    chosen = f"the {MOST_PARTS} with the largest {CHOSEN_BY[kind]}"
+    notes[f"Of {len(names)} {kind}s {chosen} have figures of their own."] = None
     return [names[k] for k in sorted(largest.argsort(kind="stable")[-MOST_PARTS:])]

@@ -292,7 +292,11 @@ def _manifest(path: Path) -> dict[str, Any]:
         if file.exists() and not file.is_file():
             raise ValueError("a pipe would be read for ever")
         manifest: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        good = all(kind in FILES and _is_entry(entry) for kind, entry in manifest.items())
+        lists = [entry.get("files") for entry in manifest.values()]
+        good = manifest.keys() <= FILES.keys() and all(
+            isinstance(files, list) and all(isinstance(name, str) and _OWN.fullmatch(name) for name in files)
+            for files in lists
+        )
     except FileNotFoundError:
         return {}
     except (ValueError, AttributeError, RecursionError):
@@ -300,8 +304,3 @@ def _manifest(path: Path) -> dict[str, Any]:
     if not good:
         raise InputError(f"{file}, the list of what is dolfbuoy's in this folder, is damaged: take another folder.")
     return manifest
-
-
-def _is_entry(entry: dict[str, Any]) -> bool:
-    files = entry.get("files")
-    return isinstance(files, list) and all(isinstance(name, str) and _OWN.fullmatch(name) for name in files)

@@ -180,12 +180,8 @@ class Frames:
         """The frame nearest to a time [s]; by default the last."""
         number = len(self.times) - 1 if time is None else int(np.abs(self.times - time).argmin())
         record, time = self.record, float(self.times[number])
-        row, x, tension, whole = (
-            int(np.abs(record.time.values - time).argmin()),
-            np.zeros((0, 3)),
-            np.zeros(0),
-            np.zeros(0, dtype=bool),
-        )
+        row = int(np.abs(record.time.values - time).argmin())
+        x, tension, whole = np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=bool)
         if self.spans:
             arrays = (record[name].values[number] for name in ("cable_position", "cable_tension"))
             (x, tension), whole = arrays, whole_at(record, time)

@@ -56,8 +56,10 @@ def mode_shape(dataset: xr.Dataset, number: int, scene: Scene, direction_deg: fl
             axes.locator_params(axis="x", nbins=5)
         panels[0].set_ylabel("z [m]")
         legend_below(figure, 0.25, 4, panels[0].get_legend_handles_labels()[0])
+        period, ratio = mode.period.item(), mode.damping_ratio.item()
+        text = KINDS[mode.kind.item()] or f"period {period:.4g} s, damping ratio {ratio:.3g}"
         enlarged = f"{enlargement(dataset, mode):.3g} times the shape of modes.nc"
-        figure.suptitle(f"{number}: {mode.name.item()}, {_said(mode)}; {enlarged}", size=8)
+        figure.suptitle(f"{number}: {mode.name.item()}, {text}; {enlarged}", size=8)
     return figure
 
 
@@ -71,12 +73,6 @@ def _boxes(seen: list[NDArray[Any]]) -> list[tuple[tuple[float, float], tuple[fl
         middle, half = (view[:, 0].min() + view[:, 0].max()) / 2, max(np.ptp(view[:, 0]), least) / 2 + room
         boxes.append(((middle - half, middle + half), (low - room, high + room)))
     return boxes
-
-
-def _said(mode: xr.Dataset) -> str:
-    if mode.kind.item() == "oscillates":
-        return f"period {mode.period.item():.4g} s, damping ratio {mode.damping_ratio.item():.3g}"
-    return KINDS[mode.kind.item()]
 
 
 def _curves(frame: Frame, view: NDArray[Any]) -> list[NDArray[Any]]:

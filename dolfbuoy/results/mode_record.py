@@ -81,7 +81,8 @@ def _lines(found: Any, modes: list[Any]) -> dict[str, Any]:
     observer, numbering = Observer(problem), problem.system.numbering
     fixed, frames = observer.fixed(), []
     shapes = [part for mode in modes for part in (mode.vector.real, mode.vector.imag)]
-    for values in [found.u, *(_local(numbering, shape) for shape in shapes)]:
+    own = numbering.global_index  # of given unknowns below 0, which do not move
+    for values in [found.u, *(np.where(own >= 0, shape[own], 0.0) for shape in shapes)]:
         problem.system.u[:] = values
         frames.append(observer.frame())
     problem.system.u[:] = found.u
@@ -93,12 +94,6 @@ def _lines(found: Any, modes: list[Any]) -> dict[str, Any]:
         values = np.array([frame[name] for frame in frames[1:]])
         made[name] = (("mode", "part", *dims), values.reshape(len(modes), 2, *values.shape[1:]))
     return made
-
-
-def _local(numbering: Any, values: NDArray[Any]) -> NDArray[Any]:
-    """Values of all unknowns among those of this rank; 0 of what is given."""
-    index = numbering.global_index
-    return np.where(index >= 0, values[index], 0.0)
 
 
 def _bodies(bodies: list[Any], modes: list[Any]) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from ..version import __version__
 from .attitude import roll_pitch_yaw
 from .quantities import over
 from .record import FORMAT
-from .utilisation import Utilisation, stressed
+from .running import Utilisation, stressed
 
 if TYPE_CHECKING:
     from ..model.problem import Problem

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .cautions import is_under
 from .labelled import Variable, unit_and_name
 from .observe import Observer, attributes
 from .offsets import smallest_circle
 from .record import dataset_of
-from .states import is_under
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -147,10 +147,10 @@ class Recorder:
 
     def _flush(self) -> None:
         self._make_values()
-        self._tell()
+        self._put_attributes()
         self.record.flush()
 
-    def _tell(self) -> None:
+    def _put_attributes(self) -> None:
         """Attributes of what has happened until now."""
         sim = self.simulation
         self.record.attributes |= {

@@ -11,9 +11,8 @@ import numpy as np
 
 from ..model.sea import crest_height, heading, wavenumber
 from .draw3d import clear_azimuth, equal_scale, nice_scale, sheet, side_by_side, towards_viewer
-from .drawing import figure_of
 from .frame import Frames
-from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, matplotlib, new_figure
+from .style import COLORS, COLUMN, PAGE, Circle, Figure, Line2D, Patch, figure_of, matplotlib, new_figure
 from .tables import force_unit
 
 # isort: split
@@ -330,7 +329,8 @@ def _inside(x: NDArray[Any], box: NDArray[Any]) -> Any:
     """The part of a polyline inside the box, finely divided."""
     if ((x >= box[0]) & (x <= box[1])).all():
         return x
-    fine = _divided(x)
+    s = np.linspace(0, len(x) - 1, 200 * (len(x) - 1) + 1)
+    fine = np.stack([np.interp(s, np.arange(len(x)), c) for c in x.T], axis=-1)
     return fine[((fine >= box[0]) & (fine <= box[1])).all(axis=1)]
 
 
@@ -342,12 +342,6 @@ def _crossing(x: NDArray[Any], z: float) -> NDArray[Any]:
     between = a + (b - a) * ((z - a[:, 2]) / (b[:, 2] - a[:, 2]))[:, None]
     between[:, 2] = z
     return np.insert(x, passed + 1, between, axis=0)
-
-
-def _divided(x: NDArray[Any], pieces: int = 200) -> NDArray[Any]:
-    """A polyline with each piece divided."""
-    s = np.linspace(0, len(x) - 1, pieces * (len(x) - 1) + 1)
-    return np.stack([np.interp(s, np.arange(len(x)), c) for c in x.T], axis=-1)
 
 
 # -- words -------------------------------------------------------------------------------------------------------------

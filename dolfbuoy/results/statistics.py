@@ -314,10 +314,10 @@ def _extremes(sets: list[list[Run]], columns: Columns) -> tuple[dict[str, Any], 
         (4, "gumbel_scale", of_run, ("set",)),
     ):
         data |= columns.variables({label: rows[:, which] for label, rows in found.items()}, ending, words, dims)
-    return {name: one for name, one in data.items() if np.isfinite(one[1]).any()}, list(_told(reasons, len(sets)))
+    return {name: one for name, one in data.items() if np.isfinite(one[1]).any()}, list(_notes(reasons, len(sets)))
 
 
-def _told(reasons: dict[str, list[tuple[int, str]]], sets: int) -> Iterator[str]:
+def _notes(reasons: dict[str, list[tuple[int, str]]], sets: int) -> Iterator[str]:
     """A sentence for each reason why something has no distribution."""
     for reason, missing in reasons.items():
         where, labels = {k for k, _ in missing}, sorted({label for _, label in missing})

@@ -7,11 +7,22 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .drawing import legend_above
 from .extremes import Gumbel
 from .quantities import shown_in
 from .series import each_series
-from .style import COLORS, PAGE, PALETTE, STYLE, Circle, Figure, legend_below, matplotlib, new_figure, save
+from .style import (
+    COLORS,
+    PAGE,
+    PALETTE,
+    STYLE,
+    Circle,
+    Figure,
+    legend_above,
+    legend_below,
+    matplotlib,
+    new_figure,
+    save,
+)
 from .tables import unit_of
 
 #: Sets that colours can tell apart; of more only these, the first ones, are drawn.
@@ -80,15 +91,8 @@ def _rayleigh(axes: Any, statistics: xr.Dataset, name: str, k: int, factor: floa
     deviation = np.sqrt((statistics[f"{name}_standard_deviation"].values[mine] ** 2).mean())
     share = np.geomspace(1.0, 0.5 * lowest, 100)
     line = mean + deviation * np.sqrt(-2 * np.log(share))
-    axes.plot(
-        factor * line,
-        share,
-        "-",
-        lw=0.8,
-        color=COLORS["ink"],
-        alpha=0.6,
-        label=None if k else "Rayleigh, narrow band",
-    )
+    label = None if k else "Rayleigh, narrow band"
+    axes.plot(factor * line, share, "-", lw=0.8, color=COLORS["ink"], alpha=0.6, label=label)
 
 
 def cycles(statistics: xr.Dataset) -> Figure:

@@ -13,13 +13,12 @@ from ..meshes import number_of_cells
 from ..model.effects import called_by
 from ..model.sea import crest_height
 from ..motion.schemes import make_scheme
-from . import bars, retried, snaps
+from . import bars, cautions
+from .cautions import states_of
 from .parts import names_of, parts_of
 from .quantities import QUANTITIES, over
-from .running import maximum, minimum
-from .states import states_of
+from .running import maximum, minimum, never_parted, rows_of, warnings_of
 from .tables import force_unit, unit_of
-from .utilisation import never_parted, rows_of, warnings_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -199,7 +198,7 @@ def warnings(record: xr.Dataset, scene: Scene) -> list[str]:
     if "parted" in record.attrs:
         found.append(f"Parted: {record.attrs['parted']}.")
     found += [record.attrs["bar_says"]] if record.attrs.get("bar_says") else []
-    return found + retried.sentences(record, scene)
+    return found + cautions.about_retries(record, scene)
 
 
 def static_warnings(record: xr.Dataset, scene: Scene) -> list[str]:
@@ -224,7 +223,7 @@ def _of_lines(rule: Callable[..., list[str]], record: xr.Dataset, scene: Scene) 
 
 def _snaps(record: xr.Dataset, scene: Scene, cable: int, sections: list[Cable]) -> list[str]:
     """Sentences about peaks of few steps, and lines that do not damp their pulses."""
-    return snaps.short_peaks(record, *_ends(scene.network, cable)) + snaps.undamped(record, scene, sections)
+    return cautions.short_peaks(record, *_ends(scene.network, cable)) + cautions.undamped(record, scene, sections)
 
 
 def _left(record: xr.Dataset, scene: Scene, _cable: int, sections: list[Cable]) -> list[str]:

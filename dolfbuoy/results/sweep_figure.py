@@ -1,5 +1,8 @@
-"""Figure of the cases of a sweep."""
+"""Figures of the cases of a sweep, and of elasticities."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +12,7 @@ from numpy.typing import NDArray
 from . import style
 from .quantities import shown_in
 from .series import each_series
-from .style import Figure, matplotlib
+from .style import COLORS, PAGE, STYLE, Figure, matplotlib, new_figure
 
 MOST_PANELS = 10
 #: Cases from which on each is a point for its mean, and one for either end of its range, instead of a bar.
@@ -69,3 +72,29 @@ def _groups(dataset: xr.Dataset) -> tuple[str, list[tuple[str, NDArray[Any], NDA
         return "case", [("", np.arange(len(first)), np.arange(len(first)))]
     members = [np.flatnonzero([label == group for label in labels]) for group in different]
     return keys[0], [(group, first[m], m) for group, m in zip(different, members, strict=True)]
+
+
+#: Bars in a panel, and panels at most.
+BARS, PANELS = 15, 3
+
+
+def tornado(names: Sequence[str], columns: Mapping[str, NDArray[Any]]) -> Figure:
+    """Bars of elasticities, per cent for one per cent, a panel for each of the first columns.
+
+    names: of the numbers.  columns: elasticities (numbers,) by the names of results.
+    """
+    with matplotlib.rc_context(STYLE):
+        shown = list(columns.items())[:PANELS]
+        count = min(BARS, len(names))
+        figure = new_figure(PAGE, 0.9 + 0.19 * count)
+        axes = figure.subplots(1, max(1, len(shown)), squeeze=False)[0]
+        for ax, (title, values) in zip(axes, shown, strict=False):
+            values = np.nan_to_num(np.asarray(values, dtype=float))
+            order = np.argsort(-np.abs(values), kind="stable")[:count][::-1]
+            colours = [COLORS["red"] if values[k] > 0 else COLORS["blue"] for k in order]
+            ax.barh(np.arange(len(order)), values[order], color=colours, height=0.7)
+            ax.set_yticks(np.arange(len(order)), [str(names[k]) for k in order], fontsize=6)
+            ax.axvline(0, color=COLORS["ink"], linewidth=0.6)
+            ax.grid(visible=False, axis="y")
+            ax.set(title=title, xlabel="% for 1 %")
+    return figure

@@ -19,7 +19,7 @@ from ..motion.simulation import Simulation
 from ..page.folder import write_pages
 from ..parallel import interruption
 from ..parallel.cases import key
-from ..results import checkpoint, retried
+from ..results import cautions, checkpoint
 from ..results import folder as folders
 from ..results.bars import by_label
 from ..results.record import read
@@ -54,7 +54,7 @@ def evaluate(
         found: Row = {"status": "done", "statistics": numbers_of(record), "sample": None}
         with suppress(InputError):  # of a run that ends in its ramp
             found["sample"] = sample_of(record, scene, bins=BINS)
-        found["cut"] = retried.cut(record, scene)
+        found["cut"] = cautions.cut(record, scene)
         if scene.accuracy is not None and scene.accuracy.estimate != "none":
             _put_bars(found["statistics"], record, scene, deadline)
         if keep is not None and folder is not None:
@@ -113,7 +113,7 @@ def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, ke
                     raise KeyboardInterrupt if interruption.received() else interruption.TimeUp
             loop = clock.process_time() - loop
         record = recorder.finished(keep).assign_attrs(loop_seconds=loop)
-        if (unsound := retried.refused(record, scene)) is not None:
+        if (unsound := cautions.refused(record, scene)) is not None:
             raise unsound
     except interruption.TimeUp:
         raise
@@ -167,7 +167,7 @@ class _CaseRecorder(Recorder):
         elif self.record.counts["time"] == 0:
             self._make_values()
             self._parted = self.observer.parted(self._fixed)
-            self._tell()
+            self._put_attributes()
             return self.record.series()
         self.close()
         return read(self.folder / "results.nc")

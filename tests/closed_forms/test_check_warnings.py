@@ -14,7 +14,7 @@ from alone import solve_static
 
 from dolfbuoy import load_scene
 from dolfbuoy.check import check, derived
-from dolfbuoy.results.utilisation import never_parted
+from dolfbuoy.results.running import never_parted
 
 G = 9.81
 FLOAT = {"hull": [[0, 2], [2, 2]], "mass": 500.0}

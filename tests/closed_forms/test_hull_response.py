@@ -15,8 +15,8 @@ from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.linear.linearisation import linearise
 from dolfbuoy.linear.periods import buoy_periods
-from dolfbuoy.linear.response import force, small_waves
 from dolfbuoy.linear.seaway import responses
+from dolfbuoy.linear.spectrum import force, small_waves
 from dolfbuoy.model.buoy import MOTION
 from dolfbuoy.model.rigid import float_upright, mass_properties, shape_of
 

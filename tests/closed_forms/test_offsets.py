@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
-from dolfbuoy.results.offset_figures import offset_curves
+from dolfbuoy.results.linear_figures import offset_curves
 from dolfbuoy.results.offset_record import sentences
 
 RHO, G, DEPTH, D, MASS, Z_C = 1025.0, 9.81, 40.0, 2.0, 2500.0, 0.6

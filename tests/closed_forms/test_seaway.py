@@ -14,13 +14,11 @@ from scipy.stats import norm
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
 from dolfbuoy.linear.drag import LinearDrag, Sea, Velocities
-from dolfbuoy.linear.linearisation import linearise
-from dolfbuoy.linear.reactions import WithReactions
-from dolfbuoy.linear.response import small_waves
+from dolfbuoy.linear.linearisation import WithReactions, linearise
 from dolfbuoy.linear.seaway import Seaway
-from dolfbuoy.linear.spectrum import bins_of, irregular_waves
+from dolfbuoy.linear.spectrum import bins_of, irregular_waves, small_waves
 from dolfbuoy.results.labelled import complex_of
-from dolfbuoy.results.response_record import warnings
+from dolfbuoy.results.linear_record import warnings
 from dolfbuoy.scene.waves import Waves
 from dolfbuoy.studies.physics.response_runs import compared, measured, measured_in_sea
 

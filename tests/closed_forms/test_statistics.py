@@ -5,6 +5,7 @@ Source: ASTM E1049-85, sums and integrals by hand, scipy's fits, samples of know
 
 import collections
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from scipy import optimize, stats
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene, statistics
+from dolfbuoy.commands.statistics import show
 from dolfbuoy.model import spectra
 from dolfbuoy.model.airy import AirySum, components_of
 from dolfbuoy.model.sea import elevation_at
@@ -344,12 +346,18 @@ def test_runs_of_several_scenes_are_sets(runs):
     assert "in 1 of 2 sets" in several.attrs["notes"]
 
 
-def test_sets_may_have_different_lines(runs):
+def test_sets_may_have_different_lines(runs, capsys):
     other = load_scene(SCENE, waves__amplitude=2.0)
     several = statistics([*runs[:10], *(narrow(k, scene=other).assign_coords(cable=["port"]) for k in range(10))])
     finite = np.isfinite(several.tension_top_most_probable.sel(bound="estimate"))
     assert finite.transpose("set", "cable").values.tolist() == [[True, False], [False, True]]
     assert "not all runs" not in several.attrs["notes"]
+    show(several, Path("st"))
+    first, second = capsys.readouterr().out.split("set 1: ")
+    assert "tension top of cable" in first
+    assert "of port" not in first
+    assert "tension top of port" in second
+    assert "of cable" not in second
 
 
 def test_a_title_does_not_make_a_set():

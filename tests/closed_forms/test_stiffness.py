@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import dolfbuoy
 from dolfbuoy import InputError, load_scene
-from dolfbuoy.results.stiffness_record import notes
+from dolfbuoy.results.linear_record import notes
 from dolfbuoy.statics import catenary
 
 #: Loads: force [N] and height above the keel at which they act [m].

@@ -238,7 +238,7 @@ def test_two_ranks(tmp_path):
     """The same derivatives as on one, to 1e-5 of the largest of each series."""
     scenes = {"network": (NETWORK, ["joint.clump.mass"]), "bed": (ON_BED, ["cable.line_density"])}
     done = start_scenes(2, scenes, tmp_path, RANKS)
-    assert done.returncode == 0, done.stderr[-2000:]
+    assert done.returncode == 0, (done.returncode, done.stdout[-1000:], done.stderr[-2000:])
     for name, (scene, by) in scenes.items():
         alone, together = dolfbuoy.sensitivities(scene, by), xr.open_dataset(tmp_path / name / "sensitivity.nc")
         for series in ("d_tension_top", "d_end_tension", "d_tension_anchor"):

@@ -14,7 +14,7 @@ import xarray as xr
 from dolfbuoy import api, linear_api
 from dolfbuoy.commands import linear, response, shared, sweep
 from dolfbuoy.commands import statistics as command
-from dolfbuoy.results import offset_figures, offset_record, response_figures, response_record, statistics_figures
+from dolfbuoy.results import linear_figures, linear_record, offset_record, statistics_figures
 from dolfbuoy.results.compare import duration
 from dolfbuoy.results.labelled import PARTS, labelled
 from dolfbuoy.results.sample import NUMBERS, STATISTICS, Fatigue
@@ -204,7 +204,7 @@ def made_up_response(**attrs):
         "motion_spectrum": (("buoy", "motion", "omega"), np.arange(1, 7)[None, :, None] * density, ("", "")),
         "tension_spectrum": (("cable", "tension", "omega"), np.array([[2e6, 5e6]])[..., None] * density, ("", "")),
     }
-    labels = {"motion": response_record.MOTIONS, "part": PARTS, "tension": response_record.TENSIONS}
+    labels = {"motion": linear_record.MOTIONS, "part": PARTS, "tension": linear_record.TENSIONS}
     return labelled(data, labels | {"cable": ["cable"], "buoy": ["buoy"]}, {"height_m": HEIGHT} | attrs)
 
 
@@ -212,17 +212,17 @@ def test_figures_of_a_response():
     found = made_up_response()
     curves = {
         line.get_label(): line.get_xydata()
-        for axes in response_figures.amplitudes(found).axes
+        for axes in linear_figures.amplitudes(found).axes
         for line in axes.lines
         if not line.get_label().startswith("_")
     }
-    names = response_record.MOTIONS[:5]
+    names = linear_record.MOTIONS[:5]
     for k, (name, factor) in enumerate(zip(names, (1, 1, 1, 180 / np.pi, 180 / np.pi), strict=True)):
         np.testing.assert_allclose(curves[name], np.column_stack([PERIODS, factor * np.arange(3 * k + 1, 3 * k + 4)]))
     np.testing.assert_allclose(curves["tension_top"], np.column_stack([PERIODS, [1, 2, 3]]))  # kN
     np.testing.assert_allclose(curves["tension_anchor"], np.column_stack([PERIODS, [4, 5, 6]]))
     f, per_hertz = np.array([0.5, 1.0, 2.0]) / (2 * np.pi), 2 * np.pi * np.array([1.0, 3.0, 2.0])
-    drawn = [line for axes in response_figures.spectra(found).axes for line in axes.lines]
+    drawn = [line for axes in linear_figures.spectra(found).axes for line in axes.lines]
     factors = {"elevation": 1, "surge": 1, "sway": 2, "heave": 3, "tension top": 2, "tension anchor": 5}
     factors |= {"roll": 4 * (180 / np.pi) ** 2, "pitch": 5 * (180 / np.pi) ** 2}
     assert {line.get_label() for line in drawn} == factors.keys()
@@ -233,7 +233,7 @@ def test_figures_of_a_response():
 def test_what_a_response_is_warned_of():
     """Three standard deviations, and half the height, above the mean."""
     anchor = made_up_response()
-    sea, waves = response_record.warnings(anchor)
+    sea, waves = linear_record.warnings(anchor)
     assert "tension_top: three standard deviations, 3900 N, are more than the mean, 3500 N" in sea
     assert "in waves of 3 m the amplitude is more than the mean at 8 s:" in waves  # 1.5 x 0.9 x 3000 N, not 2000 N
 
@@ -297,7 +297,7 @@ def made_up_offsets():
 
 
 def test_the_figure_of_offsets():
-    left, middle, right = offset_figures.offset_curves(made_up_offsets(), [(3.0, -4.0)]).axes
+    left, middle, right = linear_figures.offset_curves(made_up_offsets(), [(3.0, -4.0)]).axes
     curves = [[line.get_xydata() for line in axes.lines if line.get_linestyle() == "-"] for axes in (left, middle)]
     made = made_up_offsets()
     for i in range(3):

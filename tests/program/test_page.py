@@ -15,11 +15,10 @@ import xarray as xr
 from mpi_helpers import needs_mpirun, start
 
 from dolfbuoy import InputError, load_scene, modes, show, simulate
-from dolfbuoy.page.document import as_json, style_sheet, tag
+from dolfbuoy.page.html import as_json, style_sheet, tag
 from dolfbuoy.page.pack import chosen_rows, coarse, exact, single
-from dolfbuoy.page.precision_page import precision_page
+from dolfbuoy.page.result_pages import precision_page, sweep_page
 from dolfbuoy.page.run_page import run_page
-from dolfbuoy.page.sweep_page import sweep_page
 from dolfbuoy.results.bars import rows_of
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.record import read

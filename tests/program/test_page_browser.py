@@ -12,9 +12,8 @@ from chromium import CHROMIUM, browser
 from test_page import EVIL, evil_pages, precision_rows, sweep_dataset
 
 from dolfbuoy import load_scene, modes, show, simulate
-from dolfbuoy.page.precision_page import precision_page
+from dolfbuoy.page.result_pages import precision_page, sweep_page
 from dolfbuoy.page.run_page import run_page
-from dolfbuoy.page.sweep_page import sweep_page
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.record import read
 from dolfbuoy.studies.sweep import sweep

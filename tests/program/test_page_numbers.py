@@ -15,9 +15,8 @@ from scipy.signal import welch
 from test_page import data_of, sweep_dataset, unpacked
 
 from dolfbuoy import modes, simulate
-from dolfbuoy.page.modes_page import modes_page
+from dolfbuoy.page.result_pages import modes_page, sweep_page
 from dolfbuoy.page.run_page import run_page
-from dolfbuoy.page.sweep_page import sweep_page
 from dolfbuoy.page.view import view_of
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.mode_record import enlargement

@@ -14,11 +14,9 @@ from test_page import data_of, precision_rows, unpacked
 from test_page_numbers import LATE_FRAMES, RUN, cases
 
 from dolfbuoy import modes
-from dolfbuoy.page.document import _with_imports
-from dolfbuoy.page.modes_page import modes_page
-from dolfbuoy.page.precision_page import precision_page
+from dolfbuoy.page.html import _with_imports
+from dolfbuoy.page.result_pages import modes_page, precision_page, sweep_page
 from dolfbuoy.page.run_page import run_page
-from dolfbuoy.page.sweep_page import sweep_page
 from dolfbuoy.results.mode_record import KINDS, enlargement
 from dolfbuoy.results.parts import alone
 from dolfbuoy.results.sample import STATISTICS

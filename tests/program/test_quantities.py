@@ -14,10 +14,9 @@ from dolfbuoy.commands.sweep import _show
 from dolfbuoy.errors import InputError
 from dolfbuoy.model.rigid import mass_properties
 from dolfbuoy.motion.schemes import BackwardEuler, Scheme
+from dolfbuoy.page.result_pages import sweep_data as data_of_sweep
 from dolfbuoy.page.run_page import data_of, run_page
-from dolfbuoy.page.sweep_page import data_of as data_of_sweep
 from dolfbuoy.results import figures, sweep_figure
-from dolfbuoy.results.drawing import FIGURES, figure_of
 from dolfbuoy.results.frame import Frames
 from dolfbuoy.results.measured import compute
 from dolfbuoy.results.paraview import meshes_of
@@ -25,7 +24,7 @@ from dolfbuoy.results.quantities import EVERYWHERE, QUANTITIES, Curve, Quantity,
 from dolfbuoy.results.record import fitting
 from dolfbuoy.results.sample import numbers_of
 from dolfbuoy.results.statistics import collect, statistics
-from dolfbuoy.results.style import COLUMN, new_figure
+from dolfbuoy.results.style import COLUMN, FIGURES, figure_of, new_figure
 from dolfbuoy.results.summary import summary
 from dolfbuoy.scene.sections import SCHEMES
 

@@ -9,7 +9,7 @@ from made_up import RECORD, SCENE
 
 from dolfbuoy import load_scene, solve_static
 from dolfbuoy.model.rigid import shape_of
-from dolfbuoy.results.states import states_of
+from dolfbuoy.results.cautions import states_of
 from dolfbuoy.results.summary import static_warnings, warnings
 
 VOLUME = shape_of(SCENE.network.buoys["buoy"]).volume() * SCENE.sea.density

@@ -18,9 +18,8 @@ from dolfbuoy.check import check
 from dolfbuoy.errors import NoResult
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.attitude import cone_angle, roll_pitch_yaw
+from dolfbuoy.results.cautions import cut, steps_of_peak
 from dolfbuoy.results.quantities import over
-from dolfbuoy.results.retried import cut
-from dolfbuoy.results.snaps import steps_of_peak
 from dolfbuoy.results.summary import static_rows, summary, warnings
 from dolfbuoy.studies.sweep import sweep
 

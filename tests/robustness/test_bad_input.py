@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 
-from dolfbuoy.errors import InputError
+from dolfbuoy.errors import InputError, SolveError
 from dolfbuoy.model.feasible import check_feasible
 from dolfbuoy.scene import load_scene, merged, parse_assignment, shipped_scenes
 from dolfbuoy.scene.reading import parse
@@ -165,6 +165,17 @@ def test_bad_usage(call, folder, case):
     code, _, err = call(*case["line"])
     assert code == 2, err
     assert "Traceback" not in err
+
+
+@pytest.mark.parametrize("error", [SolveError("steps failed"), InputError("key: must be a number")])
+def test_every_message_ends_with_a_full_stop(call, monkeypatch, error):
+    """Also those that quote another program's, or are made of parts."""
+
+    def fail(**_):
+        raise error
+
+    monkeypatch.setattr("dolfbuoy.commands.main.app", fail)
+    assert call("list")[2].endswith(f"{error}.\n")
 
 
 @pytest.mark.parametrize("line", [("import", "moordyn", "pipe"), ("statistics", "loop")], ids=name)

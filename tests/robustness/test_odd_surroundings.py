@@ -63,7 +63,7 @@ def test_other_streams_are_closed(scene, closed):
 
 
 @pytest.mark.parametrize("name", ["TMPDIR", "TEMP", "TMP"])
-@pytest.mark.parametrize("folder", ["/proc", "/dev/null/x", "/etc/hostname"])
+@pytest.mark.parametrize("folder", ["/proc", "/dev/null/x", "/etc/hostname", "/tmp/is/not/there"])
 def test_a_temporary_folder_that_cannot_be_written(scene, name, folder):
     """Open MPI would end the process with a page of text."""
     others = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), "")

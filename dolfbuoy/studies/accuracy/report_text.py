@@ -277,7 +277,7 @@ def _extremes(scene: Row) -> str:
             shown = {"own": f"{factor * own:.4g} {unit}", "second": f"{factor * second:.4g} {unit}"}
             shown["difference"] = f"{100 * (own - second) / row['range_second']:+.2f} %"
             rows.append({"what": f"{which} {row['quantity']}"} | shown)
-    steps = f"backward Euler at dt {_own(scene['rows'])['step']:g} s beside generalized-alpha at dt {step:g} s"
+    steps = f"backward Euler at dt {_own(scene['rows'])['step']:g} s and generalized-alpha at dt {step:g} s"
     where = f"`{scene['name']}` until {end:g} s on its own elements: {steps}"
     return f"{where}, after the ramp; differences relative to the range.\n\n{table_of('', rows, EXTREMES)}"
 

@@ -194,8 +194,8 @@ def notes(rows: list[Row], names: Sequence[str], threshold: float) -> list[str]:
 COSTS = {key: key for key in ("effect", "unknowns", "operations", "forms")} | {"time": "ms per step"}
 #: Mode -> words of the tables for its rows, and for what they are compared with.
 MODES = {
-    "without": ("it is left out", "without it, beside the full scene"),
-    "alone": ("it is added alone to the barest scene", "with it alone, beside the barest scene"),
+    "without": ("it is left out", "without it, compared with the full scene"),
+    "alone": ("it is added alone to the barest scene", "with it alone, compared with the barest scene"),
 }
 
 
@@ -203,7 +203,7 @@ def questions(rows: list[Row], names: Sequence[str]) -> list[Table]:
     """A table for every question, its rows by the size of what they change; what is impossible comes first."""
     by_mode, tables = groups(rows, "mode"), []
     heads = {"effect": "effect"} | {name: acc.QUANTITIES[name].replace(" ", "\n") for name in names}
-    for mode, (when, beside) in MODES.items():
+    for mode, (when, compared) in MODES.items():
         ranked = sorted(by_mode[mode], key=lambda row: -math.inf if row["reason"] else -largest(row, names)[0])
         shown = ranked + (by_mode.get("together", []) if mode == "without" else [])
         why = [f"{row['effect']} ({mode}): {row['reason']}" for row in shown if row["reason"]]
@@ -211,7 +211,7 @@ def questions(rows: list[Row], names: Sequence[str]) -> list[Table]:
         shown = [r | {"effect": "all in vain at once"} if r["mode"] == "together" else r for r in shown]
         tables += [
             Table("", [_changes(row, names) for row in shown], title, heads, why),
-            Table("", [_costs_beside(row) for row in shown], f"\nWhat a step costs {beside}", COSTS),
+            Table("", [_costs(row) for row in shown], f"\nWhat a step costs {compared}", COSTS),
         ]
     return tables
 
@@ -228,7 +228,7 @@ def _share(change: float) -> str:
     return f"{float(f'{100 * change:.2g}'):g}" if change < 100 else ">9999"
 
 
-def _costs_beside(row: Row) -> Row:
+def _costs(row: Row) -> Row:
     line = {"effect": row["effect"]}
     if not row["reason"]:
         line |= {key: f"{row[key] - row[f'base_{key}']:+d}" for key in ("unknowns", "operations", "forms")}

@@ -19,8 +19,8 @@ from ...errors import InputError, SolveError
 from ...linear import LARGEST_KR
 from ...linear.periods import buoy_periods
 from ...linear.potential_flow import read_capytaine
-from ...linear.response import check_periods
 from ...linear.seaway import responses
+from ...linear.spectrum import check_periods
 from ...model.prescribed_ends import adrift_nowhere
 from ...model.rigid import Floating, float_upright, mass_properties, shape_of
 from ...parallel.cases import evaluate_all
@@ -144,7 +144,8 @@ def _response(scene: Scene, case: Row) -> Row:
         amplitudes = {name: getattr(one.motions, name) for name in MOTIONS}
         rows.append({"period": one.period, "wavelength": 2 * math.pi / one.wavenumber})
         for name, X in (amplitudes | {"pitch_over_slope": one.pitch_over_slope}).items():
-            rows[-1] |= _polar(name, X)
+            phase = round(math.degrees(cmath.phase(X)), 3) + 0.0  # by which it comes after the elevation; no -0
+            rows[-1] |= {name: abs(X), f"{name}_phase": phase if phase > -180 else 180.0}
     return {"natural": [{"motion": name, **mode._asdict()} for name, mode in natural.items()], "rows": rows}
 
 
@@ -166,12 +167,6 @@ def _flow(scene: Scene, case: Row) -> Row:
     own = responses(scene, flow.periods, case["direction"])
     rows = [_compared(dict(zip(MOTIONS, X, strict=True)), o, "flow") for X, o in zip(found, own, strict=True)]
     return {"rows": sorted(rows, key=lambda row: row["period"]), "depth": flow.depth}
-
-
-def _polar(name: str, X: complex) -> Row:
-    """Amplitude, and the phase [deg, -180 < phase <= 180] by which the motion comes after the elevation."""
-    phase = round(math.degrees(cmath.phase(X)), 3) + 0.0  # no -0
-    return {name: abs(X), f"{name}_phase": phase if phase > -180 else 180.0}
 
 
 def _compared(other: Mapping[str, complex], own: Any, name: str) -> Row:
@@ -246,7 +241,7 @@ def study(
         return []
     failed = [f"{case['part']}, {case['held']}: {case['reason']}" for case in found if "reason" in case]
     parts = {part: [c for c in found if c["part"] == part and "reason" not in c] for part in PARTS}
-    levers, linear, checked, beside = (
+    levers, linear, checked, flows = (
         [{"held": case["held"], **row} for case in parts[part] for row in case["rows"]] for part in PARTS
     )
     natural = [{"held": case["held"], **mode} for case in parts["response"] for mode in case["natural"]]
@@ -262,7 +257,7 @@ def study(
         Table("hull", at_rest, title, heads, failed),
         Table("hull-righting", levers, figure=stability),
         Table("hull-periods", natural, NATURAL_TITLE, NATURAL, _unheld(scene)),
-        Table("hull-response", linear, figure=draw_responses(linear, checked, beside, _shortest(scene))),
+        Table("hull-response", linear, figure=draw_responses(linear, checked, flows, _shortest(scene))),
         Table("", [row for row in linear if row["period"] == int(row["period"])], columns=RESPONSE),
     ]
     tables[-1].title = f"\nResponse to small waves towards {direction:g} degrees, per metre of amplitude"
@@ -278,8 +273,8 @@ def study(
     for case in parts["flow"]:
         here = scene.sea.depth if scene.sea else math.inf
         depths = f"depth {case['depth']:g} m, here {here:g} m"
-        title = f"\nPotential flow ({depths}) beside the free buoy, as complex numbers"
-        tables.append(Table("hull-potential-flow", beside, title, FLOW))
+        title = f"\nPotential flow ({depths}) and the free buoy, as complex numbers"
+        tables.append(Table("hull-potential-flow", flows, title, FLOW))
     return tables
 
 
@@ -329,7 +324,7 @@ def draw_responses(linear: list[Row], runs: list[Row], flow: list[Row], shortest
             axes.axvspan(0, shortest, color=COLORS["sand"], alpha=0.25, lw=0)
             axes.set(xlim=(2, 20.5), xticks=[2, 5, 10, 15, 20])
     panels[0, 0].set_ylabel("amplitude")
-    panels[1, 0].set_ylabel("phase behind the crest [deg]")
+    panels[1, 0].set_ylabel("phase after the crest [deg]")
     handles, labels = panels[0, 0].get_legend_handles_labels()
     one_each = dict(zip(labels, handles, strict=True))
     legend_below(figure, 0.3, 5, sorted(one_each.values(), key=lambda line: line.get_marker() != "None"))

@@ -10,9 +10,9 @@ import numpy as np
 from ...api import simulate
 from ...elsewhere import MPI
 from ...errors import SolveError
-from ...linear.motions import Motions, axes_along, turn
-from ...linear.response import small_waves
+from ...linear.moving import Motions, axes_along, turn
 from ...linear.seaway import Seaway
+from ...linear.spectrum import small_waves
 from ...model.prescribed_ends import motion_of
 from ...model.sea import heading, wavenumber
 from ...scene import Scene

@@ -1,0 +1,166 @@
+"""Sentences about a run that is not as it should be: short peaks, undamped pulses, odd buoys, retried steps."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import NoResult
+from ..model.rigid import shape_of
+from ..model.seabed import height_of_bed
+from .parts import names_of, parts_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from ..scene import Scene
+    from ..scene.buoy import Buoy
+    from ..scene.cable import Cable
+
+#: Steps above half its height that a peak needs: a snap on 6 was 6 % too low, on 3 it was 18 to 37 %.
+STEPS_OF_A_PEAK = 6
+#: What an elastic line without damping does, in a sentence that `check` and the summary begin.
+PULSES = (
+    "no damping: pulses from where it comes taut or lands run along it as long as the scheme and the elements let "
+    "them, and the ends double them; see cable.damping."
+)
+
+
+def short_peaks(record: xr.Dataset, low: str, high: str) -> list[str]:
+    """Largest tensions of a cable that rest on a few steps: smaller ones may find larger.  low, high: its ends."""
+    from .tables import force_unit  # with rich, which no run needs
+
+    found = []
+    for end, force in ((low, np.linalg.norm(record.anchor_force, axis=-1)), (high, record.tension_top.values)):
+        steps = steps_of_peak(force)
+        if steps < STEPS_OF_A_PEAK:
+            unit, factor = force_unit(force)
+            text = f"The largest tension at {end}, {factor * force.max():.4g} {unit} at "
+            text += f"{float(record.time[force.argmax()]):.5g} s, rests on {steps} step{'s' if steps > 1 else ''}"
+            found.append(f"{text}: a snap, of which smaller steps may show more.")
+    return found
+
+
+def steps_of_peak(force: ArrayLike) -> float:
+    """Steps in a row about the largest force that are above the middle of it and the median; inf if it hardly rises."""
+    force = np.asarray(force)
+    largest, usual = force.max(), np.median(force)
+    if largest - usual <= 0.1 * largest:
+        return math.inf
+    below = np.flatnonzero(force <= (largest + usual) / 2) - force.argmax()
+    before, after = below[below < 0], below[below > 0]
+    if not len(before) or not len(after):
+        return math.inf
+    return int(after[0] - before[-1] - 1)
+
+
+def undamped(record: xr.Dataset, scene: Scene, sections: list[Cable]) -> list[str]:
+    """Warning of an elastic cable without damping that went slack or lay on the bed; sections: of its segments.
+
+    Slack is seen in the recorded frames.
+    """
+    bare = np.array([c.axial_stiffness != math.inf and not c.damping for c in sections])
+    slackens = bare & [c.slack == "tension-only" for c in sections]
+    segment = record.segment_of_cell.values
+    slack = (record.cable_tension.values[:, slackens[segment]] <= 0).any()
+    states = ["went slack"] * bool(slack) + ["lay on the sea bed"] * _lies(record, scene, bare[segment])
+    return [f"The cable {' and '.join(states)}, and has {PULSES}"] if states else []
+
+
+def _lies(record: xr.Dataset, scene: Scene, cells: NDArray[Any]) -> bool:
+    """True if any of these cells ever lay on the bed, with both ends."""
+    if not scene.seabed:
+        return False
+    position = record.cable_position.values
+    ends = position[:, :: (position.shape[1] - 1) // len(cells)]
+    below = ends[..., 2] <= height_of_bed(scene, ends)
+    return bool((below[:, 1:] & below[:, :-1])[:, cells].any())
+
+
+#: A cone angle that is called a lean, and one that is a capsize [deg].
+LEAN, CAPSIZE = 45.0, 90.0
+#: Part of its volume that a buoy has above the water at least, or it is under it.
+LEAST_FREEBOARD = 1e-6
+
+
+def states_of(record: xr.Dataset, scene: Scene) -> list[str]:
+    """Sentences about the buoys of a run or an equilibrium, with their names if there are several."""
+    found = []
+    for name, part in zip(names_of(record, "buoy"), parts_of(record, "buoy"), strict=True):
+        found += part.named(_lean(part.record) + _under(part.record, scene, scene.network.buoys[name]))
+    return found
+
+
+def is_under(displaced: Any, scene: Scene, buoy: Buoy) -> Any:
+    """True if a buoy that displaces this mass of water [kg] is under water."""
+    sea: Any = scene.sea
+    hull: Any = shape_of(buoy)
+    return displaced >= (1 - LEAST_FREEBOARD) * sea.density * hull.volume()
+
+
+def _lean(record: xr.Dataset) -> list[str]:
+    angle = np.atleast_1d(record.cone_angle.values)
+    worst, largest = int(angle.argmax()), angle.max()
+    if largest < LEAN:
+        return []
+    if "time" not in record.dims:
+        return [f"The buoy {'is capsized' if largest >= CAPSIZE else 'leans'} at rest: {largest:.3g} degrees."]
+    t = record.time.values
+    if largest < CAPSIZE:
+        return [f"The buoy leaned by up to {largest:.3g} degrees, at t = {t[worst]:g} s."]
+    first = t[np.argmax(angle >= CAPSIZE)]
+    return [
+        f"The buoy capsized: it leaned by more than {CAPSIZE:g} degrees from t = {first:g} s on, up to {largest:.3g}."
+    ]
+
+
+def _under(record: xr.Dataset, scene: Scene, buoy: Buoy) -> list[str]:
+    if scene.sea is None or "displaced_mass" not in record:
+        return []
+    displaced = np.atleast_1d(record.displaced_mass.values)
+    under = is_under(displaced, scene, buoy)
+    if not under.any():
+        return []
+    if "time" not in record.dims:
+        return ["The buoy is all under water at rest."]
+    share, first = 100 * under.mean(), record.time.values[np.argmax(under)]
+    return [f"The buoy was all under water in {share:.2g} % of the instants, first at t = {first:g} s."]
+
+
+#: Part of the steps from which on a sentence says that they were cut; and no result is left where so many were.
+OFTEN, MOST = 0.05, 0.5
+
+
+def cut(record: xr.Dataset, scene: Scene) -> float:
+    """Part of the steps of a run that could not be taken as they were; with a tolerance, of those that failed."""
+    time: Any = scene.time
+    steps, failed = record.sizes["time"] - 1, record.attrs.get("failed_steps", 0)
+    if not failed or not steps or time.tolerance is not None:
+        return float(min(failed / max(steps, 1), 1.0))
+    step = time.step
+    numbers = np.ceil(record.time.values[1:] / step - 1e-6)
+    count = len(np.unique(numbers))  # a step may have been made smaller without having failed
+    smaller = numbers[record.time_step.values[1:] < (1 - 1e-6) * step]
+    return float(min(len(np.unique(smaller)), failed) / count)
+
+
+def about_retries(record: xr.Dataset, scene: Scene) -> list[str]:
+    """A sentence about steps that were retried, if there are any."""
+    failed, share = record.attrs.get("failed_steps", 0), cut(record, scene)
+    doubt = f", in {100 * share:.3g} % of the run: see whether its numbers stay with a smaller time.step"
+    words = f"{failed} steps failed and were retried with smaller ones"
+    return [f"{words}{doubt if share > OFTEN else ''}."] if failed else []
+
+
+def refused(record: xr.Dataset, scene: Scene) -> NoResult | None:
+    """The error to raise for a finished run most of whose steps were retried; None for a sound one."""
+    if (share := cut(record, scene)) <= MOST:
+        return None
+    return NoResult(
+        f"{100 * share:.3g} % of all steps failed and were retried with smaller ones: what is left is no result; take "
+        "a smaller time.step or another time.scheme.",
+        record,
+    )
