@@ -63,8 +63,18 @@ def covered(scene: Scene) -> float:
     many = MANY_OF_A_SEA if _is_a_sea(scene) else MANY
     if period is None or end - start <= many * period:
         return end
-    rest = end - ramp_of(scene)
-    return min(end, ramp_of(scene) + max(PERIODS * period, TENTH * rest if scene.waves else 0.0))
+    return min(end, start + max(PERIODS * period, TENTH * (end - start) if scene.waves else 0.0))
+
+
+def followed(scene: Scene) -> float:
+    """Until when the error of the steps of a run with a companion is followed [s].
+
+    In a long run to an instant that stays when the run is made longer, since it cannot be followed from later on.
+    """
+    start, end, period = window_start(scene), scene.time.end, period_of(scene)
+    if period is None or covered(scene) >= end or start != ramp_of(scene):
+        return end
+    return min(end, start + PERIODS * period)
 
 
 def _is_a_sea(scene: Scene) -> bool:
