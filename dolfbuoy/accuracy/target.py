@@ -4,7 +4,7 @@ The last but one is the companion of the last, so that all runs together take ab
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -123,15 +123,20 @@ def judged(
 
 def check_names(scene: Scene) -> None:
     """Refuse outputs that no run of the scene has, before it runs.  Raises InputError."""
+    check_outputs(scene, scene.accuracy.of, "accuracy.of")
+
+
+def check_outputs(scene: Scene, names: Iterable[str], where: str) -> None:
+    """Refuse outputs (SERIES.NUMBER) that no run of the scene has.  Raises InputError, with what they are named in."""
     network = scene.network
     missing = {kind for kind, there in (("cable", network.cables), ("buoy", network.buoys)) if not there}
-    for name in scene.accuracy.of:
+    for name in names:
         series, _, number = name.rpartition(".")
         known = [one for one in QUANTITIES.values() if not one.effort and series in (one.name, *one.series("xyz"))]
         kind = "cable" if series == ANCHOR else known[0].kind if known else None
         if number not in NUMBERS or kind is None or kind in missing:
             raise InputError(
-                f"accuracy.of {name}: must be an output of this scene, SERIES.NUMBER as tension_top.max; numbers are "
+                f"{where} {name}: must be an output of this scene, SERIES.NUMBER as tension_top.max; numbers are "
                 f"{', '.join(NUMBERS)}."
             )
 

@@ -140,6 +140,18 @@ void attempt(const void *context);
 void judge_solve(const void *context);
 void improve(const void *context);
 
+typedef struct {                /* a change of the unknowns that goes with a change of the residual */
+    newton *newton;
+    scaled rows, unknowns;      /* of `residual` and of `increment` */
+    double *residual, *change, *increment;              /* of local unknowns; increment: zero where they are held */
+    double enough;              /* size of an increment with which it is right, relative to the change, */
+    double rough, noise;        /* ... and where it shrinks no more, of the change and in units of the unknowns */
+    double last;                /* the size before */
+} tangent;
+
+void evaluate_residual(const void *context);
+void improve_tangent(const void *context);
+
 /* -- step.c: what a time step does with arrays ------------------------------------------------------------------------- */
 
 /* Rows of a series: values at t_n, t_(n-1) ..., then these. */

@@ -19,8 +19,8 @@ static double larger(double a, double b)
     return b > a ? b : a;
 }
 
-/* Own unknowns x and ghosts -> u. */
-static PetscErrorCode read_shared(const newton *N, Vec x)
+/* Own unknowns x and ghosts -> values. */
+static PetscErrorCode read_shared(const newton *N, const scaled *to, Vec x)
 {
     Vec local;
     const PetscScalar *values;
@@ -29,20 +29,25 @@ static PetscErrorCode read_shared(const newton *N, Vec x)
     TRY(VecGhostUpdateEnd(N->ghosted, INSERT_VALUES, SCATTER_FORWARD));
     TRY(VecGhostGetLocalForm(N->ghosted, &local));
     TRY(VecGetArrayRead(local, &values));
-    put(N->unknowns, values);
+    put(to, values);
     TRY(VecRestoreArrayRead(local, &values));
     return VecGhostRestoreLocalForm(N->ghosted, &local);
+}
+
+static PetscErrorCode read_into(const newton *N, const scaled *to, Vec x)
+{
+    const PetscScalar *values;
+    if (N->ghosted)
+        return read_shared(N, to, x);
+    TRY(VecGetArrayRead(x, &values));
+    put(to, values);
+    return VecRestoreArrayRead(x, &values);
 }
 
 /* Scaled unknowns x -> u. */
 PetscErrorCode read_solution(const newton *N, Vec x)
 {
-    const PetscScalar *values;
-    if (N->ghosted)
-        return read_shared(N, x);
-    TRY(VecGetArrayRead(x, &values));
-    put(N->unknowns, values);
-    return VecRestoreArrayRead(x, &values);
+    return read_into(N, N->unknowns, x);
 }
 
 /* u -> scaled unknowns x. */
@@ -58,31 +63,36 @@ static PetscErrorCode set_start(const newton *N)
     return VecRestoreArray(N->x, &values);
 }
 
-/* Sums of all ranks of the latest residual. */
-static PetscErrorCode add_ranks(const newton *N)
+/* Sums of all ranks of a residual. */
+static PetscErrorCode add_ranks(const newton *N, const scaled *rows)
 {
     Vec local;
     PetscScalar *to;
     TRY(VecGhostGetLocalForm(N->ghosted, &local));
     TRY(VecGetArray(local, &to));
-    take(N->rows, to);
+    take(rows, to);
     TRY(VecRestoreArray(local, &to));
     TRY(VecGhostRestoreLocalForm(N->ghosted, &local));
     TRY(VecGhostUpdateBegin(N->ghosted, ADD_VALUES, SCATTER_REVERSE));
     return VecGhostUpdateEnd(N->ghosted, ADD_VALUES, SCATTER_REVERSE);
 }
 
-/* The latest residual -> scaled rows f. */
-PetscErrorCode make_residual(const newton *N, Vec f)
+static PetscErrorCode make_rows(const newton *N, const scaled *rows, Vec f)
 {
     PetscScalar *to;
     if (N->ghosted) {
-        TRY(add_ranks(N));
+        TRY(add_ranks(N, rows));
         return VecPointwiseMult(f, N->ghosted, N->row_scales);
     }
     TRY(VecGetArray(f, &to));
-    take(N->rows, to);
+    take(rows, to);
     return VecRestoreArray(f, &to);
+}
+
+/* The latest residual -> scaled rows f. */
+PetscErrorCode make_residual(const newton *N, Vec f)
+{
+    return make_rows(N, N->rows, f);
 }
 
 /* The sum at scaled unknowns x; means nothing once a Python function has failed. */
@@ -401,4 +411,55 @@ void improve(const void *context)
     N->numbers->improved = false;
     if (take_increments(N) || *N->failed)
         N->numbers->improved = false;
+}
+
+void evaluate_residual(const void *context)
+{
+    add_up(((const newton *)context)->residuals);
+}
+
+/* Largest of own unknowns, in their units. */
+static PetscErrorCode largest(const newton *N, const double *values, double *size)
+{
+    const scaled *u = N->unknowns;
+    PetscInt n;
+    *size = 0;
+    TRY(VecGetLocalSize(N->x, &n));
+    for (PetscInt k = 0; k < n; ++k)
+        *size = larger(*size, fabs(values[u->places[k]] / u->scale[k]));
+    if (N->ghosted)
+        TRY(MPI_Allreduce(MPI_IN_PLACE, size, 1, MPI_DOUBLE, MPI_MAX, PetscObjectComm((PetscObject)N->x)));
+    return 0;
+}
+
+static PetscErrorCode take_tangent_increment(tangent *T)
+{
+    const newton *N = T->newton;
+    const one_sided *L = N->law;
+    KSP ksp;
+    PetscReal size;
+    double of_all;
+    for (PetscInt k = 0; L && k < L->count; ++k)
+        if (L->slack[k])
+            T->residual[L->rows[k]] = -L->c[k] * T->change[L->rows[k]];
+    TRY(SNESGetKSP(N->snes, &ksp));
+    TRY(make_rows(N, &T->rows, N->f));
+    TRY(KSPSolve(ksp, N->f, N->increment));
+    TRY(read_into(N, &T->unknowns, N->increment));
+    for (ptrdiff_t k = 0; k < N->residuals->length; ++k)
+        T->change[k] -= T->increment[k];
+    TRY(VecNorm(N->increment, NORM_INFINITY, &size));
+    TRY(largest(N, T->change, &of_all));
+    N->numbers->improved = size <= T->enough * of_all || (size > T->last / 2 && size <= larger(T->rough * of_all, T->noise));
+    T->last = size;
+    return 0;
+}
+
+/* One increment of a change of the unknowns, from the residual's. */
+void improve_tangent(const void *context)
+{
+    tangent *T = (tangent *)context;
+    T->newton->numbers->improved = false;
+    if (take_tangent_increment(T))
+        T->newton->numbers->improved = false;
 }

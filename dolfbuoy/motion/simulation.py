@@ -20,7 +20,7 @@ class Simulation:
     """The state of a scene at time `t`, advanced by `advance`.
 
     scene: with a section [time].  state: of an earlier Simulation of it, to go on from there instead of the start.
-    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `studies.pool`.
+    problem: a dynamic Problem of a scene that differs in numbers only, to be used again.  pool: see `model.pool`.
     Raises InputError for an impossible scene, SolveError when a solve fails.
     """
 
@@ -29,8 +29,10 @@ class Simulation:
         if scene.time is None:
             raise InputError("time: must be given, a run needs at least its keys end and step.")
         self.scene, self.comm, self.t = scene, comm, 0.0
+        self.followers: list[Callable[[], object]] = []  #: called when a step counts, before anything of it is past
         make = Problem if pool is None else pool.problem
         start = initial_state(scene, comm, make) if state is None else None
+        self.at_rest = start is not None and start.at_rest
         if problem is None:
             self.problem = make(scene, dynamic=True, comm=comm)
         else:
@@ -39,7 +41,7 @@ class Simulation:
         self.system, self.newton = self.problem.system, self.problem.newton
         self.iterations = 0
         #: `end_forces` in arrays that stay in place.
-        self._read_end_forces, self.latest_end_forces = self.reader_of_end_forces()
+        self.read_end_forces, self.latest_end_forces = self.reader_of_end_forces()
         scheme = make_scheme(scene.time.scheme, scene.time.spectral_radius)
         self.past = Past(self.problem.evolutions(), self.system.u, scheme)
         self.ropes = self._damped_ropes()
@@ -214,6 +216,8 @@ class Simulation:
                 self.past.give_up()
         if not counts:
             return None
+        for follow in self.followers:
+            follow()
         if self._accept():
             self.newton.forget()
         self.past.count_step()
@@ -259,7 +263,7 @@ class Simulation:
         self._begin = together(self._keep, *past.begin, predict, *problem.clock(), self.newton.begin)
         self._find_rates = together(*past.find_rates)
         models = problem.when_accepted()
-        self._accept = together(self._find_rates, self._read_end_forces, *models, *past.accept, remember)
+        self._accept = together(self._find_rates, self.read_end_forces, *models, *past.accept, remember)
 
     def advance(self, target):
         """To the time `target`; yields (step, iterations) after each step that counts."""

@@ -117,6 +117,32 @@ _elevation = Annotated[float, Field(ge=-1e4, le=1e4)]
 Instant = Annotated[tuple[_instant, _elevation], _two]  # s, m
 Component = Annotated[tuple[Annotated[float, Field(ge=0, le=1e4)], Period, Angle, Angle], _four]  # m, s, deg, deg
 Multiple = Annotated[float, Field(ge=0, le=1e3)]  # of a frequency
+_SPREAD = re.compile(rf"(?:(normal|lognormal|uniform) +)?({_NUMBER.pattern}) *(%?)", re.ASCII)
+
+
+def spread_of(value: float | str) -> tuple[str, float, bool]:
+    """(distribution, standard deviation, whether it is relative) of an entry of [uncertain].  Raises ValueError."""
+    found = _SPREAD.fullmatch(str(value).strip())
+    sigma = number_of(found[2]) if found else math.nan
+    if not found or not 0 < sigma <= 1e10:
+        raise ValueError(f"{value!r} must be a number > 0, of per cent with a %, after normal, lognormal or uniform")
+    return found[1] or "normal", sigma / 100 if found[5] else sigma, bool(found[5])
+
+
+def _spreads(table: dict[str, float | str]) -> dict[str, float | str]:
+    for key, value in table.items():
+        try:
+            spread_of(value)
+        except ValueError as error:
+            raise ValueError(f"{key}: {error}") from None
+    return table
+
+
+Spreads = Annotated[
+    dict[Annotated[str, Field(max_length=200)], float | Annotated[str, Field(max_length=60)]],
+    Field(min_length=1, max_length=100),
+    AfterValidator(_spreads),
+]
 
 
 def _stiff(value: float) -> float:

@@ -216,6 +216,9 @@ class Scene(Section):
     initial: Initial = Initial.model_construct()  # as Initial(), for which pydantic would build a validator
     time: Time | None = None
     accuracy: Accuracy | None = None
+    uncertain: q.Spreads | None = key(
+        "1 sigma of numbers by their keys: 20.0, '20%', 'lognormal 20%' or 'uniform 5%'", "1", default=None
+    )
     solver: Solver = Solver.model_construct()
 
     @model_validator(mode="after")

@@ -3,6 +3,7 @@
 What C remembers from call to call stands in one struct, `numbers`, which Python reads and changes as well.
 """
 
+import numpy as np
 from petsc4py import PETSc
 
 from .c_code import address, check, core
@@ -52,5 +53,21 @@ class Callbacks:
         check(core().lib.install(c))
 
     def work(self, name: str) -> Work:
-        """A function of newton.c: `attempt`, `judge_solve` or `improve`."""
+        """A function of newton.c: `attempt`, `judge_solve`, `improve` or `evaluate_residual`."""
         return Work(name, self._context, self)
+
+    def improving_tangent(
+        self, residual: np.ndarray, change: np.ndarray, enough: float, rough: float, noise: float
+    ) -> Work:
+        """Function that takes from `change` the increment that belongs to `residual`, with the matrix at hand.
+
+        Both of local unknowns.  `numbers.improved` is true then if it was not larger than `enough` times the change; or
+        if increments shrink no more, and it was not larger than `rough` times the change, or `noise` typical sizes.
+        """
+        increment, system = np.zeros_like(change), self._alive[0]
+        rows, unknowns = system.scaled_residual.of(residual), system.scaled_unknowns.of(increment)
+        arrays = {"residual": residual, "change": change, "increment": increment}
+        found = core().ffi.new("tangent *", {name: address(array) for name, array in arrays.items()})
+        found.newton, found.rows, found.unknowns = self._context, rows.described[0], unknowns.described[0]
+        found.enough, found.rough, found.noise = enough, rough, noise
+        return Work("improve_tangent", found, (self, rows, unknowns, arrays))

@@ -37,6 +37,11 @@ class Scaled:
         core().lib.take(self.described, self._x)
         return self.x
 
+    def of(self, values):
+        """The same entries of another array."""
+        one = self._alive
+        return Scaled(values, one["places"], one["scale"], (one["tied"], one["to"]))
+
     def put(self, x):
         """values[places[k]] = scale[k] * x[k]."""
         core().lib.put(self.described, core().ffi.from_buffer("double[]", x))

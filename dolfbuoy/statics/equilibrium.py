@@ -30,7 +30,7 @@ BALANCED = 1e-8
 def solve_equilibrium(scene: Scene, comm: Any = MPI.COMM_WORLD, make: Callable[..., Problem] = Problem) -> Problem:
     """Solve for rest in the mean current, wind and external force (no waves); the solution is in `problem.system.u`.
 
-    make: (scene, dynamic, comm) -> Problem; another than Problem may use one again (`studies.pool`).
+    make: (scene, dynamic, comm) -> Problem; another than Problem may use one again (`model.pool`).
 
     Raises InputError for a scene that has no equilibrium, SolveError if the solve fails.
     """

@@ -14,6 +14,7 @@ from ..accuracy.bars import bars_of, dataset_of
 from ..accuracy.companion import companion_of
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
+from ..model.pool import Pool
 from ..motion.simulation import Simulation
 from ..page.folder import write_pages
 from ..parallel import interruption
@@ -27,7 +28,6 @@ from ..results.sample import numbers_of, sample_of
 from ..scene import Scene, varied
 from ..scene.variants import in_words
 from ..writing import made
-from .pool import Pool
 from .study import Row
 
 #: Problems of the cases before: set-up takes longer than many a case.

@@ -18,6 +18,7 @@ LAYERS = (
     ("commands",),
     ("studies",),
     ("page",),
+    ("sensitivity",),
     ("api", "linear_api", "check"),
     ("accuracy",),
     ("results", "motion", "linear", "formats"),

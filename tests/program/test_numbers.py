@@ -9,9 +9,9 @@ from dynamics_helpers import MOORED, merged
 from mpi4py import MPI
 
 from dolfbuoy import load_scene
+from dolfbuoy.model.pool import Pool
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.simulation import Simulation
-from dolfbuoy.studies.pool import Pool
 
 SCENE = merged(MOORED, cable__elements=4, time={"end": 0.2, "step": 0.02})
 SCENE = merged(SCENE, wind={"speed_10m": 8.0, "area": 1.0, "height": 2.0})

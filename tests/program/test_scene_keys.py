@@ -47,7 +47,7 @@ def test_every_key_is_described(key):
 
 
 #: Tables whose keys are names that the scene gives: as one value, and of sections.
-BY_NAME = ("solver.petsc", "buoy.fairleads", "initial.points")
+BY_NAME = ("solver.petsc", "buoy.fairleads", "initial.points", "uncertain")
 NAMED = "material"
 #: Sections that may be a list of tables.
 SECTIONS = ("cable", "buoy", "joint")

@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from ..model.problem import Problem
-from ..model.structure import structure_of
 from ..scene import Scene
+from .problem import Problem
+from .structure import structure_of
 
 
 class Pool:

@@ -1,0 +1,142 @@
+"""`dolfbuoy sensitivity`: what moves the results of a scene."""
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import typer
+
+from ..errors import InputError
+from ..parallel.ranks import rank
+from .app import app
+from .shared import (
+    OutOption,
+    PlotOption,
+    SceneArgument,
+    SetOption,
+    draw_into,
+    folder_of,
+    load,
+    print_table,
+    say,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from numpy.typing import NDArray
+
+#: Outputs in the table where none are asked for, as far as there are.
+USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
+
+
+@app.command()
+def sensitivity(
+    scene: SceneArgument,
+    by: Annotated[str | None, typer.Option("--by", help="Keys of numbers with commas; without it all.")] = None,
+    of: Annotated[str | None, typer.Option("--of", help="Outputs with commas, as tension_top.max.")] = None,
+    every: Annotated[bool, typer.Option("--all", help="By all numbers of the scene that are not zero.")] = False,
+    static: Annotated[bool, typer.Option("--static", help="Of the equilibrium.")] = False,
+    periods: Annotated[bool, typer.Option("--modes", help="Of natural periods and damping.")] = False,
+    folder: OutOption = None,
+    assign: SetOption = None,
+    plot: PlotOption = True,
+) -> None:
+    """Derivatives by numbers of the scene, in % for 1 %.  Example: dolfbuoy sensitivity short --by buoy.mass"""
+    from ..sensitivity import sensitivities
+
+    if every and by is not None:
+        raise InputError("--all: does not go with --by.")
+    if static and periods:
+        raise InputError("--static: does not go with --modes.")
+    loaded, folder = load(scene, assign), folder_of(scene, folder)
+    what = "static" if static else "modes" if periods else "run"
+    found = sensitivities(loaded, listed("--by", by), listed("--of", of), folder, what)
+    if rank() != 0:
+        return
+    columns = {"run": _of_run, "static": _at_rest, "modes": _of_modes}[what](found, of is not None)
+    order = np.argsort(
+        [
+            -max((abs(x[k]) for x in columns.values() if np.isfinite(x[k])), default=0)
+            for k in range(found.sizes["parameter"])
+        ],
+        kind="stable",
+    )
+    rows = [
+        (str(found.parameter.values[k]), _value(found, k), *(_percent(x[k]) for x in columns.values())) for k in order
+    ]
+    title = (
+        f"\n{loaded.title or scene}, {folder / 'sensitivity.nc'}: change in per cent for one per cent of each number"
+    )
+    print_table(title, ("number", "value", *columns), rows)
+    if plot:
+        from ..results.tornado import tornado
+
+        draw_into(folder, "sensitivity", tornado=tornado(found.parameter.values, columns))
+        say(f"figure: {folder / 'figures' / 'tornado.png'}")
+
+
+def listed(option: str, text: str | None) -> list[str] | None:
+    """Names of an option with commas; None without it.  Raises InputError."""
+    if text is None:
+        return None
+    names = [name.strip() for name in text.split(",")]
+    if not all(names):
+        raise InputError(f"{option} {text}: there is an empty name between the commas.")
+    return names
+
+
+def _value(found: "xr.Dataset", k: int) -> str:
+    value, unit = found.parameter_value.values[k], found.parameter_unit.values[k]
+    return "all of it" if np.isnan(value) else f"{value:.4g}{'' if unit == '1' else f' {unit}'}"
+
+
+def _percent(value: float) -> str:
+    return (
+        "-"
+        if not np.isfinite(value)
+        else "0"
+        if abs(value) < 5e-5
+        else f"{value:+.4f}"
+        if abs(value) < 1
+        else f"{value:+.3f}"
+    )
+
+
+def _of_run(found: "xr.Dataset", asked: bool) -> dict[str, "NDArray[Any]"]:
+    """Elasticities of the outputs asked for, or the usual ones, by what heads their columns."""
+    names, parts = found.output.values.astype(str), found.output_of.values.astype(str)
+    several = {name for name in names if (names == name).sum() > 1}
+    return {
+        f"{name} of {part}" if name in several else name: found.elasticity.values[:, k]
+        for k, (name, part) in enumerate(zip(names, parts, strict=True))
+        if asked or name in USUAL
+    }
+
+
+def _at_rest(found: "xr.Dataset", asked: bool) -> dict[str, "NDArray[Any]"]:
+    """Elasticities of tensions and of the lean."""
+    columns = {}
+    for name in ("tension_top", "tension_anchor", "cone_angle"):
+        if name in found:
+            kind = found[name].dims[0]
+            for part in found[kind].values:
+                one, slope = found[name].sel({kind: part}), found[f"d_{name}"].sel({kind: part})
+                columns[name if found.sizes[kind] == 1 else f"{name} of {part}"] = _relative(
+                    found, slope.values, one.values
+                )
+    return columns
+
+
+def _of_modes(found: "xr.Dataset", asked: bool) -> dict[str, "NDArray[Any]"]:
+    """Elasticities of the natural periods."""
+    periods, names = found.period.values, found.name.values
+    return {
+        f"{names[k]} {periods[k]:.3g} s": _relative(found, found.d_period.values[:, k], periods[k])
+        for k in range(len(periods))
+        if np.isfinite(periods[k])
+    }
+
+
+def _relative(found: "xr.Dataset", slope: "NDArray[Any]", value: "NDArray[Any]") -> "NDArray[Any]":
+    sizes = found.parameter_value.values
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(slope * np.where(np.isnan(sizes), 1.0, sizes) / value)

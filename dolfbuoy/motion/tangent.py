@@ -1,0 +1,197 @@
+"""Derivatives of a run by a number of its scene, step by step with it.
+
+Two neighbours of the scene, at p - eps and p + eps, say how the equations of a step change; the unknowns follow with
+the matrix that Newton has left:
+
+    r = [F+(u + eps pd; h + eps hd, m + eps md) - F-(u - eps pd; h - eps hd, m - eps md)] / (2 eps)
+    ud = pd - J^-1 r
+
+u, h, m: unknowns, histories and memory of the run, a dot (here d) their derivatives, pd those of u extrapolated.  Rules
+of a scheme are linear in what is past, so that the past of derivatives is a `Past` too.  Steps, and which elements are
+slack, are the run's.  Where the matrix is an old one, increments go on until one is small.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..scene import Scene
+from ..solver.vector_ops import combination, copies, together
+from .history import Past
+from .schemes import NEW, Predictor
+from .simulation import Simulation
+
+#: Increments end with one of this size, relative to the derivative, or when they shrink no more and one is smaller than
+#: the second, or than the third in typical sizes of the unknowns: rounding.
+ENOUGH, ROUGH, NOISE = 1e-5, 1e-3, 1e-8
+MOST = 12  #: increments
+#: Distance of starts that are not at rest, over that of the neighbours: the tiny steps that make them consistent have
+#: rounding in their forces.
+FAR = 10
+
+
+class Neighbour:
+    """Simulation of a neighbour of a run's scene, whose equations are evaluated where the run is."""
+
+    def __init__(self, simulation: Simulation):
+        self.simulation, self.problem, self.system = simulation, simulation.problem, simulation.system
+        self.past, self.u, self.memory = simulation.past, simulation.system.u, _arrays(simulation)
+        self.read_end_forces = simulation.read_end_forces
+        operations = self.past.operations
+        _, self.hand_over = operations.begin
+        *self.read, _ = operations.find_rates
+        self.evaluate = self.system.callbacks.work("evaluate_residual")
+
+
+class Tangent:
+    """Derivative of a Simulation by x, of which its scene is a function.
+
+    scene_at: x -> Scene, whose numbers but no sizes of arrays depend on x; 0 is the run's.  eps: of the neighbours.
+    make: Scene -> Simulation at its start.  `below`, `above`: the neighbours; after each step their unknowns, memory
+    and forces at ends are those of the run at -eps and eps, so that what is read from them differs by 2 eps times its
+    derivative.  fault: a sentence, where no derivative was found; nothing follows then.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        scene_at: Callable[[float], Scene],
+        make: Callable[[Scene], Simulation],
+        eps: float = 1e-5,
+    ) -> None:
+        self.simulation, self.eps = simulation, eps
+        self.below, self.above = (Neighbour(make(scene_at(x))) for x in (-eps, eps))
+        u = simulation.system.u
+        self.u, self._residual = np.zeros_like(u), np.zeros_like(u)
+        self._memory = [np.zeros_like(one) for one in _arrays(simulation)]
+        self.past = Past(self.above.problem.evolutions(), self.u, simulation.scheme)
+        self._predictor, self._time, self._made_for = Predictor(), np.zeros(1), None
+        self._numbers = simulation.newton.numbers
+        made = simulation.system.callbacks.improving_tangent
+        self._increment = made(self._residual, self.u, ENOUGH, ROUGH, NOISE)
+        self.fault = ""
+        if simulation.at_rest:
+            self._start(self.below.simulation, self.above.simulation, eps)
+        else:
+            pair = [make(scene_at(x)) for x in (-FAR * eps, FAR * eps)]
+            self._start(*pair, FAR * eps)
+            for one in pair:
+                one.problem.destroy()
+        simulation.followers.append(self.follow)
+
+    def _start(self, low, high, eps):
+        """Take the differences of starts at -eps and eps."""
+        run, half = self.simulation, 0.5 / eps
+        self.u[:] = half * (high.system.u - low.system.u)
+        for rate, below, above in zip(self._memory, _arrays(low), _arrays(high), strict=True):
+            rate[:] = half * (above - below)
+        state = run.past.state()
+        for level, one in state.items():
+            below, above = (np.array(end.past.state()[level]["rows"]) for end in (low, high))
+            one["rows"] = half * (above - below)
+        self.past.restore(state)
+        self._predictor.add(run.t, self.u)
+
+    def destroy(self) -> None:
+        """Give PETSc's objects of the neighbours back."""
+        for one in (self.below, self.above):
+            one.problem.destroy()
+
+    # -- steps --------------------------------------------------------------------------------------------------------
+
+    def follow(self) -> None:
+        """Take the step that the run is about to accept."""
+        run = self.simulation.past
+        if self.fault:
+            return
+        if run.series and run.series[0].steps_since_start < self.past.series[0].steps_since_start:
+            self.past.forget()
+        self.past.prepare(run.operations.step)
+        basis = run.operations, self.past.operations, self._predictor.count
+        if self._made_for != basis:
+            self._make_functions()
+            self._made_for = basis
+        self._time[0] = self.simulation.problem.time[0]
+        self._begin()
+        self._increment.context.last = np.inf
+        for _ in range(MOST):
+            self._improve()
+            if self._numbers.improved:
+                break
+        else:
+            self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
+            return
+        self._accept()
+        self.past.count_step()
+        self._predictor.counted()
+
+    def _pair(self):
+        return (self.below, -self.eps), (self.above, self.eps)
+
+    def _remembered(self, one, x):
+        pairs = zip(one.memory, _arrays(self.simulation), self._memory, strict=True)
+        return [combination(to, [of_run, rate], np.array([1.0, x])) for to, of_run, rate in pairs]
+
+    def _difference(self, out, get):
+        """Function that makes `out` the derivative of an array of the neighbours."""
+        half = 0.5 / self.eps
+        return combination(out, [get(self.above), get(self.below)], np.array([half, -half]))
+
+    def _make_functions(self):
+        run, past, pair = self.simulation, self.past.operations, self._pair()
+        make_histories, _ = past.begin
+        *_, find_rates = past.find_rates
+        *_, advance = past.accept
+        predict, remember = self._predictor.functions(self._time, self.u)
+        move = [combination(one.u, [run.system.u, self.u], np.array([1.0, x])) for one, x in pair]
+        evaluate = [one.evaluate for one, _ in pair]
+        unknowns = self._difference(self.u, lambda one: one.u)
+        new = (
+            [self._difference(self.past.series[0].rows[NEW], lambda one: one.past.series[0].rows[NEW])]
+            if self.past.series
+            else []
+        )
+        self._begin = together(
+            make_histories,
+            predict,
+            *(f for one in pair for f in self._given(*one)),
+            *move,
+            *(f for one, _ in pair for f in (*one.problem.clock(), one.system.read_given)),
+            unknowns,
+        )
+        self._improve = together(
+            *move,
+            *evaluate,
+            self._difference(self._residual, lambda one: one.system.last_residual),
+            self._increment,
+        )
+        read = [f for one, _ in pair for f in one.read]
+        self._accept = together(
+            *move,
+            *evaluate,
+            *(one.read_end_forces for one, _ in pair),
+            *read,
+            *new,
+            find_rates,
+            *(f for one, _ in pair for f in one.problem.when_accepted()),
+            *(self._difference(rate, lambda one, k=k: one.memory[k]) for k, rate in enumerate(self._memory)),
+            unknowns,
+            *read,
+            *new,
+            advance,
+            remember,
+        )
+
+    def _given(self, one, x):
+        """Functions that hand a neighbour the time, the histories and the memory of the run at x."""
+        run = self.simulation
+        yield copies([(one.problem.time, run.problem.time), (one.past.operations.gammas, run.past.operations.gammas)])
+        for to, of_run, rate in zip(one.past.series, run.past.series, self.past.series, strict=True):
+            yield combination(to.history, [of_run.history, rate.history], np.array([1.0, x]))
+        yield from self._remembered(one, x)
+        yield one.hand_over
+
+
+def _arrays(simulation):
+    """Memory of accepted steps, flat arrays."""
+    return [values.reshape(-1) for memory in simulation.memory for values in memory.values()]

@@ -1,0 +1,255 @@
+"""Derivatives of a run, or of an equilibrium, by numbers of its scene."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..accuracy.outputs import Output, numbers_of, series_after, unit_of_series
+from ..accuracy.target import check_outputs
+from ..elsewhere import MPI
+from ..errors import InputError, SolveError
+from ..model.pool import Pool
+from ..model.problem import Problem
+from ..motion.simulation import Simulation
+from ..motion.tangent import Tangent
+from ..parallel import interruption
+from ..results.folder import keep, make_ready
+from ..results.measured import window_start
+from ..results.observe import Observer
+from ..results.quantities import QUANTITIES
+from ..results.record import LABELS
+from ..scene import Scene, load_scene
+from ..statics.equilibrium import solve_equilibrium
+from .parameters import STIFF, Parameter, parameters_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Instants that are noted before quantities are made of them.
+ROWS = 1024
+MODES = 10  #: natural periods
+Values = dict[str, Any]  #: arrays of quantities by name
+
+
+def sensitivities(
+    scene: Scene | str | Path | dict[str, Any],
+    by: Sequence[str] | None = None,
+    of: Sequence[str] | None = None,
+    out: str | Path | None = None,
+    what: str = "run",
+    comm: Any = MPI.COMM_WORLD,
+    progress: Callable[[Simulation], object] | None = None,
+    **overrides: Any,
+) -> "xr.Dataset":
+    """Derivatives of the results of a scene by its numbers.
+
+    by: keys of numbers, entries of vectors ("cable.top.amplitude.2") or whole ones, which are varied by a factor;
+    default: all that are not zero.  of: outputs, as tension_top.max; default: all.  out: folder for sensitivity.nc.
+    what: "run", "static" (the equilibrium) or "modes" (natural periods and damping of the slowest ten).
+
+    Returns, complete on rank 0, over `parameter`: `d_NAME` of every series, (parameter, time, ...), at rest without
+    time, or over mode; of a run also `d_output` (parameter, output), per unit of the number, and `elasticity`, in per
+    cent for one per cent.  Steps, meshes and which elements are slack are the run's.
+
+    Raises InputError for a scene or key without derivatives, SolveError where one is not found.
+    """
+    found = load_scene(scene, **overrides)
+    found, parameters = load_scene(found, accuracy=None), parameters_of(found, by)
+    if what not in KINDS:
+        raise InputError(f"what = {what!r}: must be one of {', '.join(KINDS)}.")
+    if not parameters:
+        raise InputError("by: this scene has no number that anything has a derivative by.")
+    if what == "run":
+        check_outputs(found, of or (), "--of")
+    elif of:
+        raise InputError("--of: goes with the outputs of a run.")
+    make_ready(out, "sensitivity", found, comm)
+    dataset = of_run(found, parameters, comm, progress) if what == "run" else KINDS[what](found, parameters, comm)
+    if of and comm.rank == 0:
+        dataset = dataset.isel(output=np.isin(dataset.output.values.astype(str), list(of)))
+    if out is not None:
+        keep(out, "sensitivity", found, dataset, comm)
+    return dataset
+
+
+def of_run(
+    scene: Scene,
+    parameters: Sequence[Parameter],
+    comm: Any = MPI.COMM_WORLD,
+    progress: Callable[[Simulation], object] | None = None,
+) -> "xr.Dataset":
+    """Series of a run, their derivatives by the parameters, and those of its outputs (complete on rank 0).
+
+    Raises InputError for a scene without derivatives, SolveError where a step or a derivative is not found.
+    """
+    if any(piece.section.fails_at for piece in scene.network.pieces):
+        raise InputError("fails_at: nothing has a derivative across the instant in which a line parts.")
+    run, pool, tangents = Simulation(scene, comm), Pool(), []
+
+    def neighbour(other):
+        return Simulation(other, comm, problem=Problem(other, True, comm), pool=pool)
+
+    try:
+        for p in parameters:
+            tangents.append(Tangent(run, lambda x, p=p: p.scene_at(scene, x), neighbour, p.distance))
+        simulations = [run, *(one.simulation for t in tangents for one in (t.below, t.above))]
+        noted = [_Notes(one) for one in simulations]
+        times = [0.0]
+        for notes in noted:
+            notes.add()
+        for _ in run.run():
+            times.append(run.t)
+            for notes in noted:
+                notes.add()
+            if fault := next((t.fault for t in tangents if t.fault), ""):
+                raise SolveError(fault)
+            interruption.check()
+            if progress is not None:
+                progress(run)
+        labels = noted[0].observer.labels()
+        values, *neighbours = [notes.values() for notes in noted]
+    finally:
+        for one in (*tangents, run.problem):
+            one.destroy()
+        pool.clear()
+    return _dataset(scene, parameters, values, neighbours, labels, np.array(times))
+
+
+def of_equilibrium(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM_WORLD) -> "xr.Dataset":
+    """Quantities of the equilibrium and their derivatives (complete on rank 0).  Raises InputError, SolveError."""
+    pool, labels = Pool(), {}
+
+    def rest(one):
+        problem = solve_equilibrium(one, comm, pool.problem)
+        observer = Observer(problem)
+        labels.update(observer.labels())
+        return observer.values(problem.end_forces())
+
+    try:
+        values = rest(scene)
+        neighbours = [rest(p.scene_at(scene, x)) for p in parameters for x in (-p.distance, p.distance)]
+    finally:
+        pool.clear()
+    return _dataset(scene, parameters, values, neighbours, labels)
+
+
+def of_modes(scene: Scene, parameters: Sequence[Parameter], comm: Any = MPI.COMM_WORLD) -> "xr.Dataset":
+    """Periods and damping of the slowest modes and their derivatives: of the same modes of neighbours.
+
+    Raises InputError, SolveError.
+    """
+    from ..linear_api import modes
+
+    base = modes(scene, MODES, comm=comm)
+    eigenvalues = base.eigenvalue.values @ (1, 1j)
+    slopes = {name: [] for name in ("period", "damping_ratio")}
+    for p in parameters:
+        pair = []
+        for x in (-STIFF, STIFF):
+            near = modes(p.scene_at(scene, x), MODES + 4, comm=comm)
+            which = np.abs(near.eigenvalue.values @ (1, 1j) - eigenvalues[:, None]).argmin(axis=1)
+            pair.append(near.isel(mode=which))
+        for name, rows in slopes.items():
+            rows.append((pair[1][name].values - pair[0][name].values) / (2 * STIFF * p.scale))
+    for name, rows in slopes.items():
+        text = {"long_name": f"derivative of the {name.replace('_', ' ')}", "units": "over parameter_unit"}
+        base[f"d_{name}"] = (("parameter", "mode"), np.array(rows), text)
+    return _labelled(base, scene, parameters)
+
+
+#: What has derivatives, besides a run.
+KINDS: dict[str, Any] = {"run": of_run, "static": of_equilibrium, "modes": of_modes}
+
+
+class _Notes:
+    """Quantities of a Simulation at the instants at which they were noted."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.observer = Observer(simulation.problem, simulation.latest_end_forces)
+        self._rows: list[Any] = []
+        self._parts: list[Values] = []
+
+    def add(self) -> None:
+        row = self.observer.note()
+        if row is not None:
+            self._rows.append(row.copy())
+        if len(self._rows) == ROWS:
+            self._make()
+
+    def _make(self) -> None:
+        if self._rows:
+            self._parts.append(self.observer.values_of(np.array(self._rows)))
+            self._rows.clear()
+
+    def values(self) -> Values:
+        self._make()
+        return (
+            {name: np.concatenate([part[name] for part in self._parts]) for name in self._parts[0]}
+            if self._parts
+            else {}
+        )
+
+
+def _dataset(scene, parameters, values, neighbours, labels, times=None):
+    """Values, derivatives and outputs by their names."""
+    import xarray as xr
+
+    above = () if times is None else ("time",)
+    names = {name: one for name, one in QUANTITIES.items() if name in values and one.over == "time" and not one.effort}
+    half = np.array([1 / (2 * p.distance * p.scale) for p in parameters])
+    known = labels | LABELS | ({} if times is None else {"time": times})
+    data = {name: ((*above, *one.dims), values[name], one.attributes()) for name, one in names.items()}
+    coords = {name: known[name] for name in {d for dims, *_ in data.values() for d in dims} if name in known}
+    found = xr.Dataset(data, coords)
+    pairs = list(zip(neighbours[::2], neighbours[1::2], strict=True))
+    for name, one in names.items():
+        slope = np.array([h * (high[name] - low[name]) for h, (low, high) in zip(half, pairs, strict=True)])
+        text = {"long_name": f"derivative of {one.long_name}", "units": f"{one.unit} over parameter_unit"}
+        found[f"d_{name}"] = (("parameter", *above, *one.dims), slope, text)
+    found = _labelled(found, scene, parameters)
+    return found.merge(_outputs(scene, parameters, found, pairs, half)) if times is not None else found
+
+
+def _labelled(found, scene, parameters):
+    """With names, values and units of the parameters."""
+    found = found.assign_coords(parameter=np.array([p.key for p in parameters], dtype=object))
+    found["parameter_value"] = ("parameter", np.array([p.value for p in parameters]))
+    found["parameter_unit"] = ("parameter", np.array([p.unit for p in parameters], dtype=object))
+    return found.assign_attrs(title=scene.title, scene=scene.to_toml())
+
+
+def _outputs(scene, parameters, found, pairs, half):
+    """Outputs after the ramp, their derivatives and elasticities."""
+    import xarray as xr
+
+    start = window_start(scene)
+
+    def outputs(values):
+        names = [name for name in found.data_vars if name in values and "time" in found[name].dims]
+        record = xr.Dataset({n: (found[n].dims, values[n], found[n].attrs) for n in names}, found.coords)
+        series = series_after(record.drop_vars("parameter"), start)
+        return {Output(name, n, part): x for (name, part), one in series.items() for n, x in numbers_of(one).items()}
+
+    base = outputs({name: found[name].values for name in found.data_vars})
+    slopes = np.zeros((len(parameters), len(base)))
+    for row, h, (low, high) in zip(slopes, half, pairs, strict=True):
+        below, above = outputs(low), outputs(high)
+        row[:] = [h * (above[output] - below[output]) for output in base]
+    value = np.array(list(base.values()))
+    sizes = np.array([1.0 if np.isnan(p.value) else p.value for p in parameters])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        elasticity = np.where(value == 0, np.nan, slopes * sizes[:, None] / value)
+    texts = (
+        "derivative of the output, in its unit over parameter_unit",
+        "change of the output in per cent for one per cent of the parameter",
+    )
+    made = {
+        "output_value": ("output", value, {"long_name": "value of the output after the ramp"}),
+        "output_unit": ("output", np.array([unit_of_series(o.series) for o in base], dtype=object)),
+        "d_output": (("parameter", "output"), slopes, {"long_name": texts[0]}),
+        "elasticity": (("parameter", "output"), elasticity, {"long_name": texts[1], "units": "1"}),
+    }
+    names = np.array([str(o) for o in base], dtype=object), np.array([o.part for o in base], dtype=object)
+    return xr.Dataset(made, {"output": names[0], "output_of": ("output", names[1])})

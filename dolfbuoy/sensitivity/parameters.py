@@ -1,0 +1,187 @@
+"""Numbers of a scene by which results are differentiated."""
+
+import functools
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InputError
+from ..scene import Scene
+from ..scene.keys import Key, list_keys
+from ..scene.reading import varied
+
+#: Sections that say how a scene is computed, not what it is.
+OF_THE_SOLUTION = ("time", "solver", "accuracy", "uncertain", "design")
+#: Keys that shape the mesh, and those that nothing depends on smoothly.
+NO_NUMBER = ("elements", "grading", "position_degree", "tension_degree", "seed", "components", "band", "fails_at")
+#: Relative distance of the neighbours of a scene; of stiffnesses, whose effects are small beside the rounding of the
+#: strain times the stiffness.
+NEAR, STIFF = 1e-4, 1e-3
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a scene, an entry of a vector ("cable.top.amplitude.2"), or a vector as a whole.
+
+    value: nan for a vector, which is varied by a factor.  scale: the change of the value that x = 1 stands for; that of
+    a vector is 1, and so is its unit.
+    """
+
+    key: str
+    unit: str
+    value: float
+    scale: float
+    _names: tuple[str, tuple[int, ...]]
+    _whole: Any
+
+    @property
+    def distance(self) -> float:
+        """x of the neighbours."""
+        return STIFF if self.key.endswith("axial_stiffness") else NEAR
+
+    def scene_at(self, scene: Scene, x: float) -> Scene:
+        """The scene with another number.  Raises InputError if there can be none so near."""
+        key, index = self._names
+        if math.isnan(self.value):
+            new = _times(self._whole, 1 + x)
+        else:
+            new = _replaced(self._whole, index, self.value + x * self.scale)
+        try:
+            return varied(scene, {key: new})
+        except InputError as error:
+            raise InputError(
+                f"{self.key}: has no derivative here, where its neighbours are no scenes: {error}"
+            ) from None
+
+
+def _times(value: Any, factor: float) -> Any:
+    return [_times(item, factor) for item in value] if isinstance(value, list | tuple) else value * factor
+
+
+def _replaced(value: Any, index: Sequence[int], new: float) -> Any:
+    if not index:
+        return new
+    first, *rest = index
+    return [_replaced(item, rest, new) if k == first else item for k, item in enumerate(value)]
+
+
+def parameters_of(scene: Scene, by: Sequence[str] | None = None) -> list[Parameter]:
+    """The Parameters of these keys; without any, all numbers of the scene that are not zero.
+
+    Raises InputError for a key that is no number of the scene.
+    """
+    there = dict(_numbers(scene.to_dict()))
+    if by is None:
+        smooth = {key: known for key in there if (known := _known(key)) and not _refused(key, known)}
+        made = [_parameter(key, (), there[key], known) for key, known in smooth.items() if _counts(key, there[key])]
+        return [one for one in made if _has_neighbours(scene, one)]
+    found = [_named(there, key) for key in dict.fromkeys(by)]
+    for one in found:
+        for x in (-one.distance, one.distance):
+            one.scene_at(scene, x)
+    return found
+
+
+def _counts(key: str, value: Any) -> bool:
+    """True if a number is not zero, or a vector, or a hull, not all of it."""
+    if not isinstance(value, list | tuple):
+        return bool(math.isfinite(value) and value)
+    return any(map(bool, value)) and (_is_vector(value) or key.endswith(".hull"))
+
+
+def _is_vector(value: Any) -> bool:
+    return not any(isinstance(item, list | tuple) for item in value)
+
+
+def _has_neighbours(scene: Scene, parameter: Parameter) -> bool:
+    try:
+        parameter.scene_at(scene, -parameter.distance)
+        parameter.scene_at(scene, parameter.distance)
+    except InputError:
+        return False
+    return True
+
+
+def _named(there: dict[str, Any], name: str) -> Parameter:
+    parts = name.replace("__", ".").split(".")
+    for count in range(len(parts), 0, -1):
+        key, index = ".".join(parts[:count]), parts[count:]
+        if key in there and all(part.isascii() and part.isdigit() for part in index):
+            break
+    else:
+        near = [key for key in there if key.rpartition(".")[2] == parts[-1] or key.startswith(f"{parts[0]}.")]
+        raise InputError(f"--by {name}: is no number of this scene; near it are {', '.join(near or there)}.")
+    known = _known(key)
+    if known is None or (why := _refused(key, known)):
+        raise InputError(
+            f"--by {name}: {why if known else 'is no physical number'}, so that nothing has a derivative by it."
+        )
+    try:
+        return _parameter(key, tuple(map(int, index)), there[key], known)
+    except (IndexError, TypeError):
+        raise InputError(f"--by {name}: {key} = {there[key]} has no such entry.") from None
+
+
+def _parameter(key: str, index: tuple[int, ...], whole: Any, known: Key) -> Parameter:
+    value = whole
+    for place in index:
+        value = value[place]
+    name = ".".join([key, *map(str, index)])
+    if isinstance(value, list | tuple):
+        if index or not _counts(key, value):
+            raise InputError(f"--by {name}: is no number, but {value}; name one of its entries, {name}.0 and so on.")
+        return Parameter(name, "1", math.nan, 1.0, (key, index), _floats(whole))
+    if not math.isfinite(value):
+        raise InputError(f"--by {name}: is {value}, and nothing has a derivative by it.")
+    return Parameter(name, known.unit, float(value), abs(value) or 1.0, (key, index), whole)
+
+
+def _floats(value: Any) -> Any:
+    return [_floats(item) for item in value] if isinstance(value, list | tuple) else float(value)
+
+
+def _numbers(data: Any, above: str = "") -> Iterator[tuple[str, Any]]:
+    """(dotted key, value) of all numbers and lists of numbers; tables of a list by their names, or counted."""
+    for name, value in data.items():
+        key = f"{above}.{name}" if above else name
+        if isinstance(value, dict):
+            yield from _numbers(value, key)
+        elif isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+            for place, item in enumerate(value):
+                yield from _numbers(item, f"{key}.{item.get('name', place)}")
+        elif _all_numbers(value):
+            yield key, value
+
+
+def _all_numbers(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return bool(value) and all(map(_all_numbers, value))
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _known(key: str) -> Key | None:
+    """The Key that a dotted name is an instance of: names of tables left out."""
+    return next((one for pattern, one in _patterns() if pattern.fullmatch(key)), None)
+
+
+@functools.cache
+def _patterns() -> list[tuple[re.Pattern[str], Key]]:
+    """A pattern for each key of the language: after a table that there may be several of, a name or a number."""
+    found = []
+    for one in list_keys():
+        *sections, last = one.name.split(".")
+        text = "".join(rf"{'[^.]+' if part == 'NAME' else re.escape(part)}\.(?:[^.]+\.)??" for part in sections)
+        found.append((re.compile(text + re.escape(last)), one))
+    return found
+
+
+def _refused(key: str, known: Key) -> str:
+    """Why nothing has a derivative by this key; empty if it has."""
+    section, last = key.partition(".")[0], key.rpartition(".")[2]
+    if section in OF_THE_SOLUTION:
+        return f"belongs to [{section}], which says how the scene is computed"
+    if last in NO_NUMBER or not known.unit or known.range.startswith("whole number"):
+        return "is not a physical number"
+    return ""

@@ -1,0 +1,135 @@
+"""Scatter of outputs by uncertain numbers: first order, polynomial chaos, samples.
+
+Source: closed forms of a hanging line, moments of polynomials of normal variables, samples.
+"""
+
+import importlib
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from dynamics_helpers import MOORED, merged
+
+import dolfbuoy
+from dolfbuoy.errors import InputError
+from dolfbuoy.sensitivity.uncertainty import _chaos, _hypercube, uncertain_of, uncertainty
+
+module = importlib.import_module("dolfbuoy.sensitivity.uncertainty")
+LENGTH = 10.0
+HANGING = {  # at rest: the tension at its top is its weight and that of what hangs on it
+    "cable": {
+        "length": LENGTH,
+        "line_density": 2.0,
+        "axial_stiffness": 1e6,
+        "elements": 3,
+        "from": "weight",
+        "to": [0.0, 0.0, 1.0],
+    },
+    "joint": [{"name": "weight", "mass": 30.0, "volume": 0.0}],
+    "time": {"end": 0.5, "step": 0.1, "scheme": "bdf2"},
+    "uncertain": {"cable.line_density": "10%", "joint.weight.mass": 2.0},
+}
+SIGMAS = np.array([9.81 * LENGTH * 0.2, 9.81 * 2.0])
+TOTAL = math.hypot(*SIGMAS)
+
+
+@pytest.mark.parametrize("method", ["first", "chaos", "samples"])
+def test_weight_of_a_hanging_line(method):
+    """9.81 (w L + m): sigmas add up in squares, the larger one makes more of it."""
+    found = uncertainty(HANGING, method, of=["tension_top.mean"])
+    scatter = 0.0 if method != "samples" else 0.1
+    assert float(found["mean"][0]) == pytest.approx(9.81 * (2.0 * LENGTH + 30.0), rel=1e-6 + scatter / 10)
+    assert float(found.sigma[0]) == pytest.approx(TOTAL, rel=1e-4 + scatter)
+    assert float(found.p95[0] - found["mean"][0]) == pytest.approx(1.6449 * TOTAL, rel=0.01 + 2 * scatter)
+    assert found.share.values[:, 0] == pytest.approx((SIGMAS / TOTAL) ** 2, abs=1e-3 + scatter)
+    if method != "samples":
+        assert float(found.r2[0]) > 0.9999
+
+
+def test_expansion_of_a_polynomial():
+    """y = 1 + 2 x + 3 (x^2 - 1)/sqrt(2) + 4 x z: mean 1, variance 4 + 9 + 16, of which x alone makes 13."""
+    xi = _hypercube(30, 2)
+    x, z = xi.T
+    (mean, sigma, low, high, r2), share = _chaos(xi, 1 + 2 * x + 3 * (x**2 - 1) / math.sqrt(2) + 4 * x * z)
+    assert (mean, sigma, r2) == pytest.approx((1.0, math.sqrt(29), 1.0))
+    assert share == pytest.approx([13 / 29, 0.0], abs=1e-12)
+    points = np.random.default_rng(7).standard_normal((400_000, 2))
+    x, z = points.T
+    expected = np.percentile(1 + 2 * x + 3 * (x**2 - 1) / math.sqrt(2) + 4 * x * z, [5, 95])
+    assert (low, high) == pytest.approx(tuple(expected), rel=0.02)
+
+
+@pytest.mark.parametrize("kind", ["normal", "lognormal", "uniform"])
+def test_distributions(kind):
+    """Mean and standard deviation of the number itself; a uniform one has bounds, a lognormal one is positive."""
+    scene = dolfbuoy.load_scene(HANGING | {"uncertain": {"cable.line_density": f"{kind} 30%"}})
+    (one, *_) = uncertain_of(scene)
+    values = 2.0 + 2.0 * one.x(_hypercube(20_000, 1)[:, 0])
+    assert values.mean() == pytest.approx(2.0, rel=1e-3)
+    assert values.std() == pytest.approx(0.6, rel=0.01)
+    if kind == "uniform":
+        assert np.abs(values - 2.0).max() <= 0.6 * math.sqrt(3)
+    if kind == "lognormal":
+        assert values.min() > 0
+        assert np.log(values).std() == pytest.approx(math.sqrt(math.log1p(0.09)), rel=0.01)
+
+
+def test_a_linear_answer_that_would_mislead_is_none():
+    """Runs go with the square: R^2 is below 0.8, and no sigma is given."""
+    parameters = uncertain_of(dolfbuoy.load_scene(HANGING))
+    slopes = xr.Dataset(
+        {"d_output": (("parameter", "output"), [[1.0], [1.0]]), "output_value": ("output", [0.0])},
+        {"output": ["tension_top.max"], "output_of": ("output", ["cable"])},
+    )
+    xi = _hypercube(8, 2)
+    row, share = module._first(parameters, slopes, module.Output("tension_top", "max", "cable"), xi, xi[:, 0] ** 2)
+    assert np.isnan(row[1:4]).all()
+    assert row[4] < 0.8
+    assert np.isnan(share).all()
+
+
+def test_runs_that_are_there_are_not_made_again(tmp_path, monkeypatch):
+    first = uncertainty(HANGING, "samples", 6, ["tension_top.mean"], tmp_path)
+    monkeypatch.setattr(module, "simulate", None)
+    again = uncertainty(HANGING, "samples", 6, ["tension_top.mean"], tmp_path)
+    assert again.equals(first)
+    assert xr.load_dataset(tmp_path / "uncertain.nc").sizes == {"output": 1, "parameter": 2}
+
+
+REFUSED = [
+    ({}, "uncertain: must be given"),
+    ({"cable.line_density": -1.0}, "must be a number > 0"),
+    ({"cable.line_density": "twenty"}, "must be a number > 0"),
+    ({"cable.line_density": "triangular 20%"}, "must be a number > 0"),
+    ({"cable.lenght": "5%"}, "is no number of this scene"),
+    ({"cable.elements": "5%"}, "is not a physical number"),
+    ({"cable.to": 1.0}, "must end in %"),
+    ({"cable.to.1": "5%"}, "of a number that is 0 it must be absolute"),
+    ({"cable.to.1": "lognormal 1.0"}, "must be > 0"),
+]
+
+
+@pytest.mark.parametrize(("table", "message"), REFUSED)
+def test_refused(table, message):
+    with pytest.raises(InputError, match=message):
+        uncertainty(merged(HANGING, uncertain=None) | ({"uncertain": table} if table else {}))
+
+
+def test_command(call, tmp_path):
+    """Table and record; a method that there is not, and too few runs."""
+    data = merged(MOORED, time={"end": 1.0, "step": 0.1, "scheme": "bdf2"}, uncertain={"buoy.mass": "5%"})
+    scene = tmp_path / "scene.toml"
+    dolfbuoy.load_scene(data).save(scene)
+    code, out, _ = call("uncertain", scene, "--method", "chaos", "--out", tmp_path / "out")
+    assert code == 0
+    for text in ("tension_top.max of cable", "kN", "buoy.mass", "100 %"):
+        assert text in out
+    assert xr.load_dataset(tmp_path / "out" / "uncertain.nc").attrs["runs"] == 6
+    for options, message in (
+        (["--method", "magic"], "must be one of"),
+        (["--method", "chaos", "--runs", 3], "must be at least"),
+    ):
+        code, _, err = call("uncertain", scene, "--out", tmp_path / "out", *options)
+        assert code == 2
+        assert message in " ".join(err.split())
