@@ -24,6 +24,8 @@ GROWTH, FORGETTING, AFTER = 2, 5, 1
 SHARE = 0.5
 #: Series whose extremes are events, in the order of their importance.
 EVENTS = ("tension_top", ANCHOR, "cone_angle", "buoy_position_z")
+#: Newton's tolerance of a companion: forces move by 1e-5 of their range at most, and iterations by a fifth.
+LOOSE = 1e-5
 #: Order in time of the local error of each scheme: tolerances grow with its steps to this power.
 LOCAL_ORDER = {"backward-euler": 2, "bdf2": 3, "generalized-alpha": 3}
 
@@ -48,7 +50,7 @@ def _coarser(scene: Scene) -> Scene:
     space, stepping = space_of(scene), stepping_of(scene)
     if space.mu:
         space = fitting(scene, replace(space, cells=max(1, space.cells // 2)))
-    stepping = replace(stepping, step=2 * stepping.step)
+    stepping = replace(stepping, step=2 * stepping.step, newton=max(stepping.newton, LOOSE))
     if stepping.tolerance is None:
         return with_settings(scene, space, stepping)
     tolerance = min(stepping.tolerance * 2 ** LOCAL_ORDER[stepping.scheme], 0.5)
