@@ -98,8 +98,8 @@ def bars_of(
     irregular = scene.waves is not None and scene.waves.irregular
     second = ratio**2 - 1
     first, sentences = second / 2, [] if reason is None else [reason]
-    factor = second if _smooth(scene) and scene.time.scheme != "backward-euler" else first
-    if not _smooth(scene):
+    factor = second if is_smooth(scene) and scene.time.scheme != "backward-euler" else first
+    if not is_smooth(scene):
         sentences.append("Lines go slack or lie on a bed: bars are orders of magnitude.")
     if end < scene.time.end:
         later = "; extremes of a sea are those of runs around them, or suspect" if irregular else ""
@@ -217,7 +217,8 @@ def alternating(series: Series) -> float:
     return math.sqrt(np.mean(np.diff(series.x, 4) ** 2)) / 16
 
 
-def _smooth(scene: Scene) -> bool:
+def is_smooth(scene: Scene) -> bool:
+    """True if no line goes slack or lands on a bed."""
     return scene.seabed is None and all(piece.section.slack == "compressive" for piece in scene.network.pieces)
 
 

@@ -93,6 +93,7 @@ def test_settings_whose_bars_are_larger_than_predicted_are_not_given(monkeypatch
         return Given()
 
     monkeypatch.setattr(cheapest, "_verified", verified)
+    monkeypatch.setattr(cheapest, "_by_a_finer_run", lambda found: math.inf)
     monkeypatch.setattr(Pilot, "measure", lambda self: None)
     asked = []
 
@@ -106,6 +107,21 @@ def test_settings_whose_bars_are_larger_than_predicted_are_not_given(monkeypatch
     assert len(tried) == cheapest.TRIES
     assert asked[0] == ({}, 1.0)
     assert asked[1] == ({("P2-P1", "bdf2"): pytest.approx(4.0)}, pytest.approx(2.0))
+
+
+def test_bars_that_are_small_by_luck_are_found_out(monkeypatch):
+    """A run whose bar is within what was asked for, and a finer run shows twice as much, is not given."""
+
+    class Given:
+        worst, output, sentences = 0.3, "tension_top.max", ()
+
+    monkeypatch.setattr(cheapest, "_verified", lambda scene: Given())
+    monkeypatch.setattr(cheapest, "_by_a_finer_run", lambda found: 2.0)
+    monkeypatch.setattr(Pilot, "measure", lambda self: None)
+    choice = Choice(Space(2, 1, 10), Stepping("bdf2", 0.1), 0.5, 1.0)
+    monkeypatch.setattr(Pilot, "candidates", lambda self, worse, others: [choice])
+    with pytest.raises(SolveError, match=r"by a run of half the step and twice the elements off by 2 %"):
+        cheapest.cheapest(load_scene("driven", time__end=15.0), ["tension_top.max"], 0.01, lambda text: None)
 
 
 def test_outputs_that_are_not_there_are_refused_before_anything_runs():
