@@ -300,8 +300,9 @@ def _by_a_finer_run(found: Round) -> float:
     space = space_of(scene)
     if space.mu:
         space = fitting(scene, replace(space, cells=2 * space.cells))
-    fine = with_settings(scene, space, replace(stepping, step=stepping.step / 2))
-    record = tried(load_scene(fine, time__end=covered(scene)))
+    finer = with_settings(scene, space, replace(stepping, step=stepping.step / 2))
+    fine = load_scene(finer, time__end=covered(scene))
+    record = tried(fine)
     if isinstance(record, Exception):
         return math.inf
     second = is_smooth(scene) and stepping.scheme != "backward-euler"
