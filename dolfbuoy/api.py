@@ -231,7 +231,7 @@ def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
 
 
 def _corrected(scene):
-    """What makes the trajectory without the error of the steps, if the scene asks for it and can have one."""
+    """Maker of the trajectory without the error of the steps, if the scene asks for it and can have one."""
     if scene.accuracy is None or scene.accuracy.estimate not in ("time", "both"):
         return None
     from .accuracy.companion import followed
