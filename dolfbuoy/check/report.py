@@ -22,7 +22,7 @@ from .buoys import buoys_at_rest, buoys_of, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
 from .waves import in_waves
 
-#: Part of its range by which a motion along rows may go beyond them without a word.
+#: Part of its range by which a motion along rows may go beyond them without a warning.
 OVERSHOOT = 0.01
 #: A velocity that jumps from row to row: by this part of the largest speed, and so many times what is usual there.
 JUMP = 0.5, 5

@@ -61,7 +61,7 @@ def calibrate(
         say(f"figure: {folder / 'figures' / 'residuals.png'}")
 
 
-def bounds(text: str) -> dict[str, tuple[float, float]]:
+def bounds(text: str, option: str = "--fit") -> dict[str, tuple[float, float]]:
     """KEY=LOW..HIGH,... -> bounds by key.  Raises InputError."""
     found = {}
     for part in text.split(","):
@@ -72,5 +72,5 @@ def bounds(text: str) -> dict[str, tuple[float, float]]:
                 raise ValueError
             found[key] = number_of(low), number_of(high)
         except ValueError:
-            raise InputError(f"--fit {part.strip()}: must have the form KEY=LOW..HIGH, each key once.") from None
+            raise InputError(f"{option} {part.strip()}: must have the form KEY=LOW..HIGH, each key once.") from None
     return found

@@ -44,6 +44,7 @@ _WITHOUT_RUN = (
     "sensitivity",
     "uncertain",
     "calibrate",
+    "design",
 )
 FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
 FILES["sweep"] = ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html")
@@ -52,7 +53,8 @@ DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
 _OWN = re.compile(
     "|".join(re.escape(name) for names in FILES.values() for name in names)
-    + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision)\.html|calibrated\.toml|[\w-]+\.(csv|json|png|svg)"
+    + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision)\.html|(calibrated|designed)\.toml"
+    + r"|[\w-]+\.(csv|json|png|svg)"
 )
 
 

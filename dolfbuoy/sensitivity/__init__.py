@@ -2,6 +2,7 @@
 
 from .calibration import calibrate
 from .derivatives import sensitivities
+from .design import design
 from .uncertainty import uncertainty
 
-__all__ = ["calibrate", "sensitivities", "uncertainty"]
+__all__ = ["calibrate", "design", "sensitivities", "uncertainty"]

@@ -81,7 +81,7 @@ def calibrate(
         raise InputError("A scene is calibrated on one rank.")
     if base.time is None:
         raise InputError("time: must be given, a run needs at least its keys end and step.")
-    parameters, low, high, start = _begin(base, fit)
+    parameters, low, high, start = begin_of(base, fit, "--fit")
     measured = _measured(record, base, of, noise)
     make_ready(out, "calibrate", base)
     model = _Model(base, parameters, measured)
@@ -108,18 +108,20 @@ def calibrate(
     return Fit(fitted, dataset, sentences)
 
 
-def _begin(base, fit):
-    """(parameters, bounds, where to begin).  Raises InputError."""
+def begin_of(
+    base: Scene, fit: Mapping[str, tuple[float, float]], option: str
+) -> tuple[list[Parameter], NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """(parameters, lower bounds, upper ones, where to begin).  Raises InputError, with what the bounds are given in."""
     if not fit:
-        raise InputError("--fit: must be given, KEY=LOW..HIGH.")
+        raise InputError(f"{option}: must be given, KEY=LOW..HIGH.")
     bounds = np.array([tuple(map(float, pair)) for pair in fit.values()])
     for key, (low, high) in zip(fit, bounds, strict=True):
         if not -math.inf < low < high < math.inf:
-            raise InputError(f"--fit {key}={low:g}..{high:g}: must be finite numbers that rise.")
+            raise InputError(f"{option} {key}={low:g}..{high:g}: must be finite numbers that rise.")
     parameters = parameters_of(base, list(fit))
     for p in parameters:
         if math.isnan(p.value):
-            raise InputError(f"--fit {p.key}: is a vector; fit its entries, {p.key}.0 and so on.")
+            raise InputError(f"{option} {p.key}: is a vector; name its entries, {p.key}.0 and so on.")
     low, high = bounds.T
     value = np.array([p.value for p in parameters])
     inside = (low < value) & (value < high)

@@ -105,7 +105,7 @@ def test_a_run_that_fails_is_a_step_that_is_not_taken(monkeypatch):
         ({"cable.lenght": (1, 2)}, ["tension_top"], "is no number of this scene"),
         ({"cable.elements": (1, 20)}, ["tension_top"], "is not a physical number"),
         ({"cable.length": (22.0, 21.0)}, ["tension_top"], "must be finite numbers that rise"),
-        ({"cable.top.position": (1, 2)}, ["tension_top"], "is a vector; fit its entries"),
+        ({"cable.top.position": (1, 2)}, ["tension_top"], "is a vector; name its entries"),
         ({"cable.length": (21.0, 23.0)}, ["tension_middle"], "the record has"),
     ],
 )

@@ -121,6 +121,15 @@ def test_schema_refuses_what_the_models_refuse(changes, where):
         load_scene(changed)
 
 
+def test_schema_lets_a_file_stand_for_a_motion():
+    """As for elements and seas: the models take the name of a file of rows too."""
+    end = {"position": [0.0, 0.0, 5.0], "motion": "surge.csv"}
+    cable = {"length": 6.0, "line_density": 1.0, "top": {"kind": "prescribed", **end}}
+    assert list(faults({"cable": cable, "joint": [{"name": "winch", **end}]}, SCHEMA)) == []
+    cable["top"]["motion"] = 3.0
+    assert list(faults({"cable": cable}, SCHEMA)) == ["scene.cable.top.motion: none of the choices"]
+
+
 def tables_in(node):
     """The tables that a node of the schema lets through, in whatever form."""
     if "$ref" in node:

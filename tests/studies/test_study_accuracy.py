@@ -202,12 +202,12 @@ def test_other_bad_options_are_refused():
         acc.check_quantity(load_scene(DRIVEN), "cone_angle")
     for text in ("2", "1-1", "2-1-0", "a-b"):
         with pytest.raises(InputError, match="--pairs"):
-            settings.parse_pairs(text)
-    assert settings.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
+            study.parse_pairs(text)
+    assert study.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
     with pytest.raises(InputError, match="--cells"):
         settings.parse_numbers("--cells", "4,-1", int)
     with pytest.raises(InputError, match="--schemes"):
-        settings.parse_schemes("bdf2,euler")
+        study.parse_schemes("bdf2,euler")
     for text in ("none", "1e-9,2", "x"):
         with pytest.raises(InputError, match="--newton"):
             study.request(DRIVEN, None, None, None, None, None, None, text, 1)
@@ -221,7 +221,7 @@ def test_settings_reach_the_scene():
     assert settings.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
     loose = settings.with_settings(changed, Space(3, 2, 6), Stepping("bdf2", 0.05, newton=1e-5))
     assert (loose.solver.step_tolerance, settings.stepping_of(loose).newton) == (1e-5, 1e-5)
-    found = settings.steppings(["backward-euler", "bdf2"], [0.1, 0.05], [1e-3], 0.4, [1e-9, 1e-5])
+    found = study.steppings(["backward-euler", "bdf2"], [0.1, 0.05], [1e-3], 0.4, [1e-9, 1e-5])
     assert found[:3] == [Stepping("backward-euler", 0.1), Stepping("backward-euler", 0.05), Stepping("bdf2", 0.1)]
     assert found[4:6] == [Stepping("bdf2", 0.05, 1e-3, 0.4), Stepping("backward-euler", 0.1, newton=1e-5)]
     assert len(found) == 10
@@ -244,10 +244,10 @@ def test_settings_that_a_study_takes_by_itself():
     found = settings.spaces(scene)
     assert [(s.mu, s.nu, s.cells) for s in found] == [(p, p - 1, n) for p in (1, 2, 3) for n in (2, 4, 8)]
     assert settings.spaces(scene, [(4, 2)], [3]) == [Space(4, 2, 3)]
-    assert settings.default_steps(scene) == pytest.approx([0.008, 0.016, 0.04, 0.08])
+    assert study.default_steps(scene) == pytest.approx([0.008, 0.016, 0.04, 0.08])
     held = {"kind": "fixed", "position": [6.0, 0.0, -1.8]}
     still = load_scene(DRIVEN | {"cable": CABLE | {"top": held}})
-    assert settings.default_steps(still) == pytest.approx([0.02, 0.04, 0.1, 0.2])
+    assert study.default_steps(still) == pytest.approx([0.02, 0.04, 0.1, 0.2])
     uneven = load_scene(DRIVEN, cable={"elements": [[1.0, 1], [10.0, 15]]})
     assert settings.with_settings(uneven, Space(1, 0, 4), Stepping("bdf2", 0.05)).network.pieces[
         0
