@@ -94,7 +94,7 @@ def test_settings_whose_bars_are_larger_than_predicted_are_not_given(monkeypatch
         return Given()
 
     monkeypatch.setattr(cheapest, "_verified", verified)
-    monkeypatch.setattr(cheapest, "_by_a_finer_run", lambda found: math.inf)
+    monkeypatch.setattr(cheapest, "_by_a_finer_run", lambda found: 0.1)
     monkeypatch.setattr(Pilot, "measure", lambda self: None)
     asked = []
 
