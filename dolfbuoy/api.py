@@ -2,6 +2,7 @@
 
 import tempfile
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -230,11 +231,15 @@ def _drive(scene, folder, comm, progress, point=None, state=None, control=None):
 
 
 def _corrected(scene):
-    """Class of the trajectory without the error of the steps, if the scene asks for it and can have one."""
+    """Maker of the trajectory without the error of the steps, if the scene asks for it and can have one."""
+    if scene.accuracy is None or scene.accuracy.estimate not in ("time", "both"):
+        return None
+    from .accuracy.companion import followed
     from .motion.corrected import Corrected, can_follow
 
-    wanted = scene.accuracy is not None and scene.accuracy.estimate in ("time", "both")
-    return Corrected if wanted and can_follow(scene) else None
+    if not can_follow(scene):
+        return None
+    return Corrected if scene.accuracy.estimate == "time" else partial(Corrected, until=followed(scene))
 
 
 def _with_bars(record, scene, folder, comm):

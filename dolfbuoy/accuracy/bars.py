@@ -15,6 +15,7 @@ from ..results.measured import window_start
 from ..results.quantities import ERROR
 from ..results.series import Series
 from ..scene import Scene
+from .companion import followed
 from .outputs import Output, numbers_of, series_after, unit_of_series
 
 if TYPE_CHECKING:
@@ -84,7 +85,8 @@ def bars_of(
     ratio: of its steps and elements to the run's.  events: records of companions around extremes, in their own times.
     """
     start, end = window_start(scene), scene.time.end
-    whole, fine, corrected = series_after(record, start), {}, series_after(corrected_of(record), start)
+    whole, fine, until = series_after(record, start), {}, end if companion is None else followed(scene)
+    alongside, corrected = series_after(record, start, until), series_after(corrected_of(record), start, until)
     if companion is None:
         coarse, reason = {}, "The elements' part of the errors is not estimated (accuracy.estimate)."
     elif isinstance(companion, Exception):
@@ -96,8 +98,8 @@ def bars_of(
     irregular = scene.waves is not None and scene.waves.irregular
     second = ratio**2 - 1
     first, sentences = second / 2, [] if reason is None else [reason]
-    factor = second if _smooth(scene) and scene.time.scheme != "backward-euler" else first
-    if not _smooth(scene):
+    factor = second if is_smooth(scene) and scene.time.scheme != "backward-euler" else first
+    if not is_smooth(scene):
         sentences.append("Lines go slack or lie on a bed: bars are orders of magnitude.")
     if end < scene.time.end:
         later = "; extremes of a sea are those of runs around them, or suspect" if irregular else ""
@@ -112,7 +114,7 @@ def bars_of(
         both = (fine.get((name, part)), coarse.get((name, part)))
         divided = first if name == "tension_anchor" and _of_elements(scene) else factor
         total, rms, lost = _compared(series, *both, divided) if all(both) else (UNKNOWN, math.nan, False)
-        steps, of_steps_rms = _of_steps(series, corrected.get((name, part)))
+        steps, of_steps_rms = _of_steps(series, alongside.get((name, part)), corrected.get((name, part)))
         doubtful = lost or left or of_steps_rms > CONTRADICTED * rms / divided
         size = float(np.ptp(series.x))
         newton, chance = _newton(scene, series), _chance(scene, series)
@@ -155,12 +157,16 @@ def _compared(
     return {n: share * (other[n] - one[n]) / factor for n in FLOOR}, share * rms, lost
 
 
-def _of_steps(series: Series, corrected: Series | None) -> tuple[dict[str, float], float]:
-    """({number: error that the steps make}, its rms over time), nan where that is not known."""
-    if corrected is None or not np.all(np.isfinite(corrected.x)):
+def _of_steps(series: Series, alongside: Series | None, corrected: Series | None) -> tuple[dict[str, float], float]:
+    """({number: error that the steps make}, its rms over time), nan where that is not known.
+
+    alongside, corrected: in one window, which stands for all of the series by the range in it.
+    """
+    if alongside is None or corrected is None or not np.all(np.isfinite(corrected.x)):
         return UNKNOWN, math.nan
-    one, other = numbers_of(series), numbers_of(corrected)
-    return {n: one[n] - other[n] for n in FLOOR}, math.sqrt(np.mean((series.x - corrected.x) ** 2))
+    one, other = numbers_of(alongside), numbers_of(corrected)
+    share = np.ptp(series.x) / np.ptp(alongside.x) if np.ptp(alongside.x) > 0 else 1.0
+    return {n: share * (one[n] - other[n]) for n in FLOOR}, share * math.sqrt(np.mean((alongside.x - corrected.x) ** 2))
 
 
 def _left(corrected: Series) -> bool:
@@ -211,7 +217,8 @@ def alternating(series: Series) -> float:
     return math.sqrt(np.mean(np.diff(series.x, 4) ** 2)) / 16
 
 
-def _smooth(scene: Scene) -> bool:
+def is_smooth(scene: Scene) -> bool:
+    """True if no line goes slack or lands on a bed."""
     return scene.seabed is None and all(piece.section.slack == "compressive" for piece in scene.network.pieces)
 
 

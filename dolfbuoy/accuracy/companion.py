@@ -24,6 +24,8 @@ GROWTH, FORGETTING, AFTER = 2, 5, 1
 SHARE = 0.5
 #: Series whose extremes are events, in the order of their importance.
 EVENTS = ("tension_top", ANCHOR, "cone_angle", "buoy_position_z")
+#: Newton's tolerance of a companion: forces move by 1e-5 of their range at most, and iterations by a fifth.
+LOOSE = 1e-5
 #: Order in time of the local error of each scheme: tolerances grow with its steps to this power.
 LOCAL_ORDER = {"backward-euler": 2, "bdf2": 3, "generalized-alpha": 3}
 
@@ -48,7 +50,7 @@ def _coarser(scene: Scene) -> Scene:
     space, stepping = space_of(scene), stepping_of(scene)
     if space.mu:
         space = fitting(scene, replace(space, cells=max(1, space.cells // 2)))
-    stepping = replace(stepping, step=2 * stepping.step)
+    stepping = replace(stepping, step=2 * stepping.step, newton=max(stepping.newton, LOOSE))
     if stepping.tolerance is None:
         return with_settings(scene, space, stepping)
     tolerance = min(stepping.tolerance * 2 ** LOCAL_ORDER[stepping.scheme], 0.5)
@@ -63,8 +65,18 @@ def covered(scene: Scene) -> float:
     many = MANY_OF_A_SEA if _is_a_sea(scene) else MANY
     if period is None or end - start <= many * period:
         return end
-    rest = end - ramp_of(scene)
-    return min(end, ramp_of(scene) + max(PERIODS * period, TENTH * rest if scene.waves else 0.0))
+    return min(end, start + max(PERIODS * period, TENTH * (end - start) if scene.waves else 0.0))
+
+
+def followed(scene: Scene) -> float:
+    """Until when the error of the steps of a run with a companion is followed [s].
+
+    In a long run to an instant that stays when the run is made longer, since it cannot be followed from later on.
+    """
+    start, end, period = window_start(scene), scene.time.end, period_of(scene)
+    if period is None or covered(scene) >= end or start != ramp_of(scene):
+        return end
+    return min(end, start + PERIODS * period)
 
 
 def _is_a_sea(scene: Scene) -> bool:

@@ -9,6 +9,7 @@ the run's that one solve with the matrix Newton has left is enough, or a few whe
 Source: deferred correction; the truncation error is that of `Scheme.lag`.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -44,8 +45,9 @@ class Corrected:
     of each cable [N], (cable, 3), by their names in a record, of the latest step.
     """
 
-    def __init__(self, simulation: Simulation, state: dict[str, Any] | None = None) -> None:
-        """state: of the one that followed the same run until now; without it the run is at its start."""
+    def __init__(self, simulation: Simulation, state: dict[str, Any] | None = None, until: float = math.inf) -> None:
+        """state: of the one that followed the same run until now; without it the run is at its start.  until: [s]."""
+        self.until = until
         self.simulation, self.system = simulation, simulation.system
         run, u = simulation.past, self.system.u
         self.past = Past(simulation.problem.evolutions(), u, simulation.scheme)
@@ -81,9 +83,11 @@ class Corrected:
     def follow(self, step: float) -> bool:
         """Take the step that the run has just taken; `u` of the System is w until `leave`.
 
-        False, and `u` the run's, from the first step on that has another size, or is too long for this trajectory.
+        False, and `u` the run's, after `until`, and from the first step on that has another size, or is too long for
+        this trajectory.
         """
         self.follows &= self.steps == 0 or same_step(self.step, step)
+        self.follows &= self.simulation.t < self.until + step / 2
         if not self.follows:
             return False
         self.step = step

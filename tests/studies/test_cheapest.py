@@ -10,6 +10,7 @@ import pytest
 from alone import simulate
 
 from dolfbuoy import load_scene
+from dolfbuoy.accuracy.companion import covered
 from dolfbuoy.accuracy.outputs import Output
 from dolfbuoy.accuracy.target import ENOUGH
 from dolfbuoy.errors import InputError, SolveError
@@ -93,6 +94,7 @@ def test_settings_whose_bars_are_larger_than_predicted_are_not_given(monkeypatch
         return Given()
 
     monkeypatch.setattr(cheapest, "_verified", verified)
+    monkeypatch.setattr(cheapest, "_by_a_finer_run", lambda found: 0.1)
     monkeypatch.setattr(Pilot, "measure", lambda self: None)
     asked = []
 
@@ -106,6 +108,33 @@ def test_settings_whose_bars_are_larger_than_predicted_are_not_given(monkeypatch
     assert len(tried) == cheapest.TRIES
     assert asked[0] == ({}, 1.0)
     assert asked[1] == ({("P2-P1", "bdf2"): pytest.approx(4.0)}, pytest.approx(2.0))
+
+
+def test_bars_that_are_small_by_luck_are_found_out(monkeypatch):
+    """A run whose bar is within what was asked for, and a finer run shows twice as much, is not given."""
+
+    class Given:
+        worst, output, sentences = 0.3, "tension_top.max", ()
+
+    monkeypatch.setattr(cheapest, "_verified", lambda scene: Given())
+    monkeypatch.setattr(cheapest, "_by_a_finer_run", lambda found: 2.0)
+    monkeypatch.setattr(Pilot, "measure", lambda self: None)
+    choice = Choice(Space(2, 1, 10), Stepping("bdf2", 0.1), 0.5, 1.0)
+    monkeypatch.setattr(Pilot, "candidates", lambda self, worse, others: [choice])
+    with pytest.raises(SolveError, match=r"by a run of half the step and twice the elements off by 2 %"):
+        cheapest.cheapest(load_scene("driven", time__end=15.0), ["tension_top.max"], 0.01, lambda text: None)
+
+
+def test_a_finer_run_of_a_long_one_is_compared_where_it_is():
+    """Its beginning, not the rest of the run: 13 periods of `driven`, of which the finer run has four."""
+    scene = with_settings(
+        cheapest.asked(load_scene("driven", time__end=76.0), ["tension_top.max"], 0.01),
+        Space(2, 1, 8),
+        Stepping("bdf2", 0.05),
+    )
+    found = cheapest._verified(scene)
+    assert covered(scene) == 30.0
+    assert 0.02 < cheapest._by_a_finer_run(found) < 4 * found.worst
 
 
 def test_outputs_that_are_not_there_are_refused_before_anything_runs():

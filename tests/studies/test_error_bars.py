@@ -13,7 +13,7 @@ from mpi_helpers import needs_mpirun, start, start_scenes
 from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.accuracy import bars as error_bars
 from dolfbuoy.accuracy.bars import NONE, RESOLVED, SUSPECT, bars_of
-from dolfbuoy.accuracy.companion import companion_of, covered
+from dolfbuoy.accuracy.companion import companion_of, covered, followed
 from dolfbuoy.accuracy.outputs import Output, numbers_of
 from dolfbuoy.accuracy.target import ENOUGH, scale_of
 from dolfbuoy.errors import NotAccurate, SolveError
@@ -218,6 +218,26 @@ def test_bars_on_two_ranks(tmp_path):
     assert done.returncode == 0, done.stderr[-2000:]
     one, two = simulate(scene), read(tmp_path / "two" / "results.nc")
     np.testing.assert_allclose(two.bar, one.bar, rtol=1e-4, atol=1e-6)
+
+
+def test_errors_of_the_steps_of_a_long_run_are_those_of_its_beginning(tmp_path):
+    """Four periods of more than ten, which a companion covers too; the same bits where the run was made longer."""
+    scene = load_scene("driven", time={"end": 66.0, "step": 0.1, "scheme": "bdf2"}, accuracy={"estimate": "both"})
+    assert followed(scene) == covered(scene) == 30.0
+    assert followed(load_scene(scene, time__end=55.0)) == 55.0
+    whole = simulate(scene, tmp_path / "whole")
+    known = np.isfinite(whole.tension_top_error.values.ravel())
+    assert known[whole.time <= 30.01].all()
+    assert not known[whole.time > 30.11].any()
+    resolved = whole.bar_verdict.values == RESOLVED
+    assert resolved.sum() > 8
+    assert np.isfinite(whole.bar_time.values[resolved]).all()
+    simulate(load_scene(scene, time__end=63.0), tmp_path / "part")
+    longer = simulate(resume=tmp_path / "part", time__end=66.0)
+    for name in ("bar", "bar_time", "bar_verdict"):
+        np.testing.assert_array_equal(longer[name].values, whole[name].values)
+    alone = simulate(scene, accuracy={"estimate": "time"}, time__end=62.0)  # without a companion all of it
+    assert np.isfinite(alone.tension_top_error.values).all()
 
 
 def test_runs_that_agree_and_are_both_wrong_are_not_resolved():

@@ -3,19 +3,21 @@
 The pilot is the beginning of the scene.  In time, every scheme runs on one mesh with steps halved; in space, every
 pair runs at one step with elements doubled.  The bar of each run from the one before it, over what was asked for (its
 share), falls with a power of step and elements.  The cheapest settings whose shares make up ENOUGH are run over the
-whole scene with a companion, as `run --bars` does; where that bar is larger than predicted, their pair and scheme count
-as so much worse, others by the square root of that, and the next cheapest settings are tried.
+whole scene with a companion, as `run --bars` does, and compared with a run of half the step and twice the elements.
+Where the error is larger than predicted, their pair and scheme count as so much worse, others by the square root of
+that, and the next cheapest settings are tried.
 """
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...accuracy.companion import companion_around, companion_of, events_of
+from ...accuracy.bars import is_smooth
+from ...accuracy.companion import companion_around, companion_of, covered, events_of
 from ...accuracy.outputs import unit_of_series
 from ...accuracy.target import ENOUGH, OF_NEWTON, USUAL, Round, check_names, judged, scale_of, wanted_of
 from ...errors import NoResult, SolveError
@@ -31,6 +33,7 @@ from ...scene.settings import (
     period_of,
     shortened,
     space_of,
+    stepping_of,
     with_settings,
 )
 from ..one_case import run
@@ -55,7 +58,9 @@ NEAR = 2.0
 #: A scheme or pair is given up where it takes so many times what another one took to be as near.
 DEARER = 2.0
 #: Share that a prediction may use, whole runs for the verification, and what a bar that is not known counts as.
-AIM, TRIES, UNKNOWN = 0.9 * ENOUGH, 5, 4.0
+AIM, TRIES, UNKNOWN = 0.9 * ENOUGH, 7, 4.0
+#: Share that an error against a finer run may have.
+SURE = 0.9
 #: Newton's largest tolerance.
 LOOSEST = 1e-4
 
@@ -125,10 +130,7 @@ class Pilot:
 
     def measure(self) -> None:
         """Curves of all schemes and pairs.  Raises SolveError where no run comes near what was asked for."""
-        smooth = self.whole.seabed is None and all(
-            piece.section.slack == "compressive" for piece in self.whole.network.pieces
-        )
-        dearest, steps = math.inf, {}
+        smooth, dearest, steps = is_smooth(self.whole), math.inf, {}
         for scheme, order in ORDERS.items():
             if order > 1 or not smooth:
                 ways = [(self.mesh, self.first / 2**k, scheme) for k in range(LEVELS)]
@@ -257,16 +259,20 @@ def cheapest(scene: Scene, of: list[str], accuracy: float, say: Callable[..., ob
         choice = candidates[0]
         settled = with_settings(scene, choice.space, choice.stepping)
         found = _verified(settled)
-        if not isinstance(found, Exception) and found.worst <= ENOUGH:
+        share = math.inf if isinstance(found, Exception) else found.worst
+        finer = _by_a_finer_run(found) if not isinstance(found, Exception) and share <= ENOUGH else math.inf
+        if not isinstance(found, Exception) and finer <= SURE:
             return Verified(load_scene(settled, accuracy=None), accuracy, choice, found, candidates, pilot.rows, notes)
         times = UNKNOWN
         if isinstance(found, Exception):
             reason = f"it fails: {found}"
-        elif math.isinf(found.worst):
+        elif math.isinf(min(share, finer)):
             reason = f"the error of {found.output} is not known. {' '.join(found.sentences)}".rstrip()
         else:
-            reason = f"{found.output} is known to {percent(accuracy * found.worst)}."
-            times = max(found.worst / choice.share, 1.1)
+            off = share if share > ENOUGH else finer
+            how = "known to" if off is share else "by a run of half the step and twice the elements off by"
+            reason = f"{found.output} is {how} {percent(accuracy * off)}."
+            times = UNKNOWN if math.isinf(off) else max(off / choice.share, 1.1)
             others = max(others, math.sqrt(times * worse.get(choice.family, others)))
         worse[choice.family] = times * worse.get(choice.family, 1.0)
         notes.append(f"{choice} is not enough: {reason}")
@@ -283,6 +289,24 @@ def _verified(scene: Scene) -> Round | Exception:
     around = {event: tried(companion_around(scene, event)) for event in events_of(scene, record)}
     events = {event: one for event, one in around.items() if not isinstance(one, Exception)}
     return judged(scene, record, tried(companion_of(scene)), events=events)
+
+
+def _by_a_finer_run(found: Round) -> float:
+    """Largest error over what was asked for, against half of the step and twice the elements where a companion runs.
+
+    The cheapest settings of many are such whose bars are small by luck: what is left after halving both tells.
+    """
+    scene, stepping = found.scene, stepping_of(found.scene)
+    space = space_of(scene)
+    if space.mu:
+        space = fitting(scene, replace(space, cells=2 * space.cells))
+    finer = with_settings(scene, space, replace(stepping, step=stepping.step / 2))
+    fine = load_scene(finer, time__end=covered(scene))
+    record = tried(fine)
+    if isinstance(record, Exception):
+        return math.inf
+    second = is_smooth(scene) and stepping.scheme != "backward-euler"
+    return (4.0 if second else 2.5) * judged(fine, record, found.record).worst  # with the finer run's own error
 
 
 def tried(scene: Scene) -> "xr.Dataset | Exception":
