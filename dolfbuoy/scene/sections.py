@@ -246,6 +246,8 @@ class Scene(Section):
         check_network(self)
         for piece in self.network.pieces:
             self._check_slack(piece.section.slack)
+        if self.waves is not None and self.waves.theory == "stream" and any(buoy.disk_averages for buoy in self.buoys):
+            raise Wrong("buoy.disk_averages", True, "goes with linear waves, not with waves.theory = 'stream'")
         if self.sea is not None and any(buoy.hull is None for buoy in self.buoys):
             raise Missing("buoy.hull", "the sea needs it")
         return self
