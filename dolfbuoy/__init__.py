@@ -16,7 +16,8 @@ from .version import __version__ as __version__
 #: The interface by its module, imported at first use.
 _OF_API = dict.fromkeys(("offsets", "periodic", "simulate", "solve_static", "wave_components"), "api")
 _OF_API |= dict.fromkeys(("modes", "response", "stiffness"), "linear_api")
-_OF_API |= {"check": "check", "show": "page.notebook", "sensitivities": "sensitivity", "uncertainty": "sensitivity"}
+_OF_API |= {"check": "check", "show": "page.notebook"}
+_OF_API |= dict.fromkeys(("calibrate", "design", "sensitivities", "uncertainty"), "sensitivity")
 __all__ = ["InputError", "SolveError", "figures", "load_scene", "statistics", *_OF_API]
 
 

@@ -265,18 +265,19 @@ def _tried(scene, comm):
 
 def _accurate(scene, folder, comm, progress):
     """The record of a run with settings whose bars are within the scene's target.  Raises NotAccurate if none are."""
-    if comm.size > 1:
-        raise InputError("accuracy.target: settings are found on one rank; give the run to several with its own.")
     from .accuracy import target
 
     def run(one, last):
         return _sound(_drive(one, folder, comm, progress), one, comm) if last else _quietly(one, comm)
 
-    found = target.reach(scene, run)
-    record = _put(found.record, (found.bars, found.sentences), found.scene, folder)
+    found = target.reach(scene, run, comm)
+    record = found.record
+    if comm.rank == 0:
+        record = _put(record, (found.bars, found.sentences), found.scene, folder)
     if found.worst > target.ENOUGH:
         raise NotAccurate(target.sentence_of(found), record)
-    folders.finish(folder, "run", requested=scene)
+    if comm.rank == 0:
+        folders.finish(folder, "run", requested=scene)
     return record
 
 

@@ -3,6 +3,7 @@
 Importing scipy.optimize takes longer than most starts have left to do.  Source: Brent 1973, as in scipy's brentq.c.
 """
 
+import contextlib
 import math
 from collections.abc import Callable
 from typing import Any
@@ -36,38 +37,20 @@ def brentq(
         delta, half = (xtol + rtol * abs(x)) / 2, (x_other - x) / 2
         if f_x == 0 or abs(half) < delta:
             return x
-        step_pre, step = _next(x_pre, f_pre, x, f_x, x_other, f_other, step_pre, step, delta, half)
+        tried = math.inf  # the next step: a secant, an inverse parabola, or half of what is left
+        if abs(step_pre) > delta and abs(f_x) < abs(f_pre):
+            with contextlib.suppress(ZeroDivisionError):
+                if x_pre == x_other:
+                    tried = -f_x * (x - x_pre) / (f_x - f_pre)
+                else:
+                    d_pre, d_other = (f_pre - f_x) / (x_pre - x), (f_other - f_x) / (x_other - x)
+                    tried = -f_x * (f_other * d_other - f_pre * d_pre) / (d_other * d_pre * (f_other - f_pre))
+        short = 2 * abs(tried) < min(abs(step_pre), 3 * abs(half) - delta)
+        step_pre, step = (step, tried) if short else (half, half)
         x_pre, f_pre = x, f_x
         x += step if abs(step) > delta else delta if half > 0 else -delta
         f_x = _value(f, x)
     raise RuntimeError(f"Failed to converge after {maxiter} iterations.")
-
-
-def _next(
-    x_pre: float,
-    f_pre: float,
-    x: float,
-    f_x: float,
-    x_other: float,
-    f_other: float,
-    step_pre: float,
-    step: float,
-    delta: float,
-    half: float,
-) -> tuple[float, float]:
-    """The last step and the next one: a secant, an inverse parabola, or half of what is left."""
-    if abs(step_pre) > delta and abs(f_x) < abs(f_pre):
-        try:
-            if x_pre == x_other:
-                tried = -f_x * (x - x_pre) / (f_x - f_pre)
-            else:
-                d_pre, d_other = (f_pre - f_x) / (x_pre - x), (f_other - f_x) / (x_other - x)
-                tried = -f_x * (f_other * d_other - f_pre * d_pre) / (d_other * d_pre * (f_other - f_pre))
-        except ZeroDivisionError:
-            return half, half
-        if 2 * abs(tried) < min(abs(step_pre), 3 * abs(half) - delta):
-            return step, tried
-    return half, half
 
 
 def _signs_differ(a: float, b: float) -> bool:

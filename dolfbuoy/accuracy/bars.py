@@ -104,14 +104,17 @@ def bars_of(
         sentences.append(
             f"Bars are those of the run until {end:g} s, in proportion to the range of each series{later}."
         )
-    found, far = {}, []
+    found, far, left = {}, [], any(map(_left, corrected.values()))
+    if left and reason is None:
+        sentences.append("The error of the steps cannot be followed to the end of the run, so that bars are suspect.")
     around = {event: _around(record, event, other) for event, other in (events or {}).items()}
     for (name, part), series in whole.items():
         both = (fine.get((name, part)), coarse.get((name, part)))
         divided = first if name == "tension_anchor" and _of_elements(scene) else factor
         total, rms, lost = _compared(series, *both, divided) if all(both) else (UNKNOWN, math.nan, False)
         steps, of_steps_rms = _of_steps(series, corrected.get((name, part)))
-        doubtful, size = lost or of_steps_rms > CONTRADICTED * rms / divided, float(np.ptp(series.x))
+        doubtful = lost or left or of_steps_rms > CONTRADICTED * rms / divided
+        size = float(np.ptp(series.x))
         newton, chance = _newton(scene, series), _chance(scene, series)
         for number, value in numbers_of(series).items():
             bar, of_steps = max(abs(total[number]), FLOOR[number] * rms / divided), abs(steps[number])
@@ -158,6 +161,11 @@ def _of_steps(series: Series, corrected: Series | None) -> tuple[dict[str, float
         return UNKNOWN, math.nan
     one, other = numbers_of(series), numbers_of(corrected)
     return {n: one[n] - other[n] for n in FLOOR}, math.sqrt(np.mean((series.x - corrected.x) ** 2))
+
+
+def _left(corrected: Series) -> bool:
+    """True if the trajectory without the error of the steps could not follow the run to its end."""
+    return not np.all(np.isfinite(corrected.x[:-1]))  # the last step may be a shorter one
 
 
 def corrected_of(record: "xr.Dataset") -> "xr.Dataset":

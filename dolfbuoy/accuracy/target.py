@@ -4,11 +4,13 @@ The last but one is the companion of the last, so that all runs together take ab
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ..elsewhere import MPI
 from ..errors import InputError, NoResult, SolveError
+from ..parallel.ranks import bcast
 from ..results.quantities import QUANTITIES
 from ..scene import Scene
 from ..scene.settings import NEWTON, Space, Stepping, fitting, period_of, space_of, with_settings
@@ -18,6 +20,8 @@ from .outputs import ANCHOR, NUMBERS, Output, unit_of_series
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from .companion import Event
 
 #: Outputs that are asked for where a scene names none, as far as it has them.
 USUAL = ("tension_top.max", "anchor.max", "cone_angle.max")
@@ -44,8 +48,8 @@ class Round:
     output: Output
 
 
-def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"]) -> Round:
-    """The first run whose outputs are accurate enough, or the last of `accuracy.rounds`.
+def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"], comm: Any = MPI.COMM_SELF) -> Round:
+    """The first run whose outputs are accurate enough, or the last of `accuracy.rounds`; collective.
 
     run: computes a scene; whether it is one that may be the last.  Raises InputError for outputs that a run does not
     have, SolveError if all runs failed.
@@ -58,7 +62,7 @@ def reach(scene: Scene, run: Callable[[Scene, bool], "xr.Dataset"]) -> Round:
         if isinstance(record, Exception):
             failure, ratio, companion = record, 2.0, record
         else:
-            found = _judged(chosen, record, companion, ratio)
+            found = _judged_by_first(comm, chosen, record, companion, ratio)
             if found.worst <= ENOUGH:
                 return found
             companion, ratio = record, _refinement(found)
@@ -87,8 +91,29 @@ def _tried(run, scene, last):
         return error
 
 
-def _judged(scene, record, companion, ratio):
-    bars, sentences = bars_of(record, scene, companion, ratio)
+def _judged_by_first(comm, scene, record, companion, ratio):
+    """As `judged`, on all ranks by rank 0, which has the records."""
+    found = None
+    if comm.rank == 0:
+        try:
+            found = judged(scene, record, companion, ratio)
+        except InputError as error:
+            found = error
+    found = bcast(comm, found if isinstance(found, InputError | None) else replace(found, record=None))
+    if isinstance(found, InputError):
+        raise found
+    return replace(found, record=record)
+
+
+def judged(
+    scene: Scene,
+    record: "xr.Dataset",
+    companion: "xr.Dataset | Exception",
+    ratio: float = 2.0,
+    events: "Mapping[Event, xr.Dataset] | None" = None,
+) -> Round:
+    """A run with its bars, and the largest of those asked for; as `bars_of`."""
+    bars, sentences = bars_of(record, scene, companion, ratio, events)
     wanted = wanted_of(scene, bars)
     shares = {output: bars[output].bar / (scene.accuracy.target * scale_of(output, bars)) for output in wanted}
     shares = {o: math.inf if bars[o].verdict == NONE or math.isnan(share) else share for o, share in shares.items()}

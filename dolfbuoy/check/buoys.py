@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..meshes import HullShape
-from ..model.feasible import hanging_weight, shape_and_mass
+from ..model.feasible import hanging_weight
 from ..model.problem import Problem
-from ..model.rigid import Floating, MassProperties, float_upright, weight_per_length
+from ..model.rigid import Floating, MassProperties, float_upright, mass_properties, shape_of, weight_per_length
 from ..parallel.ranks import bcast
 from ..roots import brentq
 from ..scene import Scene
@@ -70,7 +70,8 @@ def buoys_of(scene: Scene, rest: Problem | None = None) -> list[Upright]:
         return []
     for name, section in network.buoys.items():
         called = name if len(network.buoys) > 1 else ""
-        free = Upright(called, section, *shape_and_mass(section), scene.sea.density, scene.gravity)
+        shape: Any = shape_of(section)
+        free = Upright(called, section, shape, mass_properties(section), scene.sea.density, scene.gravity)
         found.append(_moored(scene, name, free, rest) if scene.gravity else free)
     return found
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 LEAST_TENSION = 1e-4
 #: Compression below this part of the forces of its scene is rounding.
 ROUNDING = 1e-9
-#: Part of its length by which a cable lighter than water may rise above its ends without a word.
+#: Part of its length by which a cable lighter than water may rise above its ends without a warning.
 RISE = 1e-3
 #: Keys by which pieces of a cable differ.
 MATERIAL = ("line_density", "diameter", "area", "axial_stiffness", "added_mass", "damping", "slack")
@@ -170,7 +170,7 @@ def _forces(problem: Problem, report: "Report", cable: int) -> None:
 def _rising(problem: Problem, report: "Report", cable: int) -> None:
     """Warn of a cable that is lighter than water as a whole and stands above its ends."""
     network, lines, scene = problem.network, problem.lines, problem.scene
-    sections = [network.pieces[k].section for k in network.pieces_of(cable)]
+    sections = network.sections_of(cable)
     weight, length = sum(weight_per_length(scene, c) * c.length for c in sections), sum(c.length for c in sections)
     if not scene.sea or weight >= 0:
         return
@@ -202,7 +202,7 @@ def _above_water(problem: Problem, report: "Report") -> None:
                 f"equilibrium: length above the water{of}", length, "m", "dry there, in waves above their surface"
             )
         else:
-            least = RISE * sum(network.pieces[k].section.length for k in network.pieces_of(cable))
+            least = RISE * sum(c.length for c in network.sections_of(cable))
             report.warn(length > least, f"{length:.4g} m{of or ' of the cable'} are above the water, {UNSEEN}")
 
 

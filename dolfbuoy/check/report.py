@@ -17,11 +17,12 @@ from ..scene.cable import Top
 from ..scene.network import Network
 from ..statics.equilibrium import solve_equilibrium
 from ..statics.first_shape import check_first_shape
+from .accuracy import expected
 from .buoys import buoys_at_rest, buoys_of, of_buoys
 from .lines import lines_at_rest, lines_of, of_lines
 from .waves import in_waves
 
-#: Part of its range by which a motion along rows may go beyond them without a word.
+#: Part of its range by which a motion along rows may go beyond them without a warning.
 OVERSHOOT = 0.01
 #: A velocity that jumps from row to row: by this part of the largest speed, and so many times what is usual there.
 JUMP = 0.5, 5
@@ -64,11 +65,13 @@ def check(scene: Scene | str | Path | dict[str, Any], comm: Any = MPI.COMM_WORLD
     check_feasible(scene)
     check_first_shape(scene)
     if scene.initial.kind != "equilibrium" or not (scene.cable or scene.sea):
-        return derived(scene)
-    problem = solve_equilibrium(scene, comm)
-    report = derived(scene, problem)
-    _at_rest(problem, report)
-    problem.destroy()
+        report = derived(scene)
+    else:
+        problem = solve_equilibrium(scene, comm)
+        report = derived(scene, problem)
+        _at_rest(problem, report)
+        problem.destroy()
+    expected(scene, report)
     return report
 
 

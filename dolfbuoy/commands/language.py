@@ -46,14 +46,15 @@ def new(
 
 def write_new(path: Path, like: str) -> None:
     """Write a commented scene with the values of another, and next to it the schema that it names, for editors; never
-    over a file.  Raises InputError."""
+    over a file.  One like a shipped scene has the scheme and step that error bars recommend.  Raises InputError."""
     from ..scene import load_scene
+    from ..scene.reading import recommended
     from ..scene.schema import FILE, as_text
     from ..scene.template import commented
 
     if path.stem.startswith(".") or not path.stem.strip() or not str(path).isprintable():
         raise InputError(f"NAME = {str(path)!r}: must be the name of a file, in characters that can be printed.")
-    text = commented(load_scene(like, title=path.stem), FILE.name)
+    text = commented(load_scene(like, title=path.stem, **recommended(like)), FILE.name)
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)

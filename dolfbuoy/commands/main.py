@@ -14,7 +14,7 @@ from ..errors import InputError, NotAccurate, SolveError, missing, printable
 from ..parallel import interruption, ranks
 from ..parallel.ranks import rank
 from ..results.tables import out, unit_of
-from ..writing import refuse_present
+from ..writing import refuse_present, replacing
 from . import shared as cli
 from .app import app
 from .run import draw, run
@@ -95,9 +95,15 @@ app.command()(run)
 def advise(
     scene: cli.SceneArgument,
     quantity: Annotated[
-        str, typer.Option("--quantity", help="tension_top, tension_anchor, buoy_position or cone_angle.")
-    ] = "tension_top",
+        str | None,
+        typer.Option(
+            "--quantity", help="Of the rms of tension_top \\[default], tension_anchor, buoy_position or cone_angle."
+        ),
+    ] = None,
     accuracy: Annotated[str, typer.Option("--accuracy", help="For example 1% or 0.01.")] = "1%",
+    of: Annotated[
+        str | None, typer.Option("--of", help="Of these outputs instead, with commas, as tension_top.max,anchor.max.")
+    ] = None,
     write: Annotated[Path | None, typer.Option("--write", metavar="FILE", help="Save the advised scene.")] = None,
     folder: Annotated[Path | None, cli.out_option("results/advise-NAME")] = None,
     assign: cli.SetOption = None,
@@ -110,18 +116,31 @@ def advise(
     from ..results.compare import parse_accuracy
     from ..results.folder import claimed
     from ..studies.accuracy import advise as study
+    from ..studies.accuracy import cheapest
 
-    loaded = cli.load(scene, assign)
+    loaded, wanted = cli.load(scene, assign), parse_accuracy(accuracy)
     check_feasible(loaded)
+    outputs = of.split(",") if of is not None else []
+    if outputs and quantity is not None:
+        raise InputError(f"--of {of}: does not go with --quantity, in whose place it is.")
+    if outputs:
+        cheapest.asked(loaded, outputs, wanted)
     folder = cli.folder_of(scene, folder, "advise")
     if write is not None and not write.is_dir():
         refuse_present([write], overwrite)
     if write is not None and (write.is_dir() or not os.access(write.parent, os.W_OK)):
         raise InputError(f"--write {write}: must be a file, not a folder, where one can be written.")
     with claimed(folder, MPI.COMM_WORLD):
-        found = study.advise_all(loaded, quantity, parse_accuracy(accuracy), cli.say)
-        if isinstance(found, study.Advice):  # on rank 0
-            study.report(found, folder, write)
+        found = study.advise_all(loaded, quantity or "tension_top", wanted, cli.say, of=outputs)
+        if isinstance(found, study.Advice):
+            study.report(found, folder)
+        elif isinstance(found, cheapest.Verified):
+            cheapest.report(found, folder)
+        else:
+            return  # the advice is on rank 0
+        if write is not None:
+            with replacing(write) as part:
+                found.scene.save(part)
 
 
 @app.command()

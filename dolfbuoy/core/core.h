@@ -150,6 +150,7 @@ typedef struct {                /* a change of the unknowns that goes with a cha
 } tangent;
 
 void evaluate_residual(const void *context);
+void renew_matrix(const void *context);
 void improve_tangent(const void *context);
 
 /* -- step.c: what a time step does with arrays ------------------------------------------------------------------------- */

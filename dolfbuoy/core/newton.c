@@ -418,6 +418,14 @@ void evaluate_residual(const void *context)
     add_up(((const newton *)context)->residuals);
 }
 
+/* The Jacobian at the solution, for what comes before the next solve, which makes one of its own. */
+void renew_matrix(const void *context)
+{
+    newton *N = (newton *)context;
+    N->numbers->error = jacobian(N->snes, N->x, N->matrix, N->matrix, N);
+    N->numbers->valid = false;
+}
+
 /* Largest of own unknowns, in their units. */
 static PetscErrorCode largest(const newton *N, const double *values, double *size)
 {

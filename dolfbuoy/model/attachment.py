@@ -9,8 +9,8 @@ from dolfinx import fem
 from ..forms import buoy as body
 from ..forms import coupling
 from ..forms.kinds import Expr
+from ..solver import compat
 from ..solver.fields import Fields
-from ..solver.real import real_space
 from ..solver.unknowns import Block, Part
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Attachment:
         self.piece, self.end, self.rank = piece, end, rank
         self.buoy, self.offset = buoy, offset
         self._on_line = fem.Function(self.lines.at_ends)
-        self._on_body = fem.Function(real_space(buoy.mesh, FIELDS.size)) if buoy else None
+        self._on_body = fem.Function(compat.real_space(buoy.mesh, FIELDS.size)) if buoy else None
         self._ds = self.lines.end_measure(number, end)
         self.line_part = self.body_part = None
 
@@ -79,16 +79,13 @@ class Attachment:
 
     # -- numbers -------------------------------------------------------------------------------------------------------
 
-    def _dofs(self):
+    def dofs(self) -> tuple[np.ndarray, np.ndarray]:
+        """(point, force): local unknowns that are r_O and T_O."""
         return FIELDS.of(np.arange(self.slice.start, self.slice.stop))
-
-    def force_dofs(self) -> np.ndarray:
-        """Local unknowns that are T_O."""
-        return self._dofs().force
 
     def blocks(self, reach: float, force: float, mass: float) -> list[Block]:
         """Blocks of the six numbers on the body's rank; typical length [m], force [N] and mass [kg]."""
-        point, pull = self._dofs()
+        point, pull = self.dofs()
         return [
             Block("mooring point r_O", point, reach, reach, unit="m"),
             Block("mooring force T_O", pull, force, reach, rounding=mass * reach, unit="N"),

@@ -15,7 +15,6 @@ from ..forms.sea import Flow
 from ..scene import Scene
 from ..solver import compat
 from ..solver.fields import Fields
-from ..solver.real import real_space
 from ..solver.system import System
 from ..solver.unknowns import Block, Part
 from ..solver.vector_ops import Work, work
@@ -93,7 +92,7 @@ class Buoy(Model):
         cells = WetHull.cells(scene.solver, self.shape) if wet else 1  # equations without place need one
         nodes = np.arange(cells + 1.0)
         self.mesh = compat.interval_mesh(compat.MPI.COMM_SELF, nodes)
-        self.state, self.part = fem.Function(real_space(self.mesh, self.fields.size)), None
+        self.state, self.part = fem.Function(compat.real_space(self.mesh, self.fields.size)), None
         self.memory = {"quaternion_drift": np.zeros(1)}  #: what accepted steps leave behind besides unknowns
         if dynamic:
             self.gamma, self.history = compat.constant(self.mesh, 0.0), fem.Function(self.state.function_space)
@@ -107,7 +106,16 @@ class Buoy(Model):
             self._waves_at_points(np.flatnonzero(compat.cell_ends(self.mesh)[:, 0] == nodes[0]))
         ends = ufl.Measure("ds", domain=self.mesh, subdomain_data=compat.end_tags(self.mesh, nodes[0]))
         self.at_once = ends(1)  #: the measure of equations that belong to no place
-        self._constants()
+        self._numbers = Numbers(self.mesh, scene, lambda scene: [scene.network.buoys[self.name]])
+        number = self._numbers.constant
+        self.one = compat.constant(self.mesh, 1.0)
+        self.M = number(lambda scene, b: self.mass.mass)
+        self.center = number(lambda scene, b: self.mass.height)
+        self.inertia = number(lambda scene, b: np.array(self.mass.inertia))
+        self.gravity = number(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
+        #: Body vector from C to the mooring point.
+        self.offset = self.offset_of(None)
+        self._body_terms = self._called("body")
         terms = [pair for where in ("strip", "face") for pair in self._called(where)]
         water = self.shape, self.sea, self.center, terms
         self.hull = WetHull(self.mesh, self.section, scene.solver, *water) if wet else None
@@ -128,18 +136,6 @@ class Buoy(Model):
     def _called(self, where):
         """[(effect, its constants)] of what the scene calls for."""
         return [(effect, self._numbers.of(effect)) for effect in effects.called_by(self.scene, where, [self.section])]
-
-    def _constants(self):
-        self._numbers = Numbers(self.mesh, self.scene, lambda scene: [scene.network.buoys[self.name]])
-        number = self._numbers.constant
-        self.one = compat.constant(self.mesh, 1.0)
-        self.M = number(lambda scene, b: self.mass.mass)
-        self.center = number(lambda scene, b: self.mass.height)
-        self.inertia = number(lambda scene, b: np.array(self.mass.inertia))
-        self.gravity = number(lambda scene, _: np.array([0.0, 0.0, -scene.gravity]))
-        #: Body vector from C to the mooring point.
-        self.offset = self.offset_of(None)
-        self._body_terms = self._called("body")
 
     def offset_of(self, fairlead: str | None) -> fem.Constant:
         """Constant: body vector from C to a fairlead; None: to the mooring point."""

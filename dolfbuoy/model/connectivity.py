@@ -19,35 +19,24 @@ class Joining:
     def __init__(self, problem: "Problem"):
         self.comm, self.lines, self.bodies = problem.comm, problem.lines, problem.bodies
         self.attachments, self.buoys = problem.attachments, problem.buoys
-        self.groups = self._groups(problem.network.meetings()) if self.lines else []
-
-    def _groups(self, meetings):
-        """Local dofs (3,) of the members of each joint, None for members on other ranks."""
-        found = []
-        for name, ends in meetings.items():
+        #: Local dofs (3,) of the members of each joint, None for members on other ranks; and without these.
+        self.groups = []
+        for name, ends in problem.network.meetings().items() if self.lines else ():
             members = [self.lines.end_dofs[piece][end] for piece, end in ends]
             members = [dofs if len(dofs) else None for dofs in members]
             if self.bodies and name in self.bodies.names:
                 members.append(self.bodies.part.offset + self.bodies.dofs[self.bodies.names.index(name)])
-            found.append(members)
-        return found
+            self.groups.append(members)
+        self.here = [[dofs for dofs in members if dofs is not None] for members in self.groups]
 
     def numbers(self) -> tuple:
         """(order, its keys, ghosts or None, ties): arguments of a Numbering."""
-        (order, keys), ties = self._order(), self._ties()
+        tied = [(dofs, members[0]) for members in self.here for dofs in members[1:]]
+        ties = tuple(np.concatenate([np.zeros(0, int), *(pair[k] for pair in tied)]) for k in (0, 1))
+        order, keys = self._order()
         if self.comm.size == 1 or self.lines is None:
             return order, keys, None, ties
         return order, keys, self._ghosts(order, ties), ties
-
-    def _ties(self):
-        """(local dofs, local dofs that stand for them)."""
-        tied, standing = [np.zeros(0, int)], [np.zeros(0, int)]
-        for members in self.groups:
-            here = [dofs for dofs in members if dofs is not None]
-            for dofs in here[1:]:
-                tied.append(dofs)
-                standing.append(here[0])
-        return np.concatenate(tied), np.concatenate(standing)
 
     def _order(self):
         """Free owned unknowns in their order, and the keys (3, n) of it, the last one first, with those of all ranks.
@@ -84,9 +73,12 @@ class Joining:
             shared.x.array[:] = number[place]
             shared.x.scatter_forward()
             number[place] = np.where(lines.owned, number[place], shared.x.array.astype(np.int64))
-        known = self._numbers_of_joints(number)
-        for members, numbers in zip(self.groups, known, strict=True):
-            here = [dofs for dofs in members if dofs is not None]
+        known = np.full((len(self.groups), 3), -1, dtype=np.int64)
+        for k, members in enumerate(self.groups):
+            if members[0] is not None and self._owned(members[0][:1]).all():
+                known[k] = number[members[0]]
+        known = np.max(self.comm.allgather(known), axis=0)  # each from the rank that owns the first end there
+        for here, numbers in zip(self.here, known, strict=True):
             if here:
                 number[here[0]] = numbers
         elsewhere = np.setdiff1d(np.arange(len(number)), np.concatenate([order, ties[0]]))
@@ -98,14 +90,6 @@ class Joining:
         own = self.lines.owned
         return (places < len(own)) & own[np.minimum(places, len(own) - 1)]
 
-    def _numbers_of_joints(self, number):
-        """Global numbers (3,) of each joint, which the rank that owns its first end tells."""
-        found = np.full((len(self.groups), 3), -1, dtype=np.int64)
-        for k, members in enumerate(self.groups):
-            if members[0] is not None and self._owned(members[0][:1]).all():
-                found[k] = number[members[0]]
-        return np.max(self.comm.allgather(found), axis=0)
-
     def _attachments_elsewhere(self, order, first):
         """(local, global) numbers of attachments whose line ends here and whose buoy is on another rank."""
         place = np.full(max((a.slice.stop for a in self.attachments), default=0), -1, dtype=np.int64)
@@ -114,8 +98,8 @@ class Joining:
         local, numbers = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         for attachment in self.attachments:
             here = attachment.rank == self.comm.rank
-            told = self.comm.bcast(place[attachment.slice] if here else None, root=attachment.rank)
+            known = self.comm.bcast(place[attachment.slice] if here else None, root=attachment.rank)
             if not here and self.lines.owns_end(attachment.piece, attachment.end):
                 local.append(np.arange(attachment.slice.start, attachment.slice.stop))
-                numbers.append(told)
+                numbers.append(known)
         return np.concatenate(local), np.concatenate(numbers)

@@ -4,7 +4,7 @@ From a declaration follow: whether the effect is compiled, its term in the form,
 what `study effects` leaves out, the account of its power in the energy balance, and the values that random scenes give
 to its keys.  The keys themselves, with their units and ranges, stand in `scene.sections`.
 
-A term is a plain UFL function of `forms/`; where it enters tells its signature:
+A term is a plain UFL function of `forms/`; its signature depends on where it enters:
 
     line(c, cable, rho_w, flow, point)    force per stretched metre of a line
     strip(c, rho_w, strip)                force per wet area of a strip of a hull, in the centroid of that area

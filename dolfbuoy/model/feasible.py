@@ -3,18 +3,15 @@
 import math
 import os
 import resource
-from collections.abc import Iterator
 
 import numpy as np
 
 from ..elsewhere import MPI
 from ..errors import InputError
-from ..meshes import HullShape, cable_nodes, number_of_cells
+from ..meshes import cable_nodes, number_of_cells
 from ..scene import Scene
-from ..scene.buoy import Buoy
-from ..scene.cable import Cable
 from ..scene.network import Network
-from .rigid import MassProperties, cross_section, float_upright, mass_properties, shape_of, weight_per_length
+from .rigid import cross_section, float_upright, mass_properties, shape_of, weight_per_length
 
 #: Memory of a run: measured 1.9 to 2.4 kB for each unknown of a line, 0.7 MB for a buoy, whatever the scheme.
 PER_UNKNOWN, PER_BUOY = 1.9e3, 0.7e6
@@ -30,15 +27,16 @@ def check_feasible(scene: Scene) -> None:
         _check_effective_masses(scene)
         for name in network.buoys:
             if scene.gravity:
-                (shape, mass), pull = shape_and_mass(network.buoys[name]), hanging_weight(scene, name)
-                float_upright(shape, mass, scene.sea.density, scene.gravity, pull, network.buoys[name].mooring_height)
+                buoy, pull = network.buoys[name], hanging_weight(scene, name)
+                properties = shape_of(buoy), mass_properties(buoy), scene.sea.density
+                float_upright(*properties, scene.gravity, pull, buoy.mooring_height)
     for number in range(len(network.cables)):
         _check_length(network, number)
     _check_elements(network)
 
 
 def _check_elements(network: Network) -> None:
-    """Nodes are told apart by where they are along all lines, one behind the other, see `layout.Layout.slip`."""
+    """Nodes are identified by where they are along all lines, one after the other, see `layout.Layout.slip`."""
     sections = [piece.section for piece in network.pieces]
     whole = sum(c.length for c in sections) + 0.1 * len(sections) * max((c.length for c in sections), default=0.0)
     for piece in network.pieces:
@@ -85,8 +83,7 @@ def _check_effective_masses(scene: Scene) -> None:
         _check_positive(f"{network.key_of(piece.cable)}.added_mass", c.added_mass, effective, "kg/m of the cable")
     for name, buoy in network.buoys.items():
         if buoy.added_mass < 0:
-            shape, mass = shape_and_mass(buoy)
-            effective = mass.mass + buoy.added_mass * rho_w * shape.volume()
+            effective = mass_properties(buoy).mass + buoy.added_mass * rho_w * shape_of(buoy).volume()
             key = f"{network.key_of_buoy(name)}.added_mass"
             _check_positive(key, buoy.added_mass, effective, "kg of the submerged buoy")
 
@@ -98,24 +95,19 @@ def _check_positive(key: str, value: float, effective: float, what: str) -> None
         )
 
 
-def _lines_of(scene: Scene, buoy: str) -> Iterator[tuple[list[Cable], float]]:
-    """(pieces from the buoy on, height of the held end below the water) of the cables between a buoy and held ends."""
-    network = scene.network
-    for cable in range(len(network.cables)):
-        pieces = [network.pieces[k] for k in network.pieces_of(cable)]
-        ends = pieces[0].ends[0], pieces[-1].ends[1]
-        for near, far, along in ((1, 0, pieces[::-1]), (0, 1, pieces)):
-            if ends[near].kind == "buoy" and ends[near].name == buoy and ends[far].held:
-                yield [piece.section for piece in along], -ends[far].top.position[2]
-
-
 def hanging_weight(scene: Scene, buoy: str) -> float:
     """Weight in water of the lines that hang from a buoy, at least, when it floats above their held ends [N].
 
     A line that is heavy all along: what it has down to the held end, and of what hangs lower its half.
     """
-    total = 0.0
-    for sections, height in _lines_of(scene, buoy):
+    network, total, found = scene.network, 0.0, []
+    for cable in range(len(network.cables)):
+        pieces = [network.pieces[k] for k in network.pieces_of(cable)]
+        ends = pieces[0].ends[0], pieces[-1].ends[1]
+        for near, far, along in ((1, 0, pieces[::-1]), (0, 1, pieces)):
+            if ends[near].kind == "buoy" and ends[near].name == buoy and ends[far].held:
+                found.append(([piece.section for piece in along], -ends[far].top.position[2]))
+    for sections, height in found:
         weights = [weight_per_length(scene, c) for c in sections]
         if min(weights) < 0 or (scene.sea and height < 0):
             continue
@@ -126,11 +118,6 @@ def hanging_weight(scene: Scene, buoy: str) -> float:
             total += w * min(c.length, left)
             left -= min(c.length, left)
     return total
-
-
-def shape_and_mass(buoy: Buoy) -> tuple[HullShape | None, MassProperties]:
-    """(HullShape or None, MassProperties) of a section [buoy]."""
-    return shape_of(buoy), mass_properties(buoy)
 
 
 # -- size --------------------------------------------------------------------------------------------------------------
@@ -144,7 +131,9 @@ def check_size(scene: Scene, comm: MPI.Comm) -> None:
         raise InputError(
             f"cable.elements = {sum(cells)}: must be at least the number of MPI ranks of this run, {comm.size}."
         )
-    lines = sum(n * _unknowns(piece.section) for n, piece in zip(cells, network.pieces, strict=True)) * PER_UNKNOWN
+    degrees = [(piece.section.position_degree, piece.section.tension_degree) for piece in network.pieces]
+    unknowns = (n * (3 * mu + nu + 1) for n, (mu, nu) in zip(cells, degrees, strict=True))  # but for a node of each
+    lines = sum(unknowns) * PER_UNKNOWN
     buoys = len(network.buoys) * PER_BUOY
     needed, here = (lines + buoys) / comm.size, memory()
     if needed > here:
@@ -152,11 +141,6 @@ def check_size(scene: Scene, comm: MPI.Comm) -> None:
         raise InputError(
             f"{what} in all: must be fewer, they take {needed / 1e9:.3g} GB of {here / 1e9:.3g} GB memory."
         )
-
-
-def _unknowns(section: Cable) -> int:
-    """Unknowns of an element, without those of the one node more that a line has."""
-    return 3 * section.position_degree + section.tension_degree + 1
 
 
 def memory() -> float:

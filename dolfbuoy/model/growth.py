@@ -43,7 +43,7 @@ class Growth:
     def factors(self, values: np.ndarray) -> None:
         for function, column in zip((self.diameter, self.mass), np.asarray(values).T, strict=True):
             function.x.array[self._dofs] = column
-            compat.scatter_forward(function)
+            function.x.scatter_forward()
 
     def at(self, u: np.ndarray) -> np.ndarray:
         """Factors that belong to the positions in the local unknowns u."""

@@ -32,7 +32,7 @@ class Points:
     """Points of a form on some cells, and the coefficient that takes the numbers of the waves there.
 
     source: Function or array that holds positions, its `places` (cells, nodes) or on a line (cells, nodes, 3), and
-    `shape` (points, nodes), which interpolates.  radius: place of the radius behind the height.
+    `shape` (points, nodes), which interpolates.  radius: place of the radius after the height.
     """
 
     kind: int
@@ -157,7 +157,7 @@ class Kinematics:
         body: arrays that hold r_C, q_4 and the height of C, and the length of its hull.
         """
         read = [points for points in self.sets if system.numbers_of(points.coefficient) is not None]
-        counts = lambda p: system.counts.of(p.coefficient.function_space.mesh, p.cells)  # noqa: E731
+        counts = lambda p: system.shared.count(p.coefficient.function_space.mesh, p.cells)  # noqa: E731
         context = self._context(read, system.numbers_of, counts, body)
         self._following.append(context)
         system.filled_by_hook(*(points.coefficient for points in read))

@@ -13,7 +13,6 @@ from ..meshes import cable_nodes
 from ..scene.cable import Cable
 from ..scene.network import Network, Piece
 from ..solver import compat
-from ..solver.real import real_space
 from .attachment import FIELDS
 
 _NONE = np.zeros(0, dtype=int)
@@ -147,7 +146,7 @@ class Layout(Pieces):
     @cached_property
     def at_ends(self) -> fem.FunctionSpace:
         """The space of what an `Attachment` knows, one for all of them."""
-        return real_space(self.mesh, FIELDS.size)
+        return compat.real_space(self.mesh, FIELDS.size)
 
     def _found(self, values, wanted):
         """Places of the wanted ones among mesh coordinates, all different; -1: nowhere."""

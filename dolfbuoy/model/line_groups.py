@@ -4,8 +4,9 @@ What reads or moves all lines of a scene finds the same names here as in `Lines`
 other, and functions of one piece, by its number in the scene, that ask the group which has it.
 """
 
+import itertools
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -35,29 +36,19 @@ def _joined(name: str) -> property:
     return property(lambda self: np.concatenate([getattr(group, name) for group in self.groups]))
 
 
-def _joined_of(name: str) -> Callable:
-    """Method: arrays of that of every group, one behind the other."""
-    return lambda self, *args: np.concatenate([getattr(group, name)(*args) for group in self.groups])
-
-
 def _numbered(name: str) -> property:
     """Property: numbers of pieces of all groups, as the scene counts them."""
     return property(lambda self: np.concatenate([np.array(g.numbers)[getattr(g, name)] for g in self.groups]))
 
 
-def _listed(name: str) -> Callable:
-    """Method: what that of every group lists."""
-    return lambda self, *args: [found for group in self.groups for found in getattr(group, name)(*args)]
+def _of_all(name: str, made_one: Callable = lambda found: None) -> Callable:
+    """Method: that of every group; what they return is made one, by default nothing."""
+    return lambda self, *args: made_one([getattr(group, name)(*args) for group in self.groups])
 
 
-def _in_each(name: str) -> Callable:
-    """Method: that of every group."""
-
-    def method(self, *args) -> None:
-        for group in self.groups:
-            getattr(group, name)(*args)
-
-    return method
+#: Methods: arrays of all groups, one behind the other; what that of every group lists.
+_joined_of = partial(_of_all, made_one=np.concatenate)
+_listed = partial(_of_all, made_one=lambda found: list(itertools.chain.from_iterable(found)))
 
 
 def _of_piece(name: str, at: int = -1) -> Callable:
@@ -79,9 +70,9 @@ class LineGroups(Pieces, Model):
     owned, turnable, parted_at = _joined("owned"), _joined("turnable"), _joined("parted_at")
     line_of_cell, places, mean_tension = _numbered("line_of_cell"), _joined_of("places"), _joined_of("mean_tension")
     evolutions, blocks, clock = _listed("evolutions"), _listed("blocks"), _listed("clock")
-    when_accepted, begin, stop = _listed("when_accepted"), _in_each("begin"), _in_each("stop")
-    hold, let_go, follow_water = _in_each("hold"), _in_each("let_go"), _in_each("follow_water")
-    publish_points, owns_end, set_shape = _in_each("publish_points"), _of_piece("owns_end", 0), _of_piece("set_shape")
+    when_accepted, begin, stop = _listed("when_accepted"), _of_all("begin"), _of_all("stop")
+    hold, let_go, follow_water = _of_all("hold"), _of_all("let_go"), _of_all("follow_water")
+    publish_points, owns_end, set_shape = _of_all("publish_points"), _of_piece("owns_end", 0), _of_piece("set_shape")
     weight_of, grounded, anchor_tension = _of_piece("weight_of"), _of_piece("grounded"), _of_piece("anchor_tension")
     scene = property(lambda self: self.groups[0].scene)
     bed = property(lambda self: self.groups[0].bed)  #: one of several, on the same plane

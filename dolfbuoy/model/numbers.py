@@ -53,16 +53,16 @@ class Numbers:
         if self._which is not None:
             return self.per_cell(lambda section: effect.given(self.scene, section)[""])
         values = effect.given(self.scene, self.sections[0])
-        made = {name: None if value is None else self._of(effect, name) for name, value in values.items()}
+        made = {
+            name: None if value is None else self.constant(lambda *of, name=name: effect.given(*of)[name])
+            for name, value in values.items()
+        }
         return made[""] if "" in made else SimpleNamespace(**made)
-
-    def _of(self, effect: Any, name: str) -> fem.Constant:
-        return self.constant(lambda scene, section: effect.given(scene, section)[name])
 
     def _fill(self, made: fem.Function, get: Callable[..., Any]) -> None:
         values = np.array([get(section) for section in self.sections])
         made.x.array[compat.cell_dofs(made.function_space)[:, 0]] = values[self._which]
-        compat.scatter_forward(made)
+        made.x.scatter_forward()
 
     def change(self, scene: Scene) -> None:
         """Take the numbers of another scene of the same structure."""

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 class Parting:
     """Which elements of `Lines` have parted, and when others do.
 
-    memory: 0 for each element that is whole, 1 for one that is parted, and since when [s]: what accepted steps leave
-    behind.
+    memory: 0 for each element that is whole, 1 for one that is parted, and since when [s]: what accepted steps
+    leave.
     """
 
     def __init__(self, lines: "Lines"):
@@ -50,7 +50,7 @@ class Parting:
         found = [self._part(pieces, rule, u, t) for (_, rule), pieces in rules.items()]
         if not any(found):
             return False
-        compat.scatter_forward(self.parted)
+        self.parted.x.scatter_forward()
         return True
 
     def _part(self, pieces, rule, u, t):

@@ -58,7 +58,12 @@ class Problem:
         self.buoy_ranks = self._ranks()
         mine = (name for name, rank in self.buoy_ranks.items() if rank == comm.rank)
         self.buoys = {name: Buoy(scene, name, dynamic) for name in mine}
-        self.attachments = self._attach()
+        self.attachments = []
+        for piece, end in attached_ends(self.network):
+            held = self.network.pieces[piece].ends[end]
+            buoy, rank = self.buoys.get(held.name), self.buoy_ranks[held.name]
+            offset = buoy and (buoy.offset_of(held.fairlead) if held.fairlead else buoy.offset)
+            self.attachments.append(Attachment(self.lines, piece, end, rank, buoy, offset))
         self._at_ends = {(a.piece, a.end): a for a in self.attachments}
         #: Models of this rank, each with its evolutions, memory and forces.
         self.models = [model for model in (self.lines, self.bodies, *self.buoys.values()) if model is not None]
@@ -109,16 +114,6 @@ class Problem:
         owned = {name: self.comm.allgather(self.lines.owns_end(*end)).index(True) for name, end in first.items()}
         return {name: owned.get(name, 0) for name in self.network.buoys}
 
-    def _attach(self):
-        """Ends of lines that are on buoys, buoy after buoy."""
-        found = []
-        for piece, end in attached_ends(self.network):
-            held = self.network.pieces[piece].ends[end]
-            buoy, rank = self.buoys.get(held.name), self.buoy_ranks[held.name]
-            offset = buoy and (buoy.offset_of(held.fairlead) if held.fairlead else buoy.offset)
-            found.append(Attachment(self.lines, piece, end, rank, buoy, offset))
-        return found
-
     def attached_to(self, buoy: Buoy) -> list[Attachment]:
         """Attachments of a Buoy of this rank."""
         return [attachment for attachment in self.attachments if attachment.buoy is buoy]
@@ -164,22 +159,16 @@ class Problem:
         """Blocks of this rank; those of bodies and buoys have the same names on every rank, for messages."""
         force, length = self.typical_force, self.lines.longest if self.lines else 0.0
         blocks = self.lines.blocks(length, force) if self.lines else []
-        if self.network.bodies:
-            blocks += self._told(self.bodies and self.bodies.blocks(length, force), 0)
+        found = [(0, self.bodies and self.bodies.blocks(length, force))] if self.network.bodies else []
         for name, rank in self.buoy_ranks.items():
-            buoy = self.buoys.get(name)
-            blocks += self._told(buoy and self._buoy_blocks(buoy, length, force), rank)
-        return blocks
-
-    def _told(self, mine, rank):
-        """Blocks of a rank; on the others empty ones of their names."""
-        names = self.comm.bcast([b.name for b in mine] if mine else None, root=rank)
-        return mine or [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
-
-    def _buoy_blocks(self, buoy, length, force):
-        blocks = buoy.blocks(length, force)
-        for attachment in self.attached_to(buoy):
-            blocks += attachment.blocks(*buoy.reach_and_force(length, force), buoy.mass.mass)
+            mine = None
+            if (buoy := self.buoys.get(name)) is not None:
+                mine, sizes = buoy.blocks(length, force), (*buoy.reach_and_force(length, force), buoy.mass.mass)
+                mine += [block for attachment in self.attached_to(buoy) for block in attachment.blocks(*sizes)]
+            found.append((rank, mine))
+        for rank, mine in found:
+            names = self.comm.bcast([b.name for b in mine] if mine else None, root=rank)
+            blocks += mine or [Block(name, np.zeros(0, int), 1.0, 1.0) for name in names]
         return blocks
 
     @property
@@ -249,7 +238,7 @@ class Problem:
     def force_dofs(self) -> np.ndarray:
         """Local unknowns that are tensions, or forces at attachments."""
         found = [np.zeros(0, dtype=int), *(model.force_dofs() for model in self.models)]
-        found += [a.force_dofs() for a in self.attachments if a.rank == self.comm.rank]
+        found += [a.dofs().force for a in self.attachments if a.rank == self.comm.rank]
         return np.concatenate(found)
 
     # -- numbers ------------------------------------------------------------------------------------------------------

@@ -42,7 +42,7 @@ def mass_properties(buoy: Buoy) -> MassProperties:
 
     buoy: the scene's section, by default a uniform solid hull.
     """
-    shape: Any = shape_of(buoy)  # without one the buoy gives what else it says
+    shape: Any = shape_of(buoy)  # without one the buoy gives center_of_mass and inertia
     hull_height = buoy.center_of_mass if buoy.center_of_mass is not None else shape.centroid()
     if buoy.inertia is None:
         transverse, axial = (buoy.mass * i for i in shape.solid_inertia())

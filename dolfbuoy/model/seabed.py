@@ -71,7 +71,7 @@ def has_friction(scene: Scene, dynamic: bool) -> bool:
 
 
 def hardness(scene: Scene, sections: Sequence[Cable]) -> float:
-    """k_b [Pa/m]; sections: of all lines, of which the heaviest says how hard the bed is if the scene does not."""
+    """k_b [Pa/m]; sections: of all lines, of which the heaviest determines the hardness if the scene gives none."""
     if scene.seabed.stiffness is not None:
         return scene.seabed.stiffness
     return max(_load(scene, c) / c.diameter for c in sections) / largest_sag(scene)
@@ -218,10 +218,6 @@ class Bed:
         share = np.minimum(1.0, mu * p / np.maximum(pull, 1e-300))
         self.hold(r - share[..., None] * slide)
 
-    def enable_friction(self) -> None:
-        """Let friction act in statics too."""
-        self.friction.value = self.model.scene.seabed.friction
-
     def gap(self, x: np.ndarray) -> np.ndarray:
         """Distance of points (..., 3) from the bed [m]."""
         return x @ self.normal.value - self.level.value
@@ -270,12 +266,10 @@ class Seabed(Bed):
             self._place = 3 * compat.cell_dofs(self.held.function_space)[..., None] + np.arange(3)
         self.soundings = Points(lines, positions, degree, with_nodes=True)
         #: Nodes of each line, which of these its own cells have, from its start on, and where their soundings are.
-        self._along = [self._sounded(k) for k in range(len(lines.pieces))]
-
-    def _sounded(self, line):
-        nodes, cells, at = self.model.nodes_of[line], self.model.cells_of[line], self.soundings
-        cells = cells[np.argsort(at.s[cells, 0])]
-        return nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]
+        self._along, at = [], self.soundings
+        for nodes, cells in zip(lines.nodes_of, lines.cells_of, strict=True):
+            cells = cells[np.argsort(at.s[cells, 0])]
+            self._along.append((nodes, np.searchsorted(nodes, at.nodes[cells]), at.s[cells]))
 
     def parameters_of(self, section: Cable) -> ContactParameters:
         scene = self.model.scene
@@ -306,7 +300,9 @@ class Seabed(Bed):
         s, g, position = self._sound(u, line)
         bridged = _bridged((g < 0) & self.soundings.presses)
         s, g = s.ravel(), g.ravel()
-        share = np.where(bridged, 1.0, _share_below(g[:-1], g[1:]))
+        lower, upper = np.minimum(g[:-1], g[1:]), np.maximum(g[:-1], g[1:])
+        below = np.maximum(-lower, 0.0) / np.maximum(upper - lower, 1e-300)  # part on which a linear gap is negative
+        share = np.where(bridged | (upper <= 0), 1.0, below)
         length, sag, lies = float(share @ np.diff(s)), max(-float(g.min()), 0.0), np.flatnonzero(share)
         if not len(lies):
             return GroundedLength(length, -np.inf, np.full(3, np.nan), sag)
@@ -341,9 +337,3 @@ def _bridged(touches):
     change[at[:-1][near]] += 1
     change[at[1:][near]] -= 1
     return np.cumsum(change)[:-1] > 0
-
-
-def _share_below(first, last):
-    """Part of an interval on which a linear function is negative."""
-    low, high = np.minimum(first, last), np.maximum(first, last)
-    return np.where(high <= 0, 1.0, np.maximum(-low, 0.0) / np.maximum(high - low, 1e-300))

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.cable import Top
-from ..scene.network import End, Network
+from ..scene.network import Network
 from .rigid import mass_properties, shape_of, weight_per_length
 from .sea import crest_height
 
@@ -94,8 +94,12 @@ def _rises(scene: Scene, number: int, heights: dict[Node, float], light: bool) -
         pulled = end.kind == "free" and end.top.force[2] > 0
         if z > least and (end.held or floats or pulled):
             return True
-        if end.kind == "buoy" and _is_above_water_line(scene, end):
-            return True
+        if end.kind == "buoy":  # above its water line when it floats freely: the hull below that place displaces more
+            buoy = network.buoys[end.name]
+            height = buoy.mooring_height if end.fairlead is None else buoy.fairleads[end.fairlead][2]
+            below = shape_of(buoy).volume(min(max(height, 0.0), shape_of(buoy).height))
+            if scene.sea.density * below > mass_properties(buoy).mass:
+                return True
     low, high = piece.ends  # vertical reach, up and down: the length, less by the distance of two held ends
     across = math.dist(low.top.position[:2], high.top.position[:2]) if low.held and high.held else 0.0
     return light and sum(highest) + math.sqrt(max(piece.section.length**2 - across**2, 0.0)) > 2 * least
@@ -103,17 +107,6 @@ def _rises(scene: Scene, number: int, heights: dict[Node, float], light: bool) -
 
 def _is_light(scene: Scene, cable: int) -> bool:
     """True if a cable as a whole is lighter than water, and not balanced in it as a streamer is."""
-    sections = [scene.network.pieces[k].section for k in scene.network.pieces_of(cable)]
-    mass, weight = (
-        sum(value(c) * c.length for c in sections)
-        for value in (lambda c: c.line_density, lambda c: weight_per_length(scene, c))
-    )
-    return weight < -BALANCED * scene.gravity * mass
-
-
-def _is_above_water_line(scene: Scene, end: End) -> bool:
-    """True if a place on a buoy is above its water line when it floats freely: the hull below it displaces more."""
-    buoy = scene.network.buoys[end.name]
-    shape, density = shape_of(buoy), scene.sea.density
-    height = buoy.mooring_height if end.fairlead is None else buoy.fairleads[end.fairlead][2]
-    return density * shape.volume(min(max(height, 0.0), shape.height)) > mass_properties(buoy).mass
+    sections = scene.network.sections_of(cable)
+    mass = sum(c.line_density * c.length for c in sections)
+    return sum(weight_per_length(scene, c) * c.length for c in sections) < -BALANCED * scene.gravity * mass

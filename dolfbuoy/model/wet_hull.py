@@ -28,7 +28,6 @@ from ..scene.sections import Solver
 from ..solver import compat
 from ..solver.c_code import address, core
 from ..solver.fields import Fields
-from ..solver.real import real_space
 from ..solver.system import System
 from ..solver.unknowns import array_of
 from .kinematics import on_axis, on_cells, weighted
@@ -131,7 +130,7 @@ class WetHull:
 
     def follow(self, system: System, state: fem.Function, fields: Fields) -> None:
         """Before every evaluation of a System the points go where its state wants them.  state: the Function."""
-        count = lambda group: system.counts.of(group.mesh, group.cells)  # noqa: E731
+        count = lambda group: system.shared.count(group.mesh, group.cells)  # noqa: E731
         context, body = self._following(state, fields, system.numbers_of, count)
         self._alive.append(context)
         system.hooks.add("follow", context)
@@ -237,7 +236,7 @@ class WetHull:
 
     def submerged(self, state: Body) -> ufl.Form:
         """Linear form of [M_D, rho_w integral of position (3), H_sub, integral of wet diameter]."""
-        test, found = ufl.TestFunction(real_space(self.mesh, SUBMERGED)), []
+        test, found = ufl.TestFunction(compat.real_space(self.mesh, SUBMERGED)), []
         for strip, _, length, dx in self.strips(state):
             where = strip.area * (state.position + strip.lever) + strip.moment
             numbers = [self.water.density * strip.area, *(self.water.density * where[i] for i in range(3))]

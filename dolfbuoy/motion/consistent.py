@@ -7,7 +7,6 @@ they follow from the positions, the velocity that the constraints admit, and the
 import numpy as np
 
 from ..elsewhere import MPI
-from ..solver import compat
 from .schemes import BackwardEuler, Predictor
 
 
@@ -16,7 +15,7 @@ def make_consistent(simulation) -> None:
 
     By tiny backward-Euler steps: the first one finds the admissible velocity that is nearest in kinetic energy.  All is
     right up to the square of that step.  The tension of an elastic cable is exactly that of its stretch, unless that
-    tells only the mean of an element (strain = "element-average").
+    gives only the mean of an element (strain = "element-average").
     """
     u0, past, scheme = simulation.system.u.copy(), simulation.past, simulation.scheme
     past.use(BackwardEuler())
@@ -47,7 +46,7 @@ def _settle(simulation, u0, h):
     """Three steps of h from the positions u0 with the velocity at hand, and back; puts the forces of t = 0 into u0.
 
     Returns [(rate, value) of each series], with which the series begin anew.  Velocities are centred at
-    t = 0: those of the first two steps belong to h/2 and 3 h/2, as the positions tell.  Accelerations and forces are
+    t = 0: those of the first two steps belong to h/2 and 3 h/2, as the positions show.  Accelerations and forces are
     extrapolated from the ends of the second and third step, because the first one is a blow.
     """
     system, past = simulation.system, simulation.past
@@ -105,5 +104,5 @@ def _solve_tension(simulation, lines, u0):
         if simulation.comm.allreduce(bool(done), op=MPI.LAND):
             break
     system.publish()
-    compat.scatter_forward(lines.w)
+    lines.w.x.scatter_forward()
     u0[lines.part.slice] = lines.w.x.array

@@ -1,4 +1,4 @@
-"""A second trajectory beside a run, without the leading error of its time steps.
+"""A second trajectory along with a run, without the leading error of its time steps.
 
 A scheme's rate is y_t - lag h^p y^(p+1).  With lag D^p y_t, from differences of the run's own rates, added to the
 histories of all derivatives, the same equations have the solution of this mesh without that error.  It stays so near

@@ -6,6 +6,8 @@ if the cable is inextensible, or if its tension is constant on each element: the
 to T e_t.  The buoy's energy changes by the work of water, wind, external force and cable.
 """
 
+from functools import partial
+
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -13,7 +15,7 @@ from dolfinx import fem
 from ..forms import cable as cable_form
 from ..model import effects
 from ..model.rigid import rotation_of
-from ..solver.real import real_space
+from ..solver import compat
 from ..solver.unknowns import Contribution, Part
 
 #: Energies [J]; the others are powers [W].
@@ -34,45 +36,34 @@ class Meter:
     def __init__(self, simulation):
         self.simulation, self._forms = simulation, []
         for lines in simulation.problem.lines.groups if simulation.problem.lines else ():
-            self._add(lines, self._lines(lines))
+            c, e = lines.cable, lines.kinematics()[2]
+            own = [("elastic", lines.elastic_energy())] if e is not None else []
+            own += [(effect.account, power) for effect, power in lines.material_powers()]
+            self._add(lines, self._masses(lines, c.line_density, partial(cable_form.stretched, c, e), own))
         if simulation.problem.bodies:
-            self._add(simulation.problem.bodies, self._bodies(simulation.problem.bodies))
+            bodies = simulation.problem.bodies
+            self._add(bodies, self._masses(bodies, bodies.body.mass, lambda force: force))
         for buoy in simulation.problem.buoys.values():
             self._add(buoy, self._buoy(buoy))
 
     def _add(self, model, densities):
         """densities: [(account, integrand, measure)]; one linear form, whose components are the accounts."""
         names = list(dict.fromkeys(name for name, _, _ in densities))
-        test = ufl.TestFunction(real_space(model.mesh, max(len(names), 2)))
+        test = ufl.TestFunction(compat.real_space(model.mesh, max(len(names), 2)))
         form = sum(value * test[names.index(name)] * measure for name, value, measure in densities)
         part = Part("powers", fem.Function(test.ufl_function_space()), 0)
         self._forms.append((names, part, Contribution(form, part)))
 
     @staticmethod
-    def _lines(lines):
-        r, _, e, v, _ = lines.kinematics()
-        c, dx, water = lines.cable, lines.dx, lines.water_at(r).velocity
-        found = [("kinetic", 0.5 * c.line_density * ufl.inner(v, v), dx), *_weight(lines.weight(), r, v, dx)]
-        if e is not None:
-            found.append(("elastic", lines.elastic_energy(), dx))
-        for effect, force in lines.water_forces():
-            f = cable_form.stretched(c, e, force)
-            found += _powers(effect.account, f, v, water, dx)
-        found += [(effect.account, power, dx) for effect, power in lines.material_powers()]
-        if lines.bed is not None:
-            found += [(account, value, dx) for account, value in lines.bed.powers()]
-        return found
-
-    @staticmethod
-    def _bodies(bodies):
-        r, v, _ = bodies.kinematics()
-        body, dx, water = bodies.body, bodies.dx, bodies.water_at(r).velocity
-        found = [("kinetic", 0.5 * body.mass * ufl.inner(v, v), dx), *_weight(bodies.weight(), r, v, dx)]
-        for effect, force in bodies.water_forces():
-            found += _powers(effect.account, force, v, water, dx)
-        if bodies.bed is not None:
-            found += [(account, value, dx) for account, value in bodies.bed.powers()]
-        return found
+    def _masses(model, density, stretched, own=()):
+        """Densities of lines or bodies; density: of mass, stretched: force -> force over dx, own: further accounts."""
+        (r, *_, v, _), dx = model.kinematics(), model.dx
+        water = model.water_at(r).velocity
+        found = [("kinetic", 0.5 * density * ufl.inner(v, v), dx), *_weight(model.weight(), r, v, dx)]
+        for effect, force in model.water_forces():
+            found += _powers(effect.account, stretched(force), v, water, dx)
+        powers = [*own, *(model.bed.powers() if model.bed is not None else ())]
+        return found + [(account, value, dx) for account, value in powers]
 
     @staticmethod
     def _buoy(buoy):
@@ -101,7 +92,11 @@ class Meter:
             for name, value in zip(names, b, strict=False):
                 values[name] += float(value)
         for buoy in problem.buoys.values():
-            self._add_body(buoy, values)
+            y, mass = buoy.fields.of(problem.system.u[buoy.part.slice]), buoy.mass
+            R = rotation_of(y.orientation)
+            v, omega = y.momentum / mass.mass, R @ (R.T @ y.angular_momentum / np.array(mass.inertia))
+            values["kinetic"] += 0.5 * (v @ y.momentum + omega @ y.angular_momentum)
+            values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
         if problem.lines:
             values["top"] = self._work_at_ends(problem)
         return values
@@ -117,14 +112,6 @@ class Meter:
                     if end.kind in ("prescribed", "free"):
                         found += float(problem.end_force(number, i, fresh=False) @ v[lines.end_dofs[k][i]])
         return found
-
-    def _add_body(self, buoy, values):
-        """Energy of the rigid body."""
-        y, mass = buoy.fields.of(self.simulation.system.u[buoy.part.slice]), buoy.mass
-        R = rotation_of(y.orientation)
-        v, omega = y.momentum / mass.mass, R @ (R.T @ y.angular_momentum / np.array(mass.inertia))
-        values["kinetic"] += 0.5 * (v @ y.momentum + omega @ y.angular_momentum)
-        values["gravity"] += mass.mass * self.simulation.scene.gravity * y.position[2]
 
 
 def _weight(forces, r, v, measure):

@@ -37,7 +37,7 @@ class Past:
                 evolution.hand_out(level, 0.0, 0.0)
 
     def _of_all(self, get, kind=float, order=1):
-        """get(evolution) of those of this order at least, one behind the other."""
+        """get(evolution) of those of this order at least, concatenated."""
         return np.concatenate([np.zeros(0, kind), *(get(e) for e in self.evolutions if e.order >= order)])
 
     def entries(self, u):
@@ -166,7 +166,9 @@ class Operations:
     REMEMBERED = 100  #: steps whose formulas are remembered; a step of the same size differs in its last digits
 
     def __init__(self, past: Past):
-        self.scheme, self.series, self.step, self._known = past.scheme, past.series, None, {}
+        self.scheme, self.series, self.step = past.scheme, past.series, None
+        #: Step -> gamma, the scheme's formula for C, and what that points to.
+        self._known: dict[float, tuple[float, Any, Any]] = {}
         self.gammas = np.zeros(max(1, len(past.series)))
         described = core().ffi.new("series[]", max(1, len(past.series)))
         for one, series in zip(described, past.series, strict=False):
@@ -186,19 +188,15 @@ class Operations:
         if step not in self._known:
             if len(self._known) == self.REMEMBERED:
                 self._known.clear()
-            self._known[step] = self._formula(step)
+            gamma, history = self.scheme.formula(step)
+            updates = self.scheme.updates(step)
+            alive = [_rule(HISTORY, history), *(_rule(row, total) for row, total in updates)]
+            rules = [rule for rule, _ in alive]
+            update = core().ffi.new("rule[]", rules[1:])
+            fields = {"gamma": gamma, "history": rules[0], "updates": len(updates), "update": update}
+            self._known[step] = gamma, core().ffi.new("formula *", fields), (alive, update)
         self.step, (gamma, self._past.formula, _) = step, self._known[step]
         return gamma
-
-    def _formula(self, step: float) -> tuple[float, Any, tuple]:
-        """gamma of a step, the scheme's formula for C, and what that points to."""
-        gamma, history = self.scheme.formula(step)
-        updates = self.scheme.updates(step)
-        alive = [_rule(HISTORY, history), *(_rule(row, total) for row, total in updates)]
-        rules = [rule for rule, _ in alive]
-        update = core().ffi.new("rule[]", rules[1:])
-        fields = {"gamma": gamma, "history": rules[0], "updates": len(updates), "update": update}
-        return gamma, core().ffi.new("formula *", fields), (alive, update)
 
 
 def _rule(row: int, total: Sum) -> tuple[dict[str, Any], tuple]:

@@ -84,20 +84,17 @@ class State:
         order = np.argsort(lines.node_s)
         self._nodes = lines.node_dofs[order] - lines.part.offset + self._place.start
         self._chained = len(problem.network.pieces) == 1
-        self._weights = self._scale()
-
-    def _scale(self):
-        """1/size of the lines' positions and velocities, 0 of all else."""
-        past, weights = self.simulation.past, [np.zeros(len(self.simulation.system.u))]
+        weights = [np.zeros(len(simulation.system.u))]
         for series, sizes in zip(past.series, past.sizes, strict=True):
             for row in range(KEPT):
                 weights.append(np.zeros(len(series.rows[row])))
                 if row == 0:
                     weights[-1][self._place] = 1 / sizes[self._place]
-        return np.concatenate(weights)
+        #: 1/size of the lines' positions and velocities, 0 of all else.
+        self._weights = np.concatenate(weights)
 
     def values(self):
-        """A copy; behind the rows directions and lengths of the chords."""
+        """A copy; after the rows directions and lengths of the chords."""
         chords = np.diff(self._positions, axis=0)
         lengths = np.linalg.norm(chords, axis=1)
         return np.concatenate([*self._rows, (chords / lengths[:, None]).ravel(), lengths])

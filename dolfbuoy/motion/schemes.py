@@ -98,7 +98,7 @@ class Series:
     def forget(self):
         """Drop the past values: as at a start, with the present value and rate.
 
-        An auxiliary rate stays: a start knows it less well, and generalized-alpha would ring.
+        An auxiliary rate stays: a start has it less accurately, and generalized-alpha would ring.
         """
         self.values, self.steps_since_start = self.values[:1], 0
         if not self.averaging:
@@ -143,7 +143,7 @@ class Series:
             self.second = (self.rate - self.previous_rate) / h0  # to fill up a past that has become too short
 
     def _limits(self, order):
-        """Bounds of h^order y^(order): of a past that is not smooth, as behind an impact, twice the differences of that
+        """Bounds of h^order y^(order): of a past that is not smooth, as after an impact, twice the differences of that
         order, or 0 where these do not agree on a sign.
 
         The derivative that a polynomial makes of noise is 25 times as large as that, and the velocities that it is
@@ -232,7 +232,7 @@ class BDF2(Scheme):
         series.extrapolated_past(step, 2)
         shrinks = series.step is not None and step < series.step and not same_step(series.step, step)
         if shrinks and base is not None and len(base.values) >= 4:
-            # Rates of the positions as they are told now.  Were the old rates carried over, the two would differ behind
+            # Rates of the positions as they are found now.  Were the old rates carried over, the two would differ after
             # a kink by an amount that no smaller step removes.
             r, series.step = [value[: len(series.rate)] for value in base.values], step
             series.values = [(1.5 * a - 2 * b + 0.5 * c) / step for a, b, c in zip(r, r[1:], r[2:], strict=False)]

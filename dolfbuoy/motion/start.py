@@ -46,7 +46,7 @@ class Start:
     poses: dict[str, Pose] = field(default_factory=dict)
 
     def put(self, problem, u):
-        """Into the local unknowns of a dynamic Problem, and what the equilibrium left behind besides them."""
+        """Into the local unknowns of a dynamic Problem, and the memory of the equilibrium besides them."""
         problem.route = self.route
         if problem.lines:
             u[problem.lines.part.slice] = self.lines
@@ -105,7 +105,10 @@ def start_from(problem) -> Start:
     start = Start(route=problem.route)
     if problem.lines:
         start.lines = u[problem.lines.part.slice].copy()
-        start.memory = {model: _copied(getattr(problem, model)) for model in ("lines", "bodies")}
+        models = {name: model for name in ("lines", "bodies") if (model := getattr(problem, name))}  # of this rank
+        start.memory = {
+            name: {key: values.copy() for key, values in model.memory.items()} for name, model in models.items()
+        }
         start.line_velocity = np.zeros_like(start.lines)
         start.end_forces = problem.end_forces()
     start.moorings = [u[attachment.slice].copy() for attachment in problem.attachments]
@@ -113,11 +116,6 @@ def start_from(problem) -> Start:
         pose = buoy.fields.of(u[buoy.part.slice])
         start.poses[name] = Pose(pose.position.copy(), pose.orientation / np.linalg.norm(pose.orientation))
     return start
-
-
-def _copied(model):
-    """Memory of a model, if this rank has it."""
-    return {name: values.copy() for name, values in model.memory.items()} if model else {}
 
 
 def _from_shape(scene, comm) -> Start:

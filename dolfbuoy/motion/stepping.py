@@ -44,7 +44,7 @@ class JumpControl(StepControl):
     """Steps of a nominal size, made smaller where a quantity jumps.
 
     No step may change it by more than `most` of the largest size that it ever had, down to a fraction of the nominal
-    step.  Where the step changes, the past begins anew: across a jump it tells nothing.
+    step.  Where the step changes, the past begins anew: across a jump it is of no use.
     """
 
     most, parts = 0.2, 64
@@ -74,7 +74,7 @@ class AdaptiveControl(StepControl):
     """Local error control: the error of a step of order p behaves like step^(p+1).
 
     A step is kept as long as the best one differs little, because every change costs the multistep schemes accuracy.
-    Behind a kink (a ramp that ends, a cable that comes taut) the error shown by the past does not fall with the step:
+    After a kink (a ramp that ends, a cable that comes taut) the error shown by the past does not fall with the step:
     `restart` then asks for a past that begins anew.
     """
 
@@ -83,13 +83,8 @@ class AdaptiveControl(StepControl):
     def __init__(self, first, order, smallest, largest):
         super().__init__(first, smallest)
         self.largest, self.exponent = largest, 1 / (order + 1)
-        self.hold, self.since_change = order + 2, 0  # steps between changes: the past must be told at one step
+        self.hold, self.since_change = order + 2, 0  # steps between changes: the past must have one step
         self.in_a_row = self.unjudged = 0  # rejections since the last step that counted; steps taken on trust
-
-    def _restart(self):
-        """A fresh past, and a few small steps on trust until it is long enough to judge by."""
-        self.restart, self.restarts, self.unjudged = True, self.restarts + 1, self.hold
-        self.step = max(0.1 * self.first_rejected, self.smallest)
 
     def _share(self, remaining, count):
         return remaining / count if count < 4 else self.step  # the last few steps before a milestone are equal
@@ -106,8 +101,9 @@ class AdaptiveControl(StepControl):
             self.in_a_row += 1
             if self.in_a_row == 1:
                 self.first_rejected = step
-            if self.in_a_row == 3:
-                self._restart()
+            if self.in_a_row == 3:  # a fresh past, and a few small steps on trust until it is long enough to judge by
+                self.restart, self.restarts, self.unjudged = True, self.restarts + 1, self.hold
+                self.step = max(0.1 * self.first_rejected, self.smallest)
                 return False
             if step <= self.smallest * (1 + 1e-9):
                 raise SolveError(

@@ -25,9 +25,8 @@ from .simulation import Simulation
 #: the second, or than the third in typical sizes of the unknowns: rounding.
 ENOUGH, ROUGH, NOISE = 1e-5, 1e-3, 1e-8
 MOST = 12  #: increments
-#: Distance of starts that are not at rest, over that of the neighbours: the tiny steps that make them consistent have
-#: rounding in their forces.
-FAR = 10
+#: Distance of starts that are not at rest: the tiny steps that make them consistent have rounding in their forces.
+FAR = 1e-3
 
 
 class Neighbour:
@@ -67,14 +66,16 @@ class Tangent:
         self.past = Past(self.above.problem.evolutions(), self.u, simulation.scheme)
         self._predictor, self._time, self._made_for = Predictor(), np.zeros(1), None
         self._numbers = simulation.newton.numbers
+        self._renew = simulation.system.callbacks.work("renew_matrix")
         made = simulation.system.callbacks.improving_tangent
         self._increment = made(self._residual, self.u, ENOUGH, ROUGH, NOISE)
+        self._weights, self._halves = np.array([[1.0, -eps], [1.0, eps]]), np.array([0.5, -0.5]) / eps
         self.fault = ""
         if simulation.at_rest:
             self._start(self.below.simulation, self.above.simulation, eps)
         else:
-            pair = [make(scene_at(x)) for x in (-FAR * eps, FAR * eps)]
-            self._start(*pair, FAR * eps)
+            pair = [make(scene_at(x)) for x in (-FAR, FAR)]
+            self._start(*pair, FAR)
             for one in pair:
                 one.problem.destroy()
         simulation.followers.append(self.follow)
@@ -112,30 +113,38 @@ class Tangent:
             self._make_functions()
             self._made_for = basis
         self._time[0] = self.simulation.problem.time[0]
+        law = self.simulation.problem.law
+        if law is not None and not np.array_equal(law.slack, law.slack_before):
+            self._renew()
         self._begin()
-        self._increment.context.last = np.inf
-        for _ in range(MOST):
-            self._improve()
-            if self._numbers.improved:
-                break
-        else:
-            self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
-            return
+        if not self._solve():
+            self._renew()
+            if not self._solve():
+                self.fault = f"At t = {self._time[0]:.6g} s: increments of the derivative do not become small"
+                return
         self._accept()
         self.past.count_step()
         self._predictor.counted()
 
+    def _solve(self):
+        """Increments with the matrix at hand; False if they do not become small."""
+        self._increment.context.last = np.inf
+        for _ in range(MOST):
+            self._improve()
+            if self._numbers.improved:
+                return True
+        return False
+
     def _pair(self):
-        return (self.below, -self.eps), (self.above, self.eps)
+        return (self.below, self._weights[0]), (self.above, self._weights[1])
 
     def _remembered(self, one, x):
         pairs = zip(one.memory, _arrays(self.simulation), self._memory, strict=True)
-        return [combination(to, [of_run, rate], np.array([1.0, x])) for to, of_run, rate in pairs]
+        return [combination(to, [of_run, rate], x) for to, of_run, rate in pairs]
 
     def _difference(self, out, get):
         """Function that makes `out` the derivative of an array of the neighbours."""
-        half = 0.5 / self.eps
-        return combination(out, [get(self.above), get(self.below)], np.array([half, -half]))
+        return combination(out, [get(self.above), get(self.below)], self._halves)
 
     def _make_functions(self):
         run, past, pair = self.simulation, self.past.operations, self._pair()
@@ -143,7 +152,7 @@ class Tangent:
         *_, find_rates = past.find_rates
         *_, advance = past.accept
         predict, remember = self._predictor.functions(self._time, self.u)
-        move = [combination(one.u, [run.system.u, self.u], np.array([1.0, x])) for one, x in pair]
+        move = [combination(one.u, [run.system.u, self.u], x) for one, x in pair]
         evaluate = [one.evaluate for one, _ in pair]
         unknowns = self._difference(self.u, lambda one: one.u)
         new = (
@@ -187,7 +196,7 @@ class Tangent:
         run = self.simulation
         yield copies([(one.problem.time, run.problem.time), (one.past.operations.gammas, run.past.operations.gammas)])
         for to, of_run, rate in zip(one.past.series, run.past.series, self.past.series, strict=True):
-            yield combination(to.history, [of_run.history, rate.history], np.array([1.0, x]))
+            yield combination(to.history, [of_run.history, rate.history], x)
         yield from self._remembered(one, x)
         yield one.hand_over
 

@@ -1,6 +1,6 @@
 """Many independent cases: spread over ranks, each kept on disk as it is done, taken up again after an interruption.
 
-A case is a plain dict, its result another.  A result belongs to the case and to the program that computed it: of
+A case is a plain Row, its result another.  A result belongs to the case and to the program that computed it: of
 another program it does not count.
 """
 
@@ -14,6 +14,7 @@ import traceback
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor
 from pathlib import Path
+from typing import Any, Self
 
 from rich.console import Console
 from rich.progress import Progress
@@ -21,14 +22,16 @@ from rich.progress import Progress
 from .. import forms, meshes
 from ..elsewhere import MPI
 from ..errors import InputError, SolveError
-from ..writing import made, write_text
+from ..writing import made
 from . import interruption
 from .store import SUFFIX, Store, Writer
 
+Row = dict[str, Any]  #: a case, or its result
+
 
 def evaluate_all(
-    evaluate: Callable[[dict], dict], cases: list[dict], folder: Path, structure: Callable | None = None
-) -> list[dict] | None:
+    evaluate: Callable[[Row], Row], cases: list[Row], folder: Path, structure: Callable[[Row], Any] | None = None
+) -> list[Row] | None:
     """[{**case, **evaluate(case)}, ...] in the order of the cases; None on all ranks but 0.
 
     See `compute`, which does the work.
@@ -37,10 +40,10 @@ def evaluate_all(
     return None if MPI.COMM_WORLD.rank != 0 else rows_of(cases, folder)
 
 
-def rows_of(cases: list[dict], folder: Path, missing: dict | None = None) -> list[dict]:
-    """[{**case, **result}, ...] from the store in a folder; missing: the result of a case that has none."""
+def rows_of(cases: list[Row], folder: Path) -> list[Row]:
+    """[{**case, **result}, ...] from the store in a folder, in which every case has a result."""
     found = store_in(folder).results([key(case) for case in cases])
-    return [{**case, **(result or missing)} for case, result in zip(cases, found, strict=True)]
+    return [{**case, **(result or {})} for case, result in zip(cases, found, strict=True)]
 
 
 def store_in(folder: Path) -> Store:
@@ -49,14 +52,14 @@ def store_in(folder: Path) -> Store:
 
 
 def compute(
-    evaluate: Callable[[dict], dict],
-    cases: list[dict],
+    evaluate: Callable[[Row], Row],
+    cases: list[Row],
     folder: Path,
-    structure: Callable | None = None,
+    structure: Callable[[Row], Any] | None = None,
     part: str = "",
-    again: Callable[[dict], bool] | None = None,
-    executor=None,
-    failed: Callable[[Exception], dict] | None = None,
+    again: Callable[[Row], bool] | None = None,
+    executor: Any = None,
+    failed: Callable[[Exception], Row] | None = None,
     say: Callable[[list[str]], None] = lambda sentences: None,
 ) -> None:
     """Evaluate the cases that have no result yet and put these into `folder`/cases, each at once; collective.
@@ -73,11 +76,13 @@ def compute(
     """
     comm, store = ranks_beside(executor), Path(folder) / "cases" / part
     missing, attempts, claims = comm.bcast(_prepared(folder, store, cases, again, say) if comm.rank == 0 else None)
-    pioneers = _first_of_each(structure, cases, missing) if structure and executor is None else []
+    pioneers: list[int] = []
+    if structure and executor is None:  # the first case of each
+        pioneers = sorted({structure(cases[i]): i for i in reversed(missing)}.values())
     followers = [i for i in missing if i not in set(pioneers)]
     writer = Writer(store / f"rank-{comm.rank}{SUFFIX}", fingerprint())
 
-    def keep(i, result):
+    def keep(i: int, result: Row) -> None:
         writer.add(key(cases[i]), result, attempts[i])
 
     try:
@@ -94,32 +99,40 @@ def compute(
             shutil.rmtree(claims, ignore_errors=True)
 
 
-def ranks_beside(executor) -> MPI.Comm:
+def ranks_beside(executor: Any) -> Any:
     """Who takes part: with an executor this process alone, as other ranks may be its workers (mpi4py.futures)."""
     return MPI.COMM_WORLD if executor is None else MPI.COMM_SELF
 
 
-def _prepared(folder, store, cases, again, say):
+def _prepared(
+    folder: Path,
+    store: Path,
+    cases: list[Row],
+    again: Callable[[Row], bool] | None,
+    say: Callable[[list[str]], None],
+) -> tuple[list[int], dict[int, int], Path]:
     """Numbers of the cases without a result, one of each that comes twice, their attempts, and a folder for claims."""
     known = store_in(folder)
     if known.damaged:
         say(known.damaged)
-    missing = {}
+    missing: dict[str, int] = {}
     for i, case in enumerate(cases):
         name = key(case)
-        if name not in known.entries or (again is not None and again(known.result(name))):
+        if name not in known.entries or (again is not None and again(known.result(name) or {})):
             missing.setdefault(name, i)
     made(folder, *store.relative_to(folder).parts)
     claims = Path(tempfile.mkdtemp(prefix="claims-", dir=store))
     return sorted(missing.values()), {i: known.attempt(name) for name, i in missing.items()}, claims
 
 
-def _first_of_each(structure, cases, missing):
-    """The first case of each structure."""
-    return sorted({structure(cases[i]): i for i in reversed(missing)}.values())
-
-
-def _evaluate_share(evaluate, cases, share, keep, claims, total):
+def _evaluate_share(
+    evaluate: Callable[[Row], Row],
+    cases: list[Row],
+    share: Iterable[int],
+    keep: Callable[[int, Row], None],
+    claims: Path,
+    total: int,
+) -> None:
     """Evaluate cases one by one; rank 0 shows how many are done by all."""
     with _progress(total) as advance:
         for i in share:
@@ -133,7 +146,7 @@ def _evaluate_share(evaluate, cases, share, keep, claims, total):
             advance(claims)
 
 
-def _claimed(indices, claims) -> Iterator[int]:
+def _claimed(indices: Iterable[int], claims: Path) -> Iterator[int]:
     """Those that no other rank has claimed, until one of them fails."""
     for i in indices:
         if (claims / "failed").exists():
@@ -142,7 +155,14 @@ def _claimed(indices, claims) -> Iterator[int]:
             yield i
 
 
-def _evaluate_elsewhere(executor, evaluate, cases, indices, keep, failed):
+def _evaluate_elsewhere(
+    executor: Any,
+    evaluate: Callable[[Row], Row],
+    cases: list[Row],
+    indices: list[int],
+    keep: Callable[[int, Row], None],
+    failed: Callable[[Exception], Row] | None,
+) -> None:
     """Let an executor evaluate; without the executor there is no going on."""
     waiting = {executor.submit(evaluate, cases[i]): i for i in indices}
     with _progress(len(indices)) as advance:
@@ -162,7 +182,7 @@ def _evaluate_elsewhere(executor, evaluate, cases, indices, keep, failed):
                 future.cancel()
 
 
-def _finished(futures: Iterable) -> Iterator:
+def _finished(futures: Iterable[Any]) -> Iterator[Any]:
     """Futures as they come to an end."""
     waiting = list(futures)
     while waiting:
@@ -177,27 +197,27 @@ def _finished(futures: Iterable) -> Iterator:
 class _progress:
     """A bar on rank 0, called after each case; with the folder of claims it counts those of all ranks, now and then."""
 
-    def __init__(self, total):
+    def __init__(self, total: int):
         self._bar = Progress(console=Console(stderr=True), disable=MPI.COMM_WORLD.rank != 0 or not total)
         self._total, self._done, self._looked = total, 0, 0.0
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         self._bar.__enter__()
         self._task = self._bar.add_task("cases", total=self._total)
         return self
 
-    def __call__(self, claims=None):
+    def __call__(self, claims: Path | None = None) -> None:
         self._done += 1
         if MPI.COMM_WORLD.size > 1 and claims is not None and clock.monotonic() > self._looked + 0.5:
             self._done = sum(1 for _ in claims.iterdir())
             self._looked = clock.monotonic()
         self._bar.update(self._task, completed=self._done)
 
-    def __exit__(self, *exception):
-        return self._bar.__exit__(*exception)
+    def __exit__(self, *exception: Any) -> None:
+        self._bar.__exit__(*exception)
 
 
-def _claim(path):
+def _claim(path: Path) -> bool:
     """True if this rank is the first to ask: a file is created by one process only."""
     try:
         path.touch(exist_ok=False)
@@ -206,9 +226,9 @@ def _claim(path):
     return True
 
 
-def _raise_together(comm, function, *arguments):
+def _raise_together(comm: Any, function: Callable[..., None], *arguments: Any) -> None:
     """Call a function that may fail on some ranks; if it does, all ranks raise the error of the first of them."""
-    error = None
+    error: Exception | None = None
     try:
         function(*arguments)
     except (InputError, SolveError) as known:
@@ -219,7 +239,7 @@ def _raise_together(comm, function, *arguments):
         error = RuntimeError("".join(traceback.format_exception(unexpected)))
     errors = [e for e in comm.allgather(error) if e is not None]
     if errors:
-        raise error if comm.size == 1 else errors[0]
+        raise error if error is not None and comm.size == 1 else errors[0]
 
 
 @functools.cache
@@ -230,16 +250,11 @@ def fingerprint() -> str:
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
-def key(case: dict) -> str:
+def key(case: Row) -> str:
     """Digest of a case and of the program."""
     return hashlib.sha256((fingerprint() + json.dumps(case, sort_keys=True)).encode()).hexdigest()[:20]
 
 
-def with_file(case: dict, folder: Path, name: str) -> dict:
-    """The case, and with it a file of its own for what it keeps beside its result."""
+def with_file(case: Row, folder: Path, name: str) -> Row:
+    """The case, and with it a file of its own for what it keeps besides its result."""
     return case | {"file": str(Path(folder) / "cases" / f"{name}-{key(case)}.npz")}
-
-
-def write_json(path: Path, value) -> None:
-    """Write a file that is whole whenever it is there."""
-    write_text(path, json.dumps(value))

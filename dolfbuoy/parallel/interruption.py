@@ -1,10 +1,11 @@
 """Ctrl-C and SIGTERM, noted as well as raised.
 
 KeyboardInterrupt comes at any instruction.  In a finaliser, or in a callback of a library, it is lost or turned into
-another error; then the note tells.
+another error; the note remains.
 """
 
 import signal
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 _received = _held = False
@@ -28,7 +29,7 @@ def ignore() -> None:
         signal.signal(number, signal.SIG_IGN)
 
 
-def _interrupt(signum, frame):
+def _interrupt(signum: int, frame: object) -> None:
     global _received
     first, _received = not _received, True
     if not (_held and first):
@@ -36,7 +37,7 @@ def _interrupt(signum, frame):
 
 
 @contextmanager
-def held():
+def held() -> Iterator[None]:
     """Inside, the first of them is only noted, so that what is being done can be brought to a good end."""
     global _held
     _held = True

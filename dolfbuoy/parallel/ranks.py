@@ -1,9 +1,11 @@
-"""Several MPI ranks that speak with one voice: output by the first, one message for an error, nobody left waiting."""
+"""One output of several MPI ranks: by the first, one message for an error, nobody left waiting."""
 
 import os
 import signal
 import sys
 import time
+from collections.abc import Callable
+from typing import Any
 
 from ..errors import InputError
 
@@ -28,7 +30,7 @@ def rank() -> int:
     return 0 if comm is None else comm.rank
 
 
-def _world():
+def _world() -> Any:
     """All ranks; None without mpi4py, with which goes whatever needs several."""
     try:
         from ..elsewhere import MPI
@@ -37,17 +39,17 @@ def _world():
     return MPI.COMM_WORLD
 
 
-def allreduce(comm, value, op):
+def allreduce(comm: Any, value: Any, op: Any) -> Any:
     """allreduce; one rank alone keeps its value, since the call alone takes as long as the kernels of a short cable."""
     return value if comm.size == 1 else comm.allreduce(value, op=op)
 
 
-def bcast(comm, value, root=0):
+def bcast(comm: Any, value: Any, root: int = 0) -> Any:
     """bcast; one rank alone keeps its value."""
     return value if comm.size == 1 else comm.bcast(value, root=root)
 
 
-def end(say, code: int) -> None:
+def end(say: Callable[[], None], code: int) -> None:
     """Leave the program with an error; does not return.
 
     say: prints the message to standard error; called on one rank.  Every rank that fails comes here.  When all ranks
@@ -56,7 +58,7 @@ def end(say, code: int) -> None:
     """
     try:
         comm = _world()
-    except InputError:  # MPI cannot start, which is what is to be said
+    except InputError:  # MPI cannot start, which is the error to be shown
         comm = None
     if comm is None:
         say()
@@ -75,7 +77,7 @@ def end(say, code: int) -> None:
     sys.exit(code)
 
 
-def _all_ended(comm) -> bool:
+def _all_ended(comm: Any) -> bool:
     """True if all ranks have come to their end before this one loses patience; the lowest loses it first."""
     others = [rank for rank in range(comm.size) if rank != comm.rank]
     requests = [comm.isend(None, rank, _TAG) for rank in others]

@@ -10,7 +10,7 @@ import re
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 from ..writing import appending, replacing
 
@@ -44,26 +44,30 @@ class Store:
             if file.is_file():
                 self._read(file)
 
-    def result(self, key: str) -> dict | None:
+    def result(self, key: str) -> dict[str, Any] | None:
         """Result of a case; None if it has none."""
         return next(self.results([key]))
 
-    def results(self, keys: list[str] | None = None) -> Iterator[dict | None]:
+    def results(self, keys: list[str] | None = None) -> Iterator[dict[str, Any] | None]:
         """Results of these cases, or of all that there are."""
         opened, file = None, None
         try:
             for key in self.entries if keys is None else keys:
                 entry = self.entries.get(key)
-                if entry is not None and entry.file != opened:
+                if entry is None:
+                    yield None
+                    continue
+                if file is None or entry.file != opened:
                     if file is not None:
                         file.close()
                     opened, file = entry.file, entry.file.open("rb")
-                yield entry and _result(file, entry.place)
+                file.seek(entry.place)
+                yield json.loads(file.readline().partition(b" ")[2])["result"]
         finally:
             if file is not None:
                 file.close()
 
-    def _read(self, file):
+    def _read(self, file: Path) -> None:
         bad = 0
         for place, head in _heads(file):
             if head is None:
@@ -87,16 +91,18 @@ class Writer:
     """Adds results to one file of a store; no other process may write there."""
 
     def __init__(self, file: Path, program: str):
-        self._path, self._program, self._file = file, program, None
+        self._path, self._program = file, program
+        self._file: BinaryIO | None = None
 
-    def add(self, key: str, result: dict, attempt: int = 0) -> None:
+    def add(self, key: str, result: dict[str, Any], attempt: int = 0) -> None:
         """Bring a result to the disk.  Raises OSError."""
-        if self._file is None:
-            self._open()
-        self._file.write(_line({"key": key, "program": self._program, "attempt": attempt, "result": result}))
+        entry = {"key": key, "program": self._program, "attempt": attempt, "result": result}
+        text = json.dumps(entry, separators=(",", ":")).encode()
+        self._file = self._file or self._opened()
+        self._file.write(b"%08x %s\n" % (zlib.crc32(text), text))
         self._file.flush()
 
-    def _open(self):
+    def _opened(self) -> BinaryIO:
         """Without lines that are torn or damaged, which leave by one atomic step."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._path = _not_of_others(self._path)
@@ -105,7 +111,7 @@ class Writer:
         if len(good) < len(old) or (old and self._path.stat().st_nlink > 1):
             with replacing(self._path) as part:
                 part.write_bytes(b"".join(good))
-        self._file = appending(self._path)
+        return appending(self._path)
 
     def close(self) -> None:
         """Nothing is added any more."""
@@ -113,7 +119,7 @@ class Writer:
             self._file.close()
 
 
-def _not_of_others(path):
+def _not_of_others(path: Path) -> Path:
     """This path, or the next one like it if a file of the user's, without any line of a store, is there."""
     free, number = path, 0
     while free.is_file() and free.stat().st_size and not _LINE.search(free.read_bytes()):
@@ -122,12 +128,7 @@ def _not_of_others(path):
     return free
 
 
-def _line(entry):
-    text = json.dumps(entry, separators=(",", ":")).encode()
-    return b"%08x %s\n" % (zlib.crc32(text), text)
-
-
-def _heads(file) -> Iterator[tuple[int, re.Match | None]]:
+def _heads(file: Path) -> Iterator[tuple[int, re.Match[bytes] | None]]:
     """(place, head) of the lines of a file, None for a damaged one; a torn line at the end is left out."""
     with open(file, "rb") as lines:
         place = 0
@@ -137,11 +138,6 @@ def _heads(file) -> Iterator[tuple[int, re.Match | None]]:
             place += len(line)
 
 
-def _head(line):
+def _head(line: bytes) -> re.Match[bytes] | None:
     checksum, _, text = line.rstrip(b"\n").partition(b" ")
     return _HEAD.match(text) if checksum == b"%08x" % zlib.crc32(text) else None
-
-
-def _result(file, place):
-    file.seek(place)
-    return json.loads(file.readline().partition(b" ")[2])["result"]

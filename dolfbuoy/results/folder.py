@@ -34,7 +34,18 @@ if TYPE_CHECKING:
 MANIFEST, LOCK = ".dolfbuoy.json", ".dolfbuoy.lock"
 #: What each kind of result consists of, the record first; a run has figures too.
 FILES: dict[str, tuple[str, ...]] = {"run": ("results.nc", "scene.toml", checkpoint.NAME)}
-_WITHOUT_RUN = ("static", "modes", "stiffness", "offsets", "response", "periodic", "sensitivity", "uncertain")
+_WITHOUT_RUN = (
+    "static",
+    "modes",
+    "stiffness",
+    "offsets",
+    "response",
+    "periodic",
+    "sensitivity",
+    "uncertain",
+    "calibrate",
+    "design",
+)
 FILES |= {kind: (f"{kind}.nc", f"{kind}.toml") for kind in _WITHOUT_RUN}
 FILES["sweep"] = ("sweep.nc", "sweep.png", "sweep.svg", "sweep.html")
 FILES["study"] = ("tables.md", "report.md", "hard-cases.md")
@@ -42,7 +53,8 @@ DRAWN = ("figures", "paraview")
 #: A manifest that lists anything else is none of ours: a folder from a stranger has no file of one's own removed.
 _OWN = re.compile(
     "|".join(re.escape(name) for names in FILES.values() for name in names)
-    + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision)\.html|[\w-]+\.(csv|json|png|svg)"
+    + r"|(figures|paraview)/\w+\.\w+|(page|modes|work-precision)\.html|(calibrated|designed)\.toml"
+    + r"|[\w-]+\.(csv|json|png|svg)"
 )
 
 

@@ -86,7 +86,7 @@ class Top(Section):
 
 #: What no end of a cable moves at [m/s].
 FASTEST = 1e3
-#: Keys of which one says how an end is moved.
+#: Keys of which one gives the motion of an end.
 MOTION = ("amplitude", "period", "velocity", "motion")
 
 

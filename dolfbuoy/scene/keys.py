@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError
 from .petsc_options import ALLOWED
-from .section import Section, is_by_name, sections_in, unit_of
+from .section import Section, holds_several, sections_in, unit_of
 from .sections import Scene
 
 
@@ -27,7 +27,7 @@ def list_keys(model: type[Section] = Scene, prefix: str = "") -> list[Key]:
             stands = getattr(model, "resolved", model).model_fields.get(name, info)  # whose default holds
             default = "required" if stands.is_required() else _toml(stands.default)
             rows.append(Key(prefix + name, unit_of(info), default, _range(ranges[name]), info.description))
-        inside = f"{prefix}{name}.NAME." if is_by_name(info.annotation) else f"{prefix}{name}."
+        inside = f"{prefix}{name}.NAME." if holds_several(info.annotation) else f"{prefix}{name}."
         for inner in sections_in(info.annotation):
             known = {row.name for row in rows}
             rows += [row for row in list_keys(inner, inside) if row.name not in known]

@@ -19,7 +19,7 @@ numbers, and is complete without this module; what a cable or segment gives itse
   largest load at the anchor of a chain that comes taut in a storm is the same to 5 % with two and four times the
   elements in one sea; in another, 40 elements give 7 % more than 80 (tests/published/test_storm.py);
   with 3 ms loads are a tenth larger.  Fibre loses more: 10 ms is a
-  loss factor of 0.06 at 1 Hz.  In a period of waves all of these are nothing beside the drag.
+  loss factor of 0.06 at 1 Hz.  In a period of waves all of these are negligible compared with the drag.
 """
 
 import math
@@ -120,7 +120,7 @@ def expanded(data: dict[str, Any], parse: Callable[[str], dict[str, Any]]) -> di
     found = {name: value for name, value in data.items() if name != "library"}
     materials = found.get("material", {})
     if not isinstance(materials, dict):
-        return found  # no scene: validation says so
+        return found  # no scene: validation refuses it
     known = dict(materials)
 
     def named(table: Any) -> Any:

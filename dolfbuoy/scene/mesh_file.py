@@ -33,7 +33,11 @@ def element_lengths(value: Any) -> Any:
     """The name of a line mesh as [[length, 1], ...] of its elements, so that a scene is complete without the file; what
     else `cable.elements` may be, as it is.  Raises ValueError."""
     if isinstance(value, Named):
-        value = _mesh_of_stranger(value)
+        value = inside(value.folder, value.name)
+        if value.suffix.lower() not in FORMATS:
+            raise ValueError(f"must be a mesh file of these formats: {', '.join(FORMATS)}")
+        if value.suffix.lower() in (".xdmf", ".xmf"):
+            _check_xdmf(value)
     if not isinstance(value, str | Path):
         return value
     if not os.path.isfile(value):
@@ -59,15 +63,6 @@ def inside(folder: Path, name: str) -> Path:
     return path
 
 
-def _mesh_of_stranger(named: Named) -> Path:
-    path = inside(named.folder, named.name)
-    if path.suffix.lower() not in FORMATS:
-        raise ValueError(f"must be a mesh file of these formats: {', '.join(FORMATS)}")
-    if path.suffix.lower() in (".xdmf", ".xmf"):
-        _check_xdmf(path)
-    return path
-
-
 def _check_xdmf(path: Path) -> None:
     """Raises ValueError unless all that it refers to lies below its folder."""
     text = path.read_bytes()
@@ -88,7 +83,7 @@ def _check_xdmf(path: Path) -> None:
 
 
 def check_netcdf(path: Path) -> None:
-    """As `check_hdf5`, of a netCDF file, which may be of an older format: those know no links."""
+    """As `check_hdf5`, of a netCDF file, which may be of an older format: those have no links."""
     with path.open("rb") as file:
         if file.read(4) == b"\x89HDF":
             check_hdf5(path)

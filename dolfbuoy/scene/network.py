@@ -89,6 +89,10 @@ class Network:
         """Numbers of the pieces of a cable."""
         return self._spans[cable]
 
+    def sections_of(self, cable: int) -> list[Cable]:
+        """Sections of the pieces of a cable, from its lower end on."""
+        return [self.pieces[k].section for k in self._spans[cable]]
+
     def last_of(self, cable: int) -> int:
         """Number of the last piece of a cable."""
         return self._spans[cable][-1]
@@ -170,24 +174,22 @@ class _Resolver:
         for number, (name, line) in enumerate(self.cables.items()):
             key = self._key(name)
             sections = sections_of(line, self.scene.material or {}, key)
-            ends = self._low(name, line), self._high(name, line)
-            pieces += self._chain(number, name, line, sections, ends)
+            place = getattr(line, "from")
+            anchor = line.anchor or (0.0, 0.0, -self.scene.sea.depth if self.scene.sea else 0.0)
+            low = _fixed(anchor) if place is None else self._end(place, f"{key}.from")
+            pieces += self._chain(number, name, line, sections, (low, self._high(name, line)))
         for name in self.joints:
             if name not in self.used:
                 raise Wrong("joint.name", name, "holds no cable: name it in from or to of a [[cable]], or leave it out")
-        return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, self._complete_buoys())
+        # each buoy with its own wind, external force and start; those of the scene serve the only one
+        buoys, alone, start = {}, len(self.buoys) == 1, type(self.scene.initial).model_construct()
+        for name, buoy in self.buoys.items():
+            own = {key: getattr(buoy, key) or (getattr(self.scene, key) if alone else None) for key in OWN}
+            buoys[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
+        return Network(tuple(pieces), tuple(self.cables), self.joints, self.bodies, buoys)
 
     def _key(self, cable: str) -> str:
         return _key_of("cable", self.cables, cable)
-
-    def _complete_buoys(self) -> dict[str, Buoy]:
-        """Each with its own wind, external force and start; those of the scene serve the only one."""
-        scene, alone, start = self.scene, len(self.buoys) == 1, type(self.scene.initial).model_construct()
-        found = {}
-        for name, buoy in self.buoys.items():
-            own = {key: getattr(buoy, key) or (getattr(scene, key) if alone else None) for key in OWN}
-            found[name] = buoy.model_copy(update=own | {"initial": own["initial"] or start})
-        return found
 
     def _chain(self, number: int, name: str, line: Line, sections: list[Cable], ends: tuple[End, End]) -> list[Piece]:
         """Pieces of a cable, with a free joint between each two."""
@@ -208,12 +210,6 @@ class _Resolver:
                 self.bodies[joint] = body
         places = [ends[0], *(End("joint", name=joint) for joint in between), ends[1]]
         return [Piece(number, k, section, (places[k], places[k + 1])) for k, section in enumerate(sections)]
-
-    def _low(self, name: str, line: Line) -> End:
-        place = getattr(line, "from")
-        if place is not None:
-            return self._end(place, f"{self._key(name)}.from")
-        return _fixed(line.anchor or (0.0, 0.0, -self.scene.sea.depth if self.scene.sea else 0.0))
 
     def _high(self, name: str, line: Line) -> End:
         key = self._key(name)
@@ -263,8 +259,7 @@ def sections_of(line: Line, materials: Mapping[str, Material], key: str) -> list
     for k, segment in enumerate(line.segments):
         place = f"{key}.segments.{k}"
         keys = _over(own, _material(segment, materials, place))
-        keys = _over(keys, _given(segment, (*SIZE, *PHYSICAL)))
-        found.append(_section(keys, place))
+        found.append(_section(_over(keys, _given(segment, (*SIZE, *PHYSICAL))), place))
     return found
 
 
@@ -320,7 +315,7 @@ def attached_ends(network: Network) -> list[tuple[int, int]]:
 
 
 def check_network(scene: "Scene") -> None:
-    """Refuse a network that is none: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
+    """Refuse what is no network: parts that nothing holds, lines without length.  Raises Wrong, Missing."""
     network = scene.network
     for piece in network.pieces:
         key, section = network.key_of(piece.cable), piece.section
@@ -334,19 +329,20 @@ def check_network(scene: "Scene") -> None:
     unknown = set(scene.initial.points) - set(network.cables) if isinstance(scene.initial.points, dict) else ()
     if unknown:
         raise Wrong("initial.points", min(unknown), f"must be of the cables: {', '.join(network.cables) or 'none'}")
-    _check_two_places(scene, network)
-    _check_parting(network)
-    _check_held(network)
-    _check_buoys(scene, network)
-
-
-def _check_two_places(scene: "Scene", network: Network) -> None:
-    """Ends of a cable that are held are apart."""
     for number, section in enumerate(scene.cables):
         low, high = network.pieces[network.first_of(number)].ends[0], network.pieces[network.last_of(number)].ends[1]
         if low.held and high.held and low.position == high.position:
             key = f"{network.key_of(number)}.{'to' if getattr(section, 'to', None) is not None else 'top.position'}"
             raise Wrong(key, high.position, "is where the cable comes from: its ends must be two places")
+    _check_parting(network)
+    _check_held(network)
+    for name in OWN[:2] if len(network.buoys) > 1 else ():
+        if getattr(scene, name) is not None:
+            allowed = f"belongs to one buoy, and there are several: give [buoy.{name}] to those it acts on"
+            raise Wrong(name, "[...]", allowed)
+    for name in type(scene.initial).model_fields if len(network.buoys) > 1 else ():
+        if name.startswith("buoy_") and (value := getattr(scene.initial, name)) is not None:
+            raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")
 
 
 def _check_parting(network: Network) -> None:
@@ -378,18 +374,3 @@ def _check_held(network: Network) -> None:
     for name in network.buoys:
         if network.pieces and not parts[name] & held:
             raise Wrong("buoy.name", name, "hangs on no cable: name it in from or to of a [[cable]]")
-
-
-def _check_buoys(scene: "Scene", network: Network) -> None:
-    """Sections that belong to one buoy."""
-    if len(network.buoys) < 2:
-        return
-    for name in OWN[:2]:
-        if getattr(scene, name) is not None:
-            raise Wrong(
-                name, "[...]", f"belongs to one buoy, and there are several: give [buoy.{name}] to those it acts on"
-            )
-    for name in type(scene.initial).model_fields:
-        if name.startswith("buoy_") and getattr(scene.initial, name) is not None:
-            value = getattr(scene.initial, name)
-            raise Wrong(f"initial.{name}", value, "belongs to one buoy, and there are several: give [buoy.initial]")

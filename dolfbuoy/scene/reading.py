@@ -6,6 +6,7 @@ and what is allowed.
 
 import contextlib
 import copy
+import json
 import os
 import re
 import tomllib
@@ -25,6 +26,14 @@ from .sentences import sentence, shown
 def shipped_scenes() -> dict[str, Path]:
     """Name -> file of the scenes that come with dolfbuoy."""
     return {file.stem: file for file in sorted((Path(__file__).parents[1] / "scenes").glob("*.toml"))}
+
+
+def recommended(name: str) -> dict[str, Any]:
+    """Scheme and step with which a scene like this shipped one begins well, as overrides; none of other scenes."""
+    if name not in shipped_scenes():
+        return {}
+    steps = json.loads((Path(__file__).parents[1] / "scenes" / "steps.json").read_text())  # first_steps.py made it
+    return {f"time__{key}": value for key, value in steps.get(name, {}).items()}
 
 
 def load_scene(scene: str | Path | dict[str, Any] | Scene, **overrides: Any) -> Scene:
@@ -190,7 +199,7 @@ def _read(scene: str | Path | dict[str, Any] | Scene) -> dict[str, Any]:
     try:
         if not path.is_file():
             with contextlib.suppress(FileNotFoundError, NotADirectoryError):
-                path.stat()  # raises what else is wrong, of which is_file says nothing from Python 3.14 on
+                path.stat()  # raises what else is wrong, which is_file ignores from Python 3.14 on
             raise InputError(f"SCENE = '{scene}': is neither a file nor a shipped scene ({', '.join(shipped)}).")
         with path.open("rb") as file:
             content = file.read(MOST_BYTES + 1)
@@ -214,7 +223,7 @@ FILES = frozenset(
 
 
 def _with_files(data: Any, folder: Path, key: str = "") -> Any:
-    """The contents of a scene file in which names of files know the folder of the scene; lists of tables too."""
+    """The contents of a scene file in which names of files come with the folder of the scene; lists of tables too."""
     if isinstance(data, dict):
         return {name: _with_files(value, folder, f"{key}.{name}" if key else name) for name, value in data.items()}
     if isinstance(data, list):

@@ -1,7 +1,7 @@
 """The scene language for editors: a JSON Schema (draft 2020-12) made from the models in `sections`.
 
 A scene names it in its first line, `#:schema schema.json`, where editors with TOML support look for it.  What several
-keys must be together is not in it; `dolfbuoy check` says that.
+keys must be together is not in it; `dolfbuoy check` refuses what does not fit.
 """
 
 import json
@@ -11,9 +11,11 @@ from typing import Any
 
 from .lines import Line
 from .petsc_options import ALLOWED, Number
+from .reading import FILES
+from .section import Section, sections_in
 from .sections import SEVERAL, Scene
 
-#: The file beside the shipped scenes.
+#: The file among the shipped scenes.
 FILE = Path(__file__).parents[1] / "scenes" / "schema.json"
 
 
@@ -21,12 +23,15 @@ def schema() -> dict[str, Any]:
     """Schema of a scene; each key with its description, unit, default and range."""
     found: dict[str, Any] = _tidy(Scene.model_json_schema())
     sections = found["$defs"]
-    for name in ("Line", "Segment"):
-        sections[name]["properties"]["elements"]["anyOf"].append({"type": "string"})  # a mesh file
-    for name in ("spectrum", "components", "elevation"):  # or a file
-        rule = sections["Waves"]["properties"][name]
+    for key in sorted(FILES - {"library"}):  # or a file
+        *path, name = key.split(".")
+        model: type[Section] = Scene
+        for part in path:
+            model = sections_in(model.model_fields[part].annotation)[0]
+        rule = sections[model.__name__]["properties"][name]
         if "anyOf" not in rule:
-            rule["anyOf"] = [{word: rule.pop(word) for word in ("type", "items", "maxItems") if word in rule}]
+            bounds = ("type", "items", "maxItems", "minItems")
+            rule["anyOf"] = [{word: rule.pop(word) for word in bounds if word in rule}]
         rule["anyOf"].append({"type": "string"})
     petsc = sections["Solver"]["properties"]["petsc"]
     petsc |= {

@@ -28,9 +28,9 @@ def sections_in(annotation: Any) -> list[type[Section]]:
     return list(dict.fromkeys(section for part in get_args(annotation) for section in sections_in(part)))
 
 
-def is_by_name(annotation: Any) -> bool:
-    """True if a key holds a section for each name."""
-    return get_origin(annotation) is dict or any(is_by_name(part) for part in get_args(annotation))
+def holds_several(annotation: Any, kind: type = dict) -> bool:
+    """True if a key holds a section for each name, or a list of sections (kind: dict, list)."""
+    return get_origin(annotation) is kind or any(holds_several(part, kind) for part in get_args(annotation))
 
 
 def unit_of(info: FieldInfo) -> str:
@@ -41,6 +41,6 @@ def unit_of(info: FieldInfo) -> str:
 def key(description: str, unit: str | None = None, default: Any = ...) -> Any:
     """A key of the scene: what it is, its unit ("1": none; None: no number), its default (none: the key is required).
 
-    Its type says what values it takes; a key that holds a section is described by the section's docstring.
+    Its type is that of the values it takes; a key that holds a section is described by the section's docstring.
     """
     return Field(default, description=description, json_schema_extra={"unit": unit} if unit else None)

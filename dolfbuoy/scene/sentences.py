@@ -11,7 +11,7 @@ from .quantities import Missing, Wrong
 from .section import Section, sections_in
 from .sections import SEVERAL, Scene
 
-#: What else a key takes, where the message speaks only of its numbers.
+#: What else a key takes, where the message is only about its numbers.
 _OR = {
     "cable.elements": "or a list of [length, number] of segments, or a mesh file",
     "cable.top.phase_deg": "or one of each component",
@@ -19,9 +19,9 @@ _OR = {
     "waves.spectrum": "or a table [[f, S], ...] of numbers >= 0, or a file",
     "waves.components": "or a list of [amplitude, period, direction_deg, phase_deg], or a file",
 }
-#: What is said of a key that no scene has.
 S = TypeVar("S", bound=Section)
 
+#: Message for a key that no scene has.
 UNKNOWN = "unknown key"
 _LONGEST = 200  # characters of a value
 

@@ -194,53 +194,6 @@ def spaces(
     return list(dict.fromkeys(found))
 
 
-def default_steps(scene: Scene) -> list[float]:
-    """From a fiftieth of the period down to a 500th, or from the scene's step up."""
-    period = period_of(scene)
-    steps = [period / n for n in (500, 250, 100, 50)] if period else [check_time(scene).step * n for n in (1, 2, 5, 10)]
-    return [float(f"{step:.2g}") for step in steps]
-
-
-def steppings(
-    schemes: Sequence[str],
-    steps: Sequence[float],
-    tolerances: Sequence[float],
-    largest: float | None = None,
-    newton: Sequence[float] = (NEWTON,),
-) -> list[Stepping]:
-    """Fixed steps of every scheme, and tolerances of those of second order, each with every tolerance of Newton's.
-
-    largest: of adaptive steps.
-    """
-    fixed = [(scheme, step, None, None) for scheme in schemes for step in steps]
-    second = [scheme for scheme in schemes if scheme != "backward-euler"]
-    adaptive = [(scheme, min(steps), tolerance, largest) for scheme in second for tolerance in tolerances]
-    return [Stepping(*size, newton=of_newton) for of_newton in newton for size in [*fixed, *adaptive]]
-
-
-def parse_pairs(text: str | None) -> list[tuple[int, int]] | None:
-    """`1-0,2-1` or `P1-P0,P2-P1` -> [(1, 0), (2, 1)]; raises InputError."""
-    if text is None:
-        return None
-    try:
-        split = [pair.upper().replace("P", "").split("-") for pair in text.split(",")]
-        pairs = [(int(mu), int(nu)) for mu, nu in split]
-        good = all(0 <= nu < mu <= 8 for mu, nu in pairs)
-    except ValueError:
-        good = False
-    if not good:
-        raise InputError(f"--pairs {text}: must be pairs with mu > nu, for example 1-0,2-1.")
-    return pairs
-
-
-def parse_schemes(text: str | None) -> list[str] | None:
-    """Names with commas; raises InputError."""
-    schemes = text.split(",") if text else None
-    if schemes and not set(schemes) <= set(SCHEMES):
-        raise InputError(f"--schemes {text}: must be some of {', '.join(SCHEMES)}, with commas.")
-    return schemes
-
-
 def parse_numbers(option: str, text: str | None, kind: type = float) -> list[Any] | None:
     """Positive numbers with commas, or `none`; raises InputError that names the option."""
     if text is None:

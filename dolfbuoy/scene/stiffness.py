@@ -72,17 +72,13 @@ def _number_or_table(value: Any, as_number: Callable[[Any], Any]) -> Any:
     return value if isinstance(value, TensionTable) else as_number(value)
 
 
-def _written(value: Any) -> Any:
-    return [list(row) for row in value.rows] if isinstance(value, TensionTable) else value
-
-
 if TYPE_CHECKING:
     AxialStiffness = float  # a table is a float too
 else:
     AxialStiffness = Annotated[
         Stiffness | Annotated[list[tuple[float, float]], Field(min_length=2, max_length=MOST_ROWS)],
         WrapValidator(_number_or_table),
-        PlainSerializer(_written),
+        PlainSerializer(lambda value: [list(row) for row in value.rows] if isinstance(value, TensionTable) else value),
     ]  # N
 
 

@@ -1,11 +1,11 @@
 """A scene as a commented file: the keys that it gives, and all others as comments, each with what it means."""
 
 import json
-from typing import Any, get_args, get_origin
+from typing import Any
 
 from .keys import Key, list_keys
 from .network import OWN
-from .section import Section, is_by_name, sections_in
+from .section import Section, holds_several, sections_in
 from .sections import SEVERAL, Scene
 
 _COLUMN = 40  # where comments begin
@@ -38,7 +38,7 @@ def _section(model: type[Section], given: dict[str, Any] | None, rows: dict[str,
         elif isinstance(value, list):
             for item in value:
                 later += ["", f"[[{prefix}{name}]]", *_given(item, rows, f"{prefix}{name}.")]
-        elif value and is_by_name(info.annotation):
+        elif value and holds_several(info.annotation):
             for own, item in value.items():
                 later += ["", f"[{prefix}{name}.{own}]", *_given(item, rows, f"{prefix}{name}.NAME.")]
         elif prefix == "buoy." and name in OWN and value is None:
@@ -52,16 +52,14 @@ def _table(
     name: str, annotation: Any, model: type[Section], value: dict[str, Any] | None, rows: dict[str, Key]
 ) -> list[str]:
     """Lines of a section, as a comment if the scene does not have it."""
-    inside = f"{name}.NAME." if is_by_name(annotation) else f"{name}."
-    heading = f"[[{name}]]" if _is_list(annotation) and name not in SEVERAL else f"[{inside.removesuffix('.')}]"
+    inside = f"{name}.NAME." if holds_several(annotation) else f"{name}."
+    heading = (
+        f"[[{name}]]" if holds_several(annotation, list) and name not in SEVERAL else f"[{inside.removesuffix('.')}]"
+    )
     more = f"; several: [[{name}]]" if name in SEVERAL else ""
     sign = "" if value is not None else "# "
     lines = ["", f"{sign}{heading}  # {(model.__doc__ or '').splitlines()[0].removesuffix('.')}{more}"]
     return lines + _section(model, value, rows, inside)
-
-
-def _is_list(annotation: Any) -> bool:
-    return get_origin(annotation) is list or any(_is_list(part) for part in get_args(annotation))
 
 
 def _given(item: dict[str, Any], rows: dict[str, Key], prefix: str) -> list[str]:

@@ -76,7 +76,7 @@ def cases_of(vary: list[str], table: Path | None) -> list[dict[str, Any]]:
         raise InputError("--vary: must be given once or more, or --table.")
     if table is not None:
         return _rows(table)
-    keys, values = zip(*(parse_vary(text) for text in vary), strict=True)
+    keys, values = zip(*map(parse_vary, vary), strict=True)
     if len(set(keys)) < len(keys):
         raise InputError(f"--vary: {max(keys, key=keys.count)} is given more than once.")
     if math.prod(map(len, values)) > MOST_CASES:
@@ -84,7 +84,7 @@ def cases_of(vary: list[str], table: Path | None) -> list[dict[str, Any]]:
     return [dict(zip(keys, combination, strict=True)) for combination in itertools.product(*values)]
 
 
-def latin_hypercube(vary: list[str], table: Path | None, count: int, seed: int = 0) -> list[dict[str, Any]]:
+def latin_hypercube(vary: list[str], table: Path | None, count: int) -> list[dict[str, Any]]:
     """Changes of `count` cases that fill the ranges KEY=low:high of `vary`: of each key one value in every
     `count`-th of its range, by scipy.stats.qmc.LatinHypercube.  Raises InputError."""
     import numpy as np
@@ -99,7 +99,7 @@ def latin_hypercube(vary: list[str], table: Path | None, count: int, seed: int =
         raise InputError(f"--latin {count}: must be from 1 to {MOST_CASES}.")
     low, high = np.array(list(ranges.values())).T
     name = "rng" if "rng" in inspect.signature(qmc.LatinHypercube).parameters else "seed"  # scipy 1.15 calls it so
-    points = qmc.LatinHypercube(len(ranges), **{name: np.random.default_rng(seed)}).random(count)
+    points = qmc.LatinHypercube(len(ranges), **{name: np.random.default_rng(0)}).random(count)
     return [dict(zip(ranges, map(float, low + point * (high - low)), strict=True)) for point in points]
 
 
@@ -122,12 +122,11 @@ def with_seeds(changes: list[dict[str, Any]], seeds: int) -> list[dict[str, Any]
         raise InputError(f"--seeds {seeds}: must be at least 1, and give {MOST_CASES} cases at most.")
     if any(SEED in change for change in changes):
         raise InputError(f"--seeds {seeds}: does not go with {SEED} among the keys that vary.")
-    return [change | {SEED: _seed(change, k)} for change in changes for k in range(seeds)]
-
-
-def _seed(change: dict[str, Any], number: int) -> int:
-    digest = hashlib.sha256(json.dumps([change, number], sort_keys=True).encode()).digest()
-    return int.from_bytes(digest[:4], "big")
+    found = []
+    for change, k in itertools.product(changes, range(seeds)):
+        digest = hashlib.sha256(json.dumps([change, k], sort_keys=True).encode()).digest()
+        found.append(change | {SEED: int.from_bytes(digest[:4], "big")})
+    return found
 
 
 def probabilities(table: Path) -> list[tuple[dict[str, Any], float]]:

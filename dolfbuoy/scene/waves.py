@@ -135,10 +135,8 @@ class Waves(Section):
         if given[0] != REGULAR and self.stretching == "none":
             allowed = "goes with period only: above still water the exponentials of short waves grow without bound"
             raise Wrong("stretching", self.stretching, allowed)
-        if (
-            check := {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}.get(given[0])
-        ) is not None:
-            check()
+        checks = {REGULAR: self._regular, SPECTRUM: self._spectrum, ELEVATION: self._elevation}
+        checks.get(given[0], lambda: None)()
         return self
 
     def _kinds(self) -> dict[str, bool]:

@@ -4,7 +4,7 @@ import functools
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..errors import InputError
@@ -19,6 +19,8 @@ NO_NUMBER = ("elements", "grading", "position_degree", "tension_degree", "seed",
 #: Relative distance of the neighbours of a scene; of stiffnesses, whose effects are small beside the rounding of the
 #: strain times the stiffness.
 NEAR, STIFF = 1e-4, 1e-3
+#: ... of lengths where a line may land or come taut: there is no derivative across such a kink.
+WITH_KINKS = 1e-6
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class Parameter:
     """A number of a scene, an entry of a vector ("cable.top.amplitude.2"), or a vector as a whole.
 
     value: nan for a vector, which is varied by a factor.  scale: the change of the value that x = 1 stands for; that of
-    a vector is 1, and so is its unit.
+    a vector is 1, and so is its unit.  distance: x of the neighbours.
     """
 
     key: str
@@ -35,11 +37,7 @@ class Parameter:
     scale: float
     _names: tuple[str, tuple[int, ...]]
     _whole: Any
-
-    @property
-    def distance(self) -> float:
-        """x of the neighbours."""
-        return STIFF if self.key.endswith("axial_stiffness") else NEAR
+    distance: float = NEAR
 
     def scene_at(self, scene: Scene, x: float) -> Scene:
         """The scene with another number.  Raises InputError if there can be none so near."""
@@ -76,12 +74,24 @@ def parameters_of(scene: Scene, by: Sequence[str] | None = None) -> list[Paramet
     if by is None:
         smooth = {key: known for key in there if (known := _known(key)) and not _refused(key, known)}
         made = [_parameter(key, (), there[key], known) for key, known in smooth.items() if _counts(key, there[key])]
-        return [one for one in made if _has_neighbours(scene, one)]
-    found = [_named(there, key) for key in dict.fromkeys(by)]
+        return [one for one in _apart(scene, made) if _has_neighbours(scene, one)]
+    found = _apart(scene, [_named(there, key) for key in dict.fromkeys(by)])
     for one in found:
         for x in (-one.distance, one.distance):
             one.scene_at(scene, x)
     return found
+
+
+def _apart(scene: Scene, parameters: list[Parameter]) -> list[Parameter]:
+    """Parameters with the distance of their neighbours."""
+    kinks = scene.seabed is not None or any(p.section.slack == "tension-only" for p in scene.network.pieces)
+
+    def distance(one: Parameter) -> float:
+        if one.key.endswith("axial_stiffness"):
+            return STIFF
+        return WITH_KINKS if kinks and (one.unit == "m" or math.isnan(one.value)) else NEAR
+
+    return [replace(one, distance=distance(one)) for one in parameters]
 
 
 def _counts(key: str, value: Any) -> bool:

@@ -1,4 +1,4 @@
-"""Unknowns, compiled forms and Newton's method: knows no buoy.
+"""Unknowns, compiled forms and Newton's method, independent of the physics.
 
 Whatever is imported from here first starts PETSc, and MPI with it.
 """
@@ -7,12 +7,16 @@ import importlib.metadata
 import os
 import sys
 from types import ModuleType
+from typing import Any
 
 import petsc4py
+from numpy.typing import NDArray
 
 from ..elsewhere import MPI, elsewhere
 
-# The libraries behind PETSc read it once, when they are loaded: threads only cost time here.
+Array = NDArray[Any]  #: of numbers
+
+# The libraries that PETSc calls read it once, when they are loaded: threads only cost time here.
 _ours = "OMP_NUM_THREADS" not in os.environ
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are Python's business, not PETSc's
@@ -22,8 +26,8 @@ if "petsc4py.PETSc" not in sys.modules:  # Ctrl-C, SIGTERM and a closed pipe are
         petsc4py.init(["dolfbuoy", "-no_signal_handler"], comm=own)
 
 
-def _import_without_pkg_resources():
-    """UFL and FFCx of Debian 12 import it to know their own version: 0.1 s of every start."""
+def _import_without_pkg_resources() -> None:
+    """UFL and FFCx of Debian 12 import it to look up their own version: 0.1 s of every start."""
     light = ModuleType("pkg_resources")
     light.get_distribution = importlib.metadata.distribution
     sys.modules["pkg_resources"] = light

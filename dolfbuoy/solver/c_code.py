@@ -1,4 +1,4 @@
-"""The core in C, compiled once per machine as FFCx does it with its forms, and kept beside them."""
+"""The core in C, compiled once per machine as FFCx does it with its forms, and kept in the same cache."""
 
 import hashlib
 import sysconfig
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import cffi
 import numpy as np
@@ -14,7 +15,7 @@ from _cffi_backend import FFI
 from petsc4py import PETSc
 
 from ..core import build
-from . import compat, instructions, jit
+from . import Array, compat, instructions, jit
 
 ALIGNED = 8  #: doubles of the largest vector
 
@@ -29,7 +30,7 @@ def core() -> ModuleType:
     texts = [file.read_text() for file in sorted(build.FOLDER.iterdir()) if file.suffix in (".c", ".h", ".py")]
     petsc = PETSc.__file__, int_bytes, PETSc.Sys.getVersion()
 
-    def make(path):
+    def make(path: Path) -> None:
         config = petsc4py.get_config()  # by a parser whose import takes 2 ms
         folder, arch = config["PETSC_DIR"], config.get("PETSC_ARCH") or ""
         build.core(path, chosen, compat.KERNEL_TAKES_DATA, build.Petsc(folder, arch, int_bytes, PETSc.__file__))
@@ -59,14 +60,14 @@ def check(error: int) -> None:
         raise PETSc.Error(error)
 
 
-def aligned(size: int) -> np.ndarray:
+def aligned(size: int) -> Array:
     """Zeros that begin where vectors of `ALIGNED` doubles may."""
     array = np.zeros(size + ALIGNED)
     first = -array.ctypes.data // 8 % ALIGNED
     return array[first : first + size]
 
 
-def address(array: np.ndarray):
+def address(array: Array) -> Any:
     """Pointer to an array of integers, doubles or bools, for C; the caller keeps the array alive."""
     return _ffi.cast(_POINTERS[array.dtype.char], array.ctypes.data)
 

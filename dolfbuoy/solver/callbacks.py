@@ -3,17 +3,23 @@
 What C remembers from call to call stands in one struct, `numbers`, which Python reads and changes as well.
 """
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from petsc4py import PETSc
 
+from . import Array
 from .c_code import address, check, core
 from .vector_ops import Work
+
+if TYPE_CHECKING:
+    from .system import System
 
 
 class Callbacks:
     """The C functions for a System, and the context that they get; it must live as long as the SNES."""
 
-    def __init__(self, system) -> None:
+    def __init__(self, system: "System") -> None:
         ffi, order = core().ffi, system.order
         self.numbers = ffi.new("numbers *")
         self._context = c = ffi.new("newton *")
@@ -25,7 +31,7 @@ class Callbacks:
             c.elimination = ffi.cast("IS", system.numbering.elimination.handle)
         c.row_scale, c.unknown_scale = address(system.row_scales), address(system.unknown_scales)
         c.row_scales, c.unknown_scales = (self._vector(v) for v in (system.row_vector, system.unknown_vector))
-        self._alive = [system, order]
+        self._alive: list[Any] = [system, order]
         if system.numbering.ghosted is None:
             for name, numbers in zip(("begins", "columns"), system.A.getValuesCSR(), strict=False):
                 self._alive.append(numbers)
@@ -34,7 +40,7 @@ class Callbacks:
             c.law = system.law.described
 
     @staticmethod
-    def _vector(vector):
+    def _vector(vector: Any) -> Any:
         return core().ffi.cast("Vec", 0 if vector is None else vector.handle)
 
     def read(self, x: PETSc.Vec) -> None:
@@ -53,12 +59,10 @@ class Callbacks:
         check(core().lib.install(c))
 
     def work(self, name: str) -> Work:
-        """A function of newton.c: `attempt`, `judge_solve`, `improve` or `evaluate_residual`."""
+        """A function of newton.c: `attempt`, `judge_solve`, `improve`, `evaluate_residual` or `renew_matrix`."""
         return Work(name, self._context, self)
 
-    def improving_tangent(
-        self, residual: np.ndarray, change: np.ndarray, enough: float, rough: float, noise: float
-    ) -> Work:
+    def improving_tangent(self, residual: Array, change: Array, enough: float, rough: float, noise: float) -> Work:
         """Function that takes from `change` the increment that belongs to `residual`, with the matrix at hand.
 
         Both of local unknowns.  `numbers.improved` is true then if it was not larger than `enough` times the change; or

@@ -149,13 +149,17 @@ def constant(mesh, value) -> fem.Constant:
         setattr(ufl.Constant, counter, theirs)
 
 
-def space_on_dofmap(mesh, space, index_map, cell_dofs, block_size):
-    """A space with the element of `space` but numbered by `cell_dofs` (one row per local cell)."""
-    rows, columns = cell_dofs.shape
-    offsets = np.arange(0, rows * columns + 1, columns, dtype=np.int32)
-    adjacency = _cpp.graph.AdjacencyList_int32(np.ascontiguousarray(cell_dofs, dtype=np.int32).ravel(), offsets)
-    old = space._cpp_object.dofmap
-    dofmap = _cpp.fem.DofMap(old.dof_layout, index_map, block_size, adjacency, block_size)
+def real_space(mesh, size):
+    """Space of `size` global numbers (size > 1) that belong to no place; its Function has an array of `size` values.
+
+    A vector of piecewise constants whose every cell refers to the same dofs.  It lives entirely on one rank; other
+    ranks hold a copy of their own that nothing reads, because only `ds` terms at a line's end couple it to the line.
+    """
+    space = function_space(mesh, element(mesh, "DG", 0, size))
+    cells = space.dofmap.index_map.size_local + space.dofmap.index_map.num_ghosts
+    offsets, dofs = np.arange(cells + 1, dtype=np.int32), np.zeros(cells, dtype=np.int32)
+    index_map, adjacency = _cpp.common.IndexMap(MPI.COMM_SELF, 1), _cpp.graph.AdjacencyList_int32(dofs, offsets)
+    dofmap = _cpp.fem.DofMap(space._cpp_object.dofmap.dof_layout, index_map, size, adjacency, size)
     if LEGACY:
         cpp_space = _cpp.fem.FunctionSpace(mesh._mesh, space._cpp_object.element, dofmap)
         return fem.FunctionSpace(mesh, space.ufl_element(), cpp_space)
@@ -168,11 +172,6 @@ def collapse(space, component):
     """Component of a mixed space as a space of its own, and the dofs of `space` that its dofs are."""
     collapsed, dofs = space.sub(component).collapse()
     return collapsed, np.asarray(dofs[0] if SEVERAL else dofs)
-
-
-def local_index_map(size):
-    """Numbering of `size` blocks that live on this rank alone."""
-    return _cpp.common.IndexMap(MPI.COMM_SELF, size)
 
 
 # dolfinx gives no other access to what each rank does by itself when a form is compiled for all ranks.
@@ -190,11 +189,6 @@ def compile_form(form):
 def cpp_form(form):
     """The object that the C++ assemblers take."""
     return form if LEGACY else form._cpp_object
-
-
-def scatter_forward(function):
-    """Send the values of owned dofs to the ranks that have them as ghosts."""
-    function.x.scatter_forward()
 
 
 pack_constants = _cpp.fem.pack_constants

@@ -19,8 +19,8 @@ class Instructions(NamedTuple):
     """A set of vector instructions: flags of the processor that it takes, options of the compiler, doubles at once."""
 
     name: str
-    needs: frozenset
-    options: tuple
+    needs: frozenset[str]
+    options: tuple[str, ...]
     lanes: int
 
 
@@ -39,7 +39,7 @@ SETS = (
 
 
 @cache
-def processor_flags() -> frozenset:
+def processor_flags() -> frozenset[str]:
     """Instruction sets that the first processor names; empty where they cannot be read this way."""
     try:
         with Path("/proc/cpuinfo").open() as lines:

@@ -1,4 +1,4 @@
-"""Compilation of forms: once per machine, each by one process, without a word.
+"""Compilation of forms: once per machine, each by one process, without output.
 
 Knows no dolfinx; `compat` puts `one_at_a_time` around its compiler.
 """
@@ -14,6 +14,8 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 from ffcx.codegeneration import jit as ffcx_jit
 
@@ -54,10 +56,10 @@ def alone(folder: Path, name: str = "") -> Iterator[bool]:
         os.close(handle)
 
 
-def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> Callable:
+def one_at_a_time(local_jit: Callable[..., Any], name: str, cache: Callable[[], Path]) -> Callable[..., Any]:
     """dolfinx's compiler of one process, each form by one process only; what is compiled already waits for none.
 
-    name: of its argument with the options.  cache: says in which folder it keeps what it has compiled.
+    name: of its argument with the options.  cache: returns the folder of what it has compiled.
 
     FFCx claims a form by creating its C file, and who finds that file waits for the result: in vain, if the process
     was killed meanwhile.  While this process alone compiles the form, a claim without a result is a leftover; it is
@@ -65,7 +67,7 @@ def one_at_a_time(local_jit: Callable, name: str, cache: Callable[[], Path]) -> 
     """
 
     @functools.wraps(local_jit)
-    def locked_jit(*arguments, **options):
+    def locked_jit(*arguments: Any, **options: Any) -> Any:
         try:
             with _looking_at_once():
                 return local_jit(*arguments, **options)
@@ -90,7 +92,7 @@ class _NotCompiledError(Exception):
 
 
 @contextmanager
-def _looking_at_once():
+def _looking_at_once() -> Iterator[None]:
     """FFCx looks for what it has compiled at one place, instead of listing a cache that may hold thousands of files."""
     look = ffcx_jit.get_cached_module
     ffcx_jit.get_cached_module = _cached_module
@@ -100,7 +102,9 @@ def _looking_at_once():
         ffcx_jit.get_cached_module = look
 
 
-def _cached_module(module_name, object_names, cache_dir, timeout):
+def _cached_module(
+    module_name: str, object_names: list[str], cache_dir: str | Path, timeout: float
+) -> tuple[list[Any], ModuleType]:
     """As FFCx's function of that name.  Raises _NotCompiledError."""
     cache = Path(cache_dir)
     if not (cache / f"{module_name}.c.cached").exists():
@@ -110,9 +114,9 @@ def _cached_module(module_name, object_names, cache_dir, timeout):
 
 
 @functools.cache
-def load(name: str, folder: Path):
+def load(name: str, folder: Path) -> ModuleType:
     """The extension module of a name in a folder."""
-    spec = importlib.util.spec_from_file_location(name, folder / (name + sysconfig.get_config_var("EXT_SUFFIX")))
-    module = importlib.util.module_from_spec(spec)
+    spec: Any = importlib.util.spec_from_file_location(name, folder / (name + sysconfig.get_config_var("EXT_SUFFIX")))
+    module: ModuleType = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -9,12 +9,17 @@ Several cells are done at once, one in each lane of the vector registers (`lanes
 all that belongs to a cell is in blocks (cells of a block // lanes, numbers of a cell, lanes).
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import c_code, compat, simd
+from . import Array, c_code, compat, simd
 from .c_code import address, core
+
+if TYPE_CHECKING:
+    from .unknowns import Contribution, Values
 
 
 class Scaled:
@@ -24,7 +29,7 @@ class Scaled:
     what is taken from there is added to the entry.  `described`: for C.
     """
 
-    def __init__(self, values, places, scale, ties=((), ())):
+    def __init__(self, values: Any, places: Any, scale: Array, ties: tuple[Any, Any] = ((), ())) -> None:
         self.x = np.zeros(len(places))
         places, tied, to = (np.array(a, dtype=np.int32) for a in (places, *ties))
         self._alive = {"values": values, "scale": scale, "places": places, "tied": tied, "to": to}
@@ -32,17 +37,17 @@ class Scaled:
         self.described = core().ffi.new("scaled *", {**arrays, "n": len(places), "ties": len(tied)})
         self._x = address(self.x)
 
-    def take(self):
+    def take(self) -> Array:
         """x, from the values."""
         core().lib.take(self.described, self._x)
         return self.x
 
-    def of(self, values):
+    def of(self, values: Array) -> "Scaled":
         """The same entries of another array."""
         one = self._alive
         return Scaled(values, one["places"], one["scale"], (one["tied"], one["to"]))
 
-    def put(self, x):
+    def put(self, x: Array) -> None:
         """values[places[k]] = scale[k] * x[k]."""
         core().lib.put(self.described, core().ffi.from_buffer("double[]", x))
 
@@ -51,15 +56,17 @@ class Hooks:
     """Functions that are called before every evaluation of a residual or a Jacobian, in the order of `add`.
 
     A hook may change what the kernels are about to read: coefficients in the array `values` of a `Values`, and the
-    `Coordinates` of a mesh.  Residual and Jacobian at one state must see the same.
+    coordinates of a mesh.  Residual and Jacobian at one state must see the same.
     """
 
-    def __init__(self, values):
-        self.values, self.described, self._alive = values, core().ffi.new("hooks *"), []
-        self._room = []  # for hooks, of which `described` counts those in use
-        self._error, self.failed = None, np.zeros(1, dtype=np.int32)  #: for C: whether one has raised
+    def __init__(self, values: Any) -> None:
+        self.values, self.described = values, core().ffi.new("hooks *")
+        self._alive: list[Any] = []
+        self._room: Any = []  # for hooks, of which `described` counts those in use
+        self._error: Any = None
+        self.failed = np.zeros(1, dtype=np.int32)  #: for C: whether one has raised
 
-    def add(self, function, context=None):
+    def add(self, function: str | int | Callable[[Array], object], context: Any = None) -> None:
         """function: name of one of the core, with its context, or the address of another
         void (*)(void *context, double *values), with that of its context; or a Python function of the array.
 
@@ -69,7 +76,9 @@ class Hooks:
         if isinstance(function, str):
             function = ffi.addressof(core().lib, function)
         elif not isinstance(function, int):
-            function = self._from_python(function)
+            call = partial(lambda python, *_: python(self.values), function)
+            function = ffi.callback("void(void *, double *)", call, onerror=self._failed)
+            self._alive.append(function)
         if place == len(self._room):
             grown = ffi.new("hook[]", 2 * place + 8)
             grown[0:place] = self._room
@@ -78,79 +87,64 @@ class Hooks:
         one.call, one.context = ffi.cast("hook_function *", function), ffi.cast("void *", context or 0)
         self.described.count += 1
 
-    def _from_python(self, function):
-        ffi = core().ffi
+    def _failed(self, kind: Any, error: Any, traceback: Any) -> None:
+        self._error, self.failed[0] = error, 1
 
-        def failed(kind, error, traceback):
-            self._error, self.failed[0] = error, 1
-
-        wrapped = ffi.callback("void(void *, double *)", lambda *_: function(self.values), onerror=failed)
-        self._alive.append(wrapped)
-        return wrapped
-
-    def check(self):
+    def check(self) -> None:
         """Raise what a hook has raised."""
         if self._error is not None:
             error, self._error, self.failed[0] = self._error, None, 0
             raise error
 
 
-class Coordinates:
-    """Vertices of the owned cells of each mesh, one array (cells, 3 x vertices) for all forms on it.
+class Shared:
+    """Hooks of a System, and arrays that a hook may write: the same ones for all of its loops."""
 
-    Whoever moves the quadrature points of a mesh writes there.
-    """
+    def __init__(self, hooks: Hooks) -> None:
+        self.hooks = hooks
+        self._coordinates: dict[int, tuple[Any, Array]] = {}
+        self._counts: dict[tuple[int, bytes], tuple[Any, Array]] = {}
 
-    def __init__(self):
-        self._arrays = {}
+    def coordinates(self, mesh: Any) -> Array:
+        """Vertices of the owned cells of a mesh (cells, 3 x vertices), where its quadrature points can be moved."""
+        if id(mesh) not in self._coordinates:
+            self._coordinates[id(mesh)] = mesh, np.ascontiguousarray(compat.cell_coordinates(mesh), dtype=np.float64)
+        return self._coordinates[id(mesh)][1]
 
-    def of(self, mesh):
-        """The array of a mesh."""
-        key = id(mesh)
-        if key not in self._arrays:
-            self._arrays[key] = mesh, np.ascontiguousarray(compat.cell_coordinates(mesh), dtype=np.float64)
-        return self._arrays[key][1]
-
-
-class Counts:
-    """Numbers of cells of an integral that are looked at, from the first on: all unless a hook writes less there."""
-
-    def __init__(self):
-        self._counts = {}
-
-    def of(self, mesh, cells):
-        """The number, as an array of one, that all integrals over these cells of a mesh read."""
+    def count(self, mesh: Any, cells: Array) -> Array:
+        """Number of the cells, from the first on, that all integrals over these cells look at: an array of one."""
         key = id(mesh), np.asarray(cells, dtype=np.int32).tobytes()
         if key not in self._counts:
             self._counts[key] = mesh, np.array([len(cells)], dtype=np.int32)
         return self._counts[key][1]
 
 
-class Shared(NamedTuple):
-    """Arrays that the loops of a System read besides their forms' values."""
-
-    hooks: Hooks
-    coordinates: Coordinates
-    counts: Counts
-
-
 class Loop:
     """The forms of `contributions`, added up by one call.
 
-    values: a `Values` that knows all their unknowns, coefficients and constants.  shared: what all loops of a System
+    values: a `Values` with all their unknowns, coefficients and constants.  shared: what all loops of a System
     share (`Shared`).  A residual is added to an array of `size` local unknowns.  Of Jacobians (size None) `out`
-    holds the tensors, whose `entries` belong to local unknowns (rows, columns; -1: to none), and behind them `spare`
+    holds the tensors, whose `entries` belong to local unknowns (rows, columns; -1: to none), and after them `spare`
     zeros.  `described`: for C.
     """
 
-    def __init__(self, contributions, values, shared, size=None, spare=0):
-        self._alive, self._shared = [], shared
-        ffi, self._entries, self._dofs, self._first, work = core().ffi, [], {}, 0, 1
+    def __init__(
+        self,
+        contributions: list["Contribution"],
+        values: "Values",
+        shared: Shared,
+        size: int | None = None,
+        spare: int = 0,
+    ) -> None:
+        self._shared, self._first, ffi, work = shared, 0, core().ffi, 1
+        self._alive: list[Any] = []
+        self._entries: list[Array] = []
+        self._dofs: dict[int, Array] = {}
         sources = zip(contributions, values.sources(contributions), strict=True)
         found = [(c, integral, packed) for c, packed in sources for integral in compat.integrals(c.form, ffi)]
         described = ffi.new("integral[]", max(1, len(found)))
         for one, (c, integral, (coefficients, constants)) in zip(described, found, strict=False):
-            dofs = self._dofs_of_cells(c, integral)
+            dofs = [part.offset + self._dofs_of(part.function.function_space)[integral.cells] for part in c.sides]
             one.tensor = np.prod([d.shape[1] for d in dofs])
             self._inputs(one, c, integral, coefficients[integral.key], constants)
             self._outputs(one, dofs, size is None)
@@ -165,15 +159,17 @@ class Loop:
         self.described.before, self.described.out = shared.hooks.described, address(self.out)
         self.described.values, self.described.work = self._doubles(values.array), self._doubles(c_code.aligned(work))
 
-    def __call__(self):
+    def __call__(self) -> Array:
         """`out`, from the present `values`."""
         core().lib.add_up(self.described)
         self._shared.hooks.check()
         return self.out
 
-    def _inputs(self, one, contribution, integral, coefficients, constants):
+    def _inputs(
+        self, one: Any, contribution: "Contribution", integral: Any, coefficients: Array, constants: Array
+    ) -> None:
         cells, mesh = integral.cells, contribution.row.function.function_space.mesh
-        x = self._shared.coordinates.of(mesh)
+        x = self._shared.coordinates(mesh)
         one.coefficients, one.constants, one.coordinates = coefficients.shape[1], len(constants), x.shape[1]
         one.kernel, one.lanes = integral.kernel, 1
         if integral.facets is not None:
@@ -181,16 +177,11 @@ class Loop:
         elif len(cells) > 1:
             sizes = simd.Sizes(one.tensor, one.coefficients, one.constants, one.coordinates)
             one.kernel, one.lanes = simd.several(integral.kernel, sizes) or (integral.kernel, 1)
-        one.cells = self._kept(self._shared.counts.of(mesh, cells))
+        one.cells = self._kept(self._shared.count(mesh, cells))
         one.w, one.c, one.mesh = self._by_lanes(one, coefficients), self._ints(constants), self._doubles(x)
         one.x = self._by_lanes(one, x.shape[1] * np.asarray(cells)[:, None] + np.arange(x.shape[1]))
 
-    def _dofs_of_cells(self, contribution, integral):
-        """Dofs of each side of a contribution (cells, dofs)."""
-        sides = contribution.sides
-        return [part.offset + self._dofs_of(part.function.function_space)[integral.cells] for part in sides]
-
-    def _outputs(self, one, dofs, is_matrix):
+    def _outputs(self, one: Any, dofs: list[Array], is_matrix: bool) -> None:
         one.shared = all(np.all(d == d[:1]) for d in dofs)
         if not is_matrix:
             one.targets = self._ints(dofs[0][:1]) if one.shared else self._by_lanes(one, dofs[0])
@@ -199,46 +190,39 @@ class Loop:
         if one.shared:
             one.targets = self._ints(one.first + np.arange(one.tensor))
             dofs = [d[:1] for d in dofs]
-        entries = np.stack([_blocks(e, 1 if one.shared else one.lanes, -1).ravel() for e in _entries(*dofs)])
+        rows, columns = dofs  # of every entry of the cells' tensors, (cells, entries)
+        pair = np.repeat(rows, columns.shape[1], axis=1), np.tile(columns, rows.shape[1])
+        entries = np.stack([_blocks(e, 1 if one.shared else one.lanes, -1).ravel() for e in pair])
         self._entries.append(np.pad(entries, ((0, 0), (0, -entries.shape[1] % c_code.ALIGNED)), constant_values=-1))
         self._first += self._entries[-1].shape[1]
 
-    def _dofs_of(self, space):
+    def _dofs_of(self, space: Any) -> Array:
+        """Dofs of every owned cell, blocks one by one."""
         if id(space) not in self._dofs:
-            self._dofs[id(space)] = _unrolled(space)
+            blocks, size = compat.cell_dofs(space), space.dofmap.bs
+            dofs = size * blocks[:, :, None] + np.arange(size, dtype=np.int32)
+            self._dofs[id(space)] = dofs.reshape(len(blocks), -1)
         return self._dofs[id(space)]
 
-    def _by_lanes(self, one, numbers):
+    def _by_lanes(self, one: Any, numbers: Array) -> Any:
         """Address of numbers of every cell (cells, numbers); lanes that are too many do what the last cell does."""
         return self._ints(_blocks(numbers, one.lanes, numbers[-1:]))
 
-    def _ints(self, array):
+    def _ints(self, array: Any) -> Any:
         return self._kept(np.ascontiguousarray(array, dtype=np.int32))
 
-    def _doubles(self, array):
+    def _doubles(self, array: Any) -> Any:
         return self._kept(np.ascontiguousarray(array, dtype=np.float64))
 
-    def _kept(self, array):
+    def _kept(self, array: Array) -> Any:
         self._alive.append(array)
         return address(array)
 
 
-def _blocks(numbers, lanes, more):
+def _blocks(numbers: Array, lanes: int, more: Any) -> Array:
     """(cells, numbers of a cell) -> (blocks, numbers of a cell, lanes); more: of the cells that are too many."""
     cells, n = numbers.shape
     blocks = -(-cells // lanes)
     filled = np.empty((blocks * lanes, n), dtype=np.int32)
     filled[:cells], filled[cells:] = numbers, more
     return filled.reshape(blocks, lanes, n).swapaxes(1, 2)
-
-
-def _unrolled(space):
-    """Dofs of every owned cell, blocks one by one."""
-    blocks, size = compat.cell_dofs(space), space.dofmap.bs
-    return (size * blocks[:, :, None] + np.arange(size, dtype=np.int32)).reshape(len(blocks), -1)
-
-
-def _entries(rows, columns):
-    """Row and column of every entry of the cells' tensors, (cells, entries) each."""
-    m, n = rows.shape[1], columns.shape[1]
-    return np.repeat(rows, n, axis=1), np.tile(columns, m)

@@ -5,12 +5,18 @@ Newton's increments shrink by a factor instead of squaring.  Such an iteration c
 or less, so that keeping them pays while the factor is small.
 """
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from petsc4py import PETSc
 
 from ..errors import InputError, SolveError
 from .c_code import check, core
 from .vector_ops import Work, copies, together
+
+if TYPE_CHECKING:
+    from .system import System
 
 _EXTERNAL_LIBRARY = 76  # PETSc's error code when MUMPS or its like reports one
 _UNKNOWN_TYPE = 86  # ... when there is no solver or preconditioner of a name
@@ -28,12 +34,13 @@ class SolverOptions:
     The scene's stay in the database until a solve has ended: solvers within a preconditioner read theirs only then.
     """
 
-    def __init__(self, scene=None):
-        self.scene, self._in_database = dict(scene or {}), []
+    def __init__(self, scene: dict[str, Any] | None = None) -> None:
+        self.scene = dict(scene or {})
+        self._in_database: list[str] = []
         # a number in a prefix makes PETSc look up every option twice
         self._prefix = f"dolfbuoy_{''.join(chr(ord('a') + int(digit)) for digit in str(id(self)))}_"
 
-    def apply(self, snes):
+    def apply(self, snes: Any) -> None:
         """Let a SNES read them.  Raises InputError for what PETSc refuses."""
         db, options = PETSc.Options(), {"snes_linesearch_type": "bt", **self.scene}
         snes.setOptionsPrefix(self._prefix)
@@ -48,12 +55,12 @@ class SolverOptions:
         if not self.scene:
             self.forget()
 
-    def forget(self):
+    def forget(self) -> None:
         """Take them out of PETSc's database."""
         while self._in_database:
             del PETSc.Options()[self._in_database.pop()]
 
-    def refused(self, error):
+    def refused(self, error: Any) -> InputError:
         """InputError for an error of PETSc."""
         return InputError(f"solver.petsc = {self.scene}: PETSc refuses it (error {error.ierr}).")
 
@@ -67,38 +74,40 @@ class Newton:
     keep_jacobian: use a matrix for several iterations and steps.
     """
 
-    def __init__(self, system, direct="mumps", options=None, keep_jacobian=False):
+    def __init__(
+        self,
+        system: "System",
+        direct: str = "mumps",
+        options: dict[str, Any] | None = None,
+        keep_jacobian: bool = False,
+    ) -> None:
         self.system, self.options = system, SolverOptions(options)
         self.iterations_total = self.fallbacks = 0
         numbers = self.numbers = system.callbacks.numbers  #: what C reads and changes too
         numbers.linear_tolerance, numbers.linear_solves = _ACCURACY, _SOLVES
         numbers.tolerance, numbers.own_options = system.tolerance, bool(self.options.scene)
         numbers.keep, numbers.slow, numbers.margin, numbers.many = keep_jacobian, _SLOW, _MARGIN, _MANY
-        self.fault = lambda: None  # what is wrong with a solution that no physical state can be
+        self.fault: Callable[[], str | None] = lambda: (
+            None
+        )  # what is wrong with a solution that no physical state can be
         self.everywhere = system.comm.size > 1 and not options and system.numbering.unknowns <= _EVERYWHERE
         self.direct = direct if system.comm.size == 1 or self.everywhere else "mumps"
         self.x = system.numbering.vector()
         self._f, self._increment, before = self.x.duplicate(), self.x.duplicate(), np.zeros_like(system.u)
         self._go_back = copies([(system.u, before)])
-        self.snes = self._create_snes()
+        self.snes = snes = PETSc.SNES().create(system.comm)
+        system.callbacks.hand_to(snes, self.x, self._f, self._increment)
+        # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
+        check(core().lib.SNESSetLagJacobian(core().ffi.cast("SNES", snes.handle), -1))
+        snes.setType("newtonls")
+        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
         self.choose_solver(self.direct)
         attempt, judge = (system.callbacks.work(name) for name in ("attempt", "judge_solve"))
         #: The first part of `solve`, what needs no decisions.
         self.begin = together(copies([(before, system.u)]), system.read_given, attempt, judge, system.publish)
         self._again = together(self._go_back, attempt, system.publish)
 
-    # -- set-up -----------------------------------------------------------------------------------------------------
-
-    def _create_snes(self):
-        snes = PETSc.SNES().create(self.system.comm)
-        self.system.callbacks.hand_to(snes, self.x, self._f, self._increment)
-        # The stopping rule sees to Jacobians: whenever SNES asks for one, it looks up a dozen options.
-        check(core().lib.SNESSetLagJacobian(core().ffi.cast("SNES", snes.handle), -1))
-        snes.setType("newtonls")
-        snes.setTolerances(rtol=0, atol=0, stol=0, max_it=50)
-        return snes
-
-    def choose_solver(self, package):
+    def choose_solver(self, package: str) -> None:
         """Solve linear systems with a factorisation of this package, unless the scene's options say otherwise."""
         ksp = self.snes.getKSP()
         ksp.reset()
@@ -119,19 +128,19 @@ class Newton:
         ksp.setTolerances(rtol=_ACCURACY, atol=0, max_it=_SOLVES[True])
         self.options.apply(self.snes)
 
-    def set_scales(self, gamma):
+    def set_scales(self, gamma: float) -> None:
         """Scale the system for a step with d/dt ~ gamma."""
         if self.system.set_scales(gamma):
             self.numbers.valid = False  # the matrix at hand has the old gamma, and the old scales
 
-    def forget(self):
+    def forget(self) -> None:
         """Scale anew before the next solve, and keep no matrix: the equations are others."""
         self.system.gamma, self.numbers.valid = None, False
         self.set_scales(1.0)
 
     # -- use --------------------------------------------------------------------------------------------------------
 
-    def solve(self):
+    def solve(self) -> int:
         """Damped Newton from the values in `u` of the system; returns the number of iterations.
 
         `u` holds the solution afterwards, or what it held before if SolveError is raised.
@@ -139,9 +148,10 @@ class Newton:
         self.begin()
         return self.end()
 
-    def end(self):
+    def end(self) -> int:
         """The second part of `solve`: what to do if it did not go well, and whether the solution can be one."""
-        iterations, fault = self.numbers.iterations, None
+        iterations: int = self.numbers.iterations
+        fault: str | None = None
         if self.options.scene:
             self.options.forget()
         if not self.numbers.in_order:
@@ -160,9 +170,10 @@ class Newton:
         `numbers.improved` is true then if one was not larger than `enough`, and false if `most` of them were.
         """
         self.numbers.enough, self.numbers.most = enough, most
-        return self.system.callbacks.work("improve")
+        improve: Work = self.system.callbacks.work("improve")
+        return improve
 
-    def _solve_as_best(self):
+    def _solve_as_best(self) -> tuple[int, str | None]:
         """Iterations, and what is wrong: with the matrix at hand, else with new ones, else with pivoting."""
         iterations, reason = self._checked()
         if reason < 0 and self.numbers.keep:  # perhaps only the matrix was too old
@@ -182,14 +193,15 @@ class Newton:
         if reason >= 0 or self._stalled_at_rounding(reason):
             return iterations, None
         names = {v: k for k, v in vars(PETSc.SNES.ConvergedReason).items() if isinstance(v, int)}
-        where = f"largest residual in {self._worst_block()}"
-        return iterations, f"{names.get(reason, reason)} after {iterations} iterations, {where}"
+        sizes = self.system.residual_by_block()
+        worst = max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
+        return iterations, f"{names.get(reason, reason)} after {iterations} iterations, largest residual in {worst}"
 
-    def _run(self):
+    def _run(self) -> tuple[int, int]:
         self._again()
         return self._checked()
 
-    def _checked(self):
+    def _checked(self) -> tuple[int, int]:
         """Iterations and reason of the latest attempt.  Raises what a hook has raised, and PETSc's errors."""
         self.options.forget()
         error, reason = self.numbers.error, self.numbers.reason
@@ -204,7 +216,7 @@ class Newton:
         self.system.hooks.check()  # C lets a solve end first
         return self.numbers.iterations, reason
 
-    def _stalled_at_rounding(self, reason):
+    def _stalled_at_rounding(self, reason: int) -> bool:
         """The line search found nothing better because the residual is rounding noise already: the increment that
         Newton asks for is tiny."""
         if reason != PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH:
@@ -214,21 +226,16 @@ class Newton:
         self.snes.getKSP().solve(self._f, increment)
         size = increment.norm(PETSc.NormType.NORM_INFINITY)
         increment.destroy()
-        return size <= 100 * self.system.tolerance
-
-    def _worst_block(self):
-        """Name of the block with the largest scaled residual at the present Functions."""
-        sizes = self.system.residual_by_block()
-        return max(sizes, key=lambda name: sizes[name] if np.isfinite(sizes[name]) else np.inf)
+        return bool(size <= 100 * self.system.tolerance)
 
     # -- interruption -------------------------------------------------------------------------------------------------
 
-    def state(self):
+    def state(self) -> dict[str, Any]:
         """The matrix that is kept for the next solve, if one is (values of this rank), and its gamma."""
         values = self.system.A.getValuesCSR()[2] if self.numbers.valid else None
         return {"gamma": self.system.gamma, "matrix": values, "fallbacks": self.fallbacks}
 
-    def restore(self, state):
+    def restore(self, state: dict[str, Any]) -> None:
         """Go on with the matrix of `state`."""
         self.fallbacks = state["fallbacks"]
         self.set_scales(state["gamma"])
@@ -241,7 +248,7 @@ class Newton:
         numbers = self.numbers
         numbers.valid, numbers.kept, numbers.assembled_for = True, False, numbers.assembled
 
-    def destroy(self):
+    def destroy(self) -> None:
         """Give PETSc's objects back, the system's too."""
         self.options.forget()
         for item in (self.snes, self.x, self._f, self._increment, self.system):

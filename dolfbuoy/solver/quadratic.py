@@ -1,13 +1,13 @@
 """The quadratic eigenvalue problem (K + lambda E + lambda^2 M) x = 0 of sparse rows, with SLEPc.
 
 K may be singular, for what nothing holds has lambda = 0: about a shift of 0 a solver then "converges" to pairs that are
-none, and says nothing.  So the shift is real and negative.  Before that rows and columns are equilibrated, and time is
-counted in units of the shift, so that it is -1.  SLEPc's real numbers know no complex shift, and need none: the lowest
+none, without an error.  So the shift is real and negative.  Before that rows and columns are equilibrated, and time is
+counted in units of the shift, so that it is -1.  SLEPc's real numbers have no complex shift, and need none: the lowest
 modes lie about a small one.
 """
 
 import contextlib
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from petsc4py import PETSc
@@ -18,6 +18,7 @@ from scipy.sparse.linalg import splu
 
 from ..elsewhere import MPI, elsewhere
 from ..errors import SolveError
+from . import Array
 
 #: Imaginary parts below this part of |lambda| are rounding.
 REAL = 1e-9
@@ -49,18 +50,18 @@ class Pairs(NamedTuple):
     problem: whose they are.
     """
 
-    roots: np.ndarray
-    vectors: np.ndarray
-    residuals: np.ndarray
-    zero: np.ndarray
+    roots: Array
+    vectors: Array
+    residuals: Array
+    zero: Array
     problem: "Quadratic"
 
-    def at_zero(self):
+    def at_zero(self) -> Array:
         """Vectors (unknowns, k) with lambda = 0, made solutions of K x = 0; some may be the same."""
         problem = self.problem
         return problem.columns[:, None] * problem.in_kernel(self.vectors[:, self.zero] / problem.columns[:, None])
 
-    def residuals_at_zero(self, vectors):
+    def residuals_at_zero(self, vectors: Array) -> Array:
         """Backward errors of vectors (unknowns, k) with lambda = 0."""
         return self.problem.residuals(np.zeros(vectors.shape[1]), vectors / self.problem.columns[:, None])
 
@@ -71,28 +72,28 @@ class Quadratic:
     restarts: of SLEPc; with FEW it fails unless all that it is asked for converge.
     """
 
-    def __init__(self, comm, K, E, M, speed, restarts=RESTARTS):
+    def __init__(self, comm: Any, K: Any, E: Any, M: Any, speed: float, restarts: int = RESTARTS) -> None:
         self.comm, self.speed, self.restarts = comm, speed, restarts
         self.rows, self.columns = _equilibrated(comm, abs(K) + speed * abs(E) + speed**2 * abs(M))
         left, right = diags(self.rows), diags(self.columns)
         self.K, self.E, self.M = (left @ A @ right for A in (K, speed * E, speed**2 * M))
         self.norms = [np.sqrt(comm.allreduce(float(abs(A).power(2).sum()))) for A in (self.K, self.E, self.M)]
 
-    def is_small(self, count):
+    def is_small(self, count: int) -> bool:
         """True if all eigenvalues are computed at once when `count` of them are asked for."""
-        return 2 * self.K.shape[1] <= max(DENSE, 4 * count)
+        return bool(2 * self.K.shape[1] <= max(DENSE, 4 * count))
 
-    def pairs(self, count):
+    def pairs(self, count: int) -> tuple[Array, Array]:
         """Eigenvalues next to -1, `count` or more, and their vectors."""
         roots, vectors = self._all_pairs() if self.is_small(count) else self._nearest_pairs(count)
         real = np.abs(roots.imag) < REAL * np.abs(roots)  # two that are one come apart as conjugates
         return np.where(real, roots.real, roots), vectors
 
-    def _all_pairs(self):
+    def _all_pairs(self) -> tuple[Array, Array]:
         """Eigenvalues mu = 1/(lambda + c) of the companion form in (x, lambda x) with the shift -c, c = 1.
 
         Infinite eigenvalues have mu = 0; rounding makes them large ones, since with constraints they are defective, of
-        index 3.  They come out otherwise about another shift, and that tells them.
+        index 3.  They differ about another shift, which identifies them.
         """
         inverse = self._inverse(1.0)
         # LAPACK loses vectors of equal eigenvalues where the matrix falls apart, as that of a line in two planes does
@@ -106,23 +107,19 @@ class Quadratic:
         apart = np.abs(exact[:, None] - others).min(axis=1, initial=np.inf)
         exact = exact[(apart < ACCURACY * np.abs(exact)) & (np.abs(exact) >= ZERO)]
         zero, vectors = np.abs(roots) < ZERO, vectors[: len(vectors) // 2].astype(complex)
-        mine, theirs = self._together(roots, exact)
+        # numbers of roots of the mixed matrix, whose vectors are good, and of exact ones, without mixing
+        known = np.where(np.isfinite(roots), roots, np.inf)
+        apart = np.minimum(np.abs(known[:, None] - exact) / np.abs(exact), 1.0)
+        mine, theirs = linear_sum_assignment(apart)
+        near = apart[mine, theirs] < MIXED
+        mine, theirs = mine[near], theirs[near]
         for k, root in zip(mine, exact[theirs], strict=True):
             if abs(root) <= RING:
                 vectors[:, k] = self._refined(root, vectors[:, k])
         chosen = np.concatenate([np.flatnonzero(zero), mine])
         return np.concatenate([roots[zero], exact[theirs]]), vectors[:, chosen]
 
-    @staticmethod
-    def _together(roots, exact):
-        """Numbers of roots of the mixed matrix, whose vectors are good, and of exact ones, without mixing."""
-        roots = np.where(np.isfinite(roots), roots, np.inf)
-        apart = np.minimum(np.abs(roots[:, None] - exact) / np.abs(exact), 1.0)
-        mine, theirs = linear_sum_assignment(apart)
-        near = apart[mine, theirs] < MIXED
-        return mine[near], theirs[near]
-
-    def _refined(self, root, vector):
+    def _refined(self, root: complex, vector: Array) -> Array:
         """Inverse iteration next to an eigenvalue."""
         c = root * (1 + 1e-9)
         K, E, M = (self._whole(A) for A in (self.K, self.E, self.M))
@@ -132,16 +129,16 @@ class Quadratic:
             vector = vector / np.linalg.norm(vector)
         return vector
 
-    def _inverse(self, c):
+    def _inverse(self, c: float) -> Array:
         """(A + c B)^-1 B of the companion form A z = lambda B z."""
         K, E, M = (self._whole(A) for A in (self.K, self.E, self.M))
         first = -np.linalg.solve(K - c * E + c**2 * M, np.hstack([E - c * M, M]))
         return np.vstack([first, np.eye(len(K), 2 * len(K)) - c * first])
 
-    def _whole(self, A):
+    def _whole(self, A: Any) -> Array:
         return np.vstack(self.comm.allgather(A.toarray()))
 
-    def _nearest_pairs(self, count):
+    def _nearest_pairs(self, count: int) -> tuple[Array, Array]:
         with elsewhere():  # it looks for slepc.cfg
             from slepc4py import SLEPc
 
@@ -155,7 +152,12 @@ class Quadratic:
             solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
             solver.setDimensions(count)
             solver.setTolerances(1e-12, self.restarts)
-            self._invert(solver.getST(), SLEPc)
+            transformation = solver.getST()
+            transformation.setType(SLEPc.ST.Type.SINVERT)
+            ksp = transformation.getKSP()
+            ksp.setType("preonly")
+            ksp.getPC().setType("lu")
+            ksp.getPC().setFactorSolverType("mumps")
             solver.solve()
             if self.restarts == FEW and solver.getConverged() < count:
                 raise SolveError(f"the modes were not found in {FEW} restarts of SLEPc's solver.")
@@ -166,15 +168,7 @@ class Quadratic:
             for item in (solver, *matrices):
                 item.destroy()
 
-    @staticmethod
-    def _invert(transformation, SLEPc):
-        transformation.setType(SLEPc.ST.Type.SINVERT)
-        ksp = transformation.getKSP()
-        ksp.setType("preonly")
-        ksp.getPC().setType("lu")
-        ksp.getPC().setFactorSolverType("mumps")
-
-    def _petsc(self, A):
+    def _petsc(self, A: Any) -> Any:
         A = csr_matrix(A)
         A.sort_indices()
         n, N = A.shape
@@ -183,7 +177,7 @@ class Quadratic:
         made.assemble()
         return made
 
-    def _read(self, solver, A):
+    def _read(self, solver: Any, A: Any) -> tuple[Array, Array]:
         roots, vectors, (real, imaginary) = [], [], (A.createVecRight(), A.createVecRight())
         for i in range(solver.getConverged()):
             roots.append(solver.getEigenpair(i, real, imaginary))
@@ -195,24 +189,24 @@ class Quadratic:
             raise SolveError("the modes were not found: SLEPc's solver did not converge.")
         return np.array(roots), np.array(vectors).T
 
-    def in_kernel(self, vectors):
+    def in_kernel(self, vectors: Array) -> Array:
         """Inverse iteration with K: a double zero's vectors are as good as the root of the rounding, or worse."""
         if not vectors.shape[1]:
             return vectors
         solve = _nearly(csc_matrix(vstack(self.comm.allgather(csr_matrix(self.K))))).solve
         for _ in range(2):
             vectors = solve(vectors / np.linalg.norm(vectors, axis=0))
-        return vectors / np.linalg.norm(vectors, axis=0)
+        return np.asarray(vectors / np.linalg.norm(vectors, axis=0))
 
-    def residuals(self, roots, vectors):
+    def residuals(self, roots: Array, vectors: Array) -> Array:
         """Backward errors |(K + lambda E + lambda^2 M) x| over the sum of the terms' norms times |x|."""
         r = self.K @ vectors + (self.E @ vectors) * roots + (self.M @ vectors) * roots**2
         squares = self.comm.allreduce((np.abs(r) ** 2).sum(axis=0))
         sizes = self.norms[0] + np.abs(roots) * self.norms[1] + np.abs(roots) ** 2 * self.norms[2]
-        return np.sqrt(squares) / (sizes * np.linalg.norm(vectors, axis=0))
+        return np.asarray(np.sqrt(squares) / (sizes * np.linalg.norm(vectors, axis=0)))
 
 
-def _nearly(K):
+def _nearly(K: Any) -> Any:
     """LU of a matrix that may be singular, with hardly anything added to it."""
     for size in NEARLY:
         with contextlib.suppress(RuntimeError):  # "Factor is exactly singular"
@@ -222,7 +216,7 @@ def _nearly(K):
     )
 
 
-def lowest_pairs(comm, K, E, M, count, restarts=RESTARTS) -> Pairs:
+def lowest_pairs(comm: Any, K: Any, E: Any, M: Any, count: int, restarts: int = RESTARTS) -> Pairs:
     """The `count` eigenvalues of smallest |lambda|, or all that are finite; K, E, M: this rank's rows.
 
     Collective; the same on all ranks.  Of a pair of conjugates the one with Im > 0 stands for both.  Raises SolveError
@@ -240,7 +234,7 @@ def lowest_pairs(comm, K, E, M, count, restarts=RESTARTS) -> Pairs:
     return Pairs(roots, vectors, residuals, zero, problem)
 
 
-def _about_the_lowest(comm, K, E, M, restarts):
+def _about_the_lowest(comm: Any, K: Any, E: Any, M: Any, restarts: int) -> Quadratic:
     """The problem with a shift of the size of the smallest eigenvalue that is not zero."""
     speed = 1.0
     for _ in range(8):
@@ -253,7 +247,7 @@ def _about_the_lowest(comm, K, E, M, restarts):
     return problem
 
 
-def _nearest(problem, count):
+def _nearest(problem: Quadratic, count: int) -> tuple[Quadratic, Array, Array]:
     """(problem, roots, vectors), none left out: what is within a distance of -1 is within one less of 0."""
     wanted, limit = 2 * count + 8, problem.K.shape[1]
     while True:
@@ -264,7 +258,7 @@ def _nearest(problem, count):
         wanted = min(2 * wanted, limit)
 
 
-def _tried(problem, count):
+def _tried(problem: Quadratic, count: int) -> tuple[Array, Array]:
     """`pairs`, of a few more where LAPACK could not put the values in order, as those that are nearly one."""
     for more in range(0, 7 * TRIALS, 7):
         try:
@@ -272,9 +266,10 @@ def _tried(problem, count):
         except SolveError:
             if more == 7 * (TRIALS - 1) or problem.restarts == FEW:
                 raise
+    raise AssertionError("the last trial raises")
 
 
-def _rings(problem, matrices, count):
+def _rings(problem: Quadratic, matrices: tuple[Any, Any, Any], count: int) -> list[tuple[Quadratic, Array, Array]]:
     """[(problem, roots, vectors)] of rings about 0, each with a shift of its own: accurate in all of them."""
     found, inner = [], -1.0
     for _ in range(RINGS):
@@ -289,7 +284,7 @@ def _rings(problem, matrices, count):
     return found
 
 
-def _equilibrated(comm, A, sweeps=8):
+def _equilibrated(comm: Any, A: Any, sweeps: int = 8) -> tuple[Array, Array]:
     """Factors of rows and columns that bring the largest entry of each near 1 (Ruiz)."""
     A = csr_matrix(A)
     rows, columns = np.ones(A.shape[0]), np.ones(A.shape[1])

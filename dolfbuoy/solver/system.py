@@ -7,15 +7,23 @@ added up by the part that they test; the Jacobian is their derivative with respe
 Unknowns and rows are scaled by typical sizes, so that metres, newtons and newton-metre-seconds meet in one norm.
 """
 
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 import ufl
 from petsc4py import PETSc
 
-from . import compat, coo
+from ..elsewhere import MPI
+from . import Array
 from .callbacks import Callbacks
-from .loops import Coordinates, Counts, Hooks, Loop, Scaled, Shared
-from .unknowns import Contribution, Values
-from .vector_ops import copies
+from .loops import Hooks, Loop, Scaled, Shared
+from .numbering import Numbering, preallocate, set_values
+from .unknowns import Block, Contribution, Part, Values
+from .vector_ops import Work, copies
+
+if TYPE_CHECKING:
+    from .tension_only import TensionOnly
 
 
 class System:
@@ -28,20 +36,33 @@ class System:
     `u` are the physical values of the local unknowns, and `hooks` what is called before every evaluation.
     """
 
-    def __init__(self, parts, residuals, blocks, numbering, tolerance=1e-9, law=None, noted=()):
+    def __init__(
+        self,
+        parts: list[Part],
+        residuals: list[tuple[Part, Any]],
+        blocks: list[Block],
+        numbering: Numbering,
+        tolerance: float = 1e-9,
+        law: "TensionOnly | None" = None,
+        noted: Iterable[Any] = (),
+    ) -> None:
         self.parts, self.blocks, self.numbering, self.tolerance, self.law = parts, blocks, numbering, tolerance, law
         self.size, self.order = numbering.size, numbering.order
-        self.gamma = None  # of the scales
+        self.gamma: float | None = None  # of the scales
         self.residuals = [Contribution(form, part) for part, form in residuals]
-        self.jacobians = self._differentiate(residuals)
+        self.jacobians, number = [], {id(part.function): k for k, part in enumerate(parts)}
+        for row, form in residuals:
+            for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
+                derivative = ufl.derivative(form, parts[k].function, parts[k].trial)
+                self.jacobians.append(Contribution(derivative, row, parts[k]))
         self._values = Values(parts, [*(c.ufl_form for c in (*self.residuals, *self.jacobians)), *noted])
         self.u = self._values.unknowns
         #: Copy `u` into the parts' Functions.
         self.publish = copies([(part.values, self.u[part.slice]) for part in parts])
-        self.hooks, self.coordinates, self.counts = Hooks(self._values.array), Coordinates(), Counts()
-        shared = self._shared = Shared(self.hooks, self.coordinates, self.counts)
-        self.add_residuals = Loop(self.residuals, self._values, shared, self.size)
-        self.add_jacobians = Loop(self.jacobians, self._values, shared, spare=len(self.order))
+        self.hooks = Hooks(self._values.array)
+        self.shared = Shared(self.hooks)
+        self.add_residuals = Loop(self.residuals, self._values, self.shared, self.size)
+        self.add_jacobians = Loop(self.jacobians, self._values, self.shared, spare=len(self.order))
         self._b = self.add_residuals.out
         #: Units of the visible unknowns, and 1/units of the rows.
         self.unknown_scales, self.row_scales = np.ones(len(numbering.visible)), np.ones(len(self.order))
@@ -51,7 +72,11 @@ class System:
             self.scaled_residual = Scaled(self._b, self.order, self.row_scales, ties)
         else:  # scaled when all ranks have been added up
             self.scaled_residual = Scaled(self._b, numbering.visible, np.ones(len(numbering.visible)), ties)
-        self.A = self._create_matrix()
+        self.A, index = numbering.matrix(), np.append(numbering.global_index, -1)  # -1: of what belongs to no unknown
+        # the spare entries: a diagonal even where the forms have none, for the factorisation
+        preallocate(self.A, *(index[np.append(e, self.order)] for e in self.add_jacobians.entries))
+        self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
+        set_values(self.A, self.add_jacobians.out)
         self.row_vector, self.unknown_vector = numbering.vector(), numbering.vector()
         if law is not None:
             law.attach(self)
@@ -59,28 +84,7 @@ class System:
         self.callbacks = Callbacks(self)
         self.set_scales(1.0)
 
-    # -- set-up -----------------------------------------------------------------------------------------------------
-
-    def _differentiate(self, residuals):
-        jacobians, number = [], {id(part.function): k for k, part in enumerate(self.parts)}
-        for row, form in residuals:
-            for k in sorted(number[id(c)] for c in form.coefficients() if id(c) in number):
-                column = self.parts[k]
-                derivative = ufl.derivative(form, column.function, column.trial)
-                jacobians.append(Contribution(derivative, row, column))
-        return jacobians
-
-    def _create_matrix(self):
-        A = self.numbering.matrix()
-        # the spare entries: a diagonal even where the forms have none, for the factorisation
-        places = [np.append(entries, self.order) for entries in self.add_jacobians.entries]
-        index = np.append(self.numbering.global_index, -1)  # of what belongs to no unknown, -1, too
-        coo.preallocate(A, *(index[place] for place in places))
-        self.add_jacobians.entries = None  # as large as the tensors, and no longer needed
-        coo.set_values(A, self.add_jacobians.out)
-        return A
-
-    def set_scales(self, gamma) -> bool:
+    def set_scales(self, gamma: float) -> bool:
         """Scale unknowns and rows for a step with d/dt ~ gamma; whether anything changed."""
         if self.law is not None:
             self.law.set_scales(gamma)
@@ -90,7 +94,7 @@ class System:
         xs, fs = np.ones(self.size), np.ones(self.size)
         for block in self.blocks:
             xs[block.dofs] = block.unknown_size(gamma, self.tolerance)
-            fs[block.dofs] = 1 / block.residual_size(gamma)
+            fs[block.dofs] = 1 / (block.rest + block.moving * gamma**block.order)
         self.unknown_scales[:], self.row_scales[:] = xs[self.numbering.visible], fs[self.order]
         self.row_vector.setArray(self.row_scales)
         self.unknown_vector.setArray(xs[self.order])
@@ -104,32 +108,32 @@ class System:
     # -- evaluation in physical values ---------------------------------------------------------------------------------
 
     @property
-    def comm(self):
+    def comm(self) -> Any:
         """Communicator of the whole problem."""
         return self.numbering.comm
 
     @property
     def unknowns(self) -> int:
         """Number of free unknowns of all ranks."""
-        return self.numbering.unknowns
+        return int(self.numbering.unknowns)
 
-    def numbers_of(self, thing):
+    def numbers_of(self, thing: Any) -> Array | None:
         """Values that the forms read of a Function or a Constant: a view, or None if they do not read it."""
         return self._values.of(thing)
 
-    def filled_by_hook(self, *functions):
-        """Coefficients whose values a hook writes where `numbers_of` says, and keeps between evaluations.
+    def filled_by_hook(self, *functions: Any) -> None:
+        """Coefficients whose values a hook writes to `numbers_of` them, and keeps between evaluations.
 
-        To be said before a Newton's method of this System is made.
+        To be called before a Newton's method of this System is made.
         """
         self._values.leave(functions)
 
-    def functional(self, forms):
+    def functional(self, forms: Iterable[tuple[Any, Part]]) -> Loop:
         """A Loop for linear forms that read what residuals do, or were `noted`: [(form, Part of its numbers), ...]."""
         found = [Contribution(form, test) for form, test in forms]
-        return Loop(found, self._values, self._shared, sum(c.row.size for c in found))
+        return Loop(found, self._values, self.shared, sum(c.row.size for c in found))
 
-    def rows_of_jacobian(self, rows):
+    def rows_of_jacobian(self, rows: Array) -> Callable[[], Any]:
         """A function that gives rows (local unknowns, constrained ones too) of the Jacobian at the present Functions.
 
         csr_matrix (rows, free unknowns of all ranks) [physical], of what this rank assembles; those of tied unknowns
@@ -137,24 +141,24 @@ class System:
         """
         from scipy.sparse import csr_matrix
 
-        loop, place = Loop(self.jacobians, self._values, self._shared), np.full(self.size + 1, -1)
+        loop, place = Loop(self.jacobians, self._values, self.shared), np.full(self.size + 1, -1)
         place[rows] = np.arange(len(rows))
         at, columns = place[loop.entries[0]], np.append(self.numbering.global_index, -1)[loop.entries[1]]
         kept = (at >= 0) & (columns >= 0)
         places, shape = (at[kept], columns[kept]), (len(rows), self.unknowns)
 
-        def evaluate():
+        def evaluate() -> Any:
             self._read_functions()
             return csr_matrix((loop()[kept], places), shape)
 
         return evaluate
 
     @property
-    def read_given(self):
+    def read_given(self) -> Work:
         """Read coefficients and constants again."""
         return self._values.read_given
 
-    def evaluate(self):
+    def evaluate(self) -> Array:
         """Local residual at the present Functions, constrained rows included (they hold the reactions) [physical].
 
         The Functions' values are those of `u` from then on.
@@ -165,33 +169,33 @@ class System:
             self.law.change_residual(b)
         return b
 
-    def assemble_jacobian(self):
+    def assemble_jacobian(self) -> None:
         """The Jacobian at the present Functions, unscaled, in `A`; their values are those of `u` from then on."""
         self._read_functions()
-        coo.set_values(self.A, self.add_jacobians())
+        set_values(self.A, self.add_jacobians())
         self.callbacks.numbers.assembled += 1
         if self.law is not None:
             self.law.change_matrix(self.A)
 
     @property
-    def last_residual(self):
+    def last_residual(self) -> Array:
         """Local residual of the latest evaluation, which after Newton's solve is the one at the solution [physical]."""
         return self._b
 
-    def _read_functions(self):
+    def _read_functions(self) -> None:
         self._values.read_unknowns()
         self._values.read_given()
 
     # -- as PETSc sees it ---------------------------------------------------------------------------------------------
 
-    def share(self):
+    def share(self) -> None:
         """Give every unknown in `u` that another one stands for, here or on another rank, the value of that one."""
         x = self.numbering.vector()
         x.setArray(self.u[self.order] / self.unknown_scales[: len(self.order)])
         self.callbacks.read(x)
         x.destroy()
 
-    def residual_by_block(self):
+    def residual_by_block(self) -> dict[str, float]:
         """Largest scaled residual of every block at the present Functions."""
         f = self.numbering.vector()
         self.evaluate()
@@ -200,9 +204,9 @@ class System:
         scaled[self.order] = np.abs(f.array_r)
         f.destroy()
         largest = {b.name: (scaled[b.dofs].max() if len(b.dofs) else 0.0) for b in self.blocks}
-        return {name: self.comm.allreduce(value, op=compat.MPI.MAX) for name, value in largest.items()}
+        return {name: self.comm.allreduce(value, op=MPI.MAX) for name, value in largest.items()}
 
-    def destroy(self):
+    def destroy(self) -> None:
         """Give PETSc's objects back (sweeps make many systems)."""
         for item in (self.A, self.row_vector, self.unknown_vector, self.numbering):
             item.destroy()

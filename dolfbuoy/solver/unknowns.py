@@ -1,13 +1,15 @@
 """Unknowns as parts and blocks, and compiled forms that add to their residual and matrix."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 import ufl
 
-from . import compat
-from .vector_ops import copies
+from . import Array, compat
+from .vector_ops import Work, copies
 
 
 @dataclass
@@ -15,13 +17,13 @@ class Part:
     """Unknowns `offset ... offset + n` of this rank as the dofs of `function`, whose array is `values`."""
 
     name: str
-    function: object
+    function: Any
     offset: int
-    test: object = field(init=False)
-    trial: object = field(init=False)
-    values: np.ndarray = field(init=False)
+    test: Any = field(init=False)
+    trial: Any = field(init=False)
+    values: Array = field(init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         space = self.function.function_space
         self.test, self.trial = ufl.TestFunction(space), ufl.TrialFunction(space)
         self.values = self.function.x.array
@@ -39,7 +41,7 @@ class Block:
     """
 
     name: str
-    dofs: np.ndarray  # local indices
+    dofs: Array  # local indices
     unknown: float
     rest: float
     moving: float = 0.0
@@ -47,25 +49,23 @@ class Block:
     rounding: float = 0.0
     unit: str = ""  # of the unknown
 
-    def unknown_size(self, gamma, tolerance):
+    def unknown_size(self, gamma: float, tolerance: float) -> float:
         """Typical size, enlarged so that `tolerance` times it is not below the rounding noise."""
-        noise = 100 * np.finfo(float).eps * self.rounding * gamma**2
+        noise = 100 * float(np.finfo(float).eps) * self.rounding * gamma**2
         return max(self.unknown, noise / tolerance)
-
-    def residual_size(self, gamma):
-        return self.rest + self.moving * gamma**self.order
 
 
 class Values:
-    """Values of the unknowns of this rank and, behind them, of all else that the forms read: one array.
+    """Values of the unknowns of this rank and, after them, of all else that the forms read: one array.
 
     parts: the unknowns.  forms: UFL forms, whose coefficients and constants get a place each.  Place 0 holds a zero:
     not every integral reads every coefficient.
     """
 
-    def __init__(self, parts, forms):
-        self._places, unknown, end = {}, [], 1
-        self._given = {}  # place and values of what the forms read besides, by identity
+    def __init__(self, parts: list[Part], forms: Any) -> None:
+        self._places: dict[int, slice] = {}
+        unknown, end = [], 1
+        self._given: dict[int, tuple[slice, Array]] = {}  # place and values of what the forms read besides, by identity
         for part in parts:
             self._places[id(part.function)] = slice(1 + part.offset, 1 + part.slice.stop)
             unknown.append((self._places[id(part.function)], part.values))
@@ -82,30 +82,30 @@ class Values:
         self.unknowns = self.array[unknowns]
         #: Read the unknowns from the parts' Functions.
         self.read_unknowns = self._reader(unknown)
-        self._read_given = None
+        self._read_given: Work | None = None
 
     @property
-    def read_given(self):
+    def read_given(self) -> Work:
         """Read coefficients and constants again: time, step and the phase of the wave are among them."""
         if self._read_given is None:
             self._read_given = self._reader(self._given.values())
         return self._read_given
 
-    def _reader(self, pieces):
+    def _reader(self, pieces: Iterable[tuple[slice, Array]]) -> Work:
         return copies([(self.array[place], values) for place, values in pieces])
 
-    def leave(self, things):
+    def leave(self, things: Any) -> None:
         """Read these no longer: a hook fills them in."""
         for thing in things:
             self._given.pop(id(thing), None)
         self._read_given = None
 
-    def of(self, thing):
+    def of(self, thing: Any) -> Array | None:
         """The values of a Function or Constant, a view; None for what no form reads."""
         place = self._places.get(id(thing))
         return None if place is None else self.array[place]
 
-    def sources(self, contributions):
+    def sources(self, contributions: Any) -> list[tuple[dict[Any, Array], Array]]:
         """Places of each packed coefficient, by integral, and each packed constant of each form in `array`.
 
         Found by packing the places: the elements here are packed without a transformation.
@@ -125,11 +125,11 @@ class Values:
         ]
 
 
-def _read_by(form):
+def _read_by(form: Any) -> list[Any]:
     return [*form.coefficients(), *form.constants()]
 
 
-def array_of(thing):
+def array_of(thing: Any) -> Array:
     """Values of a Function or of a Constant as a flat view."""
     return thing.x.array if hasattr(thing, "x") else np.reshape(thing.value, -1)
 
@@ -140,7 +140,7 @@ class Contribution:
     The methods are dolfinx's way to evaluate it; a System does all its forms in a loop of its own (loops.Loop).
     """
 
-    def __init__(self, form, row, column=None):
+    def __init__(self, form: Any, row: Any, column: Any = None) -> None:
         self.ufl_form = form
         self.form = compat.compile_form(form)  # kept alive: the C++ object refers to it
         self.cpp = compat.cpp_form(self.form)
@@ -148,10 +148,10 @@ class Contribution:
         self.sides = [part for part in (row, column) if part is not None]
         self.constants = self.coefficients = None
 
-    def prepare(self):
+    def prepare(self) -> None:
         """Pack constants and coefficients."""
         self.constants, self.coefficients = compat.pack_constants(self.cpp), compat.pack_coefficients(self.cpp)
 
-    def add_to_vector(self, b):
+    def add_to_vector(self, b: Array) -> None:
         """Add to the local residual `b`."""
         compat.assemble_vector(b[self.row.slice], self.cpp, self.constants, self.coefficients)

@@ -4,20 +4,25 @@ To the last bit what NumPy does (`tests/support/in_numpy.py`).  Arrays stay wher
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from . import Array
 from .c_code import address, core
 
 
-class Work(partial):
+class Work(partial[Any]):
     """A function of the core that takes its context only: arrays that stay where they are.  See `together`.
 
     name: of the function.  context: struct of C.  alive: what the context points to.
     """
+
+    name: str
+    context: Any
+    alive: object
 
     def __new__(cls, name: str, context: Any, alive: object) -> "Work":
         made = super().__new__(cls, getattr(core().lib, name), context)
@@ -31,29 +36,29 @@ def work(name: str, kind: str, fields: dict[str, Any], alive: object = ()) -> Wo
     return Work(name, core().ffi.new(f"{kind} *", values), (fields, alive))
 
 
-def _described(kind, count):
+def _described(kind: str, count: int) -> Any:
     return core().ffi.new(f"{kind}[]", max(1, count))
 
 
-def together(*functions):
-    """One function that calls these, without Python between those that are `Work`; says whether any said True."""
-    parts = []
+def together(*functions: Callable[[], Any]) -> Callable[[], Any]:
+    """One function that calls these, without Python between those that are `Work`; True if any returned True."""
+    parts: list[Any] = []
     for in_c, group in itertools.groupby(functions, lambda function: isinstance(function, Work)):
-        run = list(group)
+        run: list[Any] = list(group)
         parts += [_in_a_row(run)] if in_c else run
     if len(parts) > 1 or not all(isinstance(part, Work) for part in parts):
         return lambda: any([part() for part in parts])  # noqa: C419  # all of them
     return parts[0] if parts else _in_a_row([])
 
 
-def _in_a_row(works):
+def _in_a_row(works: list[Work]) -> Work:
     described = _described("work", len(works))
     for one, part in zip(described, works, strict=False):
         one.call, one.context = core().ffi.addressof(core().lib, part.name), part.context
     return work("do_all", "works", {"works": described, "count": len(works)}, works)
 
 
-def copies(pairs):
+def copies(pairs: Sequence[tuple[Array, Array]]) -> Work:
     """A function that copies arrays, one after the other; pairs: [(to, from), ...], each of one length."""
     described = _described("copy", len(pairs))
     for one, (to, origin) in zip(described, pairs, strict=False):
@@ -62,7 +67,7 @@ def copies(pairs):
     return work("copy_all", "copies", {"copies": described, "count": len(pairs)}, pairs)
 
 
-def extrapolation(times: np.ndarray, rows: Sequence[np.ndarray], t: np.ndarray, out: np.ndarray) -> Work:
+def extrapolation(times: Array, rows: Sequence[Array], t: Array, out: Array) -> Work:
     """A function that puts into `out` the value at t[0] of the polynomial through rows at their times [Lagrange].
 
     times, rows: arrays of as many.  t: array of the time (1,).
@@ -72,14 +77,14 @@ def extrapolation(times: np.ndarray, rows: Sequence[np.ndarray], t: np.ndarray, 
     return work("extrapolate", "polynomial", {**fields, "out": out, "n": len(out)}, rows)
 
 
-def combination(out: np.ndarray, rows: Sequence[np.ndarray], weights: np.ndarray) -> Work:
+def combination(out: Array, rows: Sequence[Array], weights: Array) -> Work:
     """A function that puts the sum of weight x row into `out`, which may be a row; weights (rows,) may be changed."""
     places = core().ffi.new("double *[]", [address(row) for row in rows])
     fields = {"rows": places, "count": len(rows), "weights": weights, "out": out, "n": len(out)}
     return work("combine", "polynomial", fields, rows)
 
 
-def picked(entries, out):
+def picked(entries: Sequence[tuple[Array, int, float]], out: Array) -> Work:
     """A function that picks numbers out of arrays: out[k] = factor * array[place].
 
     entries: [(array, place, factor), ...], as many as `out` has numbers.
@@ -91,13 +96,13 @@ def picked(entries, out):
     return work("pick", "picked", {"entries": described, "count": len(entries), "out": out}, entries)
 
 
-def widening(values, least, largest):
+def widening(values: Array, least: Array, largest: Array) -> Work:
     """A function that keeps the least and the largest of what the values have been, in arrays of as many."""
     fields = {"values": values, "least": least, "largest": largest, "n": len(values)}
     return work("widen", "range", fields)
 
 
-def traced(function, arrays):
+def traced(function: Callable[[], Any], arrays: Sequence[Array]) -> list[tuple[Array, int, float]]:
     """Entries for `picked` of what a function returns, which copies numbers of these arrays, perhaps with another sign.
 
     Found by calling it with their places in them.  Numbers that come from elsewhere are taken as they are, for good.
@@ -115,19 +120,19 @@ def traced(function, arrays):
     return [_entry(number, more - number, arrays, ends) for number, more in zip(*found, strict=True)]
 
 
-def _entry(number, change, arrays, ends):
+def _entry(number: float, change: float, arrays: Sequence[Array], ends: Array) -> tuple[Array, int, float]:
     if change == 0:
         return np.array([number]), 0, 1.0
     sign, place = np.copysign(1.0, change), round(abs(number))
     if abs(abs(change) - ends[-1]) > 1e-6 or abs(abs(number) - place) > 1e-6:
         raise ValueError(f"a number that changes from {number:g} by {change:g} is no copy of one")
-    which = np.searchsorted(ends, place, side="right") - 1
+    which = int(np.searchsorted(ends, place, side="right")) - 1
     return arrays[which], place - ends[which], sign
 
 
-def smallest(values, places, bound):
+def smallest(values: Array, places: Any, bound: float) -> Any:
     """A function that returns the smallest of values[places], or the bound if that is smaller."""
     places = np.array(places, dtype=np.int32).ravel()
-    call = partial(core().lib.smallest, address(values), address(places), len(places), bound)
+    call: Any = partial(core().lib.smallest, address(values), address(places), len(places), bound)
     call.alive = values, places
     return call

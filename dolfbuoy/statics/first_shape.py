@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -78,9 +77,9 @@ def given_shapes(scene: Scene, poses: Poses) -> list[Callable[[Any], Array]]:
                 _check_place(points, key, index, place, length, f"must be {word}")
         elastic = all(np.isfinite(piece.section.axial_stiffness) for piece in pieces)
         _check_length(scene, points, network.key_of(number), length, elastic)
-        along, begin = _along(points, length), 0.0
+        begin = 0.0
         for piece in pieces:
-            shapes.append(partial(_shifted, along, begin))
+            shapes.append(_along(points, length, begin))
             begin += piece.section.length
     return shapes
 
@@ -132,13 +131,9 @@ def _check_length(scene: Scene, points: list[Array], key: str, length: float, el
         raise InputError(f"initial.kind = '{kind}': must be a line with a length, not one point.")
 
 
-def _shifted(along: Callable[[Any], Array], begin: float, s: Any) -> Array:
-    return along(s + begin)
-
-
-def _along(given: list[Array], length: float) -> Callable[[Any], Array]:
-    """s -> point on the polyline, arc length proportional to s."""
+def _along(given: list[Array], length: float, begin: float) -> Callable[[Any], Array]:
+    """s -> point on the polyline, arc length proportional to begin + s."""
     points = np.array(given)
     corners = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
     corners *= length / corners[-1]
-    return lambda s: np.column_stack([np.interp(s, corners, points[:, k]) for k in range(3)])
+    return lambda s: np.column_stack([np.interp(s + begin, corners, points[:, k]) for k in range(3)])

@@ -1,6 +1,6 @@
 """Fixed-point iteration between the equilibrium of lines and the marine growth of the depths where they rest.
 
-Where the table is steep a line may swing from round to round; so each goes as far as Aitken's rule says (Kuettler and
+Where the table is steep a line may swing from round to round; so each goes as far as Aitken's rule has it (Kuettler and
 Wall, Comput. Mech. 43, 2008), and half as far again and again where Newton finds no rest.
 """
 

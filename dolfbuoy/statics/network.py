@@ -9,7 +9,7 @@ Under it all may lie a flat bed without friction.  The equations and why they ca
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -87,19 +87,11 @@ class Shape(Protocol):
         """T(s), shape (n,) [N]."""
 
 
-@dataclass(frozen=True)
-class Straight:
-    """Shape of a line without weight between two points."""
+class Drawn(NamedTuple):
+    """Shape of a piece without weight, or along given points, under a pull that is the same all along [N]."""
 
-    start: Array
-    chord: Array
-    length: float
-    pull: Array
-
-    length_on_bed = 0.0
-
-    def position(self, s: ArrayLike) -> Any:
-        return self.start + np.multiply.outer(np.asarray(s, float) / self.length, self.chord)
+    position: Callable[[Any], Array]
+    pull: Sequence[float] | Array = ORIGIN
 
     def force(self, s: ArrayLike) -> Any:
         return np.multiply.outer(np.ones_like(s, float), self.pull)
@@ -128,7 +120,8 @@ class Rest:
         if self.network.is_held(piece):
             return _between(self.network, piece, start, end)
         if piece.w == 0:
-            return Straight(start, end - start, piece.length, pull)
+            line = lambda s: start + np.multiply.outer(np.asarray(s, float) / piece.length, end - start)  # noqa: E731
+            return Drawn(line, pull)
         H, room = float(np.hypot(*pull[:2])), end[:2] - start[:2]
         width = float(np.hypot(*room))
         way = room / width if width > 0 else np.array([1.0, 0.0])
@@ -169,7 +162,15 @@ def solve(network: Network) -> Rest:
 
     A table T(e) counts as the one stiffness that it has, roughly, where its piece is pulled hardest.
     """
-    _check(network)
+    for number, piece in enumerate(network.pieces):
+        start, end = network.joints[piece.start], network.joints[piece.end]
+        if network.is_held(piece) and np.isinf(piece.EA):
+            places = [np.asarray(start.position) + piece.start_offset, np.asarray(end.position) + piece.end_offset]
+            chord = places[1] - places[0]
+            if (distance := float(np.linalg.norm(chord))) >= piece.length:
+                raise SolveError(
+                    f"piece {number}: an inextensible line of {piece.length:.6g} m cannot span {distance:.6g} m"
+                )
     rest = _solve(network)
     for _ in range(ROUNDS):
         pairs = zip(network.pieces, rest.shapes, strict=True)
@@ -198,16 +199,3 @@ def _solve(network: Network) -> Rest:
         shape = _between(network, piece, *ends[i])
         pulls[i], lying[i] = shape.force(np.zeros(1))[0], shape.length_on_bed
     return Rest(network, positions, pulls, lying, ends)
-
-
-def _check(network: Network) -> None:
-    """Refuse what can have no rest."""
-    for number, piece in enumerate(network.pieces):
-        start, end = network.joints[piece.start], network.joints[piece.end]
-        if network.is_held(piece) and np.isinf(piece.EA):
-            places = [np.asarray(start.position) + piece.start_offset, np.asarray(end.position) + piece.end_offset]
-            chord = places[1] - places[0]
-            if (distance := float(np.linalg.norm(chord))) >= piece.length:
-                raise SolveError(
-                    f"piece {number}: an inextensible line of {piece.length:.6g} m cannot span {distance:.6g} m"
-                )

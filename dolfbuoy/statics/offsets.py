@@ -1,5 +1,6 @@
 """Rest under a growing load from many sides, each solution the start of the next: offset curves of a mooring."""
 
+import contextlib
 from collections.abc import Callable, Collection, Iterable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
@@ -104,12 +105,12 @@ def _follow(
     problem: Problem | None, scene_of: Callable[[float], Scene], start: float | None, end: float, comm: Any
 ) -> tuple[Problem | None, str]:
     """Go from one size (None: from nowhere) to another; (Problem, reason)."""
-    if problem is not None and start is not None and _follows(problem):
-        try:
-            _march(problem, scene_of, start, end)
-            return problem, ""
-        except SolveError:
-            pass
+    if problem is not None and start is not None:
+        friction = problem.scene.seabed and has_friction(problem.scene, dynamic=False)
+        if problem.lines.growth is None and not friction:  # else there is more to find
+            with contextlib.suppress(SolveError):
+                _march(problem, scene_of, start, end)
+                return problem, ""
     try:
         fresh = solve_equilibrium(scene_of(end), comm)
     except SolveError as error:
@@ -117,11 +118,6 @@ def _follow(
     if problem is not None:
         problem.destroy()
     return fresh, ""
-
-
-def _follows(problem: Problem) -> bool:
-    """True if an equilibrium leads to the next one: growth and friction have more to find."""
-    return problem.lines.growth is None and not (problem.scene.seabed and has_friction(problem.scene, dynamic=False))
 
 
 def _march(

@@ -13,6 +13,7 @@ which the end has nothing to hold.  What lies between two parts that hang, with 
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -34,8 +35,9 @@ WHOLE = 1e-9
 def pull(problem: Problem) -> None:
     """Go from the equilibrium without friction to that of pulled lines.  Raises SolveError."""
     beds = [model.bed for model in (*problem.lines.groups, problem.bodies) if model]
+    seabed: Any = problem.scene.seabed
     for bed in beds:
-        bed.enable_friction()
+        bed.friction.value = seabed.friction  # in statics it acts only here
     left: dict[int, float] = {}  #: piece that is held on the bed -> tension that its end carried and need not [N]
     for done in range(1, MOST_ROUNDS + 1):
         laying = _Laying(problem, left)

@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..model.feasible import shape_and_mass
 from ..model.lines import top_position
 from ..model.problem import Problem
-from ..model.rigid import mooring_offset, rotation_of
+from ..model.rigid import mass_properties, mooring_offset, rotation_of, shape_of
 from ..model.sea import heading, wind_at
 from ..model.seabed import plane
 from ..scene import Scene
@@ -61,18 +60,6 @@ class Start(NamedTuple):
 # -- shapes that are given ---------------------------------------------------------------------------------------------
 
 
-class Drawn(NamedTuple):
-    """Shape of a piece along given points; no tension is known."""
-
-    position: Callable[[Any], Array]
-
-    def force(self, s: Any) -> Array:
-        return np.zeros((len(s), 3))
-
-    def tension(self, s: Any) -> Array:
-        return np.zeros_like(s)
-
-
 def given_start(problem: Problem) -> Start:
     """Lines along initial.points, upright buoys at their ends.  Raises InputError."""
     scene, network = problem.scene, problem.network
@@ -81,7 +68,7 @@ def given_start(problem: Problem) -> Start:
         end = network.pieces[k].ends[i]
         point = points_of(scene, network.pieces[k].cable)[-i]
         poses.setdefault(str(end.name), (point - mooring_offset(network.buoys[str(end.name)], end.fairlead), UPRIGHT))
-    shapes = [Drawn(shape) for shape in given_shapes(scene, poses)]
+    shapes = [still.Drawn(shape) for shape in given_shapes(scene, poses)]
     return Start(problem, shapes, dict.fromkeys(network.buoys, UPRIGHT))
 
 
@@ -90,10 +77,15 @@ def given_start(problem: Problem) -> Start:
 
 def closed_form(problem: Problem, easier: Callable[[still.Network], still.Network] = lambda network: network) -> Start:
     """Lines at rest in still water; easier: makes an easier network of that of the Problem.  Raises SolveError."""
-    poses = dict.fromkeys(problem.network.buoys, UPRIGHT)
+    poses, scene = dict.fromkeys(problem.network.buoys, UPRIGHT), problem.scene
+    c: Any = scene.current
+    pressure = np.zeros(3)  # stagnation pressure of the fastest current, towards where it flows [Pa]
+    if c is not None and scene.sea is not None:
+        speed: float = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
+        pressure = 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
 
     def rest() -> Start:
-        network = easier(still_network(problem, poses, _pressure(problem.scene)))
+        network = easier(still_network(problem, poses, pressure))
         found = still.solve(network)
         for change in (_drawn_apart, _propped):
             joints = change(problem, network, found)
@@ -155,16 +147,6 @@ def _overturns(start: Start, name: str) -> bool:
 # -- joints and uniform pieces -----------------------------------------------------------------------------------------
 
 
-def _pressure(scene: Scene) -> Array:
-    """Stagnation pressure of the fastest current, towards where it flows [Pa]."""
-    c: Any = scene.current
-    if c is None or scene.sea is None:
-        return np.zeros(3)
-    speed: float = c.speed if c.speed is not None else max(speed for _, speed in c.profile)
-    pressure: Array = 0.5 * scene.sea.density * speed**2 * heading(c.direction_deg)
-    return pressure
-
-
 def still_network(problem: Problem, poses: dict[str, Array] | None = None, pressure: Any = 0.0) -> still.Network:
     """The network of a Problem as `statics.network` has it: every buoy a joint at its C that keeps its pose (upright).
 
@@ -216,8 +198,8 @@ class _Floating:
 
     def __init__(self, scene: Scene, buoy: Buoy, pressure: Any):
         self.scene = scene
-        self.shape: Any
-        self.shape, self.mass = shape_and_mass(buoy)
+        self.shape: Any = shape_of(buoy)
+        self.mass = mass_properties(buoy)
         self.steady = np.array([0.0, 0.0, -self.mass.mass * scene.gravity])
         if buoy.external_force:
             self.steady = self.steady + buoy.external_force.force

@@ -105,12 +105,14 @@ def run(scene: Scene, folder: Path | None = None, deadline: float = math.inf, ke
         simulation = Simulation(scene, MPI.COMM_SELF, state=point and point.states[0], pool=POOL)
         recorder = _CaseRecorder(simulation, folder, point)
         with interruption.held():
+            loop = clock.process_time()
             for step, iterations in simulation.run():
                 recorder.add(step, iterations)
                 if interruption.received() or clock.time() > deadline:
                     recorder.save()
                     raise KeyboardInterrupt if interruption.received() else interruption.TimeUp
-        record = recorder.finished(keep)
+            loop = clock.process_time() - loop
+        record = recorder.finished(keep).assign_attrs(loop_seconds=loop)
         if (unsound := retried.refused(record, scene)) is not None:
             raise unsound
     except interruption.TimeUp:

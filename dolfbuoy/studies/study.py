@@ -6,6 +6,7 @@ ranks.
 """
 
 import csv
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +15,6 @@ from typing import Any
 from ..elsewhere import MPI
 from ..errors import InputError
 from ..page.folder import PAGES, write_pages
-from ..parallel.cases import write_json
 from ..results import style
 from ..results.folder import claimed, enlist, refuse_own
 from ..results.style import Figure, matplotlib
@@ -97,7 +97,8 @@ def save(folder: Path, table: Table) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     drawn = [] if table.figure is None else style.files_of(folder / table.name)
     enlist(folder, [*(folder / f"{table.name}.{kind}" for kind in ("json", "csv")), *drawn], "study")
-    write_json(folder / f"{table.name}.json", {"title": table.title, "rows": table.rows, "notes": table.notes})
+    found = {"title": table.title, "rows": table.rows, "notes": table.notes}
+    write_text(folder / f"{table.name}.json", json.dumps(found))
     columns = list(dict.fromkeys(key for row in table.rows for key in row))
     with replacing(folder / f"{table.name}.csv") as part, open(part, "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns)

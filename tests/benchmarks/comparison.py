@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import matplotlib
+from errors import BOTH
 from matplotlib.ticker import LogLocator
 from rich.console import Console
 from rich.table import Table
@@ -10,7 +11,8 @@ from rich.table import Table
 from dolfbuoy.results.compare import percent
 from dolfbuoy.results.style import COLORS, PAGE, STYLE, new_figure, plain_ticks
 
-HEADINGS = ("case", "accuracy", "MoorDyn", "error", "time [s]", "dolfbuoy", "error", "time [s]", "faster", "aim")
+OF_PROGRAM = ("rms", "extremes", "time [s]")
+HEADINGS = ("case", "accuracy", "MoorDyn", *OF_PROGRAM, "dolfbuoy", *OF_PROGRAM, "faster", "aim")
 TITLE = """# Times beside MoorDyn
 
 Made by `tests/benchmarks/times.py`; MoorDyn's settings by `tests/benchmarks/moordyn_settings.py`
@@ -26,7 +28,9 @@ def _cells(row):
     cells = [row["case"], percent(row["accuracy"])]
     for program in ("moordyn", "dolfbuoy"):
         spread = _plain(row[f"{program}_spread"], 1)
-        cells += [row[f"{program}_settings"], percent(row[f"{program}_error"]), f"{_cpu(row, program)} ± {spread}"]
+        parts = [row[f"{program}_{part}"] for part in BOTH]
+        shown = ["" if part is None else percent(part) for part in parts]
+        cells += [row[f"{program}_settings"], *shown, f"{_cpu(row, program)} ± {spread}"]
     return [*cells, _faster(row), f"{row['aim']:g} x" if row["aim"] else ""]
 
 
@@ -44,16 +48,21 @@ def _plain(number, digits):
 
 
 def _remarks(rows):
-    return [
-        f"{row['case']}, {percent(row['accuracy'])}: dolfbuoy misses the accuracy." for row in rows if row["misses"]
-    ]
+    found = []
+    for row in rows:
+        name = f"{row['case']}, {percent(row['accuracy'])}"
+        found += [f"{name}: dolfbuoy misses the accuracy."] if row["misses"] else []
+        others = {"MoorDyn": row["moordyn_of_rms"], "dolfbuoy": row["dolfbuoy_of_rms"]}
+        changed = [f"{program} with {text}" for program, text in others.items() if text]
+        found += [f"{name}: asked of the rms alone, cheapest are {' and '.join(changed)}."] if changed else []
+    return found
 
 
 def table(rows: list[dict], notes: list[str]) -> None:
     """Print the rows."""
     shown = Table(title="Seconds at equal accuracy", title_justify="left", show_edge=False, pad_edge=False)
     for i, heading in enumerate(HEADINGS):
-        shown.add_column(heading, justify="left" if i in (0, 2, 5) else "right")
+        shown.add_column(heading, justify="left" if i in (0, 2, 6) else "right")
     for row in rows:
         shown.add_row(*_cells(row))
     console = Console()

@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 
-from errors import error_of, extrapolated, kept_of
+from errors import BOTH, extrapolated, kept_of, parts_of
 from moorings import END, Mooring
 
 from dolfbuoy.errors import SolveError
@@ -44,18 +44,22 @@ class Fit:
     """The cheapest settings of a mooring, from some that may be too strict or too coarse."""
 
     def __init__(self, mooring: Mooring):
-        self.mooring, self.limit, self.known = mooring, own_limit(mooring), {}
+        self.mooring, self.limit, self.known, self.measures = mooring, own_limit(mooring), {}, BOTH
 
-    def error(self, way) -> float:
-        """Of Space and Stepping."""
+    def parts(self, way) -> dict[str, float]:
+        """Errors of Space and Stepping, as `parts_of`."""
         if way not in self.known:
-            self.known[way] = error_of(run(self.mooring, way), self.limit)
+            self.known[way] = parts_of(run(self.mooring, way), self.limit)
         return self.known[way]
 
-    def cheapest(self, given, accuracy) -> tuple[tuple[Space, Stepping], float]:
+    def error(self, way) -> float:
+        """The larger part of those that are asked for."""
+        return max(self.parts(way)[name] for name in self.measures)
+
+    def cheapest(self, given, accuracy, measures=BOTH) -> tuple[tuple[Space, Stepping], float]:
         """Of the given ones, [mu, nu, elements, scheme, step] each, made stricter and coarser until they just do: the
-        settings, and their error.  Newton's tolerance is a hundredth of the accuracy."""
-        found = []
+        settings, and their error in these measures.  Newton's tolerance is a hundredth of the accuracy."""
+        self.measures, found = measures, []
         for mu, nu, cells, scheme, step in given:
             way = Space(mu, nu, cells), Stepping(scheme, step, newton=accuracy / 100)
             for _ in range(8):

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import machine
 from dolfbuoy_settings import ACCURACIES, own_limit
-from errors import apart, error_of, extrapolated
+from errors import BOTH, RMS, apart, error_of, extrapolated, parts_of
 from moordyn_runs import Settings, best_run
 from moorings import END, MAKERS, mooring
 from store import kept
@@ -79,28 +79,29 @@ class Search:
         """Whether a run was stable, but was not made to its end."""
         return run["step"] is not None and run["curve"] is None
 
-    def error(self, segments, scheme) -> tuple[float, str]:
-        """(error, how it is known): measured, or where a run is too dear that of the softer mooring."""
+    def parts(self, segments, scheme) -> tuple[dict[str, float], str]:
+        """(errors, how they are known): measured, or where a run is too dear those of the softer mooring."""
         run = self.run(segments, scheme)
         if not self._too_dear(run):
-            return error_of(run, self.limit), ""
-        return self.softer.error(segments, scheme)[0], f"error that of {self.softer.mooring.name}"
+            return parts_of(run, self.limit), ""
+        return self.softer.parts(segments, scheme)[0], f"error that of {self.softer.mooring.name}"
 
-    def cheapest(self, accuracy) -> tuple[str, int] | None:
+    def cheapest(self, accuracy, measures=BOTH) -> tuple[str, int] | None:
         """The first integrator that meets an accuracy, and its smallest number of segments; None if none does."""
-        found = ((scheme, self.fewest(accuracy, scheme)) for scheme in self.schemes)
+        found = ((scheme, self.fewest(accuracy, scheme, measures)) for scheme in self.schemes)
         return next((pair for pair in found if pair[1] is not None), None)
 
-    def fewest(self, accuracy, scheme) -> int | None:
+    def fewest(self, accuracy, scheme, measures=BOTH) -> int | None:
         """Smallest number of segments that meets an accuracy, to some 5 %; None if none was found."""
         first, finest = self.mooring.segments
         low, high, n = 1, None, first // 2
         if self.softer is not None:
-            n = self.softer.fewest(accuracy, scheme) or n
+            n = self.softer.fewest(accuracy, scheme, measures) or n
             if self._too_dear(self.run(n, scheme)):
                 return n
         for _ in range(14):
-            error, _ = self.error(n, scheme)
+            parts, _ = self.parts(n, scheme)
+            error = max(parts[name] for name in measures)
             low, high = (low, n) if error <= accuracy else (max(low, n), high)
             if high is not None and high - low <= max(1, 0.05 * high):
                 return high
@@ -120,10 +121,12 @@ class Search:
             row, found = {"case": self.mooring.name, "accuracy": accuracy}, self.cheapest(accuracy)
             if found is not None:
                 scheme, n = found
-                error, note = self.error(n, scheme)
-                run = self.run(n, scheme)
-                row |= {"settings": Settings(scheme, n, run["step"]), "error": error, "note": note}
-                row |= {"seconds": run["seconds"]}
+                parts, note = self.parts(n, scheme)
+                run, of_rms = self.run(n, scheme), self.cheapest(accuracy, RMS)
+                row |= {"settings": Settings(scheme, n, run["step"]), "error": max(parts.values()), "note": note}
+                row |= parts | {"seconds": run["seconds"], "of_rms": None}
+                if of_rms not in (None, found):
+                    row["of_rms"] = Settings(*of_rms, self.run(of_rms[1], of_rms[0])["step"])
             rows.append(row)
         return rows
 
@@ -154,20 +157,24 @@ def toml_of(rows) -> str:
         if "settings" in row:
             s = row["settings"]
             text += f'scheme = "{s.scheme}"\nsegments = {s.segments}\nstep = {s.step:.3g}\nerror = {row["error"]:.3g}\n'
+            text += "".join(f"{part} = {row[part]:.3g}\n" for part in BOTH)
+            text += f'of_rms = "{row["of_rms"]}"\n' if row["of_rms"] else ""
     return text
 
 
 def markdown_of(searches, rows, notes) -> str:
     """results/moordyn.md."""
     text = "# MoorDyn's settings\n\nMade by `tests/benchmarks/moordyn_settings.py`: what is cheapest for an accuracy "
-    text += "of the top tensions.\n\n| case | accuracy | settings | error | seconds for 120 s | |\n"
-    text += "|---|---|---|---|---|---|\n"
+    text += "of the top tensions, rms and extremes.\n\n"
+    text += "| case | accuracy | settings | rms | extremes | seconds for 120 s | | for the rms alone |\n"
+    text += "|---|---|---|---|---|---|---|---|\n"
     for row in rows:
         cells = [row["case"], percent(row["accuracy"])]
         if "settings" in row:
-            cells += [str(row["settings"]), percent(row["error"]), f"{row['seconds']:.3g}", row["note"]]
+            cells += [str(row["settings"]), *(percent(row[part]) for part in BOTH), f"{row['seconds']:.3g}"]
+            cells += [row["note"], str(row["of_rms"] or "the same")]
         else:
-            cells += ["misses it", "", "", ""]
+            cells += ["misses it", "", "", "", "", ""]
         text += f"| {' | '.join(cells)} |\n"
     text += "\nIntegrators, at as many segments and 0.95 of the largest stable step; that with the least product of "
     text += "seconds and error is taken first, others where it misses an accuracy:\n\n"

@@ -26,6 +26,7 @@ import machine
 import moordyn_runs
 import numpy as np
 from comparison import draw, in_short, table, write_markdown
+from errors import BOTH, RMS
 from moorings import END, mooring
 
 from dolfbuoy.parallel.cases import fingerprint
@@ -67,6 +68,7 @@ def fit(name):
 def row_of(given, theirs, options) -> Row:
     """Of a row of times.toml and MoorDyn's settings for it."""
     name, accuracy = given["case"], given["accuracy"]
+    of_rms, _ = fit(name).cheapest(given["dolfbuoy"], accuracy, RMS)
     way, error = fit(name).cheapest(given["dolfbuoy"], accuracy)
     chosen = moordyn_runs.Settings(theirs["scheme"], theirs["segments"], theirs["step"])
     probe = min(END, moordyn_runs.PROBE * chosen.step)
@@ -77,6 +79,9 @@ def row_of(given, theirs, options) -> Row:
     shown = {"case": name, "accuracy": accuracy, "aim": given.get("aim"), "readme": given.get("readme")}
     shown |= {"moordyn_settings": str(chosen), "moordyn_error": theirs["error"]}
     shown |= {"dolfbuoy_settings": "".join(map(str, way)), "dolfbuoy_error": error, "misses": error > accuracy}
+    shown |= {f"moordyn_{part}": theirs.get(part) for part in BOTH} | {"moordyn_of_rms": theirs.get("of_rms")}
+    shown |= {f"dolfbuoy_{part}": size for part, size in fit(name).parts(way).items()}
+    shown["dolfbuoy_of_rms"] = None if of_rms == way else "".join(map(str, of_rms))
     return Row(
         lambda: moordyn_runs.seconds_of(mooring(name), chosen, end) * END / end,
         lambda: dolfbuoy_settings.seconds_of(mooring(name), way),

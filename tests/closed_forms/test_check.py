@@ -14,9 +14,8 @@ from scipy.optimize import brentq
 from dolfbuoy import load_scene
 from dolfbuoy.check import check, derived
 from dolfbuoy.linear.periods import buoy_periods
-from dolfbuoy.model.feasible import shape_and_mass
 from dolfbuoy.model.prescribed_ends import motion_of
-from dolfbuoy.model.rigid import float_upright
+from dolfbuoy.model.rigid import float_upright, mass_properties, shape_of
 from dolfbuoy.results.summary import remaining_amplitude
 
 RHO, G, DEPTH = 1019.0, 9.7, 24.0
@@ -185,7 +184,8 @@ def test_a_taut_cable_and_one_that_is_too_short():
 @pytest.mark.parametrize("height", [-0.4, 0.0, 1.7])
 def test_a_pull_rights_below_and_upsets_above(height):
     """Righting lever of a small tilt: buoyancy at the metacentre, weight at C, pull at its own point."""
-    shape, mass = shape_and_mass(load_scene(MOORED).network.buoys["buoy"])
+    buoy = load_scene(MOORED).network.buoys["buoy"]
+    shape, mass = shape_of(buoy), mass_properties(buoy)
     found = float_upright(shape, mass, RHO, G, 5e3, height)
     draft, KB = found.draft, found.draft / 2
     assert RHO * PLANE * draft == pytest.approx(MASS + 5e3 / G)

@@ -18,8 +18,7 @@ from dolfbuoy.linear.periods import buoy_periods
 from dolfbuoy.linear.response import force, small_waves
 from dolfbuoy.linear.seaway import responses
 from dolfbuoy.model.buoy import MOTION
-from dolfbuoy.model.feasible import shape_and_mass
-from dolfbuoy.model.rigid import float_upright
+from dolfbuoy.model.rigid import float_upright, mass_properties, shape_of
 
 HULL = reference("hull")
 RHO, G = 1025.0, 9.81
@@ -112,7 +111,8 @@ def test_long_waves_moored(buoy, pull, draft, C_A):
     """
     buoy = buoy | ({} if C_A is None else {"added_mass": C_A})
     scene = on_a_rope(buoy, pull, draft)
-    shape, mass = shape_and_mass(scene.buoy[0])
+    buoy = scene.buoy[0]
+    shape, mass = shape_of(buoy), mass_properties(buoy)
     at_rest = solve_static(scene)
     T = float(at_rest.end_tension[2])
     assert pytest.approx(pull, rel=0.02) == T

@@ -10,7 +10,7 @@ from helpers import reference, reference_buoy
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.model.feasible import shape_and_mass
+from dolfbuoy.model.rigid import mass_properties
 from dolfbuoy.statics.righting import righting_curve
 
 BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")
@@ -36,7 +36,7 @@ def test_levers_under_a_pull(name):
     heel = 0.1
     for row in (row for row in b["moored_table"] if row["draft"] is not None):
         lever = righting_curve(scene, [heel], row["T_keel"])[0].lever
-        stiffness = lever * shape_and_mass(scene.buoy[0])[1].mass * 9.81 / math.sin(math.radians(heel))
+        stiffness = lever * mass_properties(scene.buoy[0]).mass * 9.81 / math.sin(math.radians(heel))
         assert stiffness == pytest.approx(row["pitch_stiffness_about_keel"], rel=1e-3, abs=1.0)
 
 

@@ -18,7 +18,7 @@ from dolfbuoy.model import seabed as bed
 from dolfbuoy.model.lines import top_position
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.motion.energy import STORED, Meter
-from dolfbuoy.solver.real import real_space
+from dolfbuoy.solver.compat import real_space
 from dolfbuoy.solver.unknowns import Contribution, Part
 
 CHAIN = {

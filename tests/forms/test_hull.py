@@ -16,9 +16,8 @@ from scipy.spatial.transform import Rotation
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
 from dolfbuoy.meshes import HullShape
-from dolfbuoy.model.feasible import shape_and_mass
 from dolfbuoy.model.problem import Problem
-from dolfbuoy.model.rigid import float_upright
+from dolfbuoy.model.rigid import float_upright, mass_properties, shape_of
 from dolfbuoy.results.observe import Observer
 
 BUOYS = ("buoyA_short", "buoyA0_short_unstable", "buoyB_long")
@@ -119,7 +118,8 @@ def test_exact_geometry_agrees_with_the_reference():
 def test_draft_and_metacentre_in_closed_form():
     for name in BUOYS:
         b = reference("buoy_statics")[name]
-        shape, mass = shape_and_mass(load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy(name)}).buoy[0])
+        buoy = load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy(name)}).buoy[0]
+        shape, mass = shape_of(buoy), mass_properties(buoy)
         assert pytest.approx(b["M"], rel=1e-14) == mass.mass
         assert pytest.approx(b["zG_above_keel"], rel=1e-14) == mass.height
         upright = float_upright(shape, mass, DENSITY, GRAVITY)
@@ -140,12 +140,13 @@ def test_inertia_of_hull_and_point_masses():
     """Uniform solid hull, its own centre given: the transverse inertia of the reference is about the common centre."""
     for name in BUOYS:
         b = reference("buoy_statics")[name]
-        _, mass = shape_and_mass(load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy(name)}).buoy[0])
+        mass = mass_properties(load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy(name)}).buoy[0])
         np.testing.assert_allclose(mass.inertia, [b["I_transverse_about_C"]] * 2 + [b["I_axial"]], rtol=1e-13)
 
 
 def test_hull_that_sinks_is_refused():
-    shape, mass = shape_and_mass(load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy("buoyA_short")}).buoy[0])
+    buoy = load_scene({"sea": {"depth": 50.0}, "buoy": reference_buoy("buoyA_short")}).buoy[0]
+    shape, mass = shape_of(buoy), mass_properties(buoy)
     with pytest.raises(InputError, match="sinks"):
         float_upright(shape, mass, DENSITY, GRAVITY, pull=48e3)
     assert float_upright(shape, mass, DENSITY, GRAVITY, pull=47.7e3).draft < shape.height  # reserve buoyancy 47720 N

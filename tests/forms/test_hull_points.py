@@ -46,7 +46,7 @@ class Hull:
     def points(self):
         """In use at the last evaluation."""
         groups = self.buoy.hull.points.wet, self.buoy.hull.points.cut
-        return sum(int(self.system.counts.of(g.mesh, g.cells)[0]) for g in groups)
+        return sum(int(self.system.shared.count(g.mesh, g.cells)[0]) for g in groups)
 
     def size(self):
         shape = self.buoy.shape

@@ -17,7 +17,7 @@ from dolfbuoy import load_scene
 from dolfbuoy.forms import seabed
 from dolfbuoy.model.problem import Problem
 from dolfbuoy.model.seabed import hardness, parameters_of_body, parameters_of_line, plane
-from dolfbuoy.solver.real import real_space
+from dolfbuoy.solver.compat import real_space
 from dolfbuoy.solver.unknowns import Contribution, Part
 
 K, C, SAG, STICK, MU = 7e4, 3e3, 0.013, 9e3, 0.6

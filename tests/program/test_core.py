@@ -18,7 +18,7 @@ from petsc4py import PETSc
 import dolfbuoy
 from dolfbuoy.core import build
 from dolfbuoy.errors import InputError
-from dolfbuoy.solver import c_code, compat, coo
+from dolfbuoy.solver import c_code, compat, numbering
 
 ROOT = Path(__file__).parents[2]
 LOCK = "dolfbuoy.lock"
@@ -73,8 +73,8 @@ def test_petsc_is_that_of_petsc4py():
     core = c_code.core()
     assert core.ffi.sizeof("PetscInt") == np.dtype(PETSc.IntType).itemsize
     A = PETSc.Mat().createAIJ((2, 2), comm=PETSc.COMM_SELF)
-    coo.preallocate(A, np.array([0, 1]), np.array([1, 1]))
-    coo.set_values(A, np.array([3.0, -7.0]))
+    numbering.preallocate(A, np.array([0, 1]), np.array([1, 1]))
+    numbering.set_values(A, np.array([3.0, -7.0]))
     assert (A[0, 1], A[1, 1]) == (3.0, -7.0)
     A.destroy()
 

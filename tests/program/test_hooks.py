@@ -61,7 +61,7 @@ def test_forms_on_a_mesh_share_its_coordinates(problem):
     full = lift(problem)
     volume = problem.buoy.shape.volume()
     assert full == pytest.approx(problem.scene.sea.density * problem.scene.gravity * volume, rel=1e-9)
-    x = problem.system.coordinates.of(problem.buoy.mesh)
+    x = problem.system.shared.coordinates(problem.buoy.mesh)
     before = x.copy()
 
     def halve(values):
@@ -74,7 +74,7 @@ def test_forms_on_a_mesh_share_its_coordinates(problem):
 def test_a_hook_says_how_many_cells_count(problem):
     """Cells behind the last that a hook asks for are not looked at."""
     points, seen = problem.buoy.hull.points.wet, []
-    count = problem.system.counts.of(points.mesh, points.cells)
+    count = problem.system.shared.count(points.mesh, points.cells)
     full = lift(problem)
     assert 1 < count[0] <= len(points.cells)
 
@@ -115,7 +115,7 @@ def test_a_hook_in_c(problem, tmp_path, monkeypatch):
     import scaling_hook
 
     full = lift(problem)
-    x = problem.system.coordinates.of(problem.buoy.mesh)
+    x = problem.system.shared.coordinates(problem.buoy.mesh)
     c = scaling_hook.ffi
     context = c.new("context *", {"x": c.cast("double *", x.ctypes.data), "n": x.size, "factor": 0.5})
     address = int(c.cast("uintptr_t", scaling_hook.lib.scale_hook()))

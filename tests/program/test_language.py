@@ -15,7 +15,9 @@ import dolfbuoy
 from dolfbuoy.errors import InputError
 from dolfbuoy.scene import list_keys, load_scene, shipped_scenes
 from dolfbuoy.scene.petsc_options import ALLOWED
+from dolfbuoy.scene.reading import recommended
 from dolfbuoy.scene.schema import FILE, schema
+from dolfbuoy.scene.settings import period_of
 
 SCHEMA = schema()
 KINDS = {"string": str, "boolean": bool, "object": dict, "array": list}
@@ -119,6 +121,15 @@ def test_schema_refuses_what_the_models_refuse(changes, where):
         load_scene(changed)
 
 
+def test_schema_lets_a_file_stand_for_a_motion():
+    """As for elements and seas: the models take the name of a file of rows too."""
+    end = {"position": [0.0, 0.0, 5.0], "motion": "surge.csv"}
+    cable = {"length": 6.0, "line_density": 1.0, "top": {"kind": "prescribed", **end}}
+    assert list(faults({"cable": cable, "joint": [{"name": "winch", **end}]}, SCHEMA)) == []
+    cable["top"]["motion"] = 3.0
+    assert list(faults({"cable": cable}, SCHEMA)) == ["scene.cable.top.motion: none of the choices"]
+
+
 def tables_in(node):
     """The tables that a node of the schema lets through, in whatever form."""
     if "$ref" in node:
@@ -167,7 +178,7 @@ def test_new_scene_is_the_one_it_is_like_and_names_every_key(call, tmp_path, mon
     assert code == 0
     assert "mine.toml" in out
     path = tmp_path / "mine.toml"
-    assert load_scene(path) == load_scene(like, title="mine")
+    assert load_scene(path) == load_scene(like, title="mine", **recommended(like))
     text = path.read_text()
     assert text.startswith("#:schema schema.json\n")
     assert (tmp_path / "schema.json").read_bytes() == FILE.read_bytes()
@@ -176,6 +187,22 @@ def test_new_scene_is_the_one_it_is_like_and_names_every_key(call, tmp_path, mon
         assert any(f"{sign}{leaf}{end}" in text for sign, end in (("\n", " ="), ("# ", " ="), ("#     ", ":"))), leaf
         assert key.description in text
     assert max(map(len, text.splitlines())) < 180
+
+
+def test_new_scene_begins_with_the_step_that_bars_recommend(call, tmp_path):
+    """BDF2 with 250 to 313 steps a period for `short`, not the paper's scheme; 50 at least; a file's own stay."""
+    time = load_scene("short", **recommended("short")).time
+    assert (time.scheme, time.end) == ("bdf2", 120.0)
+    assert 5.0 / 320 <= time.step <= 5.0 / 250
+    for name in shipped_scenes():
+        scene, found = load_scene(name), recommended(name)
+        assert not found or found["time__step"] <= period_of(scene) / 50, name
+        assert load_scene(scene, **found).time.end == scene.time.end if scene.time else not found
+    assert recommended("towed-array") == recommended("short-bed") == {}  # no period; bars that are never known
+    path = tmp_path / "own.toml"
+    load_scene("short", time__step=0.013).save(path)
+    assert call("new", tmp_path / "other", "--like", path)[0] == 0
+    assert load_scene(tmp_path / "other.toml").time.step == 0.013
 
 
 def test_defaults_behind_a_hash_are_those_of_the_models(call, tmp_path):
@@ -190,7 +217,10 @@ def test_defaults_behind_a_hash_are_those_of_the_models(call, tmp_path):
         lines.append(line.removeprefix("# ") if switched else line)
     assert sum(a != b for a, b in zip(lines, path.read_text().splitlines(), strict=True)) > 8
     (tmp_path / "all.toml").write_text("\n".join(lines))
-    found, wanted = load_scene(tmp_path / "all.toml").to_dict(), load_scene("short", title="mine").to_dict()
+    found, wanted = (
+        load_scene(tmp_path / "all.toml").to_dict(),
+        load_scene("short", title="mine", **recommended("short")).to_dict(),
+    )
     assert found["current"].pop("exponent") == pytest.approx(wanted["current"].pop("exponent"), rel=1e-5)
     assert found == wanted
 

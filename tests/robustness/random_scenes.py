@@ -105,7 +105,7 @@ LEFT_ALONE = {
     "time.min_step", "time.max_step", "time.output_every", "cable.breaking_load", "solver.petsc", "library",
     "solver.step_tolerance", "solver.keep_jacobian",
     "solver.quadrature_degree", "solver.hull_quadrature_degree",
-    "accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds",
+    "accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds", "uncertain",
 }  # fmt: skip
 #: Of networks, and of what happens at given times: hard cases and tests of their own have these.
 OF_NETWORKS = re.compile(

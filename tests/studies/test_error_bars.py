@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from mpi_helpers import needs_mpirun, start_scenes
+from mpi_helpers import needs_mpirun, start, start_scenes
 
 from dolfbuoy import InputError, load_scene, simulate
 from dolfbuoy.accuracy import bars as error_bars
@@ -220,6 +220,17 @@ def test_bars_on_two_ranks(tmp_path):
     np.testing.assert_allclose(two.bar, one.bar, rtol=1e-4, atol=1e-6)
 
 
+def test_runs_that_agree_and_are_both_wrong_are_not_resolved():
+    """A chain that falls and whips: backward Euler and its companion miss the blow (150 to 240 N, finer)."""
+    chain = load_scene("hanging-chain", initial__points=[[0.0, 0.0, 0.0], [1.9, 0.0, 0.6244997998398389]])
+    coarse = with_settings(chain, Space(2, 1, 10), Stepping("backward-euler", 0.004))
+    found = simulate(coarse, time__end=3.0, accuracy__estimate="both")
+    row = found.output.values.tolist().index("tension_anchor.max")
+    assert float(found.bar_value[row] + 3 * found.bar[row]) < 150.0
+    assert RESOLVED not in found.bar_verdict.values
+    assert "cannot be followed to the end" in found.attrs["bar_says"]
+
+
 def test_scatter_over_seeds():
     """What one run says of the mean and standard deviation of a sea is how those of a hundred differ."""
     rng, t = np.random.default_rng(1), np.arange(0.0, 600.0, 0.5)
@@ -261,6 +272,34 @@ def test_an_accuracy_that_was_reached_is_read(tmp_path):
     np.testing.assert_array_equal(again.tension_top, first.tension_top)
     with pytest.raises(InputError, match="another scene"):
         simulate(load_scene(scene, accuracy={"target": 0.04}), tmp_path)
+
+
+@pytest.mark.mpi
+@needs_mpirun
+def test_an_accuracy_on_two_ranks(tmp_path):
+    """The same settings and bars as on one; one that is not reached ends on both, with code 4 and one sentence."""
+    scene = load_scene("driven", time__end=6.0, accuracy={"target": 0.05})
+    done = start_scenes(2, {"two": scene.to_dict()}, tmp_path)
+    assert done.returncode == 0, done.stderr[-2000:]
+    one, two = simulate(scene), read(tmp_path / "two" / "results.nc")
+    assert two.sizes == one.sizes
+    np.testing.assert_allclose(two.bar, one.bar, rtol=1e-3, atol=1e-6)
+    line = [
+        "-m",
+        "dolfbuoy.commands.main",
+        "run",
+        "driven",
+        "--t-end",
+        3,
+        "--accuracy",
+        "0.01%",
+        "--set",
+        "accuracy.rounds=1",
+    ]
+    missed = start(2, [*line, "--no-plot", "--out", "missed"], tmp_path)
+    assert missed.returncode == 4, missed.stderr[-2000:]
+    assert missed.stderr.count("0.01 % was not reached") == 1
+    assert read(tmp_path / "missed" / "results.nc").sizes["output"] > 0
 
 
 def test_an_accuracy_that_is_not_reached(tmp_path):

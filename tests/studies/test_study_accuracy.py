@@ -155,6 +155,28 @@ def test_newton_is_a_hundred_times_as_exact_as_what_is_promised():
     assert "BDF2, dt 0.1 s: 2 s" in study.sentence(rows, "tension_top", 0.001)
 
 
+def test_the_maximum_is_asked_for_too():
+    """Where the maximum of the cheapest settings is off, dearer ones are the cheapest; or the same, or none."""
+    base = {"pair": "-", "cells": 0, "scheme": "bdf2", "tolerance": None, "newton": 1e-9, "own": False, "reason": None}
+    rows = [
+        base | {"wall": wall, "step": step, "error_tension_top": rms, "max_error_tension_top": largest}
+        for wall, step, rms, largest in ((1.0, 0.2, 9e-3, 4e-2), (2.0, 0.1, 2e-3, 8e-3), (3.0, 0.05, 5e-4, 1e-6))
+    ]
+    study.mark(rows, {"tension_top": compare.Error(1e-7, 1e-7)})
+    text = study.sentence_of_maximum(rows, "tension_top", 0.01)
+    assert text == (
+        "1 % in largest top tension too: the cheapest settings change, to BDF2, dt 0.1 s: 2 s; with those for the rms "
+        "it is off by 4 %."
+    )
+    assert [row["wall"] for row in study.front(rows, "tension_top", largest=True)] == [1.0, 2.0, 3.0]
+    last = study.sentence_of_maximum(rows, "tension_top", 0.001)  # 5e-4 of the rms, though the maximum is exact
+    assert last == "0.1 % in largest top tension too: the same settings, off by 0.0001 %."
+    assert study.bound_of(rows[2], "tension_top", largest=True) == 5e-4
+    assert "none of the cases" in study.sentence_of_maximum(rows, "tension_top", 1e-5)
+    quantities = [row["quantity"] for row in study.front_rows(rows, ["tension_top"])]
+    assert quantities == ["top tension"] * 3 + ["largest top tension"] * 3
+
+
 def test_pareto_front():
     points = [(3, 1.0), (1, 5.0), (2, 6.0), (2, 2.0), (4, 1.0), (5, 0.5), (1, 7.0)]
     assert compare.pareto(points) == [1, 3, 0, 5]
@@ -180,12 +202,12 @@ def test_other_bad_options_are_refused():
         acc.check_quantity(load_scene(DRIVEN), "cone_angle")
     for text in ("2", "1-1", "2-1-0", "a-b"):
         with pytest.raises(InputError, match="--pairs"):
-            settings.parse_pairs(text)
-    assert settings.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
+            study.parse_pairs(text)
+    assert study.parse_pairs("1-0,P2-P1") == [(1, 0), (2, 1)]
     with pytest.raises(InputError, match="--cells"):
         settings.parse_numbers("--cells", "4,-1", int)
     with pytest.raises(InputError, match="--schemes"):
-        settings.parse_schemes("bdf2,euler")
+        study.parse_schemes("bdf2,euler")
     for text in ("none", "1e-9,2", "x"):
         with pytest.raises(InputError, match="--newton"):
             study.request(DRIVEN, None, None, None, None, None, None, text, 1)
@@ -199,7 +221,7 @@ def test_settings_reach_the_scene():
     assert settings.stepping_of(changed) == Stepping("bdf2", 0.05, 1e-3)
     loose = settings.with_settings(changed, Space(3, 2, 6), Stepping("bdf2", 0.05, newton=1e-5))
     assert (loose.solver.step_tolerance, settings.stepping_of(loose).newton) == (1e-5, 1e-5)
-    found = settings.steppings(["backward-euler", "bdf2"], [0.1, 0.05], [1e-3], 0.4, [1e-9, 1e-5])
+    found = study.steppings(["backward-euler", "bdf2"], [0.1, 0.05], [1e-3], 0.4, [1e-9, 1e-5])
     assert found[:3] == [Stepping("backward-euler", 0.1), Stepping("backward-euler", 0.05), Stepping("bdf2", 0.1)]
     assert found[4:6] == [Stepping("bdf2", 0.05, 1e-3, 0.4), Stepping("backward-euler", 0.1, newton=1e-5)]
     assert len(found) == 10
@@ -222,10 +244,10 @@ def test_settings_that_a_study_takes_by_itself():
     found = settings.spaces(scene)
     assert [(s.mu, s.nu, s.cells) for s in found] == [(p, p - 1, n) for p in (1, 2, 3) for n in (2, 4, 8)]
     assert settings.spaces(scene, [(4, 2)], [3]) == [Space(4, 2, 3)]
-    assert settings.default_steps(scene) == pytest.approx([0.008, 0.016, 0.04, 0.08])
+    assert study.default_steps(scene) == pytest.approx([0.008, 0.016, 0.04, 0.08])
     held = {"kind": "fixed", "position": [6.0, 0.0, -1.8]}
     still = load_scene(DRIVEN | {"cable": CABLE | {"top": held}})
-    assert settings.default_steps(still) == pytest.approx([0.02, 0.04, 0.1, 0.2])
+    assert study.default_steps(still) == pytest.approx([0.02, 0.04, 0.1, 0.2])
     uneven = load_scene(DRIVEN, cable={"elements": [[1.0, 1], [10.0, 15]]})
     assert settings.with_settings(uneven, Space(1, 0, 4), Stepping("bdf2", 0.05)).network.pieces[
         0

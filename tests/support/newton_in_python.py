@@ -6,7 +6,7 @@ What both remember from call to call stands in `numbers` of a Newton.
 import numpy as np
 from petsc4py import PETSc
 
-from dolfbuoy.solver import coo
+from dolfbuoy.solver.numbering import set_values
 
 ITERATING, CONVERGED = PETSc.SNES.ConvergedReason.ITERATING, PETSc.SNES.ConvergedReason.CONVERGED_SNORM_RELATIVE
 NOT_FINITE = -4
@@ -70,7 +70,7 @@ class InPython:
 
     def jacobian(self, snes, x, J, P):
         self.system.scaled_unknowns.put(x.array_r)
-        coo.set_values(P, self.system.add_jacobians())
+        set_values(P, self.system.add_jacobians())
         self.numbers.assembled += 1
         if self.law is not None:
             self.change_matrix(P)

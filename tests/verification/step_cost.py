@@ -21,12 +21,14 @@ from typing import Annotated
 import numpy as np
 import typer
 from mpi4py import MPI
+from petsc4py import PETSc
 
 from dolfbuoy.errors import InputError
 from dolfbuoy.motion.simulation import Simulation
 from dolfbuoy.results.recorder import Recorder
 from dolfbuoy.scene import load_scene
-from dolfbuoy.solver import compat, coo, floor
+from dolfbuoy.solver import compat
+from dolfbuoy.solver.numbering import set_values
 from dolfbuoy.studies.study import Table
 
 from .script import make, start
@@ -47,6 +49,45 @@ def typical(function, count: int = 60) -> float:
     return float(np.median(times))
 
 
+def back_to_back(newton):
+    """A function of numbers of iterations, residuals and Jacobians: loops and direct solver alone, in turn."""
+    system = newton.system
+    factorise, solve = direct_solver(newton)
+
+    def floor(n_K, n_R, n_J):
+        for k in range(n_K):
+            for _ in range(n_J * k // n_K, n_J * (k + 1) // n_K):
+                system.add_jacobians()
+                factorise()
+            solve()
+            for _ in range(n_R * k // n_K, n_R * (k + 1) // n_K):
+                system.add_residuals()
+
+    return floor
+
+
+def direct_solver(newton):
+    """A factorisation of the present Jacobian, and a solve with it."""
+    newton.system.assemble_jacobian()
+    A = newton.system.A.copy()
+    A.diagonalScale(newton.system.row_vector, newton.system.unknown_vector)
+    pc = PETSc.PC().create(A.comm)
+    pc.setType("lu")
+    pc.setFactorSolverType(newton.direct)
+    if newton.direct == "petsc":
+        pc.setFactorOrdering("natural")
+    pc.setOperators(A)
+    pc.setUp()
+
+    def again():
+        A.stateIncrease()  # PETSc factorises again only what has changed
+        pc.setUp()
+
+    x, y = A.createVecs()
+    x.set(1.0)
+    return again, lambda: pc.apply(x, y)
+
+
 def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
     """One row of the study: seconds per Newton iteration of a run, in parts, and the floor."""
     scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={"keep_jacobian": keep})})
@@ -63,7 +104,7 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
     n_K, n_R, n_J = (groups[name].sum() for name in ("iterations", "residuals", "jacobians"))
     row = {"jacobian": "kept" if keep else "new", "unknowns": simulation.system.unknowns, "steps": done}
     row |= {"iterations": n_K / done, "residuals": n_R / done, "jacobians": n_J / done}
-    factorise, solve = (typical(work, count) for work in floor.direct_solver(twin.newton))
+    factorise, solve = (typical(work, count) for work in direct_solver(twin.newton))
     row |= _split(groups, n_J / n_K * factorise, solve, done / n_K)
     for sim in (simulation, twin):
         sim.problem.destroy()
@@ -73,9 +114,9 @@ def measure(scene, steps: int, keep: bool, count: int = 60) -> dict:
 def _groups(simulation, twin, march, recorder, count):
     """Counts of each group of steps, and its seconds: of parts of Newton's method, of steps, record, and floor."""
     newton, end, system = simulation.newton, simulation.scene.time.end, twin.system
-    alone, rows = floor.back_to_back(twin.newton), []
+    alone, rows = back_to_back(twin.newton), []
     newton.numbers.clocked = True
-    insert = partial(coo.set_values, system.A, system.add_jacobians.out)
+    insert = partial(set_values, system.A, system.add_jacobians.out)
     while len(rows) < count and end - simulation.t > (GROUP - 0.5) * simulation.scene.time.step:
         counted, in_steps, in_record = _counts(newton), 0.0, 0.0
         newton.numbers.seconds = 0.0

@@ -12,7 +12,6 @@ from verification import step_cost
 
 from dolfbuoy import load_scene
 from dolfbuoy.errors import InputError
-from dolfbuoy.solver import floor
 from dolfbuoy.studies.study import run
 
 SCENE = merged(MOORED, cable__elements=4, time={"end": 2.0, "step": 0.01})
@@ -40,8 +39,10 @@ def test_floor_calls_what_the_run_called(monkeypatch):
     """As often, the Jacobians spread over the iterations."""
     called = []
     loops = SimpleNamespace(add_residuals=lambda: called.append("R"), add_jacobians=lambda: called.append("J"))
-    monkeypatch.setattr(floor, "direct_solver", lambda newton: (lambda: called.append("F"), lambda: called.append("S")))
-    floor.back_to_back(SimpleNamespace(system=loops))(6, 8, 2)
+    monkeypatch.setattr(
+        step_cost, "direct_solver", lambda newton: (lambda: called.append("F"), lambda: called.append("S"))
+    )
+    step_cost.back_to_back(SimpleNamespace(system=loops))(6, 8, 2)
     assert "".join(called) == "SRSRJFSRRSRSRJFSRR"
 
 

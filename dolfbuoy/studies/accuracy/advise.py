@@ -16,18 +16,12 @@ from ...results.tables import groups, show
 from ...scene import Scene, settings
 from ...scene.sections import SCHEMES
 from ...scene.settings import Stepping
-from ...writing import replacing
 from .. import sea
 from ..study import Row, Table, save
+from .cheapest import COLUMNS, Verified, cheapest
 from .linear_answer import linear_answer
 from .pilot import ALPHA, Candidate, Pilot
 
-COLUMNS = {
-    "settings": "settings",
-    "predicted_percent": "error [%]",
-    "predicted_seconds": "time [s]",
-    "remark": "remark",
-}
 #: Share of the accuracy that a prediction may use.
 TARGET = 0.7
 
@@ -98,19 +92,27 @@ def _orders(curves: dict[str, Curve]) -> str:
 
 
 def advise_all(
-    scene: Scene, quantity: str, accuracy: float, say: Callable[..., object] = print, comm: Any = MPI.COMM_WORLD
-) -> Advice | Scene:
-    """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot."""
+    scene: Scene,
+    quantity: str,
+    accuracy: float,
+    say: Callable[..., object] = print,
+    comm: Any = MPI.COMM_WORLD,
+    of: list[str] | None = None,
+) -> Advice | Verified | Scene:
+    """Advice on rank 0, the advised scene alone on the others: only rank 0 runs the pilot.
+
+    of: outputs such as tension_top.max, in place of the quantity.
+    """
     found: Any = None
     if comm.rank == 0:
         try:
-            found = advise(scene, quantity, accuracy, say)
+            found = cheapest(scene, of, accuracy, say) if of else advise(scene, quantity, accuracy, say)
         except (InputError, SolveError) as error:
             found = error
-    shared = comm.bcast(found.scene if isinstance(found, Advice) else found)
+    shared = comm.bcast(found if isinstance(found, Exception) else found.scene)
     if isinstance(shared, Exception):
         raise shared
-    result: Advice | Scene = found if comm.rank == 0 else shared
+    result: Advice | Verified | Scene = found if comm.rank == 0 else shared
     return result
 
 
@@ -154,17 +156,14 @@ def table_rows(advice: Advice) -> list[Row]:
     return rows
 
 
-def report(advice: Advice, folder: Path | None, write: Path | None = None) -> None:
-    """Print the advice; save table, measurements and figure in `folder`, the scene at `write`."""
+def report(advice: Advice, folder: Path | None) -> None:
+    """Print the advice; save table, measurements and figure in `folder`."""
     rows, messages = table_rows(advice), sentences(advice)
     show("Cheapest settings that are predicted to meet it", rows, COLUMNS, messages)
     if folder is not None:
         with matplotlib.rc_context(STYLE):
             save(folder, Table("advise", rows, notes=messages, figure=draw(advice)))
         save(folder, Table("advise-pilot", advice.pilot.rows))
-    if write is not None:
-        with replacing(write) as part:
-            advice.scene.save(part)
 
 
 def draw(advice: Advice) -> Figure:

@@ -88,7 +88,9 @@ def judge(scene: Row) -> Row:
         "adaptive": adaptive(rows),
         "pairs": pairs(spaces),
         "spaces": sorted(spaces, key=lambda r: (r["pair"], r["cells"])),
-        "sentences": [wp.sentence(rows, QUANTITY, accuracy) for accuracy in ACCURACIES],
+        "sentences": [
+            make(rows, QUANTITY, accuracy) for accuracy in ACCURACIES for make in (wp.sentence, wp.sentence_of_maximum)
+        ],
     }
 
 
@@ -213,8 +215,8 @@ def markdown(facts: Row) -> str:
     parts = [
         "# What accuracy costs",
         *(["**A quick trial of the report: its numbers are not worth quoting.**"] if facts["quick"] else []),
-        f"Runs are shortened: {ends}. Errors are rms differences from a finer reference over that window, relative to "
-        "the range of the quantity in it. Times are those of the stepping loop, median of "
+        f"Runs are shortened: {ends}. Errors are differences from a finer reference over that window, rms and of the "
+        "maximum, relative to the range of the quantity in it. Times are those of the stepping loop, median of "
         f"{scenes[0]['repeats']}, one core ({facts['machine']}). Made by `dolfbuoy report`.",
         *map(_scene, scenes),
         "## Element pairs",
@@ -240,9 +242,13 @@ def markdown(facts: Row) -> str:
 def _scene(scene: Row) -> str:
     quoted = "\n>\n".join(f"> {sentence}" for sentence in scene["sentences"])
     picture = f"![error over time, {scene['name']}](work-precision-{scene['name']}.png)"
-    front = [row for row in scene["fronts"] if row["quantity"] == acc.QUANTITIES[QUANTITY]]
+    rms, largest = (
+        [row for row in scene["fronts"] if row["quantity"] == names[QUANTITY]] for names in (acc.QUANTITIES, wp.LARGEST)
+    )
     reference = [note for note in scene["notes"] if note.startswith(("Reference", "Failed"))]
-    return "\n\n".join([f"## `{scene['name']}`", quoted, picture, table_of("", front, FRONT, reference)])
+    of_both = FRONT | {"settings": "Pareto front of rms and maximum"}
+    tables = table_of("", rms, FRONT), table_of("", largest, of_both, reference)
+    return "\n\n".join([f"## `{scene['name']}`", quoted, picture, *tables])
 
 
 def _pairs(scene: Row) -> str:

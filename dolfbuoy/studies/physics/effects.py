@@ -19,6 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import ufl
+from ufl.algorithms import expand_derivatives
+from ufl.algorithms.apply_algebra_lowering import apply_algebra_lowering
+from ufl.corealg.traversal import unique_pre_traversal
 
 from ...elsewhere import MPI
 from ...errors import InputError, SolveError
@@ -31,7 +35,6 @@ from ...results.style import COLORS, PAGE, PALETTE, Figure, legend_below, new_fi
 from ...results.tables import groups
 from ...scene import Scene, load_scene, settings
 from ...scene.settings import everywhere
-from ...solver.floor import operations
 from .. import sea
 from ..study import Row, Table
 
@@ -50,6 +53,13 @@ def request(scene: Scene | str, t_end: float | None, threshold: str) -> Row:
 def effects_of(scene: Scene) -> list[str]:
     """Names of the effects that the scene calls for and that can be left out."""
     return [effect.name for effect in model.called_by(scene) if effect.removable]
+
+
+def operations(form: ufl.Form) -> int:
+    """Distinct operations of a form, once derivatives and tensor algebra are expanded: a number of the form alone."""
+    expanded = expand_derivatives(apply_algebra_lowering(form))
+    nodes = {node for integral in expanded.integrals() for node in unique_pre_traversal(integral.integrand())}
+    return sum(not node._ufl_is_terminal_ for node in nodes)
 
 
 def variant(scene: Scene, left_out: Collection[str] = (), only: Collection[str] | None = None) -> Scene:

@@ -21,9 +21,8 @@ from ...linear.periods import buoy_periods
 from ...linear.potential_flow import read_capytaine
 from ...linear.response import check_periods
 from ...linear.seaway import responses
-from ...model.feasible import shape_and_mass
 from ...model.prescribed_ends import adrift_nowhere
-from ...model.rigid import Floating, float_upright
+from ...model.rigid import Floating, float_upright, mass_properties, shape_of
 from ...parallel.cases import evaluate_all
 from ...results.style import COLORS, PAGE, Figure, legend_below, new_figure
 from ...results.tables import groups
@@ -58,7 +57,7 @@ def request(name: str | Scene, periods: str, direction: float | None, capytaine:
     runs = settings.parse_numbers("--runs", periods)
     check_periods("--runs", runs or [])
     if capytaine:
-        flow, (_, mass), free = read_capytaine(capytaine), shape_and_mass(_buoy(scene)), _floating(scene)
+        flow, mass, free = read_capytaine(capytaine), mass_properties(_buoy(scene)), _floating(scene)
         if free is None or free.GM <= 0:
             raise InputError(f"{capytaine}: is of a free buoy, but this one does not float upright without its cable.")
         center, own = flow.rotation_height, mass.height - free.draft
@@ -77,7 +76,7 @@ def _buoy(scene: Scene) -> Buoy:
 
 def _floating(scene: Scene, pull: float = 0.0) -> Floating | None:
     """Upright hydrostatics under a pull; None if the buoy sinks."""
-    (shape, mass), sea = shape_and_mass(_buoy(scene)), scene.sea
+    shape, mass, sea = shape_of(_buoy(scene)), mass_properties(_buoy(scene)), scene.sea
     try:
         if sea is None:
             return None
@@ -130,7 +129,7 @@ def _hydrostatics(scene: Scene, _: Any) -> Row:
         T_O: Any = problem.end_tension()
         pull = float(T_O[2])
         problem.destroy()
-    floating, (_, mass) = _floating(scene, pull), shape_and_mass(_buoy(scene))
+    floating, mass = _floating(scene, pull), mass_properties(_buoy(scene))
     if floating is None:
         raise SolveError(f"the cable pulls at the buoy with {pull:.4g} N, under which it cannot float upright")
     levers = [row._asdict() for row in righting_curve(scene, HEELS, pull)]
@@ -151,7 +150,7 @@ def _response(scene: Scene, case: Row) -> Row:
 
 def _run(scene: Scene, case: Row) -> Row:
     """Motions by a run in time."""
-    shape: Any = shape_and_mass(_buoy(scene))[0]
+    shape: Any = shape_of(_buoy(scene))
     amplitude = AMPLITUDE * shape.max_diameter
     found = measured(scene, case["period"], case["direction"], amplitude)
     (own,) = responses(scene, [case["period"]], case["direction"])
@@ -160,7 +159,7 @@ def _run(scene: Scene, case: Row) -> Row:
 
 def _flow(scene: Scene, case: Row) -> Row:
     """Motions by potential flow, with the mass and stiffness of the free buoy."""
-    flow, (_, mass) = read_capytaine(case["file"]), shape_and_mass(_buoy(scene))
+    flow, mass = read_capytaine(case["file"]), mass_properties(_buoy(scene))
     free: Any = _floating(scene)
     stiffness = (0.0, free.heave_stiffness, mass.mass * scene.gravity * free.GM)
     found = flow.responses((mass.mass, mass.mass, mass.inertia[0]), stiffness)
@@ -286,7 +285,7 @@ def study(
 
 def _shortest(scene: Scene) -> float:
     """Period below which k R is more than LARGEST_KR, in deep water [s]."""
-    shape: Any = shape_and_mass(_buoy(scene))[0]
+    shape: Any = shape_of(_buoy(scene))
     return 2 * math.pi / math.sqrt(LARGEST_KR * scene.gravity / (shape.max_diameter / 2))
 
 

@@ -1,0 +1,50 @@
+"""`dolfbuoy design`: numbers of a scene for which something is least."""
+
+from typing import Annotated
+
+import typer
+
+from .app import app
+from .calibrate import bounds
+from .shared import OutOption, SceneArgument, SetOption, folder_of, load, print_table, say, say_warnings
+
+
+@app.command()
+def design(
+    scene: SceneArgument,
+    vary: Annotated[str, typer.Option("--vary", metavar="KEY=LOW..HIGH,...", help="Numbers that may be chosen.")],
+    least: Annotated[str, typer.Option("--least", help="Expression of keys and outputs that is to be least.")],
+    hold: Annotated[list[str] | None, typer.Option("--hold", help="EXPRESSION < LIMIT, or >; may be repeated.")] = None,
+    case: Annotated[
+        list[str] | None,
+        typer.Option("--case", metavar="KEY=VALUE;...", help="A load case, changes of the scene; may be repeated."),
+    ] = None,
+    folder: OutOption = None,
+    assign: SetOption = None,
+) -> None:
+    """Numbers for which an expression is least within limits.  Example: see dolfbuoy/sensitivity/README.md"""
+    from ..scene import parse_assignment
+    from ..sensitivity import design as find
+
+    loaded, folder = load(scene, assign), folder_of(scene, folder, "design")
+    cases = [dict(parse_assignment(part) for part in text.split(";")) for text in case or []]
+    found = find(loaded, bounds(vary, "--vary"), least, hold or [], cases, folder)
+    one = found.dataset
+    rows = [
+        (str(key), f"{float(one.begin[k]):.6g}", f"{float(one.value[k]):.6g}", str(one.parameter_unit.values[k]))
+        for k, key in enumerate(one.parameter.values)
+    ]
+    print_table(f"\n{loaded.title or scene}, {folder / 'design.nc'}", ("number", "begin", "found", "unit"), rows)
+    if one.sizes["limit"]:
+        rows = [
+            (str(text), f"{float(one.limit_value[k]):.6g}", "yes" if bool(one.active[k]) else "no", _multiplier(one, k))
+            for k, text in enumerate(one.limit.values)
+        ]
+        print_table("Limits", ("limit", "reached", "active", "gain for a unit more"), rows)
+    say(f"{one.attrs['least_of']} = {one.attrs['least']:.6g}, after {one.attrs['runs']} runs")
+    say(f"scene with these numbers: {folder / 'designed.toml'}")
+    say_warnings(found.sentences)
+
+
+def _multiplier(one, k):  # type: ignore[no-untyped-def]  # a Dataset
+    return f"{float(one.multiplier[k]):.4g}" if bool(one.active[k]) else "-"

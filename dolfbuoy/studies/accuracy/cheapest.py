@@ -1,0 +1,329 @@
+"""The cheapest settings for outputs such as largest tensions: a short pilot, what it predicts, and a run with its bars.
+
+The pilot is the beginning of the scene.  In time, every scheme runs on one mesh with steps halved; in space, every
+pair runs at one step with elements doubled.  The bar of each run from the one before it, over what was asked for (its
+share), falls with a power of step and elements.  The cheapest settings whose shares make up ENOUGH are run over the
+whole scene with a companion, as `run --bars` does; where that bar is larger than predicted, their pair and scheme count
+as so much worse, others by the square root of that, and the next cheapest settings are tried.
+"""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...accuracy.companion import companion_around, companion_of, events_of
+from ...accuracy.outputs import unit_of_series
+from ...accuracy.target import ENOUGH, OF_NEWTON, USUAL, Round, check_names, judged, scale_of, wanted_of
+from ...errors import NoResult, SolveError
+from ...results.bars import number_with
+from ...results.compare import Curve, nice_numbers, percent
+from ...results.tables import force_unit, show
+from ...scene import Scene, load_scene
+from ...scene.settings import (
+    Space,
+    Stepping,
+    check_time,
+    fitting,
+    period_of,
+    shortened,
+    space_of,
+    with_settings,
+)
+from ..one_case import run
+from ..study import Row, Table, save
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+COLUMNS = {
+    "settings": "settings",
+    "predicted_percent": "error [%]",
+    "predicted_seconds": "time [s]",
+    "remark": "remark",
+}
+#: Order of each scheme in the step, and of each pair in the elements, at most; fewest elements of a piece of line.
+ORDERS = {"bdf2": 2, "generalized-alpha": 2, "backward-euler": 1}
+PAIRS = {(2, 1): (4, 2), (3, 2): (4, 2), (1, 0): (2, 4)}
+#: The pilot's first step in a period, and how often step and elements are halved at most.
+FIRST, LEVELS = 10, 6
+#: Share down to which the pilot goes; from there on powers are trusted.
+NEAR = 2.0
+#: A scheme or pair is given up where it takes so many times what another one took to be as near.
+DEARER = 2.0
+#: Share that a prediction may use, whole runs for the verification, and what a bar that is not known counts as.
+AIM, TRIES, UNKNOWN = 0.9 * ENOUGH, 5, 4.0
+#: Newton's largest tolerance.
+LOOSEST = 1e-4
+
+
+class Share(Curve):
+    """Share over the step, or over 1/elements; beyond the finest with the observed order, at most the highest one."""
+
+    def __init__(self, points: Iterable[tuple[float, float]], highest: float) -> None:
+        super().__init__((x, share) for x, share in points if math.isfinite(share))
+        self.highest = highest
+
+    @property
+    def order(self) -> float:
+        return min(max(super().order, 1.0), self.highest) if len(self.x) > 1 else min(2.0, self.highest)
+
+
+@dataclass
+class Choice:
+    """Settings with their predicted share of what was asked for, and CPU seconds of the steps of the whole run."""
+
+    space: Space
+    stepping: Stepping
+    share: float
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"{self.space}{self.stepping}"
+
+    @property
+    def family(self) -> tuple[str, str]:
+        """Pair and scheme."""
+        return self.space.pair, self.stepping.scheme
+
+
+@dataclass
+class Verified:
+    """Settings whose run over the whole scene has bars within what was asked for."""
+
+    scene: Scene
+    accuracy: float
+    choice: Choice
+    found: Round
+    candidates: list[Choice]
+    rows: list[Row]
+    notes: list[str]
+
+
+class Pilot:
+    """Runs of the beginning of a scene with [accuracy], each once, and what they say of others."""
+
+    def __init__(self, scene: Scene, accuracy: float) -> None:
+        self.whole, self.accuracy = scene, accuracy
+        self.scene = shortened(scene, periods=4)
+        self.newton = min(OF_NEWTON * accuracy, LOOSEST)
+        own, pieces = space_of(scene), len(scene.network.pieces)
+        time, period = check_time(self.scene), period_of(scene)
+        self.first = min(period / FIRST, time.end / FIRST) if period else min(8 * time.step, time.end / FIRST)
+        self.mesh = own
+        if own.mu:
+            cells = min(max(own.mu * own.cells // (2 * pieces), 4), 20)
+            self.mesh = fitting(scene, Space(2, 1, cells * pieces))
+        self.rows: list[Row] = []
+        self.in_time: dict[str, Share] = {}
+        self.in_space: dict[tuple[int, int], Share] = {}
+        self._work: dict[str, dict[float, float]] = {}  #: scheme -> step -> Newton iterations and one more, a step
+        self._rates: dict[tuple[int, int], dict[int, float]] = {}  #: pair -> elements -> seconds of one of these
+
+    def measure(self) -> None:
+        """Curves of all schemes and pairs.  Raises SolveError where no run comes near what was asked for."""
+        smooth = self.whole.seabed is None and all(
+            piece.section.slack == "compressive" for piece in self.whole.network.pieces
+        )
+        dearest, steps = math.inf, {}
+        for scheme, order in ORDERS.items():
+            if order > 1 or not smooth:
+                ways = [(self.mesh, self.first / 2**k, scheme) for k in range(LEVELS)]
+                points, seconds = self._refined(ways, dearest)
+                steps[scheme], dearest = min(points, default=math.inf), min(dearest, DEARER * seconds)
+                self.in_time[scheme] = Share(points.items(), order)
+        known = [scheme for scheme, curve in self.in_time.items() if len(curve.x)]
+        if not known:
+            raise SolveError(
+                f"The pilot cannot promise {percent(self.accuracy)}: with no step down to "
+                f"{self.first / 2 ** (LEVELS - 1):.3g} s is the error of the outputs known."
+            )
+        scheme, dearest = min(known, key=lambda name: self.in_time[name].error[0]), math.inf
+        for (mu, nu), (order, fewest) in PAIRS.items() if self.mesh.mu else ():
+            ways = [(self._of_each(mu, nu, fewest * 2**k), steps[scheme], scheme) for k in range(LEVELS)]
+            points, seconds = self._refined(ways, dearest)
+            dearest = min(dearest, DEARER * seconds)
+            self.in_space[mu, nu] = Share(((1 / cells, share) for cells, share in points.items()), order)
+
+    def _of_each(self, mu: int, nu: int, cells: int) -> Space:
+        return fitting(self.whole, Space(mu, nu, cells * len(self.whole.network.pieces)))
+
+    def _refined(self, ways: list[tuple[Space, float, str]], dearest: float) -> tuple[dict[float, float], float]:
+        """({step or number of elements: share}, seconds of the finest run), each run the companion of the next.
+
+        Until the share is NEAR, a run takes longer than `dearest`, or finer is no better twice.  Seconds are inf where
+        the share is not NEAR.
+        """
+        coarse: xr.Dataset | Exception | None = None
+        points, best, in_vain = {}, math.inf, 0
+        in_space = len({space for space, _, _ in ways}) > 1
+        for space, step, scheme in ways:
+            scene = with_settings(self.scene, space, Stepping(scheme, step, newton=self.newton))
+            record = tried(scene)
+            if isinstance(record, Exception):
+                coarse = record
+                continue
+            self._note(record, space, step, scheme)
+            share = judged(scene, record, coarse).worst if coarse is not None else math.inf
+            coarse, seconds = record, float(record.attrs["loop_seconds"])
+            points[float(space.cells if in_space else step)] = share
+            self.rows[-1] |= {"error_in": "space" if in_space else "time", "share": share}
+            if share <= NEAR:
+                return points, seconds
+            in_vain = 0 if share < 0.7 * best or math.isinf(share) else in_vain + 1
+            best = min(best, share)
+            if (seconds > dearest and math.isfinite(best)) or in_vain > 1:
+                break
+        return points, math.inf
+
+    def _note(self, record: "xr.Dataset", space: Space, step: float, scheme: str) -> None:
+        """Keep what a run cost."""
+        steps, seconds = record.sizes["time"] - 1, float(record.attrs["loop_seconds"])
+        work = float(record.newton_iterations.sum()) / steps + 1
+        self._work.setdefault(scheme, {})[step] = work
+        self._rates.setdefault((space.mu, space.nu), {})[space.cells] = seconds / (work * steps)
+        self.rows.append({"pair": space.pair, "cells": space.cells, "scheme": scheme, "step": step, "seconds": seconds})
+
+    def seconds(self, space: Space, scheme: str, step: float) -> float:
+        """CPU seconds of the steps of the whole run: linear in the elements, iterations as at the nearest steps."""
+        steps, works = zip(*sorted(self._work[scheme].items()), strict=True)
+        cells, rates = zip(*sorted(self._rates[space.mu, space.nu].items()), strict=True)
+        slope = max(np.polyfit(cells, rates, 1)[0], 0.0) if len(cells) > 1 else 0.0
+        rate = max(np.mean(rates) + slope * (space.cells - np.mean(cells)), 0.5 * min(rates))
+        return float(check_time(self.whole).end / step * np.interp(step, steps, works) * rate)
+
+    def candidates(self, worse: dict[tuple[str, str], float], others: float) -> list[Choice]:
+        """The cheapest settings of each pair and scheme that are predicted to do, cheapest first.
+
+        worse: how many times larger shares were than predicted, by pair and scheme; others: of those not tried.
+        """
+        best: dict[tuple[str, str], Choice] = {}
+        for space, of_space in self._spaces():
+            for scheme, curve in self.in_time.items():
+                factor = worse.get((space.pair, scheme), others)
+                room = AIM / factor - of_space
+                if not len(curve.x) or room <= 0:
+                    continue
+                step = curve.largest(room, nice_numbers(curve.x[0] / 1e3, curve.x[-1]))
+                if step is None:
+                    continue
+                share, seconds = factor * (of_space + curve(step)), self.seconds(space, scheme, step)
+                choice = Choice(space, Stepping(scheme, step, newton=self.newton), share, seconds)
+                if choice.family not in best or seconds < best[choice.family].seconds:
+                    best[choice.family] = choice
+        return sorted(best.values(), key=lambda choice: choice.seconds)
+
+    def _spaces(self) -> list[tuple[Space, float]]:
+        """Meshes, and their shares; 2 % of difference in the number of elements matter to no one."""
+        if not self.mesh.mu:
+            return [(self.mesh, 0.0)]
+        found = []
+        for (mu, nu), curve in self.in_space.items():
+            if len(curve.x):
+                low, high = 1 / curve.x[-1], 8 / curve.x[0]
+                sizes = sorted({round(low * 1.12**k) for k in range(80) if low * 1.12**k <= high})
+                spaces = dict.fromkeys(fitting(self.whole, Space(mu, nu, n)) for n in sizes)
+                found += [(space, curve(1 / space.cells)) for space in spaces]
+        return found
+
+
+def asked(scene: Scene, of: list[str], accuracy: float) -> Scene:
+    """The scene of which outputs are to be so accurate.  Raises InputError for outputs that it does not have."""
+    scene = load_scene(scene, accuracy={"target": accuracy, "of": of})
+    check_names(scene)
+    return scene
+
+
+def cheapest(scene: Scene, of: list[str], accuracy: float, say: Callable[..., object] = print) -> Verified:
+    """Find and verify settings with which outputs are so accurate.
+
+    of: names such as tension_top.max; of none the usual ones.  Raises InputError for outputs that the scene does
+    not have, SolveError when no settings can be promised.
+    """
+    scene = asked(scene, of, accuracy)
+    pilot = Pilot(scene, accuracy)
+    say(f"Pilot until t = {check_time(pilot.scene).end:g} s of {check_time(scene).end:g} s.")
+    pilot.measure()
+    worse: dict[tuple[str, str], float] = {}
+    notes: list[str] = []
+    others = 1.0
+    for _ in range(TRIES):
+        candidates = pilot.candidates(worse, others)
+        if not candidates:
+            break
+        choice = candidates[0]
+        settled = with_settings(scene, choice.space, choice.stepping)
+        found = _verified(settled)
+        if not isinstance(found, Exception) and found.worst <= ENOUGH:
+            return Verified(load_scene(settled, accuracy=None), accuracy, choice, found, candidates, pilot.rows, notes)
+        times = UNKNOWN
+        if isinstance(found, Exception):
+            reason = f"it fails: {found}"
+        elif math.isinf(found.worst):
+            reason = f"the error of {found.output} is not known. {' '.join(found.sentences)}".rstrip()
+        else:
+            reason = f"{found.output} is known to {percent(accuracy * found.worst)}."
+            times = max(found.worst / choice.share, 1.1)
+            others = max(others, math.sqrt(times * worse.get(choice.family, others)))
+        worse[choice.family] = times * worse.get(choice.family, 1.0)
+        notes.append(f"{choice} is not enough: {reason}")
+        say(notes[-1])
+    names = ", ".join(of or USUAL)
+    raise SolveError(f"No settings of the pilot keep {percent(accuracy)} in {names}. {' '.join(notes)}".rstrip())
+
+
+def _verified(scene: Scene) -> Round | Exception:
+    """A run of the whole scene with its bars, or why it fails."""
+    record = tried(scene)
+    if isinstance(record, Exception):
+        return record
+    around = {event: tried(companion_around(scene, event)) for event in events_of(scene, record)}
+    events = {event: one for event, one in around.items() if not isinstance(one, Exception)}
+    return judged(scene, record, tried(companion_of(scene)), events=events)
+
+
+def tried(scene: Scene) -> "xr.Dataset | Exception":
+    """The series of a run on this rank alone, or why it failed."""
+    try:
+        return run(load_scene(scene, accuracy=None))
+    except (SolveError, NoResult) as error:
+        return error
+
+
+def sentences(found: Verified) -> list[str]:
+    """The advice in words."""
+    bars, scene = found.found.bars, found.found.scene
+    wanted = wanted_of(scene, bars)
+    named = [str(output) for output in wanted]
+    names = ", ".join(dict.fromkeys(named))
+    seconds, coarse = found.found.record.attrs["loop_seconds"], companion_of(scene)
+    end, until = check_time(scene).end, check_time(coarse).end
+    what = f"{percent(found.accuracy)} in {names}: {found.choice}"
+    messages = [f"{what}: {seconds:.2g} s for the run until t = {end:g} s.", *found.notes]
+    for output in wanted:
+        bar, unit = bars[output], unit_of_series(output.series)
+        unit, factor = force_unit(bar.value) if unit == "N" else (unit, 1.0)
+        value, width = number_with(factor * bar.value, factor * bar.bar)
+        share = percent(bar.bar / scale_of(output, bars))
+        part = f" of {output.part}" if named.count(str(output)) > 1 else ""
+        messages.append(f"{output}{part}: {value} +- {width} {unit}, {share}.")
+    shorter = f" until t = {until:g} s" if until < end else ""
+    return [*messages, f"Bars are those of this run and one with twice the step and half the elements{shorter}."]
+
+
+def report(found: Verified, folder: Path) -> None:
+    """Print the advice; save the table and the pilot's runs in `folder`."""
+    keys = ("pair", "cells", "scheme", "step", "newton", "predicted_percent", "predicted_seconds")
+    rows: list[Row] = []
+    for choice in found.candidates:
+        space, stepping, error = choice.space, choice.stepping, 100 * choice.share * found.accuracy
+        numbers = space.pair, space.cells, stepping.scheme, stepping.step, stepping.newton, error, choice.seconds
+        rows.append({"settings": str(choice)} | dict(zip(keys, numbers, strict=True)) | {"remark": ""})
+    rows[0]["remark"] = "advised"
+    messages = sentences(found)
+    show("Cheapest settings that are predicted to meet it", rows, COLUMNS, messages)
+    save(folder, Table("advise", rows, notes=messages))
+    save(folder, Table("advise-pilot", found.rows))

@@ -1,0 +1,149 @@
+"""Designs: expressions of keys and outputs, and numbers for which one is least within limits.
+
+Source: optima and multipliers of a hanging line in closed form; Python's own arithmetic.
+"""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import dolfbuoy
+from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.sensitivity import design
+from dolfbuoy.sensitivity.expressions import Dual, Expression
+
+HANGING = {  # at rest: the tension at its top is g (w L + m)
+    "cable": {
+        "length": 10.0,
+        "line_density": 3.0,
+        "axial_stiffness": 1e7,
+        "elements": 3,
+        "from": "weight",
+        "to": [0, 0, 0],
+    },
+    "joint": [{"name": "weight", "mass": 30.0, "volume": 0.0}],
+    "time": {"end": 0.4, "step": 0.1, "scheme": "bdf2"},
+}
+VARY = {"cable.line_density": (1.0, 9.0), "joint.weight.mass": (20.0, 60.0)}
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["a + b*2 - 3/a", "-(a - b)**2", "a**-1.5*b", "2e3*a - .5", "((a))/(b + 1)", "-a**2", "a - b - 1", "a/b/2", "a*-b"],
+)
+def test_values_and_slopes_are_those_of_python(text):
+    names, at, step = ("a", "b"), np.array([1.7, 0.6]), 1e-6
+    found = Expression(text, "--least").at(lambda n: Dual(at[names.index(n)], np.eye(2)[names.index(n)]), 2)
+
+    def python(values):
+        return eval(text, {}, dict(zip(names, values, strict=True)))  # texts of this test
+
+    assert found.value == pytest.approx(python(at))
+    slopes = [(python(at + step * e) - python(at - step * e)) / (2 * step) for e in np.eye(2)]
+    assert found.slope == pytest.approx(slopes, rel=1e-6, abs=1e-8)
+
+
+WRONG = [
+    "",
+    "a +",
+    "(a",
+    "a)",
+    "a b",
+    "a ** b",
+    "f(a)",
+    "a; b",
+    "__import__('os')",
+    "a.b()",
+    "'a'",
+    "a == b",
+    "a[",
+    "1e999*a",
+    "(" * 40 + "a",
+]
+
+
+@pytest.mark.parametrize("text", [*WRONG, "a" * 2000])
+def test_what_is_no_expression_is_refused(text):
+    with pytest.raises(InputError, match=r"^--least .*\.$"):
+        Expression(text, "--least").at(lambda n: Dual(1.0, np.zeros(1)) if n == "a" else _unknown(n), 1)
+
+
+def _unknown(name):
+    raise InputError(f"--least {name}: is unknown.")
+
+
+def test_no_value():
+    with pytest.raises(InputError, match="divides by zero"):
+        Expression("1/(a - a)", "--least").at(lambda n: Dual(1.0, np.zeros(1)), 1)
+    with pytest.raises(InputError, match="has no value here"):
+        Expression("a**0.5", "--least").at(lambda n: Dual(-1.0, np.zeros(1)), 1)
+
+
+@pytest.mark.parametrize("start", [2.0, 5.0, 8.0])
+def test_lightest_line_that_pulls_enough(start):
+    """g (w L + m) > 600 N with w L + 2 m least: as little m and as much w as it takes; a newton more costs 1/g."""
+    found = design(
+        HANGING,
+        VARY,
+        "cable.line_density*cable.length + 2*joint.weight.mass",
+        ["tension_top.mean > 600"],
+        cable__line_density=start,
+    )
+    w = (600 / 9.81 - 20.0) / 10
+    assert found.dataset.value.values == pytest.approx([w, 20.0], rel=1e-5)
+    assert found.dataset.attrs["least"] == pytest.approx(10 * w + 40, rel=1e-5)
+    assert found.dataset.active.values.tolist() == [True]
+    assert float(found.dataset.multiplier[0]) == pytest.approx(1 / 9.81, rel=1e-4)
+    assert found.sentences == ["joint.weight.mass lies on its bound, 20."]
+    again = dolfbuoy.simulate(found.scene)
+    assert float(again.tension_top.mean()) >= 600 * (1 - 1e-4)
+
+
+def test_limits_hold_in_all_load_cases():
+    """The case with the larger gravity decides."""
+    cases = [{}, {"gravity": 12.0}]
+    found = design(
+        HANGING, {"cable.line_density": (1.0, 9.0)}, "-cable.line_density", ["tension_top.mean < 700"], cases
+    )
+    assert float(found.dataset.value[0]) == pytest.approx((700 / 12.0 - 30.0) / 10, rel=1e-4)
+
+
+def test_what_cannot_be_kept():
+    with pytest.raises(SolveError, match=r"Nothing was found that keeps tension_top\.mean > 5000"):
+        design(HANGING, VARY, "cable.line_density", ["tension_top.mean > 5000"])
+
+
+REFUSED = [
+    (VARY, "cable.lenght", [], "is neither a number of this scene nor an output"),
+    (VARY, "tension_top.max", ["tension_top.max"], "must have the form"),
+    (VARY, "tension_top.max", ["tension_top.max < high"], "must have the form"),
+    (VARY, "tension_top.max[port]", [], "is neither a number"),
+    ({"cable.elements": (2, 9)}, "tension_top.max", [], "is not a physical number"),
+    ({"cable.line_density": (4, 2)}, "tension_top.max", [], "--vary .*must be finite numbers that rise"),
+    ({}, "tension_top.max", [], "--vary: must be given"),
+    ({"cable.line_density": (1, 9)}, "joint.weight.mass", [], "nothing in it depends on what varies"),
+]
+
+
+@pytest.mark.parametrize(("vary", "least", "hold", "message"), REFUSED)
+def test_refused(vary, least, hold, message):
+    with pytest.raises(InputError, match=message):
+        design(HANGING, vary, least, hold)
+
+
+def test_command(call, tmp_path):
+    scene = tmp_path / "scene.toml"
+    dolfbuoy.load_scene(HANGING).save(scene)
+    options = ["--vary", "cable.line_density=1..9", "--least", "cable.line_density", "--hold", "tension_top.mean>600"]
+    code, out, _ = call(
+        "design", scene, *options, "--out", tmp_path / "out", "--case", "gravity=9.81", "--case", "gravity=9.0;title=x"
+    )
+    assert code == 0
+    w = (600 / 9.0 - 30.0) / 10
+    assert float(xr.load_dataset(tmp_path / "out" / "design.nc").value[0]) == pytest.approx(w, rel=1e-4)
+    for text in ("cable.line_density", f"{w:.3f}"[:4], "tension_top.mean>600", "designed.toml"):
+        assert text in out
+    best = dolfbuoy.load_scene(tmp_path / "out" / "designed.toml")
+    assert math.isclose(best.network.pieces[0].section.line_density, w, rel_tol=1e-4)

@@ -1,0 +1,144 @@
+"""Cheapest settings for outputs: `advise --of` keeps what it says of maxima, in a few runs' worth of work.
+
+Source: runs of another pair and scheme, many times finer; powers; shares that are given.
+"""
+
+import json
+import math
+
+import pytest
+from alone import simulate
+
+from dolfbuoy import load_scene
+from dolfbuoy.accuracy.outputs import Output
+from dolfbuoy.accuracy.target import ENOUGH
+from dolfbuoy.errors import InputError, SolveError
+from dolfbuoy.scene.settings import Space, Stepping, space_of, stepping_of, with_settings
+from dolfbuoy.studies.accuracy import advise, cheapest
+from dolfbuoy.studies.accuracy.cheapest import Choice, Pilot, Share
+
+
+def values_of(scene):
+    """Outputs of a run by name and part."""
+    found = simulate(scene, accuracy={"estimate": "companion"})
+    names = zip(found.output.values.tolist(), found.output_of.values.tolist(), strict=True)
+    return dict(zip(names, found.bar_value.values, strict=True))
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory):
+    """Advice for the largest tensions of a driven cable, and its folder."""
+    scene, said = load_scene("driven", time__end=25.0), []
+    found = cheapest.cheapest(scene, ["tension_top.max", "anchor.max"], 0.01, said.append)
+    folder = tmp_path_factory.mktemp("advice")
+    cheapest.report(found, folder)
+    return scene, found, folder
+
+
+def test_maxima_are_as_accurate_as_was_asked_for(driven):
+    """Against BDF2 with P2-P1, an eighth of the step and four times the elements."""
+    scene, found, _ = driven
+    step, cells = stepping_of(found.scene).step, space_of(found.scene).cells
+    truth = values_of(with_settings(scene, Space(2, 1, 4 * cells), Stepping("bdf2", step / 8)))
+    own = values_of(found.scene)
+    for name in ("tension_top.max", "anchor.max"):
+        assert own[name, "cable"] == pytest.approx(truth[name, "cable"], rel=0.01), name
+    assert found.scene.accuracy is None  # nothing more is paid for in its runs
+
+
+def test_what_is_advised_is_what_was_run_with_bars(driven):
+    scene, found, folder = driven
+    assert found.found.worst <= ENOUGH
+    assert (space_of(found.scene), stepping_of(found.scene)) == (found.choice.space, found.choice.stepping)
+    assert found.scene.time.end == scene.time.end == float(found.found.record.time[-1])
+    assert found.scene.solver.step_tolerance == 1e-4  # a hundredth of 1 %
+    bar = found.found.bars[Output("tension_top", "max", "cable")]
+    line = next(text for text in cheapest.sentences(found) if text.startswith("tension_top.max"))
+    assert "kN" in line
+    assert "+-" in line
+    assert f"{1e-3 * bar.value:.3g}" in line
+    assert bar.verdict == "resolved"
+    rows = json.loads((folder / "advise.json").read_text())["rows"]
+    assert rows[0]["remark"] == "advised"
+    assert rows[0]["predicted_seconds"] == min(row["predicted_seconds"] for row in rows)
+
+
+def test_a_pilot_costs_some_runs(driven):
+    """Steps times elements of all runs of the pilot: below twenty of the advised run."""
+    scene, found, _ = driven
+    whole = scene.time.end / found.choice.stepping.step * (found.choice.space.cells + 10)
+    pilot = Pilot(scene, 0.01).scene.time.end
+    assert sum(pilot / row["step"] * (row["cells"] + 10) for row in found.rows) < 20 * whole
+
+
+def test_shares_follow_powers():
+    """4 at 0.2 and 1 at 0.1: order two, a quarter at 0.05; unknown ones are none; order two of a single one."""
+    share = Share([(0.4, math.inf), (0.2, 4.0), (0.1, 1.0)], 2)
+    assert share(0.05) == pytest.approx(0.25)
+    assert share(0.4) == math.inf
+    assert Share([(0.2, 4.0), (0.1, 0.1)], 2)(0.05) == pytest.approx(0.025)  # 5.3 is not believed
+    assert Share([(0.2, 4.0)], 4)(0.1) == pytest.approx(1.0)
+    assert Share([(0.2, 4.0)], 1)(0.1) == pytest.approx(2.0)
+
+
+def test_settings_whose_bars_are_larger_than_predicted_are_not_given(monkeypatch):
+    """Those of the same pair and scheme become as much stricter, others by the root; without any end: one sentence."""
+    tried = []
+
+    class Given:
+        worst, output, sentences = 2.0, "tension_top.max", ()
+
+    def verified(scene):
+        tried.append((space_of(scene).pair, stepping_of(scene).scheme, stepping_of(scene).step))
+        return Given()
+
+    monkeypatch.setattr(cheapest, "_verified", verified)
+    monkeypatch.setattr(Pilot, "measure", lambda self: None)
+    asked = []
+
+    def candidates(self, worse, others):
+        asked.append((dict(worse), others))
+        return [Choice(Space(2, 1, 10), Stepping("bdf2", 0.1), 0.5, 1.0)]
+
+    monkeypatch.setattr(Pilot, "candidates", candidates)
+    with pytest.raises(SolveError, match=r"No settings of the pilot keep 1 % in tension_top.max.*known to 2 %"):
+        cheapest.cheapest(load_scene("driven", time__end=15.0), ["tension_top.max"], 0.01, lambda text: None)
+    assert len(tried) == cheapest.TRIES
+    assert asked[0] == ({}, 1.0)
+    assert asked[1] == ({("P2-P1", "bdf2"): pytest.approx(4.0)}, pytest.approx(2.0))
+
+
+def test_outputs_that_are_not_there_are_refused_before_anything_runs():
+    scene = load_scene("driven")
+    for name in ("cone_angle.max", "tension_top.most", "beauty.max", "tension_top"):
+        with pytest.raises(InputError, match="must be an output of this scene"):
+            cheapest.asked(scene, [name], 0.01)
+
+
+def test_advice_for_outputs_on_every_rank_is_the_scene(monkeypatch):
+    """What rank 0 raises, all raise."""
+
+    class Comm:
+        rank = 0
+
+        def bcast(self, what):
+            return what
+
+    monkeypatch.setattr(advise, "cheapest", lambda *arguments: (_ for _ in ()).throw(SolveError("none")))
+    with pytest.raises(SolveError, match="none"):
+        advise.advise_all(load_scene("driven"), "", 0.01, print, Comm(), ["tension_top.max"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["short", "three-legs", "chain-on-bed"])
+def test_maxima_of_shipped_scenes(name):
+    """Against BDF2 with P2-P1, a quarter of the step and three times the elements: twice the bars at most."""
+    scene = load_scene(name)
+    found = cheapest.cheapest(scene, [], 0.01, lambda text: None)
+    step, cells = stepping_of(found.scene).step, space_of(found.scene).cells
+    truth = values_of(with_settings(scene, Space(2, 1, 3 * cells), Stepping("bdf2", step / 4)))
+    own = values_of(found.scene)
+    wanted = [key for key in own if key[0] in ("tension_top.max", "anchor.max")]
+    assert wanted
+    for key in wanted:
+        assert own[key] == pytest.approx(truth[key], rel=0.01), key
