@@ -156,7 +156,7 @@ def _regular(w: Waves, k: float, h: float, g: float, report: "Report") -> None:
 
 
 def _steepness(scene: Scene, height: float, report: "Report") -> None:
-    """What a regular Airy wave, or the largest wave of a sea, lacks of the steady wave of its height and period."""
+    """Lack of a regular Airy wave, or of a sea's largest wave, against the steady wave of its height and period."""
     waves, sea = scene.waves, scene.sea
     if waves is None or sea is None or not height or not scene.gravity or waves.wavelength is not None:
         return
