@@ -114,7 +114,7 @@ class Waves(Section):
         "component amplitudes: fixed by the spectrum, or Rayleigh-distributed as in short records", default="fixed"
     )
     kinematics: Literal["step", "exact"] = key(
-        "wave kinematics of irregular seas: once per step with gradients, or at every Newton iterate", default="step"
+        "wave kinematics of seas and steep waves: once per step with gradients, or at every iterate", default="step"
     )
     elevation: Record | None = key(
         "measured surface elevation at x = y = 0, [[t, eta], ...] or a file of these columns", "s, m", default=None
