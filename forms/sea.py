@@ -7,7 +7,7 @@ eta = a cos(theta), theta = k . x - omega t + phase.
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from ufl import as_matrix, as_vector, bessel_J, conditional, cos, dot, exp, lt, max_value, min_value, sin, sqrt
+from ufl import as_matrix, as_vector, bessel_J, conditional, cos, dot, exp, inner, lt, max_value, min_value, sin, sqrt
 
 from .kinds import Expr, Scalar
 
@@ -112,6 +112,7 @@ class Samples(NamedTuple):
     numbers: Expr
     depth: Scalar  #: h [m]
     stretching: str = "wheeler"
+    steep: bool = False  #: harmonics of one wave: the acceleration is the total one, and its gradient has a trace
 
 
 #: Numbers of a sample: (x, y, stretched z); eta; its slope; v; grad v; a; grad a; second derivatives of eta, v and a.
@@ -136,29 +137,34 @@ def sampled_flow(samples: Samples, x: Expr, z: Expr | None = None) -> Flow:
         eta += 0.5 * (turned[0] * dx + turned[1] * dy)  # the wind looks at it from beside
         slope = [slope[0] + turned[0], slope[1] + turned[1]]
     d = as_vector([dx, dy, (stretched(samples, x[2], eta) if z is None else z) - s[2]])
+    trace = None
+    if samples.steep:  # div((v . grad) v) = G : G
+        G = _symmetric([s[GRAD_V + i] for i in range(5)])
+        trace = inner(G, G)
     velocity, acceleration = (
-        as_vector([s[n + i] for i in range(3)]) + dot(_symmetric([s[g + i] for i in range(5)]), d)
-        for n, g in ((V, GRAD_V), (A, GRAD_A))
+        as_vector([s[n + i] for i in range(3)]) + dot(_symmetric([s[g + i] for i in range(5)], of), d)
+        for n, g, of in ((V, GRAD_V, None), (A, GRAD_A, trace))
     )
-    places = (GRAD_A, GRAD2_A if large else None), (GRAD_V, GRAD2_V if large else None)
-    gradients = (_gradient_near(s, *pair, d) for pair in places)
+    places = (GRAD_A, GRAD2_A if large else None, trace), (GRAD_V, GRAD2_V if large else None, None)
+    gradients = (_gradient_near(s, *place, d) for place in places)
     return Flow(eta, velocity, acceleration, as_vector([*slope, 0.0]), *gradients)
 
 
-def _symmetric(g: Sequence[Expr]) -> Expr:
-    """Symmetric tensor without trace from xx, xy, yy, xz, yz."""
+def _symmetric(g: Sequence[Expr], trace: Expr | None = None) -> Expr:
+    """Symmetric tensor from xx, xy, yy, xz, yz, and its trace if it has one."""
     xx, xy, yy, xz, yz = g
-    return as_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, -xx - yy]])
+    zz = -xx - yy if trace is None else trace - xx - yy
+    return as_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def _gradient_near(s: Expr, place: int, second: int | None, d: Expr) -> Expr:
+def _gradient_near(s: Expr, place: int, second: int | None, trace: Expr | None, d: Expr) -> Expr:
     """A gradient of a sample, continued by the distance d with its derivatives if there are any."""
     g = [s[place + i] for i in range(5)]
     if second is None:
-        return _symmetric(g)
+        return _symmetric(g, trace)
     xxx, xxy, xyy, yyy, xxz, xyz, yyz = (s[second + i] for i in range(7))
     rows = (xxx, xxy, xxz), (xxy, xyy, xyz), (xyy, yyy, yyz), (xxz, xyz, -xxx - xyy), (xyz, yyz, -xxy - yyy)
-    return _symmetric([part + dot(as_vector(row), d) for part, row in zip(g, rows, strict=True)])
+    return _symmetric([part + dot(as_vector(row), d) for part, row in zip(g, rows, strict=True)], trace)
 
 
 def sampled_average(samples: Sequence[Samples], x: Expr) -> Flow:

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import InputError
 from ..linear import LARGEST_KR
-from ..model.airy import AirySum, band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of
+from ..model.airy import AirySum, band_of, components_of, current_felt, dispersion_wavenumber, spectrum_of, stream_wave
 from ..model.sea import crest_height, main_propagation, wavenumber
 from ..model.spectra import Spectrum
+from ..model.stream import STEEPEST as STEEPEST_WAVE
 from ..results.extremes import components_needed, crests_of, largest_crest, memory_of
 from ..scene import Scene
 from ..scene.waves import Waves
@@ -19,6 +21,8 @@ from .lines import Line
 if TYPE_CHECKING:
     from .report import Report
 
+#: Part [%] of the height of Airy's crest by which a steep wave's is higher, from which on `check` warns.
+LOW_CREST = 5.0
 #: k D of a component from which on a hull of diameter D does more to it than strip theory has.
 SHORTEST_KD = 2
 #: Steps of a given size in a period of the waves; significant steepness of seas that exist.
@@ -30,14 +34,16 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
     wave, sea = scene.waves, scene.sea
     if wave is None or sea is None:
         return
+    highest = 2 * wave.size
     if wave.irregular:
-        _sea(scene, wave, sea.depth, buoys, report)
+        highest = 2 * _sea(scene, wave, sea.depth, buoys, report)
     if scene.current:
         _shift(scene, wave, report)
     if wave.irregular:  # from here on a regular wave of Hs and the main period
         kept = {name: getattr(wave, name) for name in ("direction_deg", "period_seen_from")}
         wave = Waves(height=crest_height(scene), period=wave.main_period, **kept)
         scene = scene.model_copy(update={"waves": wave})
+    _steepness(scene, highest, report)
     k = wavenumber(scene)
     way = 2 * math.pi * wave.size / math.tanh(k * sea.depth)  # of the water at the surface
     _regular(wave, k, sea.depth, scene.gravity, report)
@@ -58,8 +64,8 @@ def in_waves(scene: Scene, lines: Iterable[Line], buoys: list[Upright], report: 
         report.about(line.name).add("Keulegan-Carpenter number of the cable", number, "", "at the surface")
 
 
-def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report: "Report") -> None:
-    """Totals of the components of an irregular sea."""
+def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report: "Report") -> float:
+    """Totals of the components of an irregular sea; returns the height of its largest crest in 3 h [m]."""
     found, spectrum = components_of(waves), spectrum_of(waves)
     m0, m2 = found.moment(0), found.moment(2)
     Tz = 2 * math.pi * math.sqrt(m0 / m2)
@@ -85,7 +91,7 @@ def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report:
         report.add("the sea repeats after", length, "s", "the length of the record")
     elif waves.spectrum is not None:
         report.add("the sea repeats after", math.inf, "s", "bins of equal energy have no common period")
-    _statistics(scene, spectrum, Tz, report)
+    crest = _statistics(scene, spectrum, Tz, report)
     k = AirySum.of(scene).wavenumber
     for buoy in buoys:  # Morison's equation and strips are not meant for these
         count = np.sum(k * buoy.shape.max_diameter > SHORTEST_KD)
@@ -95,10 +101,12 @@ def _sea(scene: Scene, waves: Waves, depth: float, buoys: list[Upright], report:
         about.add(f"components with k D > {SHORTEST_KD}", count, "", remark)
         about.add("k R of the hull at Tz", k_R, "", f"of waves of {Tz:.3g} s")
         _strips(k_R, f" at the mean period Tz = {Tz:.3g} s", about)
+    return crest
 
 
-def _statistics(scene: Scene, spectrum: Spectrum | None, Tz: float, report: "Report") -> None:
-    """Numbers of components and seeds for extremes of this sea, and the scatter of its height in one run."""
+def _statistics(scene: Scene, spectrum: Spectrum | None, Tz: float, report: "Report") -> float:
+    """Numbers of components and seeds for extremes of this sea, and the scatter of its height in one run; returns the
+    largest crest in 3 h [m]."""
     crests = crests_of(Tz)
     largest = largest_crest(crests)
     height, scatter = largest.mean * crest_height(scene) / 4, 100 * largest.standard_deviation / largest.mean
@@ -109,6 +117,7 @@ def _statistics(scene: Scene, spectrum: Spectrum | None, Tz: float, report: "Rep
         if scene.time and scene.time.end:
             scatter = math.sqrt(memory_of(spectrum) / scene.time.end) / 2
             report.add("scatter of Hs in one run", 100 * scatter, "%", "of a Gaussian sea; with fixed amplitudes less")
+    return height
 
 
 def _shift(scene: Scene, waves: Waves, report: "Report") -> None:
@@ -128,7 +137,8 @@ def _regular(w: Waves, k: float, h: float, g: float, report: "Report") -> None:
     period: float = w.main_period
     wavelength, omega = 2 * math.pi / k, 2 * math.pi / period
     report.periods["wave"] = period
-    report.add("wavelength", wavelength, "m", "given" if w.wavelength else "from the dispersion relation")
+    origin = "of the steep wave" if w.theory == "stream" else "from the dispersion relation"
+    report.add("wavelength", wavelength, "m", "given" if w.wavelength else origin)
     if w.wavelength and g:
         exact = 2 * math.pi / dispersion_wavenumber(period, h, g)
         mismatch = wavelength / exact - 1
@@ -142,6 +152,39 @@ def _regular(w: Waves, k: float, h: float, g: float, report: "Report") -> None:
     report.warn(
         steepness > breaking,
         f"The wave (H/lambda = {steepness:.3g}) is beyond the breaking limit {breaking:.3g}.",
+    )
+
+
+def _steepness(scene: Scene, height: float, report: "Report") -> None:
+    """Lack of a regular Airy wave, or of a sea's largest wave, against the steady wave of its height and period."""
+    waves, sea = scene.waves, scene.sea
+    if waves is None or sea is None or not height or not scene.gravity or waves.wavelength is not None:
+        return
+    update = {"theory": "stream", "height": height, "amplitude": None, "phase_deg": 0.0, "ramp": 0.0}
+    steep = scene.model_copy(update={"waves": waves.model_copy(update=update)})
+    what = f"a wave of {height:.3g} m and {waves.main_period:.3g} s"
+    try:
+        found, water = stream_wave(steep), AirySum.of(steep)
+    except InputError:
+        above = f"The largest wave ({height:.3g} m in {waves.main_period:.3g} s) is"
+        report.warn(True, f"{above} above {STEEPEST_WAVE} of the height at which it breaks: no theory here holds.")
+        return
+    length = 2 * math.pi / found.wavenumber
+    ursell = height * length**2 / sea.depth**3
+    report.add("Ursell number H lambda^2/d^3", ursell, "", f"of {what}; H/lambda = {height / length:.3g}")
+    if waves.theory == "stream":
+        return
+    u = water.flow(0.0, np.array([0.0, 0.0, found.crest]))[0] @ [water.cosine[0], water.sine[0], 0.0]
+    linear = AirySum.of(scene.model_copy(update={"waves": waves.model_copy(update={**update, "theory": "airy"})}))
+    at_crest = linear.flow(0.0, np.array([0.0, 0.0, height / 2]))[0] @ [linear.cosine[0], linear.sine[0], 0.0]
+    crest, speed = 100 * (2 * found.crest / height - 1), 100 * (u / at_crest - 1)
+    remark = "Airy's are that much too low there; waves.theory = 'stream' has them"
+    report.add("crest of the steep wave above Airy's", crest, "%", f"of {what}")
+    report.add("its velocity at the crest above Airy's", speed, "%", remark)
+    report.warn(
+        crest > LOW_CREST,
+        f"Airy's theory has the crest of {what} {crest:.2g} % too low and the velocity there {speed:.2g} %: "
+        "waves.theory = 'stream' holds for one regular wave of this height.",
     )
 
 

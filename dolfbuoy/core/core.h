@@ -281,6 +281,8 @@ typedef struct {
     double ramp, depth;
     int serial;                 /* of the time */
     int stretching;             /* WHEELER, VERTICAL or NO_STRETCHING */
+    int steep;                  /* harmonics of one wave, whose acceleration is the total one */
+    double highest;             /* above which no water is, and the series of a steep wave means nothing */
 } waves;
 
 void phases_at(const waves *w, double x, double y);

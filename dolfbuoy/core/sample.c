@@ -37,6 +37,29 @@ static const double *weights(const kinematics *K, int kind, double radius)
     return kind == PLAIN ? K->waves->ones : kind == MEAN ? K->waves->mean : K->waves->moment;
 }
 
+/* Add to the local acceleration and its gradient what the moving water sees: G v, and G G + v . grad G if it is there.
+   The trace of G G, by which the gradient of the total acceleration has one, follows from G. */
+static void add_convection(const double *v, double ramp, bool large, double *a)
+{
+    const double g[5] = {v[3], v[4], v[5], v[6], v[7]}, zz = -g[0] - g[2];
+    const double G[3][3] = {{g[0], g[1], g[3]}, {g[1], g[2], g[4]}, {g[3], g[4], zz}};
+    const int rows[5] = {0, 0, 1, 0, 1}, columns[5] = {0, 1, 1, 2, 2};
+    for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k)
+            a[i] += ramp * G[i][k] * v[k];
+    for (int n = 0; n < 5; ++n)
+        for (int k = 0; k < 3; ++k)
+            a[3 + n] += ramp * G[rows[n]][k] * G[k][columns[n]];
+    if (!large)
+        return;
+    const double *T = v + 8;    /* xxx, xxy, xyy, yyy, xxz, xyz, yyz */
+    a[3] += ramp * (T[0] * v[0] + T[1] * v[1] + T[4] * v[2]);
+    a[4] += ramp * (T[1] * v[0] + T[2] * v[1] + T[5] * v[2]);
+    a[5] += ramp * (T[2] * v[0] + T[3] * v[1] + T[6] * v[2]);
+    a[6] += ramp * (T[4] * v[0] + T[5] * v[1] - (T[0] + T[2]) * v[2]);
+    a[7] += ramp * (T[5] * v[0] + T[6] * v[1] - (T[1] + T[3]) * v[2]);
+}
+
 static void sample_at(const kinematics *K, const points *P, const double *x, double radius, double *out)
 {
     const waves *w = K->waves;
@@ -52,9 +75,13 @@ static void sample_at(const kinematics *K, const points *P, const double *x, dou
         z = w->depth * (z - eta) / (w->depth + eta);
     if (w->stretching != NO_STRETCHING)
         z = fmin(z, 0);
+    if (w->steep)
+        z = fmin(z, w->highest);
     if (P->weight != PLAIN)
         sum_surface(w, weight, of_surface);
     sum_below(w, z, reaching(w, z), weight, large, v, a);
+    if (w->steep)
+        add_convection(v, w->ramp, large, a);
     out[0] = x[0], out[1] = x[1], out[2] = z;
     memcpy(out + ETA, of_surface, 3 * sizeof(double));
     memcpy(out + VELOCITY, v, 8 * sizeof(double));

@@ -47,7 +47,9 @@ def options(scene: Scene, network: Network, note: Callable[..., Any]) -> tuple[d
             "water_grid.txt": _grid(scene, network, scene.waves, depth),
         }
         note("waves.ramp: MoorDyn's wave is there at once, at its full height")
-        if scene.waves.stretching != "wheeler":
+        if scene.waves.theory == "stream":
+            note("waves.theory: MoorDyn's wave is linear, with half the height as amplitude")
+        elif scene.waves.stretching != "wheeler":
             note("waves.stretching: MoorDyn stretches its table as wheeler does")
     if scene.current:
         found["Currents"] = 1

@@ -80,7 +80,7 @@ def linearise(
     calm = (scene if scene.cable else adrift_nowhere(scene)).model_copy(update={"waves": None, "initial": Initial()})
     start = start_from(rest) if rest is not None else initial_state(calm, comm)
     regular = waves if waves and not waves.irregular else None
-    flat = regular and regular.model_copy(update={"amplitude": 0.0, "height": None})
+    flat = regular and regular.model_copy(update={"amplitude": 0.0, "height": None, "theory": "airy"})
     problem = Problem(calm.model_copy(update={"waves": flat}), dynamic=True, comm=comm)
     problem.set_time(0.0)
     start.put(problem, problem.system.u)

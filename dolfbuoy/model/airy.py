@@ -18,6 +18,7 @@ from ..roots import brentq
 from ..scene import Scene
 from ..scene.waves import COMPONENTS, ELEVATION, REGULAR, Waves
 from . import Array, spectra
+from .stream import StreamWave, steady_wave
 
 #: Where the band of a formula begins, in peak frequencies, and the part of m0 at which it ends.
 LOWEST, HIGHEST = 0.5, 0.999
@@ -168,6 +169,11 @@ def propagation(scene: Scene, period: float, direction_deg: float) -> Propagatio
     both are the same: the current carries no waves.  Raises InputError where the current stops the waves.
     """
     frequency, seen = 2 * math.pi / period, scene.waves.period_seen_from if scene.current else None
+    if scene.waves.theory == "stream":
+        wave = stream_wave(scene)
+        k, in_water = wave.wavenumber, wave.wavenumber * wave.speed
+        shift = k * current_felt(scene, k, direction_deg) if seen == "water" else 0.0
+        return Propagation(k, in_water, frequency if seen == "ground" else in_water + shift)
     if scene.waves.wavelength is not None:
         k = 2 * math.pi / scene.waves.wavelength
     elif seen == "ground":
@@ -178,6 +184,24 @@ def propagation(scene: Scene, period: float, direction_deg: float) -> Propagatio
         return Propagation(k, frequency - k * current_felt(scene, k, direction_deg), frequency)
     shift = k * current_felt(scene, k, direction_deg) if seen == "water" else 0.0
     return Propagation(k, frequency, frequency + shift)
+
+
+def stream_wave(scene: Scene) -> StreamWave:
+    """The steady wave of a scene with theory = "stream", in a current that linear theory weighs over the depth.
+
+    Raises InputError near breaking.
+    """
+    return _remembered(partial(_stream_wave, scene), scene.waves, scene.sea, scene.current, scene.gravity, "stream")
+
+
+def _stream_wave(scene):
+    waves = scene.waves
+    linear = scene.model_copy(update={"waves": waves.model_copy(update={"theory": "airy"})})
+    k = propagation(linear, waves.period, waves.direction_deg).wavenumber
+    seen = waves.period_seen_from if scene.current else None
+    current = current_felt(scene, k, waves.direction_deg) if seen == "ground" else 0.0
+    omega = 2 * math.pi / waves.period
+    return steady_wave(waves.height, omega, scene.sea.depth, scene.gravity, current, waves.order, k)
 
 
 def _wavenumber_seen_from_ground(scene, period, direction_deg):
@@ -231,7 +255,11 @@ def current_speed(scene: Scene, z: Array | float, least: float = 0.0) -> Array:
 @dataclass(frozen=True)
 class AirySum:
     """Components by rising wavenumber: arrays of amplitude [m], k [1/m], angular frequency in the water and at a fixed
-    point [rad/s], cosine and sine of the direction, phase [rad]; depth [m], and the ramp's duration [s]."""
+    point [rad/s], cosine and sine of the direction, phase [rad]; depth [m], and the ramp's duration [s].
+
+    motion: amplitudes [m] of linear waves whose water moves as this; the components' own unless they are harmonics of a
+    steep wave.  steep: those are harmonics, the acceleration is the total one.  repeats: period at a fixed point [s].
+    """
 
     amplitude: Array
     wavenumber: Array
@@ -243,6 +271,9 @@ class AirySum:
     depth: float
     stretching: str
     ramp: float
+    motion: Array
+    steep: bool = False
+    repeats: float = math.inf
     _latest: list = field(default_factory=lambda: [None, None], repr=False, compare=False)  #: a time, and phases then
 
     @classmethod
@@ -252,13 +283,31 @@ class AirySum:
 
     @classmethod
     def _of(cls, scene):
+        if scene.waves.theory == "stream":
+            runs = propagation(scene, scene.waves.period, scene.waves.direction_deg)
+            return cls._of_harmonics(scene.waves, stream_wave(scene), runs, scene.sea.depth)
         c = components_of(scene.waves)
         periods, angles = 2 * math.pi / c.frequency, np.radians(c.direction_deg)
         waves = [propagation(scene, *pair) for pair in zip(periods, c.direction_deg, strict=True)]
         k, in_water, at_ground = np.array([(p.wavenumber, p.in_water, p.at_ground) for p in waves]).T
         order = np.argsort(k, kind="stable")
         arrays = (c.amplitude, k, in_water, at_ground, np.cos(angles), np.sin(angles), c.phase)
-        return cls(*(a[order] for a in arrays), scene.sea.depth, scene.waves.stretching, scene.waves.ramp)
+        waves = scene.waves
+        return cls(*(a[order] for a in arrays), scene.sea.depth, waves.stretching, waves.ramp, c.amplitude[order])
+
+    @classmethod
+    def _of_harmonics(cls, waves, wave, runs, depth):
+        j = np.arange(1, len(wave.elevation) + 1)
+        k, in_water, angle = j * runs.wavenumber, j * runs.in_water, math.radians(waves.direction_deg)
+        arrays = [wave.elevation, k, in_water, j * runs.at_ground]
+        arrays += [
+            np.full(len(j), math.cos(angle)),
+            np.full(len(j), math.sin(angle)),
+            j * math.radians(waves.phase_deg),
+        ]
+        motion = k * wave.potential * np.tanh(k * depth) / in_water
+        repeats = abs(2 * math.pi / runs.at_ground)
+        return cls(*arrays, depth, "none", waves.ramp, motion, True, repeats)
 
     def grown(self, t: float) -> float:
         """The ramp at a time."""
@@ -274,21 +323,28 @@ class AirySum:
         heights = []
         for part in np.array_split(np.arange(len(times)), max(1, len(times) * len(self.phase) // 1_000_000)):
             there = self.phase + self.wavenumber * (self.cosine * x[part] + self.sine * y[part])
-            heights.append(np.cos(there - np.outer(times[part], self.at_ground)) @ self.amplitude)
+            passed = np.fmod(times[part], self.repeats)
+            heights.append(np.cos(there - np.outer(passed, self.at_ground)) @ self.amplitude)
         return np.concatenate(heights) * np.array([self.grown(t) for t in times])
 
     def flow(self, t: float, points: Array) -> tuple[Array, Array]:
-        """Velocity [m/s] and local acceleration [m/s^2], each (..., 3), at points (..., 3)."""
+        """Velocity [m/s] and local acceleration [m/s^2] (..., 3), of a steep wave the total one, at points (..., 3)."""
         points = np.asarray(points, dtype=float)
         theta, k, h = self._phases(t, points), self.wavenumber, self.depth
         z = self.stretched(points[..., 2], self.elevation(t, points))[..., None]
         down, up = np.exp(k * z), np.exp(-k * (z + 2 * h))
         bottom = -np.expm1(-2 * k * h)
-        rate = self.grown(t) * self.amplitude * self.in_water / bottom
+        rate = self.grown(t) * self.motion * self.in_water / bottom
         along, upwards = rate * (down + up), rate * (down - up)
         velocity = self._vector(along * np.cos(theta), upwards * np.sin(theta))
         w = self.in_water
-        return velocity, self._vector(w * along * np.sin(theta), -w * upwards * np.cos(theta))
+        acceleration = self._vector(w * along * np.sin(theta), -w * upwards * np.cos(theta))
+        if self.steep:
+            x = self._vector(-k * along * np.sin(theta), k * upwards * np.cos(theta))  # d/ds along the wave
+            z = self._vector(k * upwards * np.cos(theta), k * along * np.sin(theta))
+            forwards = velocity[..., 0] * self.cosine[0] + velocity[..., 1] * self.sine[0]
+            acceleration += forwards[..., None] * x + velocity[..., 2:] * z
+        return velocity, acceleration
 
     def stretched(self, z: Array, eta: Array) -> Array:
         """Height at which linear theory is read, with the total elevation, as `forms.sea.stretched`."""
@@ -299,7 +355,8 @@ class AirySum:
     def time_phase(self, t: float) -> Array:
         """phase - omega t of every component [rad], between 0 and 2 pi."""
         if self._latest[0] != t:
-            self._latest[:] = t, np.mod(self.phase - np.mod(self.at_ground * t, 2 * math.pi), 2 * math.pi)
+            turned = np.mod(self.at_ground * math.fmod(t, self.repeats), 2 * math.pi)
+            self._latest[:] = t, np.mod(self.phase - turned, 2 * math.pi)
         return self._latest[1]
 
     def _phases(self, t, points):

@@ -119,7 +119,7 @@ class Kinematics:
             "kx": k * airy.cosine,
             "ky": k * airy.sine,
             "amplitude": airy.amplitude,
-            "potential": airy.amplitude * airy.in_water / (k * -np.expm1(-2 * k * airy.depth)),
+            "potential": airy.motion * airy.in_water / (k * -np.expm1(-2 * k * airy.depth)),
             "sigma": airy.in_water,
             "bottom": np.exp(-2 * k * airy.depth),
             "ones": np.ones(n),
@@ -129,6 +129,7 @@ class Kinematics:
         for name, array in self._arrays.items():
             setattr(self.waves, name, address(array))
         self.waves.count, self.waves.padded, self.waves.radius = n, padded, -1.0
+        self.waves.steep, self.waves.highest = airy.steep, float(np.abs(airy.amplitude).sum())
         self.waves.depth, self.waves.stretching = airy.depth, STRETCHINGS.index(airy.stretching)
         for context in self._following:
             context.exact = self.exact
@@ -148,7 +149,7 @@ class Kinematics:
 
     def samples(self, points: Points, depth: Expr) -> Samples:
         """Coefficients that a form reads at the points."""
-        return Samples(points.coefficient, depth, self._airy.stretching)
+        return Samples(points.coefficient, depth, self._airy.stretching, self._airy.steep)
 
     def follow(self, system: System, body: tuple | None = None) -> None:
         """Before every evaluation of a System the sums are taken where its points are.

@@ -14,7 +14,7 @@ from ..scene.buoy import Wind
 from ..solver import compat, vector_ops
 from ..solver.system import System
 from ..solver.unknowns import array_of
-from .airy import AirySum, Propagation, components_of, current_speed, propagation
+from .airy import AirySum, Propagation, components_of, current_speed, propagation, stream_wave
 from .kinematics import Kinematics
 from .numbers import Numbers
 
@@ -39,9 +39,11 @@ def heading(direction_deg: float) -> np.ndarray:
 
 
 def crest_height(scene: Scene) -> float:
-    """Amplitude of a scene's wave, significant height of its sea, 0 without waves [m]."""
+    """Height of the crest of a scene's wave, significant height of its sea, 0 without waves [m]."""
     if scene.waves is None:
         return 0.0
+    if scene.waves.theory == "stream":
+        return stream_wave(scene).crest
     return 4 * math.sqrt(components_of(scene.waves).moment(0)) if scene.waves.irregular else scene.waves.size
 
 
@@ -71,10 +73,10 @@ class SeaState:
 
     def __init__(self, mesh: Any, scene: Scene, with_waves: bool = True):
         self._mesh, self._numbers, self._speeds = mesh, Numbers(mesh, scene), []
-        self.kinematics = self._publish = None  #: of an irregular sea
+        self.kinematics = self._publish = None  #: of waves that are summed
         self.density = self._number(lambda scene: scene.sea.density) if scene.sea else None
         self.wave = self.current = None
-        if with_waves and scene.waves and scene.waves.irregular:
+        if with_waves and scene.waves and scene.waves.summed:
             self.kinematics = Kinematics(scene)
             self._depth = self._number(lambda scene: scene.sea.depth)
         elif with_waves and scene.waves:
@@ -138,7 +140,7 @@ class SeaState:
     def flow(self, x: Expr, *at) -> sea.Flow:
         """Undisturbed water at the UFL point x.
 
-        at: `kinematics.Points` near it, which an irregular sea needs; three, `weighted`, for averages over disks.
+        at: `kinematics.Points` near it, which a sum of waves needs; three, `weighted`, for averages over disks.
         """
         if self.kinematics is None:
             return sea.flow(x, self.wave, self.current)
@@ -147,12 +149,12 @@ class SeaState:
         return sea.with_current(waves, x, self.current)
 
     def follow(self, system: System) -> None:
-        """An irregular sea follows the unknowns of a System."""
+        """A sum of waves follows the unknowns of a System."""
         if self.kinematics is not None:
             self.kinematics.follow(system)
 
     def publish(self) -> None:
-        """Put an irregular sea where the unknowns' Function says: for forms that no System evaluates."""
+        """Put a sum of waves where the unknowns' Function says: for forms that no System evaluates."""
         if self.kinematics is not None:
             self._publish = self._publish or self.kinematics.into_functions(array_of)
             self._publish()

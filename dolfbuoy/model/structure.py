@@ -22,7 +22,7 @@ def structure_of(scene: Scene) -> tuple[Any, ...]:
     profile = scene.current.profile if scene.current else None
     return (
         len(profile) if isinstance(profile, list) else profile,
-        waves and (waves.irregular, waves.stretching),
+        waves and (waves.summed, waves.theory, waves.stretching),
         scene.seabed and scene.seabed.start,
         repr(scene.solver),
         tuple(effects.names(scene)),

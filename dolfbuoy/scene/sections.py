@@ -249,6 +249,8 @@ class Scene(Section):
             # it keeps an acceleration in mind, which an impact makes worthless: it feeds on every snap
             allowed = f"with generalized-alpha needs time.spectral_radius = 0, not {self.time.spectral_radius}: "
             raise Wrong("cable.slack", slack.pop(), f"{allowed}others gain energy whenever the cable snaps taut")
+        if self.waves is not None and self.waves.theory == "stream" and any(buoy.disk_averages for buoy in self.buoys):
+            raise Wrong("buoy.disk_averages", True, "goes with linear waves, not with waves.theory = 'stream'")
         if self.sea is not None and any(buoy.hull is None for buoy in self.buoys):
             raise Missing("buoy.hull", "the sea needs it")
         return self

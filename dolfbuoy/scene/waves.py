@@ -60,13 +60,13 @@ Record = Annotated[
 REGULAR, SPECTRUM, COMPONENTS, ELEVATION = "period", "spectrum", "components", "elevation"
 #: Keys that go with one of them only.
 _OF = {
-    REGULAR: ("amplitude", "height", "wavelength", "phase_deg"),
+    REGULAR: ("amplitude", "height", "wavelength", "phase_deg", "theory", "order"),
     SPECTRUM: ("significant_height", "peak_period", "gamma", "spreading", "seed", "amplitudes"),
 }
 
 
 class Waves(Section):
-    """A regular Airy wave (amplitude or height, period), or an irregular sea (spectrum, components or elevation)."""
+    """A regular wave (amplitude or height, period), or an irregular sea (spectrum, components or elevation)."""
 
     amplitude: Annotated[float, Field(ge=0, le=1e4)] | None = key(
         "wave amplitude a, half the height", "m", default=None
@@ -80,6 +80,10 @@ class Waves(Section):
     stretching: Literal["wheeler", "vertical", "none"] = key(
         "extrapolation of the wave kinematics above still water", default="wheeler"
     )
+    theory: Literal["airy", "stream"] = key(
+        "theory of a regular wave: linear, or of finite height by a stream function", default="airy"
+    )
+    order: Annotated[int, Field(ge=4, le=64)] = key("harmonics of a wave of theory stream", "1", default=20)
     period_seen_from: Literal["water", "ground"] | None = key(
         "frame of the periods in a current: intrinsic (water) or apparent (ground); absent: no Doppler shift",
         default=None,
@@ -110,7 +114,7 @@ class Waves(Section):
         "component amplitudes: fixed by the spectrum, or Rayleigh-distributed as in short records", default="fixed"
     )
     kinematics: Literal["step", "exact"] = key(
-        "wave kinematics of irregular seas: once per step with gradients, or at every Newton iterate", default="step"
+        "wave kinematics of seas and steep waves: once per step with gradients, or at every iterate", default="step"
     )
     elevation: Record | None = key(
         "measured surface elevation at x = y = 0, [[t, eta], ...] or a file of these columns", "s, m", default=None
@@ -151,7 +155,19 @@ class Waves(Section):
             raise Missing("amplitude", "or height, which is twice as much")
         if self.amplitude is not None and self.height is not None:
             raise Wrong("height", self.height, f"does not go with amplitude = {self.amplitude}: give one of them")
-        self.refuse(("band", "components", "kinematics"), "goes with an irregular sea only, not with period")
+        self.refuse(("band", "components"), "goes with an irregular sea only, not with period")
+        if self.theory == "airy":
+            self.refuse(["kinematics"], "goes with an irregular sea or theory = 'stream', not with an Airy wave")
+            self.refuse(["order"], "goes with theory = 'stream' only")
+            return
+        self.refuse(
+            ["amplitude"],
+            "does not go with theory = 'stream', whose crest is higher than its trough is deep: give height",
+        )
+        self.refuse(["wavelength"], "does not go with theory = 'stream': it follows from height and period")
+        self.refuse(["stretching"], "does not go with theory = 'stream', which holds up to the crest")
+        if not self.height:
+            raise Wrong("height", self.height, "must be above 0 with theory = 'stream'")
 
     def _spectrum(self) -> None:
         formula = self.spectrum in FORMULAS if isinstance(self.spectrum, str) else False
@@ -192,8 +208,13 @@ class Waves(Section):
         return self.period is None
 
     @property
+    def summed(self) -> bool:
+        """True if it is a sum of components, which C takes: an irregular sea, the harmonics of a steep wave."""
+        return self.irregular or self.theory == "stream"
+
+    @property
     def size(self) -> float:
-        """Amplitude of a regular wave [m]."""
+        """Amplitude of a regular wave, half the height [m]."""
         return self.amplitude if self.amplitude is not None else (self.height or 0.0) / 2
 
     @property

@@ -53,6 +53,8 @@ SCENES = {
         time=TIME,
     )
     | {"waves": {"spectrum": "jonswap", "significant_height": 1.5, "peak_period": 5.0, "ramp": 0.2}},
+    "steep wave": merged(MOORED, cable__elements=6, waves=None, time=TIME)
+    | {"waves": {"theory": "stream", "height": 2.0, "period": 5.0, "ramp": 0.2}},
     "cable": {"sea": MOORED["sea"], "cable": merged(MOORED["cable"], elements=6, top=TOP), "time": TIME},
     "on a bed": {
         "sea": MOORED["sea"],
