@@ -118,7 +118,7 @@ def test_long_waves_moored(buoy, pull, draft, C_A):
     assert pytest.approx(pull, rel=0.02) == T
     upright = float_upright(shape, mass, RHO, G, T, 0.0)
     h = G * upright.displaced_mass * (upright.KB + upright.BM - mass.height)
-    mu = buoy["added_mass"] * upright.displaced_mass
+    mu = buoy.added_mass * upright.displaced_mass
     added = T * (upright.KB - mass.height) * mu / (mass.mass + mu)
     periods = np.array([10.0, 20.0, 40.0])
     found = np.array([x.pitch_over_slope for x in responses(scene, periods)])
