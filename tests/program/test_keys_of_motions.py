@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from every_key import changed, shows
 
-from dolfbuoy import modes, simulate, solve_static
+from dolfbuoy import modes, simulate, solve_static, uncertainty
 from dolfbuoy.errors import NotAccurate
 
 ROPE = {"length": 20.0, "line_density": 0.5, "diameter": 0.02, "axial_stiffness": 1e6, "elements": 2}
@@ -290,6 +290,17 @@ def test_schemes_differ_by_their_error():
         found.append(float(simulate(changed(SWUNG, {"time": time})).tension_top[-1, 0]))
     assert len({round(value, 6) for value in found}) == 4
     assert max(found) - min(found) < 0.2 * max(found)
+
+
+@shows("uncertain")
+def test_uncertain():
+    """Twice the sigma of a number is twice that of what it moves."""
+    scene = changed(DRIVEN, {"cable.top": {"kind": "prescribed", "position": PLACE.tolist(), **MOVED}})
+    first, second = (
+        uncertainty(scene | {"uncertain": {"cable.line_density": sigma}}, of=["tension_top.mean"])
+        for sigma in ("1%", "2%")
+    )
+    assert float(second.sigma[0]) == pytest.approx(2 * float(first.sigma[0]), rel=1e-6)
 
 
 @shows("accuracy.estimate", "accuracy.target", "accuracy.of", "accuracy.rounds")
