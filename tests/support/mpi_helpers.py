@@ -31,14 +31,11 @@ def start(ranks, arguments, folder, timeout=300, **more):
     """A finished process of mpirun; more: variables of its environment."""
     with tempfile.TemporaryDirectory(prefix="ompi-") as own:  # another mpirun that ends would take a common one along
         sessions = {"OMPI_MCA_orte_tmpdir_base": own, "PRTE_MCA_prte_tmpdir_base": own}
-        return subprocess.run(
-            command(ranks, arguments),
-            cwd=folder,
-            env=environment(**sessions, **more),
-            capture_output=True,
-            text=True,
-            timeout=timeout,
-        )
+        options = {"cwd": folder, "env": environment(**sessions, **more), "timeout": timeout}
+        done = subprocess.run(command(ranks, arguments), capture_output=True, text=True, **options)
+        if done.returncode and not done.stdout and not done.stderr:  # it ended without a word: no rank was started
+            done = subprocess.run(command(ranks, arguments), capture_output=True, text=True, **options)
+        return done
 
 
 #: Runs each scene of scenes.json in a folder of its name.
