@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 LOW_CREST = 5.0
 #: k D of a component from which on a hull of diameter D does more to it than strip theory has.
 SHORTEST_KD = 2
+#: Largest H/lambda of a steady wave over tanh kd (Miche 1944).
+MICHE = 0.142
 #: Steps of a given size in a period of the waves; significant steepness of seas that exist.
 STEPS, STEEPEST = 20, 0.1
 
@@ -146,7 +148,7 @@ def _regular(w: Waves, k: float, h: float, g: float, report: "Report") -> None:
         report.add("dispersion mismatch of wavelength", 100 * mismatch, "%", remark)
         differs = f"The wavelength differs from the dispersion relation's by {100 * mismatch:.1f} %."
         report.warn(abs(mismatch) > 0.1, differs)
-    breaking = 0.142 * math.tanh(k * h)
+    breaking = MICHE * math.tanh(k * h)
     steepness = 2 * w.size / wavelength
     report.add("wave steepness H/lambda", steepness, "", f"breaking at {breaking:.4g} (Miche)")
     report.warn(
@@ -167,7 +169,10 @@ def _steepness(scene: Scene, height: float, report: "Report") -> None:
         found, water = stream_wave(steep), AirySum.of(steep)
     except InputError:
         above = f"The largest wave ({height:.3g} m in {waves.main_period:.3g} s) is"
-        report.warn(True, f"{above} above {STEEPEST_WAVE} of the height at which it breaks: no theory here holds.")
+        largest = f"{above} above {STEEPEST_WAVE} of the height at which it breaks: no theory here holds."
+        k = wavenumber(scene)
+        own = height <= 2 * waves.size and waves.size * k > math.pi * MICHE * math.tanh(k * sea.depth)
+        report.warn(not own, largest)  # of a regular wave beyond the limit itself `_regular` warns
         return
     length = 2 * math.pi / found.wavenumber
     ursell = height * length**2 / sea.depth**3

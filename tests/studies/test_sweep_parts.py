@@ -239,6 +239,7 @@ class Ticks:
 
     now = 0.0
     monotonic = staticmethod(time.monotonic)
+    process_time = staticmethod(time.process_time)
 
     def time(self):
         self.now += 1.0
